@@ -126,7 +126,7 @@ contains
     end do
     tail(:, 4) = max(abs(tail(:, 3)), abs(tail(:, 4)))
     tail(:, 2) = max(abs(tail(:, 1)), abs(tail(:, 2)), tiny(tail))
-    misses(:, 1) = max(tail(:, 4) * sqrt(min(tail(:, 4) / tail(:, 2), 1.0_dp)) - 4 * epsilon(1.0_dp) * misses(:, 3), 0.0_dp)
+    misses(:, 1) = max(tail(:, 4) * sqrt(min(tail(:, 4) / tail(:, 2), 1.0_dp)) - 8 * epsilon(1.0_dp) * misses(:, 3), 0.0_dp)
   end function misses
 
 end module gestell_floquet_integrator_step_coefficients

@@ -72,16 +72,16 @@ contains
   end function left_by_pair
 
   !> The errors of Phi(T) and x_p(T) by what the nodes do not tell, which all embedded methods share. A
-  !> coefficient's part counts three times, as where a feature is as fine as a step; a load's part of its error once, and an eighth
+  !> coefficient's part counts eight times, as where a feature is as fine as a step; a load's part of its error once, and an eighth
   !> for each radian, or a quarter of the changes of velocity by all that is missed beside the greatest size `peak` of x_p, in
-  !> units `scale`, where that is more, as where one of the loads is small and moves most (with the safety both are at least twice
+  !> units `scale`, where that is more, as where one of the loads is small and moves most (with the safety all are at least twice
   !> what random machines need); up to all of it.
   pure function left_unseen(unseen, scale, peak) result(left)
     type(unseen_type), intent(in) :: unseen
     real(dp), intent(in) :: scale(:), peak
     real(dp) :: left(2), loads
 
-    left(1) = 3 * unseen%coefficients
+    left(1) = 8 * unseen%coefficients
     loads = (1 + unseen%turns / 8) * unseen%loads / max(unseen%load, tiny(left))
     if (allocated(unseen%kicks)) loads = max(loads, norm2(unseen%kicks / scale(size(scale) - size(unseen%kicks) + 1:)) &
       & / max(4 * peak, tiny(peak)))
