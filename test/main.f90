@@ -70,6 +70,7 @@ program main
   use test_periodic_schur, only: collect_periodic_schur
   use test_phasewise, only: collect_phasewise
   use test_population, only: collect_population
+  use test_prediction, only: collect_prediction
   use test_reach, only: collect_reach
   use test_reduction, only: collect_reduction
   use test_resonance, only: collect_resonance
@@ -161,6 +162,7 @@ program main
     & new_testsuite("hill", collect_hill), &
     & new_testsuite("invariants", collect_invariants), &
     & new_testsuite("population", collect_population), &
+    & new_testsuite("prediction", collect_prediction), &
     & new_testsuite("vibration", collect_vibration), &
     & new_testsuite("forces", collect_forces), &
     & new_testsuite("forces-limits", collect_forces_limits), &

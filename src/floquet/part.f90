@@ -63,7 +63,7 @@ contains
 
     order = accuracy
     if (.not. allocated(order%method)) order%method = "auto"
-    call survey(system, seen, error)
+    call survey(system, seen, error, forced)
     if (allocated(error)) return
     if (order%method == "reduced" .or. (order%method == "auto" .and. order%steps == 0 &
       & .and. seen%phase_advance > large_advance)) then

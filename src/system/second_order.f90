@@ -178,27 +178,36 @@ contains
     end do
   end subroutine sample_accelerations
 
-  !> P of any system with the phase as the first index, shape (phases, n, n).
-  subroutine sample_by_phase(system, phases, p)
+  !> P of any system with the phase as the first index, shape (phases, n, n), and where asked for f, shape (phases, n).
+  subroutine sample_by_phase(system, phases, p, f)
     class(periodic_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), intent(out) :: p(:, :, :)
-    real(dp), allocatable :: many(:, :, :)
-    integer :: f, i
+    real(dp), intent(out), optional :: f(:, :)
+    real(dp), allocatable :: many(:, :, :), loads(:, :)
+    integer :: half, i
 
     select type (system)
     class is (second_order_system)
-      f = system%states / 2
-      p(:, :f, :) = 0
-      do i = 1, f
-        p(:, i, f + i) = 1
+      half = system%states / 2
+      p(:, :half, :) = 0
+      do i = 1, half
+        p(:, i, half + i) = 1
       end do
-      call sample_accelerations(system, phases, p(:, f + 1:, :))
+      if (present(f)) then
+        f(:, :half) = 0
+        call sample_accelerations(system, phases, p(:, half + 1:, :), f(:, half + 1:))
+      else
+        call sample_accelerations(system, phases, p(:, half + 1:, :))
+      end if
     class default
       allocate(many(system%states, system%states, size(phases)))
-      call system%sample(phases, many)
+      ! What is not allocated is absent where it is an argument.
+      if (present(f)) allocate(loads(system%states, size(phases)))
+      call system%sample(phases, many, loads)
       do i = 1, size(phases)
         p(i, :, :) = many(:, :, i)
+        if (present(f)) f(i, :) = loads(:, i)
       end do
     end select
   end subroutine sample_by_phase

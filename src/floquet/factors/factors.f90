@@ -13,6 +13,7 @@ module gestell_floquet_factors
   use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_method, only: method_type
   use gestell_floquet_period_monodromy, only: accuracy_type, choose_method
+  use gestell_floquet_choice_prediction, only: outlook_type
   use gestell_floquet_period_survey, only: survey, survey_type
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
@@ -82,7 +83,7 @@ contains
     end if
     factors%scale = look%scale
     phase_advance = look%phase_advance
-    call choose_method(system, accuracy, phase_advance, factors%method, error)
+    call choose_method(system, accuracy, outlook_type(phase_advance, phase_advance), factors%method, error)
     if (allocated(error)) return
     associate (order => factors%method%order)
       if (3 * phase_advance / order > most_steps) then

@@ -9,7 +9,9 @@ module gestell_floquet_period_monodromy
     & most_steps, next_steps, promised, remaining, safety, too_many_steps
   use gestell_floquet_period_level, only: distance, level_type, roundoff, solve_level
   use gestell_floquet_integrator_method, only: method_type
-  use gestell_floquet_integrator_methods, only: cheapest_method, first_steps, new_method, whole_steps
+  use gestell_floquet_choice_cheapest, only: cheapest_method
+  use gestell_floquet_integrator_methods, only: new_method
+  use gestell_floquet_choice_prediction, only: first_steps, outlook_type, whole_steps
   use gestell_floquet_period_liouville, only: defect_of
   use gestell_floquet_period_survey, only: survey, survey_type
   use gestell_system_periodic, only: periodic_system
@@ -96,15 +98,15 @@ contains
     if (present(seen)) then
       look = seen
     else
-      call survey(system, look, error)
+      call survey(system, look, error, forced)
     end if
-    if (.not. allocated(error)) call choose_method(system, accuracy, look%phase_advance, monodromy%method, error, look%fastest)
+    if (.not. allocated(error)) call choose_method(system, accuracy, look, monodromy%method, error)
     if (allocated(error)) return
     monodromy%scale = look%scale
     if (accuracy%steps > 0) then
       call with_given_steps(system, accuracy%steps, forced, look%phase_advance, monodromy, error)
     else if (monodromy%method%lower_order > 0) then
-      call by_pair(system, accuracy%tolerance, forced, [look%phase_advance, look%fastest], monodromy, error)
+      call by_pair(system, accuracy, forced, look, monodromy, error)
     else
       call with_tolerance(system, accuracy%tolerance, forced, look%phase_advance, monodromy, error)
     end if
@@ -123,20 +125,19 @@ contains
   end subroutine check_accuracy
 
   !> The method that was ordered; `auto` is the cheapest for the case, unless steps are given. Error: there is none of that
-  !> name. `fastest` as of `survey`.
-  subroutine choose_method(system, accuracy, phase_advance, method, error, fastest)
+  !> name.
+  subroutine choose_method(system, accuracy, outlook, method, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
-    real(dp), intent(in) :: phase_advance
+    class(outlook_type), intent(in) :: outlook
     class(method_type), allocatable, intent(out) :: method
     type(error_type), allocatable, intent(out) :: error
-    real(dp), intent(in), optional :: fastest
     character(len=:), allocatable :: name
 
     name = "auto"
     if (allocated(accuracy%method)) name = accuracy%method
     if (name == "auto" .and. accuracy%steps == 0) then
-      call cheapest_method(system, phase_advance, accuracy%tolerance, method, fastest)
+      call cheapest_method(system, outlook, accuracy%tolerance, method)
     else
       call new_method(name, method, error)
     end if
@@ -175,12 +176,12 @@ contains
     call accept(system, level, safety * change, phase_advance, monodromy)
   end subroutine with_given_steps
 
-  !> By a method and the ones embedded in it. `advances`: the phase advance and `fastest`, as of `survey`.
-  subroutine by_pair(system, tolerance, forced, advances, monodromy, error)
+  !> By a method and the ones embedded in it.
+  subroutine by_pair(system, accuracy, forced, outlook, monodromy, error)
     class(periodic_system), intent(in) :: system
-    real(dp), intent(in) :: tolerance
+    type(accuracy_type), intent(in) :: accuracy
     logical, intent(in) :: forced
-    real(dp), intent(in) :: advances(2)
+    class(outlook_type), intent(in) :: outlook
     type(monodromy_type), intent(inout) :: monodromy
     type(error_type), allocatable, intent(out) :: error
     type(level_type) :: level, lower(2)
@@ -189,7 +190,7 @@ contains
     real(dp) :: floor, steps
     logical :: rounding
 
-    steps = first_steps(monodromy%method, system, advances(2), tolerance)
+    steps = first_steps(monodromy%method, system, outlook, accuracy%tolerance)
     do
       if (.not. steps <= most_steps) then
         call too_many_steps(error)
@@ -200,19 +201,19 @@ contains
       change = distance(lower(1), level, monodromy%scale)
       left = left_by_pair(change, distance(lower(2), lower(1), monodromy%scale))
       unseen = left_unseen(level%unseen, monodromy%scale, level%xp_peak)
-      floor = roundoff(system, level, advances(1))
-      if (all(safety * (left + unseen) + floor <= tolerance &
+      floor = roundoff(system, level, outlook%phase_advance)
+      if (all(safety * (left + unseen) + floor <= accuracy%tolerance &
         & .or. max(change, unseen) <= floor + [0.0_dp, system%load_rounding])) exit
-      call detect_rounding(max(change, unseen), level%steps, max(tolerance, floor), begin, rounding)
+      call detect_rounding(max(change, unseen), level%steps, max(accuracy%tolerance, floor), begin, rounding)
       if (rounding) then
         left = max(left, change)
         exit
       end if
       steps = whole_steps(monodromy%method, system, more_steps(level%steps, maxval(left + unseen), monodromy%method%order, &
-        & max(tolerance, floor)))
+        & max(accuracy%tolerance, floor)))
     end do
     call estimate_changes(monodromy, level, lower(1), safety * left / max(change, tiny(change)))
-    call accept(system, level, safety * left, advances(1), monodromy, safety * unseen)
+    call accept(system, level, safety * left, outlook%phase_advance, monodromy, safety * unseen)
   end subroutine by_pair
 
   subroutine with_tolerance(system, tolerance, forced, phase_advance, monodromy, error)

@@ -1,9 +1,10 @@
 !> A first look at a system over its period.
 module gestell_floquet_period_survey
   use gestell_base_error, only: error_type, failed_computation, fatal_error
-  use gestell_base_kinds, only: dp
+  use gestell_base_kinds, only: dp, pi
   use gestell_math_lapack, only: balancing
   use gestell_math_matrix, only: balanced
+  use gestell_floquet_choice_prediction, only: outlook_type
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: sample_by_phase
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -13,31 +14,39 @@ module gestell_floquet_period_survey
   public :: survey
 
   !> What `survey` finds.
-  type, public :: survey_type
+  type, public, extends(outlook_type) :: survey_type
     !> Units that balance the states, from the size of P over the period; shape (n).
     real(dp), allocatable :: scale(:)
-    !> How far the fastest motion turns within the period, w_max T in radians: at most |P| T / sqrt 2, as w comes with -w.
-    real(dp) :: phase_advance = 0
-    !> (|P^16| / sqrt 2)^(1/16) T where P is greatest, in which of several fast motions little but the fastest counts.
-    real(dp) :: fastest = 0
   end type survey_type
+
+  integer, parameter :: points = 16
+  integer :: place, order
+  real(dp), parameter :: cosine(points, points / 2) = reshape([((cos(2 * pi * place * order / points), &
+    & place = 1, points), order = 1, points / 2)], [points, points / 2])
+  real(dp), parameter :: sine(points, points / 2) = reshape([((sin(2 * pi * place * order / points), &
+    & place = 1, points), order = 1, points / 2)], [points, points / 2])
 
 contains
 
+  !> With `forced` also how the coefficients and, where it is true, the loads change.
   !> Error: the coefficients are not finite, or the mass matrix is singular.
-  subroutine survey(system, seen, error)
+  subroutine survey(system, seen, error, forced)
     class(periodic_system), intent(in) :: system
     type(survey_type), intent(out) :: seen
     type(error_type), allocatable, intent(out) :: error
-    integer, parameter :: points = 16
-    real(dp), allocatable :: p(:, :, :)
+    logical, intent(in), optional :: forced
+    real(dp), allocatable :: p(:, :, :), f(:, :)
     real(dp), dimension(system%states, system%states) :: greatest, power
     real(dp) :: sums(points), squares(points), inverse(system%states), size_of_p, unit, part
     integer :: n, i, j, k
 
     n = system%states
     allocate(p(points, n, n))
-    call sample_by_phase(system, [((k - 0.5_dp) / points, k = 1, points)], p)
+    ! What is not allocated is absent where it is an argument.
+    if (present(forced)) then
+      if (forced) allocate(f(points, n))
+    end if
+    call sample_by_phase(system, [((k - 0.5_dp) / points, k = 1, points)], p, f)
     ! A number that is none stays in the sums; these have room for all.
     part = 1.0_dp / n**2
     sums = 0
@@ -75,7 +84,61 @@ contains
       power = matmul(power, power)
     end do
     seen%fastest = min(seen%phase_advance, (norm2(power) / sqrt(2.0_dp))**0.0625_dp * unit * system%period)
+    if (present(forced)) call look_at_changes(p, system%period, seen, f)
   end subroutine survey
+
+  !> How the coefficients, shape (points, n, n), change, and the loads, shape (points, n), by sums with weights that nothing else
+  !> has.
+  pure subroutine look_at_changes(p, period, seen, f)
+    real(dp), contiguous, intent(in) :: p(:, :, :)
+    real(dp), intent(in) :: period
+    type(survey_type), intent(inout) :: seen
+    real(dp), contiguous, intent(in), optional :: f(:, :)
+    !> Of what does not change, or is not there.
+    real(dp), parameter :: any_width = 1.0e6_dp, golden = 0.6180339887498949_dp
+    real(dp) :: together(points), rows(size(p, 2)), columns(size(p, 2)), greatest
+    integer :: i, j
+
+    rows = [(1 + modulo(golden * i, 1.0_dp), i = 1, size(rows))]
+    columns = rows * seen%scale
+    rows = rows(size(rows):1:-1) / seen%scale
+    together = 0
+    do j = 1, size(columns)
+      do i = 1, size(rows)
+        together = together + rows(i) * columns(j) * p(:, i, j)
+      end do
+    end do
+    call see_harmonics(together, any_width, seen%width(1), greatest)
+    seen%changing = greatest * period / max(seen%phase_advance, tiny(period))
+    seen%width(2) = any_width
+    if (.not. present(f)) return
+    together = 0
+    do i = 1, size(rows)
+      together = together + rows(i) * f(:, i)
+    end do
+    call see_harmonics(together, any_width, seen%width(2), greatest)
+  end subroutine look_at_changes
+
+  !> The amplitude of the greatest harmonic, and the width by which they fall: from harmonics 1 to 4 to the next four or, where that
+  !> is less, from 3 and 4 to 7 and 8.
+  pure subroutine see_harmonics(values, any_width, width, greatest)
+    real(dp), intent(in) :: values(points), any_width
+    real(dp), intent(out) :: width, greatest
+    !> What rounding leaves.
+    real(dp), parameter :: least = 16 * epsilon(1.0_dp)
+    real(dp) :: amplitude(points / 2), unit
+    integer :: k
+
+    unit = max(maxval(abs(values)), tiny(unit))
+    do k = 1, points / 2
+      amplitude(k) = sqrt(sum(values / unit * cosine(:, k))**2 + sum(values / unit * sine(:, k))**2) * 2 / points
+    end do
+    greatest = maxval(amplitude) * unit
+    width = any_width
+    if (.not. maxval(amplitude) > least) return
+    width = log(min(maxval(amplitude(:4)) / max(maxval(amplitude(5:)), least), &
+      & max(maxval(amplitude(3:4)), least) / max(maxval(amplitude(7:)), least))) / 4
+  end subroutine see_harmonics
 
   !> The greatest size of finite values; in vectors, as maxval is not, which minds NaN.
   pure real(dp) function greatest_of(values) result(greatest)

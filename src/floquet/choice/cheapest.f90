@@ -1,0 +1,104 @@
+!> The method that takes the least work for a case.
+module gestell_floquet_choice_cheapest
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_math_lapack, only: balancing
+  use gestell_floquet_choice_prediction, only: first_steps, outlook_type, steps_in_all
+  use gestell_floquet_integrator_gauss, only: gauss
+  use gestell_floquet_integrator_method, only: method_type, name_length
+  use gestell_floquet_integrator_methods, only: find_method, method_names, stages_of
+  use gestell_system_periodic, only: periodic_system
+  use gestell_system_second_order, only: second_order_system
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: cheapest_method
+
+  !> What a step with the embedded method takes over one without it.
+  real(dp), parameter :: pair_work = 1.15_dp
+
+contains
+
+  !> The method that solves `system`, of which so much is known, to `tolerance` with the least work, by the orders, error constants
+  !> and works that the methods tell of themselves.
+  subroutine cheapest_method(system, outlook, tolerance, method)
+    class(periodic_system), intent(in) :: system
+    class(outlook_type), intent(in) :: outlook
+    real(dp), intent(in) :: tolerance
+    class(method_type), allocatable, intent(out) :: method
+    class(method_type), allocatable :: candidate
+    type(error_type), allocatable :: error
+    character(len=name_length), allocatable :: names(:)
+    real(dp) :: part, least_work
+    logical :: second_order
+    integer :: i, best
+
+    ! What changes of P is worth evaluating only where P itself is what all methods work with: for systems of second
+    ! order collocation takes half the equations.
+    second_order = .false.
+    part = 1
+    select type (system)
+    class is (second_order_system)
+      second_order = .true.
+    class default
+      part = changing_part(system)
+    end select
+
+    least_work = huge(least_work)
+    best = 1
+    allocate(names, source=method_names())
+    do i = 2, size(names)
+      if (names(i)(:5) == "gauss") then
+        ! Most are of this family: none of them is a piece of memory.
+        call consider(gauss(stages_of(names(i))))
+      else
+        call find_method(trim(names(i)), candidate, error)
+        call consider(candidate)
+      end if
+    end do
+    call find_method(trim(names(best)), method, error)
+    call method%prepare()
+
+  contains
+
+    !> Whether method `i` takes less work than the best before.
+    subroutine consider(one)
+      class(method_type), intent(in) :: one
+      real(dp) :: work
+
+      if (one%lower_order > 0) then
+        work = pair_work * first_steps(one, system, outlook, tolerance)
+      else
+        work = steps_in_all(one, system, outlook, tolerance, part, &
+          & one%steps_at_once(system%states, second_order))
+      end if
+      work = work * one%work(system%states, second_order)
+      if (work >= least_work) return
+      least_work = work
+      best = i
+    end subroutine consider
+
+  end subroutine cheapest_method
+
+  !> The greatest part of P, in balanced units, that is not constant.
+  real(dp) function changing_part(system) result(part)
+    class(periodic_system), intent(in) :: system
+    integer, parameter :: points = 8
+    real(dp) :: p(system%states, system%states, points), mean(system%states, system%states), units(system%states)
+    real(dp) :: constant, changing
+    integer :: n, k
+
+    n = system%states
+    call system%sample([((k - 0.5_dp) / points, k = 1, points)], p)
+    part = 1
+    if (.not. all(ieee_is_finite(p))) return
+    units = balancing(maxval(abs(p), dim=3))
+    p = p * spread(spread(units, 1, n) / spread(units, 2, n), 3, points)
+    mean = sum(p, dim=3) / points
+    constant = norm2(mean)
+    changing = maxval([(norm2(p(:, :, k) - mean), k = 1, points)])
+    if (changing < constant) part = changing / constant
+  end function changing_part
+
+end module gestell_floquet_choice_cheapest

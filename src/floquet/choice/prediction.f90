@@ -1,0 +1,140 @@
+!> How many steps a method will take, before one is taken.
+module gestell_floquet_choice_prediction
+  use gestell_base_kinds, only: dp, pi
+  use gestell_floquet_integrator_method, only: method_type
+  use gestell_system_periodic, only: periodic_system
+  use gestell_system_second_order, only: second_order_system
+  implicit none (type, external)
+  private
+
+  public :: first_steps, steps_in_all, whole_steps
+
+  !> What is known of a system before it is solved.
+  type, public :: outlook_type
+    !> How far the fastest motion turns within the period, w_max T in radians: at most |P| T / sqrt 2, as w comes with -w.
+    real(dp) :: phase_advance = 0
+    !> (|P^16| / sqrt 2)^(1/16) T where P is greatest, in which of several fast motions little but the fastest counts.
+    real(dp) :: fastest = 0
+    !> How far beside the real axis the coefficients, 1, and the loads, 2, are analytic, in radians of the turn: from one harmonic
+    !> to the next they fall by exp(-width). Zero: not known.
+    real(dp) :: width(2) = 0
+    !> The part of the coefficients that changes.
+    real(dp) :: changing = 1
+  end type outlook_type
+
+contains
+
+  !> With how many steps a method with others embedded in it should come to the tolerance, by an error that is told with care.
+  !> Of the change by the one embedded a sixteenth counts for Phi(T) at least, and all for x_p(T), which changes less. Of loads
+  !> and of coefficients that change `of_load` and `of_coefficients` times as much is left as of a function of size 1: with less
+  !> a second number of steps was needed more often, with more the first one was too great, for 600 random machines.
+  pure real(dp) function first_steps(method, system, outlook, tolerance) result(steps)
+    class(method_type), intent(in) :: method
+    class(periodic_system), intent(in) :: system
+    class(outlook_type), intent(in) :: outlook
+    real(dp), intent(in) :: tolerance
+    real(dp), parameter :: change = 32, of_load = 1000, of_coefficients = 300
+    real(dp) :: allowed, loads, coefficients
+
+    allowed = max(tolerance, 4 * epsilon(1.0_dp) * outlook%fastest) / 8
+    coefficients = of_coefficients * outlook%changing * max(outlook%fastest, 1.0_dp)
+    loads = of_load * (1 + outlook%phase_advance / 8)
+    steps = max(fewest(method, system), &
+      & predicted(method%order, method%error_constant, system, outlook, allowed), &
+      & predicted(method%lower_order, method%lower_constant, system, outlook, change * allowed), &
+      & resolving(method, width_of(system, outlook, 1), coefficients / allowed), &
+      & resolving(method, width_of(system, outlook, 2), loads / allowed))
+    steps = whole_steps(method, system, steps)
+  end function first_steps
+
+  !> Steps in which quadrature at Gauss' nodes leaves the part 1 / gain of a function that is analytic up to `width`: half a step
+  !> H = pi / N is the unit in which Bernstein's ellipse has the lesser semiaxis width / H = (R - 1 / R) / 2, and R**(-order) is
+  !> left (Trefethen, doi:10.1137/060659831, Theorem 4.5).
+  pure real(dp) function resolving(method, width, gain) result(steps)
+    class(method_type), intent(in) :: method
+    real(dp), intent(in) :: width, gain
+    real(dp) :: r
+
+    steps = 0
+    if (gain <= 1) return
+    r = gain**(1.0_dp / method%order)
+    steps = pi * (r - 1 / r) / (2 * width)
+  end function resolving
+
+  !> The width of the coefficients, 1, or of the loads, 2: as a rule random linkages have at least 7 / m where the finest feature
+  !> takes 1 / m of the period, whatever few samples tell.
+  pure real(dp) function width_of(system, outlook, which) result(width)
+    class(periodic_system), intent(in) :: system
+    class(outlook_type), intent(in) :: outlook
+    integer, intent(in) :: which
+
+    width = max(outlook%width(which), 7.0_dp / system%least_steps)
+  end function width_of
+
+  !> The steps that see the finest feature of the coefficients as well as `least_steps` with six stages do.
+  pure real(dp) function fewest(method, system)
+    class(method_type), intent(in) :: method
+    class(periodic_system), intent(in) :: system
+
+    fewest = 6.0_dp * system%least_steps / method%stages
+  end function fewest
+
+  !> Steps that leave such an error: the fastest motion counts 0.925 of `fastest`, and the coefficients turn too: of their k-th
+  !> harmonic, exp(-k width), a method of order p leaves most where k is p / width.
+  pure real(dp) function predicted(order, constant, system, outlook, error) result(steps)
+    integer, intent(in) :: order
+    real(dp), intent(in) :: constant, error
+    class(periodic_system), intent(in) :: system
+    class(outlook_type), intent(in) :: outlook
+    real(dp) :: harmonic
+
+    harmonic = 1.4_dp * order / width_of(system, outlook, 1) * outlook%changing**(1.0_dp / order)
+    steps = hypot(0.925_dp * outlook%fastest, harmonic) * (constant * max(outlook%fastest, 1.0_dp) / error)**(1.0_dp / order)
+  end function predicted
+
+  !> Steps of all solutions that lead to the tolerance, each a whole number of times those that are done `at_once`: a coarse
+  !> one, one with twice as many, and the last, for which the method's error is known.
+  pure real(dp) function steps_in_all(method, system, outlook, tolerance, changing, at_once) result(steps)
+    class(method_type), intent(in) :: method
+    class(periodic_system), intent(in) :: system
+    integer, intent(in) :: at_once
+    class(outlook_type), intent(in) :: outlook
+    real(dp), intent(in) :: tolerance, changing
+    real(dp) :: coarse, last, constant, allowed
+
+    coarse = max(real(system%least_steps, dp), 1.5_dp * outlook%phase_advance / method%order)
+    constant = method%error_constant
+    if (method%exact_if_constant) constant = constant * changing &
+      & * (system%least_steps / max(outlook%phase_advance, real(system%least_steps, dp)))**3
+    ! The estimate of the error is four times the error, and half the tolerance is aimed at; rounding sets a floor.
+    allowed = max(tolerance, 4 * epsilon(1.0_dp) * outlook%phase_advance) / 8
+    last = 1.1_dp * predicted(method%order, constant, system, outlook, allowed)
+    steps = at_once * (whole(coarse / at_once) + whole(2 * coarse / at_once) + whole(max(2.5_dp * coarse, last) / at_once))
+  end function steps_in_all
+
+  !> No fewer steps, a whole number of times those that are done at once.
+  pure real(dp) function whole_steps(method, system, steps)
+    class(method_type), intent(in) :: method
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(in) :: steps
+    logical :: second_order
+
+    second_order = .false.
+    select type (system)
+    class is (second_order_system)
+      second_order = .true.
+    end select
+    associate (at_once => method%steps_at_once(system%states, second_order))
+      whole_steps = at_once * whole(steps / at_once)
+    end associate
+  end function whole_steps
+
+  !> The least whole number that is not below `x`, which may be beyond the range of integers.
+  pure real(dp) function whole(x)
+    real(dp), intent(in) :: x
+
+    whole = aint(x)
+    if (whole < x) whole = whole + 1
+  end function whole
+
+end module gestell_floquet_choice_prediction

@@ -1,0 +1,140 @@
+!> What is seen of a system before it is solved, and the steps that are taken on it.
+module test_prediction
+  use checks, only: check_success, check_that
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_floquet_integrator_method, only: method_type
+  use gestell_floquet_integrator_methods, only: new_method
+  use gestell_floquet_choice_prediction, only: first_steps, outlook_type
+  use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
+  use gestell_floquet_period_survey, only: survey, survey_type
+  use gestell_system_periodic, only: periodic_system
+  use testdrive, only: error_type, new_unittest, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_prediction
+
+  !> x' = -rate K(t; a) x + K(t; b), period 1, with Poisson's kernel K(t; r) = (1 - r^2) / (1 - 2 r cos 2 pi t + r^2) = 1 + 2 sum of
+  !> r^k cos 2 pi k t: harmonics fall by r, and Phi(t) = exp(-rate (integral of K)), Phi(1) = exp(-rate).
+  type, extends(periodic_system) :: kernel_type
+    real(dp) :: rate = 0.5_dp, a = 0, b = 0
+  contains
+    procedure :: matrix => kernel_matrix
+    procedure :: forcing => kernel_forcing
+  end type kernel_type
+
+contains
+
+  subroutine collect_prediction(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("how harmonics fall", test_widths), &
+      & new_unittest("nothing that changes, nothing that loads", test_constant), &
+      & new_unittest("the first number of steps is enough, and not far too great", test_first)]
+  end subroutine collect_prediction
+
+  pure real(dp) function kernel(t, r)
+    real(dp), intent(in) :: t, r
+
+    kernel = (1 - r**2) / (1 - 2 * r * cos(2 * pi * t) + r**2)
+  end function kernel
+
+  subroutine kernel_matrix(self, t, p)
+    class(kernel_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: p(:, :)
+
+    p = -self%rate * kernel(t, self%a)
+  end subroutine kernel_matrix
+
+  subroutine kernel_forcing(self, t, f)
+    class(kernel_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: f(:)
+
+    f = kernel(t, self%b)
+  end subroutine kernel_forcing
+
+  pure type(kernel_type) function new_kernel(a, b) result(system)
+    real(dp), intent(in) :: a, b
+
+    system%states = 1
+    system%period = 1
+    system%a = a
+    system%b = b
+  end function new_kernel
+
+  !> The width is -ln r; what 16 samples fold back adds r^2 to the seventh harmonic, 2 % to the width at most.
+  subroutine test_widths(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: ratios(*) = [0.05_dp, 0.1_dp, 0.2_dp, 0.3_dp, 0.4_dp]
+    type(survey_type) :: seen
+    type(gestell_error), allocatable :: failure
+    integer :: i
+
+    do i = 1, size(ratios)
+      call survey(new_kernel(ratios(i), ratios(size(ratios) + 1 - i)), seen, failure, .true.)
+      call check_success(error, failure)
+      if (allocated(error)) return
+      call check_that(error, abs(seen%width / (-log([ratios(i), ratios(size(ratios) + 1 - i)])) - 1), "<", 0.05_dp, "widths")
+      if (allocated(error)) return
+      ! K changes by 2 r beside its mean; its size, by which that is told, is its greatest value over sqrt 2. Weights are 1 to 2.
+      call check_that(error, abs(seen%changing / (4 * sqrt(2.0_dp) * ratios(i) * (1 - ratios(i)) / (1 + ratios(i))) - 1), &
+        & "<", 1.0_dp, "part that changes")
+      if (allocated(error)) return
+    end do
+  end subroutine test_widths
+
+  !> Then no steps are taken for it.
+  subroutine test_constant(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(survey_type) :: seen, alone
+    type(gestell_error), allocatable :: failure
+
+    call survey(new_kernel(0.0_dp, 0.3_dp), seen, failure, .true.)
+    if (.not. allocated(failure)) call survey(new_kernel(0.0_dp, 0.3_dp), alone, failure, .false.)
+    call check_success(error, failure)
+    if (allocated(error)) return
+    call check_that(error, seen%width(1), ">", 1.0e3_dp, "constant coefficients")
+    call check_that(error, seen%width(2), "<", 2.0_dp, "loads")
+    call check_that(error, alone%width(2), ">", 1.0e3_dp, "loads that are not asked for")
+  end subroutine test_constant
+
+  !> Phi(1) is known in closed form. Of 20 tolerances and ratios two at most may need a second number of steps.
+  subroutine test_first(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: ratios(*) = [0.05_dp, 0.2_dp, 0.4_dp, 0.5_dp]
+    class(method_type), allocatable :: method
+    type(kernel_type) :: system
+    type(monodromy_type) :: monodromy
+    type(gestell_error), allocatable :: failure
+    real(dp) :: tolerance
+    integer :: i, k, second
+
+    second = 0
+    do k = 4, 12, 2
+      tolerance = 10.0_dp**(-k)
+      do i = 1, size(ratios)
+        system = new_kernel(ratios(i), ratios(i))
+        call solve_monodromy(system, accuracy_type(tolerance=tolerance, method="gauss8"), .true., monodromy, failure)
+        call check_success(error, failure)
+        if (allocated(error)) return
+        call check_that(error, abs(monodromy%phi(1, 1) - exp(-system%rate)), "<=", monodromy%error, "Phi")
+        call check_that(error, monodromy%error, "<=", tolerance * monodromy%norm, "what was ordered")
+        if (allocated(error)) return
+        if (monodromy%evaluations > monodromy%steps * monodromy%method%stages) second = second + 1
+        ! 12 digits take 24 steps where the finest feature alone is known.
+        if (i == 1) call check_that(error, monodromy%steps, "==", 8, "harmonics that fall by 20")
+        if (allocated(error)) return
+      end do
+    end do
+    call check_that(error, second, "<=", 2, "second numbers of steps")
+    if (allocated(error)) return
+    call new_method("gauss8", method, failure)
+    call check_that(error, first_steps(method, system, outlook_type(1.0_dp, 1.0_dp, [9.0_dp, 2.0_dp]), 1.0e-9_dp), "<", &
+      & first_steps(method, system, outlook_type(1.0_dp, 1.0_dp, [9.0_dp, 1.0_dp]), 1.0e-9_dp), "wider loads")
+  end subroutine test_first
+
+end module test_prediction
