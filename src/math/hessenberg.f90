@@ -159,7 +159,11 @@ contains
     integer :: lane, n, i, j, k
 
     n = h%n
-    x = 0
+    ! Beside the coefficients of each polynomial a zero at both ends.
+    do i = 1, n
+      x(:, -1, i) = 0
+      x(:, n - i + 1, i) = 0
+    end do
     x(:, 0, n) = 1
     do i = n, 1, -1
       m = h%v(:, i) * mean + h%g(:, i, i)

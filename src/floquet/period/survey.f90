@@ -21,6 +21,8 @@ module gestell_floquet_period_survey
 
   integer, parameter :: points = 16
   integer :: place, order
+  !> Where a survey looks: what a model may prepare.
+  real(dp), parameter, public :: survey_phases(points) = [((place - 0.5_dp) / points, place = 1, points)]
   real(dp), parameter :: cosine(points, points / 2) = reshape([((cos(2 * pi * place * order / points), &
     & place = 1, points), order = 1, points / 2)], [points, points / 2])
   real(dp), parameter :: sine(points, points / 2) = reshape([((sin(2 * pi * place * order / points), &
@@ -46,7 +48,7 @@ contains
     if (present(forced)) then
       if (forced) allocate(f(points, n))
     end if
-    call sample_by_phase(system, [((k - 0.5_dp) / points, k = 1, points)], p, f)
+    call sample_by_phase(system, survey_phases, p, f)
     ! A number that is none stays in the sums; these have room for all.
     part = 1.0_dp / n**2
     sums = 0

@@ -1,15 +1,16 @@
-!> The motion over a period as numbers that depend smoothly on the parameters: those of its parts (`parts_type`), integrated in
-!> the same way for every member of a family.
+!> The motion over a period as numbers that depend smoothly on the parameters: those of its parts (`parts_type`), by the same method
+!> for every member of a family.
 module gestell_task_sweep_expansion_sampler
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
+  use gestell_math_lanes, only: lanes
   use gestell_math_fourier, only: transform_matrix
   use gestell_math_matrix, only: balanced
   use gestell_floquet_period_period_map, only: motions
   use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_method, only: method_type
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
-  use gestell_floquet_period_survey, only: survey, survey_type
+  use gestell_floquet_period_survey, only: survey, survey_phases, survey_type
   use gestell_floquet_solution, only: floquet_type, solve_floquet
   use gestell_model_frame, only: frame_type
   use gestell_study_family, only: family_type, take_member
@@ -22,10 +23,14 @@ module gestell_task_sweep_expansion_sampler
 
   public :: new_sampler
 
-  !> Integrates every member of a family in the same way: only then the errors of integration are smooth too.
+  !> Integrates members of a family by one method, with steps in proportion to what their fastest motion turns by: where it turns as
+  !> far in a step errors are as small.
   type, public :: sampler_type
     class(method_type), allocatable :: method
-    integer :: steps = 0
+    !> Numbers of steps, ascending: the last for a member whose fastest motion turns by `fastest`, none with fewer nodes than
+    !> `fewest`, which the least demanding member takes.
+    integer, allocatable :: steps(:)
+    real(dp) :: fastest = 0, fewest = huge(1.0_dp)
     !> What the numbers are.
     type(parts_type) :: parts
     !> Units that balance the states, shape (n).
@@ -75,7 +80,7 @@ contains
     type(survey_type) :: seen
     type(monodromy_type) :: monodromy
     type(error_type), allocatable :: error
-    real(dp) :: turns(size(corners, 2)), work, most
+    real(dp) :: turns(size(corners, 2)), nodes, most
     integer :: k
 
     fits = .false.
@@ -101,16 +106,18 @@ contains
         fits = .false.
         sampler%unit = merge(norm2(monodromy%xp / sampler%scale), max(sampler%unit, norm2(monodromy%xp / sampler%scale)), k == 1)
       end if
-      work = real(monodromy%steps, dp) * monodromy%method%stages
-      if (work <= most) cycle
-      most = work
-      sampler%steps = monodromy%steps
+      nodes = real(monodromy%steps, dp) * monodromy%method%stages
+      sampler%fewest = min(sampler%fewest, nodes)
+      sampler%fastest = max(sampler%fastest, seen%fastest)
+      if (nodes <= most) cycle
+      most = nodes
       if (allocated(sampler%method)) deallocate(sampler%method)
       allocate(sampler%method, source=monodromy%method)
     end do
     if (forced .and. .not. (sampler%unit > 0 .and. sampler%times <= most_times)) return
     sampler%transform = transform_matrix(sampler%times)
     call choose_parts(sampler, turns, allocated(system%breaks), points)
+    call choose_steps(sampler, most)
     if (family%shares_mechanism()) call remember(sampler, system)
     call weigh(sampler, family, corners, fits)
   end subroutine new_sampler
@@ -119,23 +126,25 @@ contains
   subroutine remember(sampler, system)
     type(sampler_type), intent(inout) :: sampler
     class(periodic_system), intent(in) :: system
+    integer :: k
 
     select type (system)
     type is (frame_type)
       if (allocated(system%space)) return
       sampler%remembered = system
-      call remember_mechanism(sampler%remembered, sampler%method, mesh(system, sampler%steps))
+      call sampler%remembered%remember(survey_phases)
+      do k = 1, size(sampler%steps)
+        call remember_mechanism(sampler%remembered, sampler%method, mesh(system, sampler%steps(k)))
+      end do
     end select
   end subroutine remember
 
-  !> Parts of the period, and steps that end with them and with the times that are wanted. `turns`: what vibrations turn by at the
-  !> corners.
+  !> Parts of the period. `turns`: what vibrations turn by at the corners.
   pure subroutine choose_parts(sampler, turns, breaks, points)
     type(sampler_type), intent(inout) :: sampler
     real(dp), intent(in) :: turns(:)
     logical, intent(in) :: breaks
     integer, intent(in) :: points
-    integer :: equal
 
     associate (parts => sampler%parts)
       parts%states = size(sampler%scale)
@@ -143,11 +152,39 @@ contains
       parts%parts = 1
       ! Between breaks steps are not of one length.
       if (.not. breaks) parts%parts = cheapest_parts((maxval(turns) - minval(turns)) / 2, points, sampler%times)
-      equal = max(sampler%times, parts%parts)
-      parts%between = equal / parts%parts - 1
+      parts%between = max(sampler%times, parts%parts) / parts%parts - 1
     end associate
-    sampler%steps = equal * ((sampler%steps - 1) / equal + 1)
   end subroutine choose_parts
+
+  !> Numbers of steps that end with the parts and with the times that are wanted, and fill the lanes, each more by a tenth than the
+  !> one before at least, up to that of the most demanding corner, which takes `most` nodes.
+  pure subroutine choose_steps(sampler, most)
+    type(sampler_type), intent(inout) :: sampler
+    real(dp), intent(in) :: most
+    integer :: equal, last, k, steps
+
+    equal = sampler%parts%parts * (sampler%parts%between + 1)
+    last = equal * ceiling(most / (sampler%method%stages * equal))
+    allocate(sampler%steps(0))
+    do k = 1, last / lanes
+      steps = equal * (k * lanes / equal)
+      if (steps < sampler%fewest / sampler%method%stages .or. steps >= last) cycle
+      if (10 * steps >= 11 * maxval([sampler%steps, 0])) sampler%steps = [sampler%steps, steps]
+    end do
+    sampler%steps = [sampler%steps, last]
+  end subroutine choose_steps
+
+  !> The steps that are enough for a member whose fastest motion turns by so much.
+  pure integer function enough(self, fastest)
+    class(sampler_type), intent(in) :: self
+    real(dp), intent(in) :: fastest
+    integer :: k
+
+    do k = 1, size(self%steps) - 1
+      if (self%steps(k) * self%fastest >= self%steps(size(self%steps)) * fastest) exit
+    end do
+    enough = self%steps(k)
+  end function enough
 
   !> The number of parts with which `points` points cost the least; it divides `times`, where these are wanted. Along an axis the
   !> angle of the fastest vibration at the end of the period changes by `half_turn` to both sides: cos(z + x h) has about h terms
@@ -235,6 +272,7 @@ contains
     real(dp), intent(out) :: values(:)
     logical, intent(out) :: fits
     class(periodic_system), allocatable :: system
+    type(survey_type) :: seen
     type(error_type), allocatable :: error
     real(dp) :: maps(size(self%scale), self%parts%columns(), self%parts%parts * (self%parts%between + 1))
 
@@ -242,11 +280,13 @@ contains
     values = 0
     call take_member(family, parameters, system, error)
     if (allocated(error)) return
-    if (system%states /= size(self%scale) .or. system%least_steps > self%steps) return
+    if (system%states /= size(self%scale) .or. system%least_steps > maxval(self%steps)) return
     if (allocated(system%breaks) .and. size(maps, 3) > 1) return
     self%solutions = self%solutions + 1
     call exchange(self, system)
-    call motions(system, self%method, mesh(system, self%steps), self%parts%parts, maps, error)
+    if (size(self%steps) > 1) call survey(system, seen, error)
+    if (.not. allocated(error)) call motions(system, self%method, mesh(system, enough(self, seen%fastest)), self%parts%parts, &
+      & maps, error)
     call exchange(self, system)
     fits = .not. allocated(error)
     if (fits) values = self%parts%weighted(numbers_of(self, maps))
