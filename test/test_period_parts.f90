@@ -122,7 +122,7 @@ contains
       call check_that(error, mod(steps, sampler%parts%parts), "==", 0, "steps that end with the parts")
       call check_that(error, steps(2:), ">", steps(:size(steps) - 1), "ascending")
       if (allocated(error)) return
-      call check_that(error, 4 * steps(1), "<", steps(size(steps)), "a member that turns by little")
+      call check_that(error, 3 * steps(1), "<", steps(size(steps)), "a member that turns by little")
       if (allocated(error)) return
     end associate
     allocate(numbers(sampler%parts%numbers()))
