@@ -70,8 +70,7 @@ contains
       if (one%lower_order > 0) then
         work = pair_work * first_steps(one, system, outlook, tolerance)
       else
-        work = steps_in_all(one, system, outlook, tolerance, part, &
-          & one%steps_at_once(system%states, second_order))
+        work = steps_in_all(one, system, outlook, tolerance, part)
       end if
       work = work * one%work(system%states, second_order)
       if (work >= least_work) return

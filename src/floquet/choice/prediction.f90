@@ -92,12 +92,11 @@ contains
     steps = hypot(0.925_dp * outlook%fastest, harmonic) * (constant * max(outlook%fastest, 1.0_dp) / error)**(1.0_dp / order)
   end function predicted
 
-  !> Steps of all solutions that lead to the tolerance, each a whole number of times those that are done `at_once`: a coarse
-  !> one, one with twice as many, and the last, for which the method's error is known.
-  pure real(dp) function steps_in_all(method, system, outlook, tolerance, changing, at_once) result(steps)
+  !> Steps of all solutions that lead to the tolerance: a coarse one, one with twice as many, and the last, for which the method's
+  !> error is known.
+  pure real(dp) function steps_in_all(method, system, outlook, tolerance, changing) result(steps)
     class(method_type), intent(in) :: method
     class(periodic_system), intent(in) :: system
-    integer, intent(in) :: at_once
     class(outlook_type), intent(in) :: outlook
     real(dp), intent(in) :: tolerance, changing
     real(dp) :: coarse, last, constant, allowed
@@ -109,7 +108,8 @@ contains
     ! The estimate of the error is four times the error, and half the tolerance is aimed at; rounding sets a floor.
     allowed = max(tolerance, 4 * epsilon(1.0_dp) * outlook%phase_advance) / 8
     last = 1.1_dp * predicted(method%order, constant, system, outlook, allowed)
-    steps = at_once * (whole(coarse / at_once) + whole(2 * coarse / at_once) + whole(max(2.5_dp * coarse, last) / at_once))
+    steps = whole_steps(method, system, coarse) + whole_steps(method, system, 2 * coarse) &
+      & + whole_steps(method, system, max(2.5_dp * coarse, last))
   end function steps_in_all
 
   !> No fewer steps, a whole number of times those that are done at once.

@@ -182,13 +182,15 @@ contains
     reserve = 16**(1.0_dp / self%method%order)
   end function reserve
 
-  !> The steps that are enough for a member whose fastest motion turns by so much.
-  pure integer function enough(self, fastest)
+  !> The steps that are enough for a member whose fastest motion turns by so much and whose coefficients need so many.
+  pure integer function enough(self, fastest, least_steps)
     class(sampler_type), intent(in) :: self
     real(dp), intent(in) :: fastest
+    integer, intent(in) :: least_steps
     integer :: k
 
     do k = 1, size(self%steps) - 1
+      if (self%steps(k) < least_steps) cycle
       if (self%steps(k) * self%fastest >= reserve(self) * self%steps(size(self%steps)) * fastest) exit
     end do
     enough = self%steps(k)
@@ -293,8 +295,8 @@ contains
     self%solutions = self%solutions + 1
     call exchange(self, system)
     if (size(self%steps) > 1) call survey(system, seen, error)
-    if (.not. allocated(error)) call motions(system, self%method, mesh(system, enough(self, seen%fastest)), self%parts%parts, &
-      & maps, error)
+    if (.not. allocated(error)) call motions(system, self%method, mesh(system, enough(self, seen%fastest, system%least_steps)), &
+      & self%parts%parts, maps, error)
     call exchange(self, system)
     fits = .not. allocated(error)
     if (fits) values = self%parts%weighted(numbers_of(self, maps))
