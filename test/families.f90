@@ -5,7 +5,7 @@ module families
   use gestell_model_frame, only: frame_type
   use gestell_study_family, only: family_type
   use gestell_system_periodic, only: periodic_system
-  use systems, only: mathieu_type
+  use systems, only: mathieu_type, pulsed_type
   implicit none (type, external)
   private
 
@@ -26,7 +26,37 @@ module families
     procedure :: member => member_of_machines
   end type machine_family
 
+  !> y'' + d(t) y' + a y = 0 over the period pi; parameter a. The damping d = 0.05 is a pulse of that mean for a between 1 and 2.
+  type, extends(family_type), public :: pulsed_family
+  contains
+    procedure :: member => member_of_pulsed
+  end type pulsed_family
+
 contains
+
+  subroutine member_of_pulsed(self, parameters, system, error)
+    class(pulsed_family), intent(in) :: self
+    real(dp), intent(in) :: parameters(:)
+    class(periodic_system), allocatable, intent(out) :: system
+    type(error_type), allocatable, intent(out) :: error
+    type(pulsed_type), allocatable :: pulsed
+
+    associate (unused => self)
+    end associate
+    if (size(parameters) /= 1) then
+      call fatal_error(error, "one parameter", impossible_mechanism)
+      return
+    end if
+    allocate(pulsed)
+    pulsed%states = 2
+    pulsed%period = pi
+    pulsed%square = parameters(1)
+    if (parameters(1) > 1 .and. parameters(1) < 2) then
+      pulsed%ratio = 0.85_dp
+      pulsed%least_steps = 40
+    end if
+    call move_alloc(pulsed, system)
+  end subroutine member_of_pulsed
 
   subroutine member_of_oscillators(self, parameters, system, error)
     class(oscillator_family), intent(in) :: self

@@ -64,6 +64,13 @@ module systems
     procedure :: load => jumping_load
   end type jumping_type
 
+  !> q'' + d q' + square q = 0 with d = damping (1 + 2 sum of ratio^k cos(k w t)), w = 2 pi / T: a pulse at t = 0.
+  type, extends(second_order_system), public :: pulsed_type
+    real(dp) :: square = 1, damping = 0.05_dp, ratio = 0
+  contains
+    procedure :: matrices => pulsed_matrices
+  end type pulsed_type
+
   !> Another second-order system over `turns` of its periods (set `period` to match), from the time `start` on.
   type, extends(second_order_system), public :: again_type
     class(second_order_system), allocatable :: system
@@ -111,6 +118,19 @@ contains
 
     h = self%h * cos(2 * t)
   end subroutine mathieu_load
+
+  !> The sum is Poisson's kernel.
+  subroutine pulsed_matrices(self, t, m, b, c)
+    class(pulsed_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: m(:, :), b(:, :), c(:, :)
+
+    associate (r => self%ratio)
+      m = 1
+      b = self%damping * (1 - r**2) / (1 - 2 * r * cos(2 * pi * t / self%period) + r**2)
+      c = self%square
+    end associate
+  end subroutine pulsed_matrices
 
   subroutine meissner_matrix(self, t, p)
     class(meissner_type), intent(in) :: self

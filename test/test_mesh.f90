@@ -2,7 +2,7 @@
 module test_mesh
   use checks, only: check_that
   use gestell_base_kinds, only: dp
-  use gestell_floquet_integrator_mesh, only: merged, mesh
+  use gestell_floquet_integrator_mesh, only: merged, mesh, refined
   use systems, only: constant_type
   use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
@@ -15,7 +15,9 @@ contains
   subroutine collect_mesh(testsuite)
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
-    testsuite = [new_unittest("steps between breaks, and merged phases", test_steps)]
+    testsuite = [ &
+      & new_unittest("steps between breaks, and merged phases", test_steps), &
+      & new_unittest("equal steps through phases", test_refined)]
   end subroutine collect_mesh
 
   subroutine test_steps(error)
@@ -69,5 +71,44 @@ contains
     if (allocated(error)) return
     call check(error, maxval(abs(nodes - [0.0_dp, 0.25_dp, 0.5_dp, 0.75_dp, 1.0_dp])), 0.0_dp)
   end subroutine test_steps
+
+  !> Steps that pass through equidistant phases are equal; they are no longer than those of the mesh, and end at breaks.
+  subroutine test_refined(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(constant_type) :: system
+    real(dp), allocatable :: nodes(:), through(:)
+    integer :: i, m
+
+    system = constant_type(states=2, period=8.0_dp)
+    do m = 1, 90
+      nodes = mesh(system, m)
+      through = refined(system, nodes, [(i / 40.0_dp, i = 0, 40)])
+      call check(error, size(through), 1 + 40 * ((m + 39) / 40), more="steps through 40 phases")
+      if (allocated(error)) return
+      associate (n => size(through))
+        call check_that(error, maxval(abs(through - [(i / real(n - 1, dp), i = 0, n - 1)])), "<", 2 * epsilon(1.0_dp), "equal")
+      end associate
+      if (allocated(error)) return
+      through = refined(system, nodes, nodes)
+      call check(error, size(through), m + 1, more="a mesh through its own ends")
+      if (allocated(error)) return
+    end do
+    ! A break at 0.3: 3 steps of 0.1 and 7, which 0.45 and 0.5 divide into 3 parts of 2, 1 and 5 steps.
+    system%breaks = [2.4_dp]
+    through = refined(system, mesh(system, 10), [0.45_dp, 0.5_dp])
+    call check(error, size(through), 12)
+    if (allocated(error)) return
+    call check_that(error, maxval(abs(through([4, 5, 6, 7, 8]) - [0.3_dp, 0.375_dp, 0.45_dp, 0.5_dp, 0.6_dp])), "<", &
+      & 2 * epsilon(1.0_dp), "through break and phases")
+    if (allocated(error)) return
+    ! Different steps beside a break keep their lengths, also in a part of the mesh.
+    system%breaks = [1.0_dp]
+    nodes = mesh(system, 4, [0.25_dp, 0.5_dp])
+    nodes = [nodes(:3), 0.375_dp, nodes(4:)]
+    through = refined(system, nodes(2:5), [0.25_dp])
+    call check(error, size(through), 4)
+    if (allocated(error)) return
+    call check_that(error, maxval(abs(through - nodes(2:5))), "<=", 0.0_dp, "part of a mesh")
+  end subroutine test_refined
 
 end module test_mesh

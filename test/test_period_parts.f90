@@ -1,7 +1,7 @@
 !> The parts of a period in which an expansion has the motion: they make the period, and their weights tell of errors.
 module test_period_parts
   use checks, only: check_success, check_that
-  use families, only: machine_family, oscillator_family
+  use families, only: machine_family, oscillator_family, pulsed_family
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
@@ -30,6 +30,7 @@ contains
       & new_unittest("products in lanes", test_products), &
       & new_unittest("parts make the period", test_period), &
       & new_unittest("members take the steps that they need", test_steps), &
+      & new_unittest("members take the steps that their coefficients need", test_pulses), &
       & new_unittest("errors count by what becomes of them", test_weights), &
       & new_unittest("as many parts as pay", test_choice), &
       & new_unittest("what is missing of a series", test_rest), &
@@ -137,6 +138,33 @@ contains
       if (allocated(error)) return
     end do
   end subroutine test_steps
+
+  !> A slow member whose coefficients have finer features than those of the corners: as many steps as it turns by miss them.
+  subroutine test_pulses(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: members(*) = [0.7_dp, 1.5_dp, 2.5_dp]
+    type(pulsed_family) :: family
+    type(sampler_type) :: sampler
+    real(dp), allocatable :: numbers(:), right(:)
+    integer :: i
+    logical :: fits
+
+    call new_sampler(sampler, family, reshape([0.5_dp, 4000.0_dp], [1, 2]), accuracy_type(tolerance=1.0e-12_dp), .false., 20000, &
+      & fits)
+    call check_that(error, fits, "==", .true., "a sampler")
+    if (allocated(error)) return
+    allocate(numbers(sampler%parts%numbers()))
+    do i = 1, size(members)
+      call sampler%sample(family, members(i:i), numbers, fits)
+      call check_that(error, fits, "==", .true., "a sample")
+      if (allocated(error)) return
+      call own_numbers(family, members(i:i), sampler, right, error)
+      if (allocated(error)) return
+      ! Roundings; as many steps as the slow one turns by leave 2.5e-9.
+      call check_that(error, maxval(abs(sampler%parts%period(numbers) - right)), "<", 1.0e-12_dp, "Phi(T)")
+      if (allocated(error)) return
+    end do
+  end subroutine test_pulses
 
   !> Phi(T), and x_p(T) where there are loads, by a solution of their own in the units of a sampler.
   subroutine own_numbers(family, parameters, sampler, numbers, error)

@@ -5,7 +5,7 @@ module gestell_floquet_integrator_mesh
   implicit none (type, external)
   private
 
-  public :: mesh, merged
+  public :: mesh, merged, refined
 
 contains
 
@@ -45,6 +45,38 @@ contains
       nodes(first(k)) = ends(k)
     end do
   end function mesh
+
+  !> The ends of steps no longer than those between `nodes`, some of the mesh of `system`, that end at each of the ascending
+  !> `phases` between them too: equal ones between two of these, so that equidistant phases have steps that are equal throughout.
+  pure function refined(system, nodes, phases)
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(in) :: nodes(:), phases(:)
+    real(dp), allocatable :: refined(:)
+    real(dp), allocatable :: ends(:)
+    integer :: step, length, count, i, k
+
+    ends = merged([nodes(1), nodes(size(nodes))], phases)
+    if (allocated(system%breaks)) ends = merged(ends, pack(system%breaks / system%period, &
+      & system%breaks / system%period > nodes(1) .and. system%breaks / system%period < nodes(size(nodes))))
+    allocate(refined(size(nodes) + 2 * size(ends)))
+    refined(1) = ends(1)
+    length = 1
+    step = 1
+    do k = 2, size(ends)
+      ! The step of the mesh in which the middle lies: between breaks they are equal.
+      do while (step < size(nodes) - 1)
+        if (2 * nodes(step + 1) >= ends(k - 1) + ends(k)) exit
+        step = step + 1
+      end do
+      count = max(1, ceiling((ends(k) - ends(k - 1)) / (nodes(step + 1) - nodes(step)) - sqrt(epsilon(1.0_dp))))
+      do i = 1, count - 1
+        refined(length + i) = ends(k - 1) + (ends(k) - ends(k - 1)) * i / count
+      end do
+      length = length + count
+      refined(length) = ends(k)
+    end do
+    refined = refined(:length)
+  end function refined
 
   !> The ascending sequence of all numbers of the ascending sequences `a` and `b`; what both hold, once.
   pure function merged(a, b) result(c)

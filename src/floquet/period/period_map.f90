@@ -6,7 +6,7 @@ module gestell_floquet_period_period_map
   use gestell_math_lapack, only: inverse
   use gestell_math_matrix, only: balanced, unit_matrix
   use gestell_base_text, only: text
-  use gestell_floquet_integrator_mesh, only: merged
+  use gestell_floquet_integrator_mesh, only: refined
   use gestell_floquet_integrator_method, only: maps_type, method_type, unseen_type
   use gestell_floquet_period_composition, only: multiply_maps, transient_type
   use gestell_system_periodic, only: periodic_system
@@ -199,7 +199,7 @@ contains
       call fatal_error(error, "a motion has a column for each phase", invalid_input)
       return
     end if
-    all_nodes = merged(nodes, phases)
+    all_nodes = refined(system, nodes, phases)
     allocate(a(size(x0), size(x0), block_length), b(size(x0), block_length))
     now = x0
     next = 1

@@ -6,8 +6,8 @@
 !>     x^(t) = y(t) + Phi(t, t_k) z_k,   z_{k+1} = A_k z_k + d_k,   z_{K+1} = z_1,
 !>
 !> A_k the maps of the segments. So local errors are seen where they arise, however fast they die out, and with their signs. A
-!> method of order p leaves 2^-p of x^ - x in x^. Equal steps owe much to the period, which unequal ones do not have: what the
-!> starts miss is found with half the steps of their own mesh, l with half of those between the phases as well.
+!> method of order p leaves 2^-p of x^ - x in x^. Equal steps owe much to the period, which unequal ones do not have: between
+!> equidistant phases all are equal, and what the starts miss is found with half the steps of their own mesh.
 !>
 !> A motion that is followed from the same starts with more steps, for more phases, has the same part of x^ - x that is due to the
 !> starts, and less of the local errors: it lies between x and a motion that has none of them. Bounds hold for both ends.
@@ -18,7 +18,7 @@ module gestell_floquet_period_turn_errors
   use gestell_math_matrix, only: balanced, unit_matrix
   use gestell_floquet_period_convergence, only: safety
   use gestell_floquet_period_period_map, only: block_length, end_of_block
-  use gestell_floquet_integrator_mesh, only: merged
+  use gestell_floquet_integrator_mesh, only: merged, refined
   use gestell_floquet_integrator_method, only: method_type
   use gestell_system_periodic, only: periodic_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -83,7 +83,7 @@ contains
 
     n = size(x, 1)
     count = size(starts, 2)
-    half = merged(merged(nodes, phases), ends)
+    half = refined(system, nodes, merged(phases, ends))
     comparison%steps = size(half) - 1
     half = merged(half, (half(:size(half) - 1) + half(2:)) / 2)
     allocate(comparison%local(n, size(phases)), comparison%transition(n, n, size(phases)), comparison%map(n, n, count))

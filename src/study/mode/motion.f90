@@ -6,7 +6,7 @@ module gestell_study_mode_motion
   use gestell_base_kinds, only: dp, pi
   use gestell_math_matrix, only: balanced
   use gestell_floquet_factors_factored, only: factored_type, solve_factored
-  use gestell_floquet_integrator_mesh, only: merged
+  use gestell_floquet_integrator_mesh, only: merged, refined
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_period_survey, only: survey, survey_type
   use gestell_system_periodic, only: periodic_system
@@ -78,7 +78,7 @@ contains
     segment = 1
     past = 0
     associate (factors => factored%factors, x => factored%spectrum%vectors%x, lambda => factored%spectrum%vectors%lambda)
-      allocate(nodes, source=merged(factors%nodes, [(real(k, dp) / samples, k = 0, samples - 1)]))
+      nodes = refined(system, factors%nodes, merged(factors%ends, [(real(k, dp) / samples, k = 0, samples - 1)]))
       now = x(:, :, 1)
       call keep(0.0_dp)
       do first = 1, size(nodes) - 1, block_length
