@@ -53,6 +53,7 @@ contains
     character(len=*), intent(in), optional :: kind
     type(specimen_type) :: one
     type(random_type) :: random
+    integer :: stages
 
     call random%start(number, 2)
     one%number = number
@@ -82,9 +83,22 @@ contains
       call set_speed(random, most_turns, one%machine)
     case ("steps")
       one%steps = nint(4 * 100**random%draw())
+    case ("gauss")
+      stages = random%pick(5)
+      one%methods(1) = name_of(5 + stages)
+      stages = stages + random%pick(4)
+      one%methods(2) = name_of(6 + mod(stages - 1, 5))
     case default
     end select
   end function specimen
+
+  !> Of Gauss' method with so many stages.
+  pure function name_of(stages) result(name)
+    integer, intent(in) :: stages
+    character(len=name_length) :: name
+
+    write (name, "('gauss', i0)") stages
+  end function name_of
 
   !> No damper acts.
   pure logical function undamped(self)

@@ -164,9 +164,9 @@ contains
       if (allocated(error)) return
       call check(error, monodromy%method%stages, stages(i))
       if (allocated(error)) return
-      call solve_monodromy(mathieu_type(states=2, period=pi, a=30.0_dp, q=4.0_dp), accuracy_type(tolerance=1.0e-12_dp, &
-        & method="gauss6"), .false., monodromy, failure)
-      ! Those of two states and six stages in each of some sixty steps, and of 19 radians: 520 at most.
+      call solve_monodromy(mathieu_type(states=2, period=pi, a=30.0_dp, q=4.0_dp), accuracy_type(steps=60, method="gauss6"), &
+        & .false., monodromy, failure)
+      ! Those of two states and six stages in each of sixty steps, and of 19 radians: 520 at most.
       call check_that(error, monodromy%roundoff, "<=", 1.2e-13_dp * monodromy%norm, "roundoff")
       if (allocated(error)) return
       ! exp(-10 pi): what is ordered and claimed is relative to Phi.

@@ -80,6 +80,11 @@ contains
       if (allocated(error)) return
       call check_that(error, abs(seen%width / (-log([ratios(i), ratios(size(ratios) + 1 - i)])) - 1), "<", 0.05_dp, "widths")
       if (allocated(error)) return
+      ! Amplitudes are 2 r^k beside the greatest value, (1 + r) / (1 - r); 2 % of the width, 3 at most, count eight times.
+      associate (r => [ratios(i), ratios(size(ratios) + 1 - i)])
+        call check_that(error, abs(log(seen%height * (1 + r) / (1 - r) / 2)), "<", 0.5_dp, "heights")
+      end associate
+      if (allocated(error)) return
       ! K changes by 2 r beside its mean; its size, by which that is told, is its greatest value over sqrt 2. Weights are 1 to 2.
       call check_that(error, abs(seen%changing / (4 * sqrt(2.0_dp) * ratios(i) * (1 - ratios(i)) / (1 + ratios(i))) - 1), &
         & "<", 1.0_dp, "part that changes")
@@ -135,6 +140,8 @@ contains
     call new_method("gauss8", method, failure)
     call check_that(error, first_steps(method, system, outlook_type(1.0_dp, 1.0_dp, [9.0_dp, 2.0_dp]), 1.0e-9_dp), "<", &
       & first_steps(method, system, outlook_type(1.0_dp, 1.0_dp, [9.0_dp, 1.0_dp]), 1.0e-9_dp), "wider loads")
+    call check_that(error, first_steps(method, system, outlook_type(1.0_dp, 1.0_dp, [9.0_dp, 1.0_dp], [1.0_dp, 0.01_dp]), &
+      & 1.0e-9_dp), "<", first_steps(method, system, outlook_type(1.0_dp, 1.0_dp, [9.0_dp, 1.0_dp]), 1.0e-9_dp), "lower loads")
   end subroutine test_first
 
 end module test_prediction

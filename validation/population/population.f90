@@ -1,10 +1,10 @@
 !> Error bounds, verdicts and theorems over a population of random machines, against a solution in quadruple precision
 !> that shares nothing with the library:
 !>
-!>     fpm run population --directory validation --profile release -- [MACHINES [FIRST [weak | strong | steps]]]
+!>     fpm run population --directory validation --profile release -- [MACHINES [FIRST [weak | strong | steps | gauss]]]
 !>
 !> examines MACHINES machines (default 100) from number FIRST (default 1) on, a tenth of a second each: all kinds, or only weakly or
-!> strongly damped ones, or with given steps. Stops with an error where a bound is beaten, a verdict wrong, a theorem broken
+!> strongly damped ones, or with given steps, or by Gauss' methods of six to ten stages. Stops with an error where a bound is beaten, a verdict wrong, a theorem broken
 !> beyond the bounds, or two methods disagree by more.
 program population
   use gestell_base_kinds, only: dp
@@ -14,7 +14,7 @@ program population
 
   !> In a period the fastest free motion turns by at most this (rad): the reference then takes less than a second.
   real(dp), parameter :: most_turns = 200
-  character(len=*), parameter :: usage = "usage: population [MACHINES [FIRST [weak | strong | steps]]]"
+  character(len=*), parameter :: usage = "usage: population [MACHINES [FIRST [weak | strong | steps | gauss]]]"
   type(tally_type) :: tally
   integer :: machines, first, shown, i
   character(len=20) :: kind
@@ -22,7 +22,7 @@ program population
   machines = argument(1, 100)
   first = argument(2, 1)
   call get_command_argument(3, kind)
-  if (all(kind /= [character(len=6) :: "", "weak", "strong", "steps"])) error stop usage
+  if (all(kind /= [character(len=6) :: "", "weak", "strong", "steps", "gauss"])) error stop usage
   print "(a, /)", "Bounds beaten, verdicts wrong, theorems broken, methods at odds:"
   shown = 0
   do i = first, first + machines - 1

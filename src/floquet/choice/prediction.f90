@@ -15,9 +15,9 @@ module gestell_floquet_choice_prediction
     real(dp) :: phase_advance = 0
     !> (|P^16| / sqrt 2)^(1/16) T where P is greatest, in which of several fast motions little but the fastest counts.
     real(dp) :: fastest = 0
-    !> How far beside the real axis the coefficients, 1, and the loads, 2, are analytic, in radians of the turn: from one harmonic
-    !> to the next they fall by exp(-width). Zero: not known.
-    real(dp) :: width(2) = 0
+    !> How far beside the real axis the coefficients, 1, and the loads, 2, are analytic, in radians of the turn: the k-th harmonic is
+    !> height exp(-k width) of them. Width zero: not known.
+    real(dp) :: width(2) = 0, height(2) = 1
     !> The part of the coefficients that changes.
     real(dp) :: changing = 1
   end type outlook_type
@@ -25,25 +25,24 @@ module gestell_floquet_choice_prediction
 contains
 
   !> With how many steps a method with others embedded in it should come to the tolerance, by an error that is told with care.
-  !> Of the change by the one embedded a sixteenth counts for Phi(T) at least, and all for x_p(T), which changes less. Of loads
-  !> and of coefficients that change `of_load` and `of_coefficients` times as much is left as of a function of size 1: with less
-  !> a second number of steps was needed more often, with more the first one was too great, for 600 random machines.
+  !> Of the change by the one embedded a sixteenth counts at least. Of loads and of coefficients that change `of_changes` times as
+  !> much is left as of a function of size 1: with less a second number of steps was needed more often, with more the first one was
+  !> too great, for 300 random machines.
   pure real(dp) function first_steps(method, system, outlook, tolerance) result(steps)
     class(method_type), intent(in) :: method
     class(periodic_system), intent(in) :: system
     class(outlook_type), intent(in) :: outlook
     real(dp), intent(in) :: tolerance
-    real(dp), parameter :: change = 32, of_load = 1000, of_coefficients = 300
-    real(dp) :: allowed, loads, coefficients
+    real(dp), parameter :: change = 32, of_changes = 1000
+    real(dp) :: allowed, gain(2)
 
     allowed = max(tolerance, 4 * epsilon(1.0_dp) * outlook%fastest) / 8
-    coefficients = of_coefficients * outlook%changing * max(outlook%fastest, 1.0_dp)
-    loads = of_load * (1 + outlook%phase_advance / 8)
+    gain = of_changes * outlook%height * [outlook%changing * max(outlook%fastest, 1.0_dp), 1 + outlook%phase_advance / 8] / allowed
     steps = max(fewest(method, system), &
       & predicted(method%order, method%error_constant, system, outlook, allowed), &
       & predicted(method%lower_order, method%lower_constant, system, outlook, change * allowed), &
-      & resolving(method, width_of(system, outlook, 1), coefficients / allowed), &
-      & resolving(method, width_of(system, outlook, 2), loads / allowed))
+      & resolving(method, width_of(system, outlook, 1), gain(1)), &
+      & resolving(method, width_of(system, outlook, 2), gain(2)))
     steps = whole_steps(method, system, steps)
   end function first_steps
 

@@ -18,9 +18,9 @@ module gestell_floquet_integrator_method
   end type maps_type
 
   !> What the nodes of many steps may not tell of the coefficients (radians) and of the loads; the radians that these steps turn,
-  !> and the load itself, its length included.
+  !> the load itself, and what interpolation misses of it, length included.
   type, public :: unseen_type
-    real(dp) :: coefficients = 0, loads = 0, turns = 0, load = 0
+    real(dp) :: coefficients = 0, loads = 0, turns = 0, load = 0, missed = 0
     !> By how much what is missed of the loads may change the last states, the velocities where there are positions.
     real(dp), allocatable :: kicks(:)
   end type unseen_type

@@ -91,6 +91,7 @@ contains
     of_g = misses(nested, size(h), f, at%g)
     unseen%loads = unseen%loads + sum(h * of_g(:, 1)**2 / max(of_g(:, 1), of_g(:, 2), tiny(z)))
     unseen%load = unseen%load + sum(h * of_g(:, 3))
+    unseen%missed = unseen%missed + sum(h * of_g(:, 1))
     if (.not. allocated(unseen%kicks)) allocate(unseen%kicks(f), source=0.0_dp)
     do i = 1, f
       of_g = misses(nested, size(h), 1, at%g(:, i))

@@ -60,31 +60,40 @@ contains
   end function more_steps
 
   !> The errors of Phi(T) and x_p(T) by a method, from the `change` that the one embedded in it makes of them and that of the one
-  !> embedded in that, `next`. That of Phi(T) is taken to be twice change^2 / next, but a sixteenth of the change at least, where
-  !> both have begun to converge; else the change. That of x_p(T), whose load all of them see alike, the change.
+  !> embedded in that, `next`: where both have begun to converge twice change^2 / next, but a sixteenth of the change at least; else
+  !> the change. x_p(T) is not taken to converge faster than Phi(T), from which it has what it does not have from the load: its
+  !> change may be small by chance.
   pure function left_by_pair(change, next) result(left)
     real(dp), intent(in) :: change(2), next(2)
     real(dp), parameter :: least = 1 / 16.0_dp
-    real(dp) :: left(2)
+    real(dp) :: left(2), contraction(2)
 
     left = change
-    if (next(1) < 3 * begun) left(1) = change(1) * min(max(2 * change(1) / max(next(1), tiny(next)), least), 1.0_dp)
+    if (next(1) >= 3 * begun) return
+    contraction = change / max(next, tiny(next))
+    contraction(2) = maxval(contraction)
+    left = max(change, contraction * next) * min(max(2 * contraction, least), 1.0_dp)
   end function left_by_pair
 
   !> The errors of Phi(T) and x_p(T) by what the nodes do not tell, which all embedded methods share. A
-  !> coefficient's part counts eight times, as where a feature is as fine as a step; a load's part of its error once, and an eighth
-  !> for each radian, or a quarter of the changes of velocity by all that is missed beside the greatest size `peak` of x_p, in
-  !> units `scale`, where that is more, as where one of the loads is small and moves most (with the safety all are at least twice
-  !> what random machines need); up to all of it.
-  pure function left_unseen(unseen, scale, peak) result(left)
+  !> coefficient's part counts 24 times, as where a feature is as fine as a step; a load's part of its error twice, and a quarter
+  !> for each radian, or half of the changes of velocity by all that is missed beside the greatest size `peak` of x_p, in
+  !> units `scale`, where that is more, as where one of the loads is small and moves most; or, where the fastest motion turns far in
+  !> a step, z = `angle`, what interpolation between s nodes, `stages`, misses, times the part of cos(z t) along the same
+  !> polynomial P_s, at most (z / 2)^s / (1 3 ... (2 s - 1)): such a motion does not average it (with the safety all are at least one
+  !> and a half times what random machines need); up to all of it.
+  pure function left_unseen(unseen, scale, peak, angle, stages) result(left)
     type(unseen_type), intent(in) :: unseen
-    real(dp), intent(in) :: scale(:), peak
-    real(dp) :: left(2), loads
+    real(dp), intent(in) :: scale(:), peak, angle
+    integer, intent(in) :: stages
+    real(dp) :: left(2), loads, part
+    integer :: k
 
-    left(1) = 8 * unseen%coefficients
-    loads = (1 + unseen%turns / 8) * unseen%loads / max(unseen%load, tiny(left))
+    left(1) = 24 * unseen%coefficients
+    part = min(product([(min(angle, 100.0_dp) / (4 * k - 2), k = 1, stages)]), 1.0_dp)
+    loads = max((2 + unseen%turns / 4) * unseen%loads, part * unseen%missed) / max(unseen%load, tiny(left))
     if (allocated(unseen%kicks)) loads = max(loads, norm2(unseen%kicks / scale(size(scale) - size(unseen%kicks) + 1:)) &
-      & / max(4 * peak, tiny(peak)))
+      & / max(2 * peak, tiny(peak)))
     left(2) = left(1) + min(loads, 1.0_dp)
   end function left_unseen
 

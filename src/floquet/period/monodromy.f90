@@ -200,7 +200,7 @@ contains
       if (allocated(error)) return
       change = distance(lower(1), level, monodromy%scale)
       left = left_by_pair(change, distance(lower(2), lower(1), monodromy%scale))
-      unseen = left_unseen(level%unseen, monodromy%scale, level%xp_peak)
+      unseen = left_unseen(level%unseen, monodromy%scale, level%xp_peak, outlook%fastest / level%steps, level%stages)
       floor = roundoff(system, level, outlook%phase_advance)
       if (all(safety * (left + unseen) + floor <= accuracy%tolerance &
         & .or. max(change, unseen) <= floor + [0.0_dp, system%load_rounding])) exit

@@ -110,7 +110,7 @@ contains
         together = together + rows(i) * columns(j) * p(:, i, j)
       end do
     end do
-    call see_harmonics(together, any_width, seen%width(1), greatest)
+    call see_harmonics(together, any_width, seen%width(1), seen%height(1), greatest)
     seen%changing = greatest * period / max(seen%phase_advance, tiny(period))
     seen%width(2) = any_width
     if (.not. present(f)) return
@@ -118,14 +118,14 @@ contains
     do i = 1, size(rows)
       together = together + rows(i) * f(:, i)
     end do
-    call see_harmonics(together, any_width, seen%width(2), greatest)
+    call see_harmonics(together, any_width, seen%width(2), seen%height(2), greatest)
   end subroutine look_at_changes
 
-  !> The amplitude of the greatest harmonic, and the width by which they fall: from harmonics 1 to 4 to the next four or, where that
-  !> is less, from 3 and 4 to 7 and 8.
-  pure subroutine see_harmonics(values, any_width, width, greatest)
+  !> The amplitude of the greatest harmonic, and the width by which they fall, from harmonics 3 and 4 to 7 and 8, with the height:
+  !> none from 3 on is greater than `height` exp(-k width) beside the greatest value.
+  pure subroutine see_harmonics(values, any_width, width, height, greatest)
     real(dp), intent(in) :: values(points), any_width
-    real(dp), intent(out) :: width, greatest
+    real(dp), intent(out) :: width, height, greatest
     !> What rounding leaves.
     real(dp), parameter :: least = 16 * epsilon(1.0_dp)
     real(dp) :: amplitude(points / 2), unit
@@ -137,9 +137,10 @@ contains
     end do
     greatest = maxval(amplitude) * unit
     width = any_width
-    if (.not. maxval(amplitude) > least) return
-    width = log(min(maxval(amplitude(:4)) / max(maxval(amplitude(5:)), least), &
-      & max(maxval(amplitude(3:4)), least) / max(maxval(amplitude(7:)), least))) / 4
+    height = 0
+    if (.not. maxval(amplitude(3:)) > least) return
+    width = max(log(max(maxval(amplitude(3:4)), least) / max(maxval(amplitude(7:)), least)) / 4, 0.0_dp)
+    height = maxval([(amplitude(k) * exp(k * width), k = 3, points / 2)])
   end subroutine see_harmonics
 
   !> The greatest size of finite values; in vectors, as maxval is not, which minds NaN.
