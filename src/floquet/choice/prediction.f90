@@ -33,7 +33,7 @@ contains
     class(periodic_system), intent(in) :: system
     class(outlook_type), intent(in) :: outlook
     real(dp), intent(in) :: tolerance
-    real(dp), parameter :: change = 32, of_changes = 1000
+    real(dp), parameter :: change = 32, of_changes = 700
     real(dp) :: allowed, gain(2)
 
     allowed = max(tolerance, 4 * epsilon(1.0_dp) * outlook%fastest) / 8
