@@ -4,8 +4,8 @@
 !>     fpm run population --directory validation --profile release -- [MACHINES [FIRST [weak | strong | steps | gauss]]]
 !>
 !> examines MACHINES machines (default 100) from number FIRST (default 1) on, a tenth of a second each: all kinds, or only weakly or
-!> strongly damped ones, or with given steps, or by Gauss' methods of six to ten stages. Stops with an error where a bound is beaten, a verdict wrong, a theorem broken
-!> beyond the bounds, or two methods disagree by more.
+!> strongly damped ones, or with given steps, or by Gauss' methods of six to ten stages. Stops with an error where a bound is
+!> beaten, a verdict wrong, a theorem broken beyond the bounds, or two methods disagree by more.
 program population
   use gestell_base_kinds, only: dp
   use population_tally, only: examine, line_length, quantile, ratios_type, tally_type

@@ -15,8 +15,8 @@ module gestell_floquet_choice_prediction
     real(dp) :: phase_advance = 0
     !> (|P^16| / sqrt 2)^(1/16) T where P is greatest, in which of several fast motions little but the fastest counts.
     real(dp) :: fastest = 0
-    !> How far beside the real axis the coefficients, 1, and the loads, 2, are analytic, in radians of the turn: the k-th harmonic is
-    !> height exp(-k width) of them. Width zero: not known.
+    !> How far beside the real axis the coefficients, 1, and the loads, 2, are analytic, in radians of the turn: their k-th harmonic
+    !> is at most height exp(-k width). Width zero: not known.
     real(dp) :: width(2) = 0, height(2) = 1
     !> The part of the coefficients that changes.
     real(dp) :: changing = 1

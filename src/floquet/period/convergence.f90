@@ -80,8 +80,8 @@ contains
   !> for each radian, or half of the changes of velocity by all that is missed beside the greatest size `peak` of x_p, in
   !> units `scale`, where that is more, as where one of the loads is small and moves most; or, where the fastest motion turns far in
   !> a step, z = `angle`, what interpolation between s nodes, `stages`, misses, times the part of cos(z t) along the same
-  !> polynomial P_s, at most (z / 2)^s / (1 3 ... (2 s - 1)): such a motion does not average it (with the safety all are at least one
-  !> and a half times what random machines need); up to all of it.
+  !> polynomial P_s, at most (z / 2)^s / (1 3 ... (2 s - 1)): such a motion does not average it; up to all of it. (With the safety
+  !> all are at least one and a half times what random machines need.)
   pure function left_unseen(unseen, scale, peak, angle, stages) result(left)
     type(unseen_type), intent(in) :: unseen
     real(dp), intent(in) :: scale(:), peak, angle
