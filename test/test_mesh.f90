@@ -93,6 +93,12 @@ contains
       call check(error, size(through), m + 1, more="a mesh through its own ends")
       if (allocated(error)) return
     end do
+    ! Nodes that are no mesh: no more steps than nodes and phases together.
+    through = refined(system, [0.0_dp, 0.5_dp, 0.5_dp, 0.5_dp + 1.0e-9_dp, 1.0_dp], [0.0_dp, 0.25_dp, 0.75_dp, 1.0_dp])
+    call check_that(error, size(through), "<=", 9, "nodes that are no mesh")
+    through = refined(system, [0.0_dp, 1.0e-9_dp], [0.5_dp, 1.0_dp])
+    call check_that(error, size(through), "<=", 4, "phases beyond the nodes")
+    if (allocated(error)) return
     ! A break at 0.3: 3 steps of 0.1 and 7, which 0.45 and 0.5 divide into 3 parts of 2, 1 and 5 steps.
     system%breaks = [2.4_dp]
     through = refined(system, mesh(system, 10), [0.45_dp, 0.5_dp])

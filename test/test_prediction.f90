@@ -3,9 +3,10 @@ module test_prediction
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_floquet_integrator_method, only: method_type
   use gestell_floquet_integrator_methods, only: new_method
   use gestell_floquet_choice_prediction, only: first_steps, outlook_type
+  use gestell_floquet_integrator_method, only: method_type, unseen_type
+  use gestell_floquet_period_convergence, only: left_unseen
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_period_survey, only: survey, survey_type
   use gestell_system_periodic, only: periodic_system
@@ -31,6 +32,7 @@ contains
 
     testsuite = [ &
       & new_unittest("how harmonics fall", test_widths), &
+      & new_unittest("what a fast vibration does not average", test_not_averaged), &
       & new_unittest("nothing that changes, nothing that loads", test_constant), &
       & new_unittest("the first number of steps is enough, and not far too great", test_first)]
   end subroutine collect_prediction
@@ -91,6 +93,25 @@ contains
       if (allocated(error)) return
     end do
   end subroutine test_widths
+
+  !> (z / 2)^s / (1 3 ... (2 s - 1)) of what is missed, a quarter of the load: a third of it for two nodes and z = 2, all where z is
+  !> great; the part of cos(z t) along P_2, 5 (3 j_1(z/2) / (z/2) - j_0(z/2)), is less.
+  subroutine test_not_averaged(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(unseen_type) :: unseen
+    real(dp), parameter :: scale(2) = 1, x = 1
+    real(dp) :: left(2)
+
+    unseen%missed = 1
+    unseen%load = 4
+    left = left_unseen(unseen, scale, 1.0_dp, 2 * x, 2)
+    call check_that(error, abs(left(2) - 1 / 12.0_dp), "<", 1.0e-15_dp, "a third")
+    call check_that(error, left(2), ">", 5 * (3 * (sin(x) / x**2 - cos(x) / x) / x - sin(x) / x) / 4, "the part of cos")
+    if (allocated(error)) return
+    left = left_unseen(unseen, scale, 1.0_dp, 1.0e300_dp, 10)
+    call check_that(error, abs(left(2) - 0.25_dp), "<", 1.0e-15_dp, "all")
+    call check_that(error, abs(left(1)), "<=", 0.0_dp, "nothing of Phi(T)")
+  end subroutine test_not_averaged
 
   !> Then no steps are taken for it.
   subroutine test_constant(error)

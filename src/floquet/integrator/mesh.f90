@@ -46,29 +46,41 @@ contains
     end do
   end function mesh
 
-  !> The ends of steps no longer than those between `nodes`, some of the mesh of `system`, that end at each of the ascending
+  !> The ends of steps as those between `nodes`, all or some of the mesh of `system`, or shorter, that end at each of the ascending
   !> `phases` between them too: equal ones between two of these, so that equidistant phases have steps that are equal throughout.
   pure function refined(system, nodes, phases)
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: nodes(:), phases(:)
     real(dp), allocatable :: refined(:)
     real(dp), allocatable :: ends(:)
-    integer :: step, length, count, i, k
+    integer :: before, after, length, count, i, k
 
     ends = merged([nodes(1), nodes(size(nodes))], phases)
-    if (allocated(system%breaks)) ends = merged(ends, pack(system%breaks / system%period, &
-      & system%breaks / system%period > nodes(1) .and. system%breaks / system%period < nodes(size(nodes))))
-    allocate(refined(size(nodes) + 2 * size(ends)))
+    if (allocated(system%breaks)) then
+      associate (breaks => system%breaks / system%period)
+        ends = merged(ends, pack(breaks, breaks > nodes(1) .and. breaks < nodes(size(nodes))))
+      end associate
+    end if
+    allocate(refined(size(nodes) + size(ends)))
     refined(1) = ends(1)
     length = 1
-    step = 1
+    after = 1
     do k = 2, size(ends)
-      ! The step of the mesh in which the middle lies: between breaks they are equal.
-      do while (step < size(nodes) - 1)
-        if (2 * nodes(step + 1) >= ends(k - 1) + ends(k)) exit
-        step = step + 1
+      ! The steps of the mesh that reach over this interval: between breaks they are equal.
+      before = min(after, size(nodes) - 1)
+      do while (before > 1 .and. nodes(before) > ends(k - 1))
+        before = before - 1
       end do
-      count = max(1, ceiling((ends(k) - ends(k - 1)) / (nodes(step + 1) - nodes(step)) - sqrt(epsilon(1.0_dp))))
+      do while (before < size(nodes) - 1 .and. nodes(before + 1) <= ends(k - 1))
+        before = before + 1
+      end do
+      after = before + 1
+      do while (after < size(nodes) .and. nodes(after) < ends(k))
+        after = after + 1
+      end do
+      associate (interval => ends(k) - ends(k - 1))
+        count = max(1, ceiling((after - before) * interval / max(nodes(after) - nodes(before), interval) - sqrt(epsilon(1.0_dp))))
+      end associate
       do i = 1, count - 1
         refined(length + i) = ends(k - 1) + (ends(k) - ends(k - 1)) * i / count
       end do

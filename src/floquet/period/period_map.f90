@@ -180,7 +180,7 @@ contains
   end function growth_halfway
 
   !> x at `phases` (ascending, in [0, 1]), shape (n, points), of the motion that starts with `x0` at phase 0.
-  !> The phases become ends of steps beside `nodes`, so x has the accuracy of the method there.
+  !> The phases become ends of steps, as long as those between `nodes` or shorter, so x has the accuracy of the method there.
   !> Errors: as of `period_map`.
   subroutine trajectory(system, method, nodes, x0, phases, x, error)
     class(periodic_system), intent(in) :: system
