@@ -99,7 +99,7 @@ contains
     call frame_of_machine(khang_machine(240.0_dp), frame, failure)
     call check_success(error, failure)
     if (allocated(error)) return
-    call cheapest_method(frame, outlook_type(1.5_dp, 1.5_dp), 1.0e-3_dp, method)
+    call cheapest_method(frame, outlook_type(1.5_dp, 1.5_dp, [3.0_dp, 3.0_dp]), 1.0e-3_dp, method)
     ! Eight steps once are less than three solutions of a lower order: the lowest that has others embedded.
     call check(error, method%name, "gauss6", more="easy")
     if (allocated(error)) return

@@ -94,7 +94,8 @@ contains
     system%states = 4
     system%least_steps = 100
     call solve_monodromy(system, accuracy_type(tolerance=1.0e-3_dp), .false., monodromy, failure)
-    call check_that(error, monodromy%steps, ">=", 100, "least steps")
+    ! As many nodes as so many steps with six stages have.
+    call check_that(error, monodromy%steps * monodromy%method%stages, ">=", 600, "nodes of the least steps")
     if (allocated(error)) return
     system%least_steps = 8
     call solve_monodromy(system, accuracy_type(steps=5, method="gauss3"), .false., monodromy, failure)

@@ -7,7 +7,12 @@ module gestell_floquet_choice_prediction
   implicit none (type, external)
   private
 
-  public :: first_steps, steps_in_all, whole_steps
+  public :: first_steps, growth, steps_in_all, whole_steps
+
+  !> The powers of k that the harmonics of coefficients, 1, and of loads, 2, are taken to have beside exp(-k width): places have
+  !> branch points (a dyad stretched at complex angles: a root, k^-3/2), loads have their second derivatives, in harmonics this low
+  !> nearly 1 rather than 1/2.
+  real(dp), parameter :: growth(2) = [-1.5_dp, 1.0_dp]
 
   !> What is known of a system before it is solved.
   type, public :: outlook_type
@@ -16,8 +21,10 @@ module gestell_floquet_choice_prediction
     !> (|P^16| / sqrt 2)^(1/16) T where P is greatest, in which of several fast motions little but the fastest counts.
     real(dp) :: fastest = 0
     !> How far beside the real axis the coefficients, 1, and the loads, 2, are analytic, in radians of the turn: their k-th harmonic
-    !> is at most height exp(-k width). Width zero: not known.
+    !> is at most height k^growth exp(-k width). Width zero: not known.
     real(dp) :: width(2) = 0, height(2) = 1
+    !> The part of the fastest motion in Phi(T), what its decay leaves of it.
+    real(dp) :: fade = 1
     !> The part of the coefficients that changes.
     real(dp) :: changing = 1
   end type outlook_type
@@ -25,24 +32,27 @@ module gestell_floquet_choice_prediction
 contains
 
   !> With how many steps a method with others embedded in it should come to the tolerance, by an error that is told with care.
-  !> Of the change by the one embedded a sixteenth counts at least. Of loads and of coefficients that change `of_changes` times as
-  !> much is left as of a function of size 1: with less a second number of steps was needed more often, with more the first one was
-  !> too great, for 300 random machines.
+  !> Of the change by the one embedded a sixteenth counts at least. Of coefficients that change and of loads `of_changes` times as
+  !> much is left as of a function of size 1, whose harmonics matter most where k is order / width: with less a second number of
+  !> steps was needed more often, with more the first one was too great, for 300 random machines.
   pure real(dp) function first_steps(method, system, outlook, tolerance) result(steps)
     class(method_type), intent(in) :: method
     class(periodic_system), intent(in) :: system
     class(outlook_type), intent(in) :: outlook
     real(dp), intent(in) :: tolerance
-    real(dp), parameter :: change = 32, of_changes = 700
-    real(dp) :: allowed, gain(2)
+    real(dp), parameter :: change = 32, of_changes(2) = [3000.0_dp, 1500.0_dp]
+    real(dp) :: allowed, width(2), gain(2)
+    integer :: i
 
     allowed = max(tolerance, 4 * epsilon(1.0_dp) * outlook%fastest) / 8
-    gain = of_changes * outlook%height * [outlook%changing * max(outlook%fastest, 1.0_dp), 1 + outlook%phase_advance / 8] / allowed
+    width = [(width_of(system, outlook, i), i = 1, 2)]
+    gain = of_changes * outlook%height * (method%order / width)**growth / allowed &
+      & * [outlook%changing * max(outlook%fastest, 1.0_dp), 1 + outlook%phase_advance / 8]
     steps = max(fewest(method, system), &
       & predicted(method%order, method%error_constant, system, outlook, allowed), &
       & predicted(method%lower_order, method%lower_constant, system, outlook, change * allowed), &
-      & resolving(method, width_of(system, outlook, 1), gain(1)), &
-      & resolving(method, width_of(system, outlook, 2), gain(2)))
+      & resolving(method, width(1), gain(1)), &
+      & resolving(method, width(2), gain(2)))
     steps = whole_steps(method, system, steps)
   end function first_steps
 
@@ -78,8 +88,8 @@ contains
     fewest = 6.0_dp * system%least_steps / method%stages
   end function fewest
 
-  !> Steps that leave such an error: the fastest motion counts 0.925 of `fastest`, and the coefficients turn too: of their k-th
-  !> harmonic, exp(-k width), a method of order p leaves most where k is p / width.
+  !> Steps that leave such an error: the fastest motion counts 0.925 of `fastest` and what is left of it, and the coefficients turn
+  !> too: of their k-th harmonic, exp(-k width), a method of order p leaves most where k is p / width.
   pure real(dp) function predicted(order, constant, system, outlook, error) result(steps)
     integer, intent(in) :: order
     real(dp), intent(in) :: constant, error
@@ -88,7 +98,8 @@ contains
     real(dp) :: harmonic
 
     harmonic = 1.4_dp * order / width_of(system, outlook, 1) * outlook%changing**(1.0_dp / order)
-    steps = hypot(0.925_dp * outlook%fastest, harmonic) * (constant * max(outlook%fastest, 1.0_dp) / error)**(1.0_dp / order)
+    steps = hypot(0.925_dp * outlook%fastest, harmonic) &
+      & * (constant * outlook%fade * max(outlook%fastest, 1.0_dp) / error)**(1.0_dp / order)
   end function predicted
 
   !> Steps of all solutions that lead to the tolerance: a coarse one, one with twice as many, and the last, for which the method's

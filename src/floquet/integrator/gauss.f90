@@ -94,13 +94,14 @@ contains
     logical, intent(in) :: second_order
     real(dp) :: work
 
-    real(dp) :: operations, unknowns
+    real(dp) :: operations, unknowns, at_node
 
-    unknowns = self%stages * merge(states / 2, states, second_order)
+    at_node = merge(states / 2, states, second_order)
+    unknowns = self%stages * at_node
     operations = unknowns**2 * (2 * unknowns / 3.0_dp + 2 * states + 1)
     if (fits_lanes(self%stages, states, second_order)) then
-      work = 20 + 2.3_dp * states**2 + self%stages * (evaluation_work(second_order) + 0.3_dp * states**2) &
-        & + 0.03_dp * operations
+      work = 130 + 2.7_dp * states**2 + self%stages * (0.7_dp * evaluation_work(second_order) + 3.2_dp * at_node**2) &
+        & + 0.18_dp * unknowns**2 + 0.014_dp * operations
     else
       work = self%stages * (evaluation_work(second_order) + 80 + 8 * states**2) + 0.2_dp * operations
     end if

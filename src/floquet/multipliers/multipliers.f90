@@ -92,7 +92,7 @@ contains
     real(dp), intent(in), optional :: changes(:, :, :)
     !> What is left out of the changes' direction, which is that of their leading order, where nothing else makes a disc wider.
     real(dp), parameter :: of_direction = 2
-    real(dp) :: radius(size(rho)), f(size(rho), size(rho)), doubted(size(rho), size(rho))
+    real(dp) :: radius(size(rho)), f(size(rho), size(rho)), doubted(size(rho), size(rho)), rows(size(rho))
     integer :: n, k
 
     n = size(rho)
@@ -111,7 +111,9 @@ contains
     end if
     doubted = (of_direction * f + perturbation) * spread(multipliers%condition, 2, n)
     f = (f + perturbation) * spread(multipliers%condition, 2, n)
-    radius = [(min(sum(f(k, :)), apart(rho, doubted, k)), k = 1, n)]
+    rows = sum(doubted, dim=2)
+    radius = sum(f, dim=2)
+    radius = [(min(radius(k), apart(rho, doubted, rows, k)), k = 1, n)]
     associate (modulus => max(abs(rho), tiny(1.0_dp)))
       multipliers%error = disc_bounds(multipliers%exponent, &
         & exp(min(log(max(radius, tiny(1.0_dp))) - log(modulus), most)))
@@ -121,10 +123,10 @@ contains
   !> The radius of the disc of the k-th eigenvalue where those of all others grow as far as they may without touching it: a
   !> similarity that shrinks the off-diagonal elements f_kj of its row by alpha enlarges those of its column, f_ik, by 1/alpha
   !> (J. H. Wilkinson, The Algebraic Eigenvalue Problem, 1965, chapter 2), so that they count to second order only. Without such
-  !> an alpha: huge.
-  pure real(dp) function apart(rho, f, k) result(radius)
+  !> an alpha: huge. `rows`: the sums of each row of f.
+  pure real(dp) function apart(rho, f, rows, k) result(radius)
     complex(dp), intent(in) :: rho(:)
-    real(dp), intent(in) :: f(:, :)
+    real(dp), intent(in) :: f(:, :), rows(:)
     integer, intent(in) :: k
     real(dp) :: alpha, room
     integer :: i
@@ -133,11 +135,11 @@ contains
     alpha = 0
     do i = 1, size(rho)
       if (i == k) cycle
-      room = abs(rho(i) - rho(k)) - (sum(f(i, :)) - f(i, k)) - sum(f(k, :))
+      room = abs(rho(i) - rho(k)) - (rows(i) - f(i, k)) - rows(k)
       if (.not. f(i, k) < room) return
       alpha = max(alpha, f(i, k) / room)
     end do
-    radius = f(k, k) + alpha * (sum(f(k, :)) - f(k, k))
+    radius = f(k, k) + alpha * (rows(k) - f(k, k))
   end function apart
 
   !> None at all, to begin with; with eigenvectors of n states if n > 0.

@@ -4,7 +4,7 @@ module gestell_floquet_period_survey
   use gestell_base_kinds, only: dp, pi
   use gestell_math_lapack, only: balancing
   use gestell_math_matrix, only: balanced
-  use gestell_floquet_choice_prediction, only: outlook_type
+  use gestell_floquet_choice_prediction, only: growth, outlook_type
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: sample_by_phase
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -22,7 +22,7 @@ module gestell_floquet_period_survey
   integer, parameter :: points = 16
   integer :: place, order
   !> Where a survey looks: what a model may prepare.
-  real(dp), parameter, public :: survey_phases(points) = [((place - 0.5_dp) / points, place = 1, points)]
+  real(dp), parameter, public :: survey_phases(points) = [((place - 0.75_dp) / points, place = 1, points)]
   real(dp), parameter :: cosine(points, points / 2) = reshape([((cos(2 * pi * place * order / points), &
     & place = 1, points), order = 1, points / 2)], [points, points / 2])
   real(dp), parameter :: sine(points, points / 2) = reshape([((sin(2 * pi * place * order / points), &
@@ -38,7 +38,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     logical, intent(in), optional :: forced
     real(dp), allocatable :: p(:, :, :), f(:, :)
-    real(dp), dimension(system%states, system%states) :: greatest, power
+    real(dp), dimension(system%states, system%states) :: greatest, one, power
     real(dp) :: sums(points), squares(points), inverse(system%states), size_of_p, unit, part
     integer :: n, i, j, k
 
@@ -81,13 +81,34 @@ contains
     size_of_p = sqrt(squares(k) / 2) * unit
     seen%phase_advance = size_of_p * system%period
     unit = max(size_of_p, tiny(unit))
-    power = balanced(p(k, :, :), seen%scale) / unit
+    one = balanced(p(k, :, :), seen%scale) / unit
+    power = one
     do i = 1, 4
       power = matmul(power, power)
     end do
     seen%fastest = min(seen%phase_advance, (norm2(power) / sqrt(2.0_dp))**0.0625_dp * unit * system%period)
+    seen%fade = fade_of(one, power, unit * system%period, seen%fastest)
     if (present(forced)) call look_at_changes(p, system%period, seen, f)
   end subroutine survey
+
+  !> The part of Phi(T) that the fastest motion has, in the norm, from P, shape (n, n), in a unit near its frequency `fastest` T
+  !> (radians), and P^16. Its pair of eigenvalues r exp(+-i (pi / 2 + e)), d = fastest e its decay in the period, gives tr P^16 = 2
+  !> r^16 cos 16 e and tr P^17 = -2 r^17 sin 17 e; the others decay as the trace tells of their mean. Less than `least` is not
+  !> counted on: what decays more slowly has its part then.
+  pure real(dp) function fade_of(p, power, unit, fastest) result(fade)
+    real(dp), intent(in) :: p(:, :), power(:, :), unit, fastest
+    real(dp), parameter :: least = 1 / 64.0_dp
+    real(dp) :: decay, others, r
+    integer :: i, n
+
+    fade = 1
+    n = size(p, 1)
+    if (n < 4 .or. .not. unit > 0) return
+    r = fastest / unit
+    decay = fastest * atan2(-sum(p * transpose(power)), r * sum([(power(i, i), i = 1, n)])) / 16.5_dp
+    others = (-sum([(p(i, i), i = 1, n)]) * unit - 2 * decay) / (n - 2)
+    fade = min(max(1 / sqrt(1 + (n - 2) / 2.0_dp * exp(2 * max(min(decay - others, 10.0_dp), -10.0_dp))), least), 1.0_dp)
+  end function fade_of
 
   !> How the coefficients, shape (points, n, n), change, and the loads, shape (points, n), by sums with weights that nothing else
   !> has.
@@ -110,7 +131,7 @@ contains
         together = together + rows(i) * columns(j) * p(:, i, j)
       end do
     end do
-    call see_harmonics(together, any_width, seen%width(1), seen%height(1), greatest)
+    call see_harmonics(together, any_width, growth(1), seen%width(1), seen%height(1), greatest)
     seen%changing = greatest * period / max(seen%phase_advance, tiny(period))
     seen%width(2) = any_width
     if (.not. present(f)) return
@@ -118,13 +139,13 @@ contains
     do i = 1, size(rows)
       together = together + rows(i) * f(:, i)
     end do
-    call see_harmonics(together, any_width, seen%width(2), seen%height(2), greatest)
+    call see_harmonics(together, any_width, growth(2), seen%width(2), seen%height(2), greatest)
   end subroutine look_at_changes
 
   !> The amplitude of the greatest harmonic, and the width by which they fall, from harmonics 3 and 4 to 7 and 8, with the height:
   !> none from 3 on is greater than `height` exp(-k width) beside the greatest value.
-  pure subroutine see_harmonics(values, any_width, width, height, greatest)
-    real(dp), intent(in) :: values(points), any_width
+  pure subroutine see_harmonics(values, any_width, power, width, height, greatest)
+    real(dp), intent(in) :: values(points), any_width, power
     real(dp), intent(out) :: width, height, greatest
     !> What rounding leaves.
     real(dp), parameter :: least = 16 * epsilon(1.0_dp)
@@ -139,7 +160,8 @@ contains
     width = any_width
     height = 0
     if (.not. maxval(amplitude(3:)) > least) return
-    width = max(log(max(maxval(amplitude(3:4)), least) / max(maxval(amplitude(7:)), least)) / 4, 0.0_dp)
+    amplitude = max(amplitude, least) / [(k**power, k = 1, points / 2)]
+    width = max(log(maxval(amplitude(3:4)) / maxval(amplitude(7:))) / 4, 0.0_dp)
     height = maxval([(amplitude(k) * exp(k * width), k = 3, points / 2)])
   end subroutine see_harmonics
 
