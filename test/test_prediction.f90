@@ -191,6 +191,14 @@ contains
       & first_steps(method, system, outlook_type(1.0_dp, 1.0_dp, [9.0_dp, 1.0_dp]), 1.0e-9_dp), "wider loads")
     call check_that(error, first_steps(method, system, outlook_type(1.0_dp, 1.0_dp, [9.0_dp, 1.0_dp], [1.0_dp, 1.0e-4_dp]), &
       & 1.0e-9_dp), "<", first_steps(method, system, outlook_type(1.0_dp, 1.0_dp, [9.0_dp, 1.0_dp]), 1.0e-9_dp), "lower loads")
+    if (allocated(error)) return
+    ! Of no digits, and where the embedded methods have matrices to eliminate.
+    call check_that(error, first_steps(method, system, outlook_type(88.0_dp, 88.0_dp, [9.0_dp, 9.0_dp]), 1.0e6_dp), ">=", 16.0_dp, &
+      & "5.5 radians in a step of an even number of stages")
+    deallocate(method)
+    call new_method("gauss9", method, failure)
+    call check_that(error, first_steps(method, system, outlook_type(88.0_dp, 88.0_dp, [9.0_dp, 9.0_dp]), 1.0e6_dp), ">=", 8.8_dp, &
+      & "10 radians of an odd one")
   end subroutine test_first
 
 end module test_prediction
