@@ -49,7 +49,7 @@ contains
     width = [(width_of(system, outlook, i), i = 1, 2)]
     gain = of_changes * outlook%height / allowed * [outlook%changing * max(outlook%fastest, 1.0_dp), &
       & method%order**2 / width(2)**1.5_dp * (1 + outlook%phase_advance / 8)]
-    steps = max(fewest(method, system), outlook%fastest / longest(method), &
+    steps = max(fewest(method, system), outlook%fastest / method%longest_turn, &
       & predicted(method%order, method%error_constant, system, outlook, allowed), &
       & predicted(method%lower_order, method%lower_constant, system, outlook, change * allowed), &
       & resolving(method, width(1), gain(1)), &
@@ -88,15 +88,6 @@ contains
 
     fewest = 6.0_dp * system%least_steps / method%stages
   end function fewest
-
-  !> How far the fastest motion may turn in a step (radians): beyond, the matrices of the embedded methods, which elimination meets
-  !> on its way, are singular now and then, with an even number of stages from 6 on, with an odd one from 11 on, and rows have to
-  !> be exchanged.
-  pure real(dp) function longest(method)
-    class(method_type), intent(in) :: method
-
-    longest = merge(10.0_dp, 5.5_dp, modulo(method%stages, 2) == 1)
-  end function longest
 
   !> Steps that leave such an error: the fastest motion counts 0.925 of `fastest` and what is left of it, and the coefficients turn
   !> too: of their k-th harmonic, exp(-k width), a method of order p leaves most where k is p / width.

@@ -15,6 +15,10 @@ module gestell_floquet_integrator_gauss
 
   !> With fewer stages the embedded method says too little of the error: its order is too far below.
   integer, parameter :: fewest_to_embed = 6
+  !> How far the fastest motion may turn in a step (radians) for `pair`: beyond, the matrices of the embedded methods, which
+  !> elimination meets on its way, are singular now and then, with an even number of stages from 6 on, with an odd one from 11
+  !> on, and rows have to be exchanged.
+  real(dp), parameter :: longest_even = 5.5_dp, longest_odd = 10
 
   type, extends(method_type), public :: gauss_method
     private
@@ -45,6 +49,7 @@ contains
     if (stages < fewest_to_embed) return
     method%lower_order = 2 * stages - 2
     method%lower_constant = constant(stages - 1)
+    method%longest_turn = merge(longest_odd, longest_even, modulo(stages, 2) == 1)
 
   contains
 

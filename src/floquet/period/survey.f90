@@ -107,7 +107,7 @@ contains
     r = fastest / unit
     decay = fastest * atan2(-sum(p * transpose(power)), r * sum([(power(i, i), i = 1, n)])) / 16.5_dp
     others = (-sum([(p(i, i), i = 1, n)]) * unit - 2 * decay) / (n - 2)
-    fade = min(max(1 / sqrt(1 + (n - 2) / 2.0_dp * exp(2 * max(min(decay - others, 10.0_dp), -10.0_dp))), least), 1.0_dp)
+    fade = max(1 / sqrt(1 + (n - 2) / 2.0_dp * exp(2 * min(decay - others, 10.0_dp))), least)
   end function fade_of
 
   !> How the coefficients, shape (points, n, n), change, and the loads, shape (points, n), by sums with weights that nothing else
@@ -143,7 +143,7 @@ contains
   end subroutine look_at_changes
 
   !> The amplitude of the greatest harmonic, and the width by which they fall, from harmonics 3 and 4 to 7 and 8, with the height:
-  !> none from 3 on is greater than `height` exp(-k width) beside the greatest value.
+  !> none from 3 on is greater than `height` k^`power` exp(-k width) beside the greatest value.
   pure subroutine see_harmonics(values, any_width, power, width, height, greatest)
     real(dp), intent(in) :: values(points), any_width, power
     real(dp), intent(out) :: width, height, greatest
