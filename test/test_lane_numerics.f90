@@ -48,20 +48,21 @@ contains
   subroutine test_products(error)
     type(error_type), allocatable, intent(out) :: error
     type(random_type) :: random
-    real(dp), allocatable :: a(:, :, :), b(:, :, :), c(:, :, :)
+    real(dp), allocatable :: rows(:, :, :), b(:, :, :), c(:, :, :)
+    real(qp), allocatable :: exact(:, :)
     integer :: n, columns, lane
 
     call random%start(11, 1)
     do n = 1, 7
-      do columns = 1, n + 1
-        a = reshape(draw(random, lanes * n * n), [lanes, n, n])
+      do columns = n, n + 1
+        rows = reshape(draw(random, lanes * columns * n), [lanes, columns, n])
         b = reshape(draw(random, lanes * n * columns), [lanes, n, columns])
         allocate(c(lanes, n, columns))
-        call multiply(n, columns, 0.5_dp, a, b, c)
+        call multiply(n, columns, 0.5_dp, rows, b, c)
         do lane = 1, lanes
           ! A rounding for each of n terms below 1.
-          call check_that(error, maxval(abs(c(lane, :, :) - matmul(real(a(lane, :, :), qp), real(b(lane, :, :), qp)) / 2)), "<=", &
-            & real(n**2 * epsilon(1.0_dp), qp), "product")
+          exact = matmul(real(transpose(rows(lane, :n, :)), qp), real(b(lane, :, :), qp)) / 2
+          call check_that(error, maxval(abs(c(lane, :, :) - exact)), "<=", real(n**2 * epsilon(1.0_dp), qp), "product")
           if (allocated(error)) return
         end do
         deallocate(c)

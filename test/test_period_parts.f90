@@ -40,20 +40,21 @@ contains
   !> Against the compiler's own products.
   subroutine test_products(error)
     type(error_type), allocatable, intent(out) :: error
-    integer, parameter :: n = 5, columns = 3, numbers = 6
-    real(dp) :: a(lanes, n, n), b(lanes, n, columns), c(lanes, n, columns), factors(lanes, n), terms(n, in_fours(numbers)), &
-      & values(lanes, in_fours(numbers))
+    integer, parameter :: n = 5, columns = 6, numbers = 6
+    real(dp) :: rows(lanes, columns, n), b(lanes, n, columns), c(lanes, n, columns), factors(lanes, n), &
+      & terms(n, in_fours(numbers)), values(lanes, in_fours(numbers))
     integer :: lane, i
 
-    a = reshape(sin([(1.3_dp * i, i = 1, size(a))]), shape(a))
+    rows = reshape(sin([(1.3_dp * i, i = 1, size(rows))]), shape(rows))
     b = reshape(sin([(2.1_dp * i, i = 1, size(b))]), shape(b))
     factors = reshape(sin([(3.7_dp * i, i = 1, size(factors))]), shape(factors))
     terms = reshape(sin([(4.9_dp * i, i = 1, size(terms))]), shape(terms))
-    call multiply(n, columns, 0.5_dp, a, b, c)
+    call multiply(n, columns, 0.5_dp, rows, b, c)
     call combine(n, in_fours(numbers), factors, terms, values)
     do lane = 1, lanes
       ! Roundings of five terms below 1.
-      call check_that(error, maxval(abs(c(lane, :, :) - matmul(a(lane, :, :), b(lane, :, :)) / 2)), "<", 1.0e-14_dp, "A B / 2")
+      call check_that(error, maxval(abs(c(lane, :, :) - matmul(transpose(rows(lane, :n, :)), b(lane, :, :)) / 2)), "<", &
+        & 1.0e-14_dp, "A B / 2")
       call check_that(error, maxval(abs(values(lane, :) - matmul(factors(lane, :), terms))), "<", 1.0e-14_dp, "sums")
       if (allocated(error)) return
     end do

@@ -31,24 +31,20 @@ contains
     end do
   end subroutine combine
 
-  !> C = factor A B, A of shape (lanes, n, n), B and C of (lanes, n, columns).
-  pure subroutine multiply(n, columns, factor, a, b, c)
+  !> C = factor A B from the rows of A, shape (lanes, columns, n), of which the first n numbers count; B and C have the shape
+  !> (lanes, n, columns), columns >= n.
+  pure subroutine multiply(n, columns, factor, rows, b, c)
     integer, intent(in) :: n, columns
-    real(dp), intent(in) :: factor, a(lanes, n, n), b(lanes, n, columns)
+    real(dp), intent(in) :: factor, rows(lanes, columns, n), b(lanes, n, columns)
     real(dp), intent(out) :: c(lanes, n, columns)
-    real(dp) :: rows(lanes, n, 3), s11, s21, s31, s12, s22, s32, s13, s23, s33
+    real(dp) :: s11, s21, s31, s12, s22, s32, s13, s23, s33
     integer :: lane, i, j, k, i2, i3, j2, j3
 
     ! Three rows and three columns together, so that no sum waits for itself; where there are no more the last one stands for them.
-    ! A loop over lanes becomes vectors only where the numbers of the sum lie at a constant distance: rows are taken out.
+    ! A loop over lanes becomes vectors only where the numbers of the sum lie at a constant distance: hence rows.
     do i = 1, n, 3
       i2 = min(i + 1, n)
       i3 = min(i + 2, n)
-      do k = 1, n
-        rows(:, k, 1) = a(:, i, k)
-        rows(:, k, 2) = a(:, i2, k)
-        rows(:, k, 3) = a(:, i3, k)
-      end do
       do j = 1, columns, 3
         j2 = min(j + 1, columns)
         j3 = min(j + 2, columns)
@@ -65,15 +61,15 @@ contains
           s33 = 0
           k = 1
           do
-            s11 = s11 + rows(lane, k, 1) * b(lane, k, j)
-            s21 = s21 + rows(lane, k, 2) * b(lane, k, j)
-            s31 = s31 + rows(lane, k, 3) * b(lane, k, j)
-            s12 = s12 + rows(lane, k, 1) * b(lane, k, j2)
-            s22 = s22 + rows(lane, k, 2) * b(lane, k, j2)
-            s32 = s32 + rows(lane, k, 3) * b(lane, k, j2)
-            s13 = s13 + rows(lane, k, 1) * b(lane, k, j3)
-            s23 = s23 + rows(lane, k, 2) * b(lane, k, j3)
-            s33 = s33 + rows(lane, k, 3) * b(lane, k, j3)
+            s11 = s11 + rows(lane, k, i) * b(lane, k, j)
+            s21 = s21 + rows(lane, k, i2) * b(lane, k, j)
+            s31 = s31 + rows(lane, k, i3) * b(lane, k, j)
+            s12 = s12 + rows(lane, k, i) * b(lane, k, j2)
+            s22 = s22 + rows(lane, k, i2) * b(lane, k, j2)
+            s32 = s32 + rows(lane, k, i3) * b(lane, k, j2)
+            s13 = s13 + rows(lane, k, i) * b(lane, k, j3)
+            s23 = s23 + rows(lane, k, i2) * b(lane, k, j3)
+            s33 = s33 + rows(lane, k, i3) * b(lane, k, j3)
             k = k + 1
             if (k > n) exit
           end do

@@ -62,7 +62,9 @@ contains
           call sampler%sample(family, parameters, numbers, fits)
           if (.not. fits) return
           expansion%values(j, :expansion%numbers, i) = numbers
-          norms = [norm2(sampler%parts%phi(numbers)), norm2(sampler%parts%period(numbers))]
+          associate (period => sampler%parts%period(numbers))
+            norms = [norm2(period(:sampler%parts%states**2)), norm2(period)]
+          end associate
           expansion%greatest = max(expansion%greatest, norms)
           expansion%least = min(expansion%least, norms(1))
           reach = max(reach, sampler%parts%reach(numbers))

@@ -12,9 +12,8 @@ module gestell_task_sweep_expansion_parts
   implicit none (type, external)
   private
 
-  !> `states` states, and one column more than them where `forced`. Numbers: part after part, A_k column by column, b_k, then row by
-  !> row the same for the positions at each of the `between` times within the part. Weights of the maps and of the times, shape
-  !> (parts).
+  !> `states` states, and one column more than them where `forced`. Numbers: part after part, [A_k b_k] row by row, then the same
+  !> for the positions at each of the `between` times within the part. Weights of the maps and of the times, shape (parts).
   type, public :: parts_type
     integer :: states = 0, parts = 1, between = 0
     logical :: forced = .false.
@@ -152,26 +151,43 @@ contains
     class(parts_type), intent(in) :: self
     real(dp), intent(in) :: values(:)
     real(dp), intent(out) :: of_map(:), of_times(:)
-    real(dp) :: before(self%states, self%columns()), after(self%states, self%states)
-    integer :: k, j
+    real(dp) :: maps(self%states, self%columns(), self%parts), before(self%states, self%columns()), &
+      & after(self%states, self%states)
+    integer :: k
 
+    do k = 1, self%parts
+      maps(:, :, k) = map_of(self, k, values)
+    end do
+    after = unit_matrix(self%states)
+    do k = self%parts, 1, -1
+      of_map(k) = norm_bound(after)
+      if (self%forced) of_map(k) = greatest_behind(self%states, maps(:, :, k + 1:))
+      after = matmul(after, maps(:, :self%states, k))
+    end do
     before = unit_motion(self)
     do k = 1, self%parts
       of_times(k) = hypot(norm_bound(before), merge(1.0_dp, 0.0_dp, self%forced))
-      after = unit_matrix(self%states)
-      of_map(k) = merge(1.0_dp, 0.0_dp, self%forced .or. k == self%parts)
-      do j = k + 1, self%parts
-        associate (map => map_of(self, j, values))
-          after = matmul(map(:, :self%states), after)
-        end associate
-        if (self%forced .or. j == self%parts) of_map(k) = max(of_map(k), norm_bound(after))
-      end do
       of_map(k) = max(of_map(k) * of_times(k), tiny(1.0_dp))
-      before = moved(self, map_of(self, k, values), before)
+      before = moved(self, maps(:, :, k), before)
     end do
     ! Norms of what is told at few times or at many compare.
     of_times = max(of_times, tiny(1.0_dp)) / sqrt(real(self%parts * self%between + 1, dp))
   end subroutine find_weights
+
+  !> The greatest norm of what becomes of a state of size 1 by the maps of n states that follow, at the end of any of these.
+  pure real(dp) function greatest_behind(n, maps) result(greatest)
+    integer, intent(in) :: n
+    real(dp), intent(in) :: maps(:, :, :)
+    real(dp) :: after(n, n)
+    integer :: j
+
+    greatest = 1
+    after = unit_matrix(n)
+    do j = 1, size(maps, 3)
+      after = matmul(maps(:, :n, j), after)
+      greatest = max(greatest, norm_bound(after))
+    end do
+  end function greatest_behind
 
   !> A bound on |M|, the norm as an operator, at most the root of the number of rows or columns above it; 1 for E.
   pure real(dp) function norm_bound(matrix)
@@ -196,7 +212,7 @@ contains
     real(dp) :: map(self%states, self%columns())
 
     associate (at => self%map_at(part))
-      map = reshape(values(at:at + size(map) - 1), shape(map))
+      map = transpose(reshape(values(at:at + size(map) - 1), [size(map, 2), size(map, 1)]))
     end associate
   end function map_of
 
@@ -218,17 +234,23 @@ contains
     class(parts_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: values(:, :)
     real(dp), contiguous, intent(out) :: motion(:, :, :, 0:)
-    integer :: n, k, i, at
+    integer :: n, columns, k, i, at
 
     n = self%states
+    columns = self%columns()
     motion(:, :, :, 0) = 0
     do i = 1, n
       motion(:, i, i, 0) = 1
     end do
-    do k = 1, self%parts
+    ! E and 0 become the first map.
+    do i = 1, n
+      motion(:, i, :, 1) = values(:, columns * (i - 1) + 1:columns * i) / self%of_map(1)
+    end do
+    do k = 2, self%parts
       at = self%map_at(k)
-      call multiply(n, self%columns(), 1 / self%of_map(k), values(:, at:), motion(:, :, :, k - 1), motion(:, :, :, k))
-      if (self%forced) motion(:, :, n + 1, k) = motion(:, :, n + 1, k) + values(:, at + n * n:at + n * (n + 1) - 1) / self%of_map(k)
+      call multiply(n, columns, 1 / self%of_map(k), values(:, at:), motion(:, :, :, k - 1), motion(:, :, :, k))
+      if (.not. self%forced) cycle
+      motion(:, :, columns, k) = motion(:, :, columns, k) + values(:, at + n:at + columns * n - 1:columns) / self%of_map(k)
     end do
   end subroutine compose
 

@@ -3,7 +3,7 @@ module gestell_task_sweep_expansion_peaks
   use gestell_base_kinds, only: dp
   use gestell_math_lanes_equations, only: solve_equations
   use gestell_math_lanes_peaks, only: greatest_values
-  use gestell_math_lanes_products, only: combine, multiply
+  use gestell_math_lanes_products, only: combine
   use gestell_math_lanes, only: lanes
   use gestell_task_sweep_expansion_sampler, only: sampler_type
   implicit none (type, external)
@@ -85,14 +85,18 @@ contains
     real(dp), contiguous, intent(in) :: values(:, :), motion(:, :, :, 0:), x0(:, :)
     real(dp), intent(out) :: q(:, :, :)
     real(dp) :: x(lanes, size(x0, 2) + 1), now(lanes, size(x0, 2) / 2)
-    integer :: n, f, k, time, at
+    integer :: n, f, k, i, j, time, at
 
     n = size(x0, 2)
     f = n / 2
     associate (parts => sampler%parts)
       do k = 1, parts%parts
-        call multiply(n, 1, 1.0_dp, motion(:, :, :n, k - 1), x0, x(:, :n))
-        x(:, :n) = x(:, :n) + motion(:, :, n + 1, k - 1)
+        x(:, :n) = motion(:, :, n + 1, k - 1)
+        do j = 1, n
+          do i = 1, n
+            x(:, i) = x(:, i) + motion(:, i, j, k - 1) * x0(:, j)
+          end do
+        end do
         q(:, (k - 1) * (parts%between + 1) + 1, :) = x(:, :f)
         ! The numbers of the times with their weights.
         x(:, :n) = x(:, :n) / parts%of_times(k)

@@ -358,7 +358,7 @@ contains
     associate (parts => self%parts)
       do k = 1, parts%parts
         at = parts%map_at(k)
-        values(at:at + size(unit) - 1) = reshape(unit * maps(:, :, k * (parts%between + 1)), [size(unit)])
+        values(at:at + size(unit) - 1) = reshape(transpose(unit * maps(:, :, k * (parts%between + 1))), [size(unit)])
         do i = 1, parts%between
           at = parts%times_at(k, i)
           time = (k - 1) * (parts%between + 1) + i
