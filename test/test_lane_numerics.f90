@@ -2,6 +2,7 @@
 !> quadruple precision and closed forms.
 module test_lane_numerics
   use checks, only: check_that
+  use gestell_base_processor, only: vector_length
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_multipliers_gershgorin, only: find_discs
   use gestell_math_characteristic_roots, only: find_roots
@@ -58,7 +59,7 @@ contains
         rows = reshape(draw(random, lanes * columns * n), [lanes, columns, n])
         b = reshape(draw(random, lanes * n * columns), [lanes, n, columns])
         allocate(c(lanes, n, columns))
-        call multiply(n, columns, 0.5_dp, rows, b, c)
+        call multiply(vector_length(), n, columns, 0.5_dp, rows, b, c)
         do lane = 1, lanes
           ! A rounding for each of n terms below 1.
           exact = matmul(real(transpose(rows(lane, :n, :)), qp), real(b(lane, :, :), qp)) / 2
@@ -161,7 +162,7 @@ contains
         c(lane, :) = coefficients(:5)
       end do
       call start_on_circle(3, s, q)
-      call find_factors(3, c, spread(1.0_dp, 1, lanes), spread(2.0_dp, 1, lanes), s, q, found)
+      call find_factors(vector_length(), 3, c, spread(1.0_dp, 1, lanes), spread(2.0_dp, 1, lanes), s, q, found)
       call check_that(error, found, ">", 0.0_dp, "converged")
       if (allocated(error)) return
       do lane = 1, lanes
@@ -205,7 +206,7 @@ contains
         c(lane, :) = coefficients(:3)
       end do
       call start_on_circle(2, s, q)
-      call find_factors(2, c, spread(1.0_dp, 1, lanes), spread(2.0_dp, 1, lanes), s, q, found)
+      call find_factors(vector_length(), 2, c, spread(1.0_dp, 1, lanes), spread(2.0_dp, 1, lanes), s, q, found)
       do lane = 1, lanes
         if (found(lane) <= 0) cycle
         successes = successes + 1
@@ -244,8 +245,8 @@ contains
       a(:, j, j + 1) = a(:, j, j + 1) - sin(0.8_dp * j)
       a(:, j + 1, j) = a(:, j + 1, j) + sin(0.8_dp * j)
     end do
-    call new_hessenberg(a, 6, h)
-    call find_roots(h, z_re, z_im, conjugate, converged)
+    call new_hessenberg(vector_length(), a, 6, h)
+    call find_roots(vector_length(), h, z_re, z_im, conjugate, converged)
     call check_that(error, conjugate(:6), "==", [(mod(j, 2) == 0, j = 1, 6)], "pairs")
     if (allocated(error)) return
     call check_that(error, converged, ">", 0.0_dp, "converged")
@@ -254,9 +255,9 @@ contains
       call check_that(error, abs(z_re(:, j) - z_re(:, j - 1)) + abs(z_im(:, j) + z_im(:, j - 1)), "<=", 0.0_dp, "conjugates")
       if (allocated(error)) return
     end do
-    call find_discs(h, z_re, z_im, conjugate, perturbation, radius, separate)
+    call find_discs(vector_length(), h, z_re, z_im, conjugate, perturbation, radius, separate)
     conjugate = .false.
-    call find_discs(h, z_re, z_im, conjugate, perturbation, singly, separate_singly)
+    call find_discs(vector_length(), h, z_re, z_im, conjugate, perturbation, singly, separate_singly)
     call check_that(error, separate, ">", 0.0_dp, "separate")
     if (allocated(error)) return
     call check_that(error, separate_singly, ">", 0.0_dp, "separate, one by one")

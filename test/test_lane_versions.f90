@@ -1,11 +1,17 @@
 !> The versions of the inner loops for processors with longer vectors than a portable program takes for granted.
 module test_lane_versions
-  use checks, only: check_that
+  use checks, only: check_success, check_that
+  use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_base_processor, only: has_long_vectors, has_versions, vector_length
   use gestell_math_lanes_six, only: divide_six, reduce_six, subtract_six
   use gestell_math_lanes_versions, only: block, four_columns, lanes, solve_with_lower, solve_with_upper, subtract_product, width
+  use gestell_math_characteristic_roots, only: find_roots
+  use gestell_math_hessenberg, only: hessenberg_type, most_states, new_hessenberg
   use gestell_math_lanes, only: vector_border
+  use gestell_math_lanes_products, only: multiply
+  use gestell_math_lapack, only: eigensystem
+  use gestell_floquet_multipliers_gershgorin, only: find_discs
   use testdrive, only: error_type, new_unittest, unittest_type
   use, intrinsic :: iso_c_binding, only: c_intptr_t, c_loc
   implicit none (type, external)
@@ -25,6 +31,7 @@ contains
       & new_unittest("blocks by registers of every length", test_blocks), &
       & new_unittest("six columns at once", test_six), &
       & new_unittest("sums by registers of every length", test_sums), &
+      & new_unittest("products and eigenvalues by registers of every length", test_spectra), &
       & new_unittest("room on the border of a vector", test_border)]
   end subroutine collect_lane_versions
 
@@ -177,6 +184,52 @@ contains
       call check_that(error, maxval(abs(c - matmul(a, b))), "<", 4.0e-14_dp, "A B")
     end do
   end subroutine test_sums
+
+  !> Matrices far from symmetric, their products and eigenvalues lane by lane against the compiler's and LAPACK's own.
+  subroutine test_spectra(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: n = 6
+    real(dp), parameter :: perturbation(lanes) = 1.0e-12_dp
+    real(dp) :: rows(lanes, n, n), b(lanes, n, n), c(lanes, n, n), a(lanes, most_states, most_states), converged(lanes), &
+      & separate(lanes)
+    real(dp), dimension(lanes, most_states) :: z_re, z_im, radius
+    complex(dp) :: found(n)
+    complex(dp), allocatable :: known(:), right(:, :), left(:, :)
+    logical :: conjugate(most_states)
+    type(hessenberg_type) :: h
+    type(gestell_error), allocatable :: failure
+    integer :: k, i, lane
+
+    ! Of sines of equal steps all matrices would have rank two.
+    rows = reshape([(sin(0.37_dp * i**2), i = 1, size(rows))], shape(rows))
+    b = reshape(numbers(size(b), 2.9_dp), shape(b))
+    do k = 1, size(lengths)
+      if (lengths(k) > vector_length()) cycle
+      call multiply(lengths(k), n, n, 2.0_dp, rows, b, c)
+      a = 0
+      a(:, :n, :n) = rows
+      call new_hessenberg(lengths(k), a, n, h)
+      call find_roots(lengths(k), h, z_re, z_im, conjugate, converged)
+      call find_discs(lengths(k), h, z_re, z_im, conjugate, perturbation, radius, separate)
+      do lane = 1, lanes
+        ! Roundings of six terms below 2.
+        call check_that(error, maxval(abs(c(lane, :, :) - 2 * matmul(transpose(rows(lane, :, :)), b(lane, :, :)))), "<", &
+          & 1.0e-14_dp, "A B")
+        call check_that(error, converged(lane), ">", 0.0_dp, "converged")
+        if (allocated(error)) return
+        call eigensystem(rows(lane, :, :), known, right, left, failure)
+        call check_success(error, failure)
+        if (allocated(error)) return
+        found = cmplx(z_re(lane, :n), z_im(lane, :n), dp)
+        do i = 1, n
+          ! Roundings of a matrix of norm 4 by condition numbers of ten and more.
+          call check_that(error, minval(abs(found - known(i))), "<", 1.0e-12_dp, "eigenvalue")
+          if (separate(lane) > 0) call check_that(error, radius(lane, i), ">=", perturbation(lane), "disc")
+          if (allocated(error)) return
+        end do
+      end do
+    end do
+  end subroutine test_spectra
 
   !> Wherever an array begins, the number that is told lies at a multiple of 64 bytes, and is one of the first eight.
   subroutine test_border(error)

@@ -2,6 +2,7 @@
 module test_spectra_edges
   use checks, only: check_that
   use gestell_math_hessenberg, only: hessenberg_type, most_states, new_hessenberg
+  use gestell_base_processor, only: vector_length
   use gestell_base_kinds, only: dp
   use gestell_math_lanes, only: lanes
   use gestell_math_characteristic_roots, only: find_roots
@@ -383,16 +384,16 @@ contains
       end do
     end do
     before = a(:, :6, :6)
-    call new_hessenberg(a, 6, h)
+    call new_hessenberg(vector_length(), a, 6, h)
     call check_that(error, maxval(abs(h%norm - [(norm2(before(lane, :, :)), lane = 1, lanes)])), "<", 1.0e-14_dp, "norm")
     if (allocated(error)) return
     h%trace(3) = h%trace(3) + 1.0e-7_dp
-    call find_roots(h, z_re, z_im, conjugate, converged)
+    call find_roots(vector_length(), h, z_re, z_im, conjugate, converged)
     call check_that(error, converged > 0, "/=", [(lane == 3, lane = 1, lanes)], "the sum")
     if (allocated(error)) return
     ! Roots that are not quite there lie in their discs all the same; the displacement is small beside their distances.
     z_im(:, 2) = z_im(:, 2) + displacement
-    call find_discs(h, z_re, z_im, spread(.false., 1, most_states), perturbation, radius, separate)
+    call find_discs(vector_length(), h, z_re, z_im, spread(.false., 1, most_states), perturbation, radius, separate)
     call check_that(error, radius(:, 2), ">", displacement, "displaced")
   end subroutine test_missed
 

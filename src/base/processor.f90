@@ -10,6 +10,12 @@ module gestell_base_processor
   !> Whether the compiler makes versions of `!$omp declare simd` procedures for all processors of a family under names that can be
   !> called (Vector Function Application Binary Interface, section 2.6: _ZGVdN..., _ZGVeN...): GCC does for x86, with optimisation
   !> and OpenMP. Where it is told a processor (-march) no others are needed.
+  !>
+  !> There are versions of two kinds. Of an innermost loop over eight lanes the procedure for one lane is the one of which the
+  !> compiler makes eight side by side (gestell_math_lanes_versions). A procedure with many loops over lanes is itself made for the
+  !> other processors: it is declared as one of two side by side (simdlen(2)), of which the second, `once` = 2, has nothing to do;
+  !> where the second returns, a local array has been set that is used afterwards, or GCC splits the procedure there and makes
+  !> versions of its beginning alone.
   logical, parameter, public :: has_versions = index(compiler_version(), "GCC") > 0 .and. &
     & index(compiler_options(), "-march=x86-64 ") > 0 .and. index(compiler_options(), "-fopenmp") > 0 .and. &
     & (index(compiler_options(), "-O3") > 0 .or. index(compiler_options(), "-O2") > 0)

@@ -1,9 +1,11 @@
 !> Eigenvalues of small matrices, eight side by side: all roots of their characteristic polynomials at once.
 module gestell_math_characteristic_roots
   use gestell_math_hessenberg, only: characteristic_polynomial, evaluate, hessenberg_type, most_states
-  use gestell_base_kinds, only: dp, pi
+  use gestell_base_kinds, only: pi
+  use gestell_base_processor, only: has_versions
   use gestell_math_lanes, only: lanes
   use gestell_math_quadratic_factors, only: find_factors
+  use, intrinsic :: iso_c_binding, only: c_int, dp => c_double
   implicit none (type, external)
   private
 
@@ -19,13 +21,29 @@ module gestell_math_characteristic_roots
   real(dp), parameter :: begin_at(most_states / 2, most_states / 2) = &
     & reshape([((cos(pi * (i - 0.6_dp) / m), i = 1, most_states / 2), m = 1, most_states / 2)], [most_states / 2, most_states / 2])
 
+  interface
+    !> Twelve arguments: a polynomial and its roots in lanes, and what is found of their steps.
+    pure subroutine step_version(n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, greatest, near, once) bind(C)
+      import :: c_int, dp, lanes, most_states
+      implicit none (type, external)
+      integer(c_int), value :: n, k, once
+      real(dp), intent(in) :: p_re(lanes), p_im(lanes), d_re(lanes), d_im(lanes), converged(lanes)
+      real(dp), intent(inout) :: z_re(lanes, 2 * most_states), z_im(lanes, 2 * most_states), greatest(lanes), near(lanes)
+    end subroutine step_version
+  end interface
+
+  procedure(step_version), bind(C, name="_ZGVeN2uuuuuuuuuuul_lanes_gestell_aberth") :: step_512
+  procedure(step_version), bind(C, name="_ZGVdN2uuuuuuuuuuul_lanes_gestell_aberth") :: step_256
+
 contains
 
   !> The eigenvalues z, shapes (lanes, n), by the iteration of Aberth and Ehrlich: Newton's steps for p / q, where q has the
   !> other approximations as its roots. From quadratic factors of p one step is the rule; where these are not found, six to seven
   !> from a circle. `conjugate`, shape (n): those that are the conjugate of the one before in all lanes. `converged`, shape (lanes):
   !> 1, or 0 where they were not all found. A lane stands still once it has converged: nothing in it depends on its neighbours.
-  pure subroutine find_roots(h, z_re, z_im, conjugate, converged)
+  !> `length`: of the processor's vectors.
+  pure subroutine find_roots(length, h, z_re, z_im, conjugate, converged)
+    integer, intent(in) :: length
     type(hessenberg_type), intent(in) :: h
     real(dp), intent(out) :: z_re(lanes, most_states), z_im(lanes, most_states), converged(lanes)
     logical, intent(out) :: conjugate(most_states)
@@ -33,7 +51,7 @@ contains
     real(dp), dimension(lanes) :: greatest, near, excess_re, excess_im
     integer :: iteration, k
 
-    call start(h, w_re, w_im, conjugate)
+    call start(length, h, w_re, w_im, conjugate)
     converged = 0
     do iteration = 1, most_iterations
       greatest = 0
@@ -42,7 +60,7 @@ contains
         if (conjugate(k)) then
           call set(h%n, k, w_re(:, k - 1), -w_im(:, k - 1), w_re, w_im)
         else
-          call improve(h, k, converged, w_re, w_im, greatest, near)
+          call improve(length, h, k, converged, w_re, w_im, greatest, near)
         end if
       end do
       converged = merge(1.0_dp, converged, greatest <= (last_step * h%norm)**2 .and. near <= 0)
@@ -62,7 +80,8 @@ contains
 
   !> The roots of quadratic factors, or, where they are not found, a circle around the mean of the eigenvalues, its radius the
   !> geometric mean of their distances. `conjugate`: those that are the conjugate of the one before in all lanes, and remain so.
-  pure subroutine start(h, z_re, z_im, conjugate)
+  pure subroutine start(length, h, z_re, z_im, conjugate)
+    integer, intent(in) :: length
     type(hessenberg_type), intent(in) :: h
     real(dp), intent(out) :: z_re(lanes, 2 * most_states), z_im(lanes, 2 * most_states)
     logical, intent(out) :: conjugate(most_states)
@@ -82,7 +101,7 @@ contains
         s(:, k) = 2 * radius * begin_at(k, n / 2)
         q(:, k) = radius**2
       end do
-      call find_factors(n / 2, c, radius, 2 * h%norm, s, q, found)
+      call find_factors(length, n / 2, c, radius, 2 * h%norm, s, q, found)
       do k = 1, n / 2
         middle = mean + s(:, k) / 2
         square = s(:, k)**2 / 4 - q(:, k)
@@ -118,17 +137,37 @@ contains
 
   !> A step for root `k` in the lanes that have not converged. `greatest`: squares of the greatest steps so far; `near`:
   !> positive where another root is too near for that step.
-  pure subroutine improve(h, k, converged, z_re, z_im, greatest, near)
+  pure subroutine improve(length, h, k, converged, z_re, z_im, greatest, near)
     type(hessenberg_type), intent(in) :: h
-    integer, intent(in) :: k
+    integer, intent(in) :: length, k
     real(dp), intent(in) :: converged(lanes)
     real(dp), intent(inout) :: z_re(lanes, 2 * most_states), z_im(lanes, 2 * most_states), greatest(lanes), near(lanes)
     real(dp) :: p_re(lanes), p_im(lanes), d_re(lanes), d_im(lanes)
-    real(dp) :: q_re, q_im, e_re, e_im, a, b, c, n_re, n_im, w_re, w_im
-    integer :: lane, j, n
 
-    n = h%n
-    call evaluate(h, z_re(:, k), z_im(:, k), p_re, p_im, d_re, d_im)
+    call evaluate(length, h, z_re(:, k), z_im(:, k), p_re, p_im, d_re, d_im)
+    if (has_versions .and. length == 8) then
+      call step_512(h%n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, greatest, near, 1)
+    else if (has_versions .and. length == 4) then
+      call step_256(h%n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, greatest, near, 1)
+    else
+      call step_here(h%n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, greatest, near, 1)
+    end if
+  end subroutine improve
+
+  !> Twelve arguments: as `step_version`.
+  pure subroutine step_here(n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, greatest, near, once) bind(C, &
+    & name="lanes_gestell_aberth")
+    !$omp declare simd uniform(n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, greatest, near) linear(once) simdlen(2) &
+    !$omp& notinbranch
+    integer(c_int), value :: n, k, once
+    real(dp), intent(in) :: p_re(lanes), p_im(lanes), d_re(lanes), d_im(lanes), converged(lanes)
+    real(dp), intent(inout) :: z_re(lanes, 2 * most_states), z_im(lanes, 2 * most_states), greatest(lanes), near(lanes)
+    real(dp) :: moving(lanes)
+    real(dp) :: q_re, q_im, e_re, e_im, a, b, c, n_re, n_im, w_re, w_im
+    integer :: lane, j
+
+    moving = 1 - converged
+    if (once > 1) return
     !GCC$ ivdep
     do lane = 1, lanes
       ! q and its derivative e.
@@ -154,7 +193,7 @@ contains
       n_im = p_re(lane) * q_im + p_im(lane) * q_re
       a = d_re(lane) * q_re - d_im(lane) * q_im - (p_re(lane) * e_re - p_im(lane) * e_im)
       b = d_re(lane) * q_im + d_im(lane) * q_re - (p_re(lane) * e_im + p_im(lane) * e_re)
-      c = (1 - converged(lane)) / max(a**2 + b**2, tiny(1.0_dp))
+      c = moving(lane) / max(a**2 + b**2, tiny(1.0_dp))
       n_re = n_re * c
       n_im = n_im * c
       w_re = n_re * a + n_im * b
@@ -168,6 +207,6 @@ contains
       ! e / q is the sum of the reciprocal distances.
       near(lane) = max(near(lane), c * (e_re**2 + e_im**2) - last_part**2 * (q_re**2 + q_im**2))
     end do
-  end subroutine improve
+  end subroutine step_here
 
 end module gestell_math_characteristic_roots

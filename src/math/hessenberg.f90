@@ -5,8 +5,9 @@
 !> (H - lambda E) x = 0 give x_(n-1) ... x_1; what row 1 leaves, r(lambda), is det(H - lambda E) but for a constant factor.
 !> The rounding in it is that of a matrix whose elements are changed by a few roundings each, whatever the subdiagonal.
 module gestell_math_hessenberg
-  use gestell_base_kinds, only: dp
+  use gestell_base_processor, only: has_versions
   use gestell_math_lanes, only: lanes
+  use, intrinsic :: iso_c_binding, only: c_int, dp => c_double
   implicit none (type, external)
   private
 
@@ -19,8 +20,8 @@ module gestell_math_hessenberg
   real(dp), parameter :: least_product = 1.0e-100_dp
 
   !> Hessenberg matrices of n rows. The first index of all arrays is the lane.
-  type, public :: hessenberg_type
-    integer :: n = 0
+  type, bind(C), public :: hessenberg_type
+    integer(c_int) :: n = 0
     !> Rows divided by their subdiagonal element, row 1 by 1, with the sign changed; shape (lanes, most_states, most_states).
     real(dp) :: g(lanes, most_states, most_states)
     !> Reciprocals of the subdiagonal elements h(i, i-1), 1 for i = 1; shape (lanes, most_states).
@@ -31,13 +32,36 @@ module gestell_math_hessenberg
     real(dp) :: sound(lanes)
   end type hessenberg_type
 
+  interface
+    pure subroutine reflect_version(a, n, k, once) bind(C)
+      import :: c_int, dp, lanes, most_states
+      implicit none (type, external)
+      real(dp), intent(inout) :: a(lanes, most_states, most_states)
+      integer(c_int), value :: n, k, once
+    end subroutine reflect_version
+
+    pure subroutine evaluate_version(h, z_re, z_im, p_re, p_im, d_re, d_im, once) bind(C)
+      import :: c_int, dp, hessenberg_type, lanes
+      implicit none (type, external)
+      type(hessenberg_type), intent(in) :: h
+      real(dp), intent(in) :: z_re(lanes), z_im(lanes)
+      real(dp), intent(inout) :: p_re(lanes), p_im(lanes), d_re(lanes), d_im(lanes)
+      integer(c_int), value :: once
+    end subroutine evaluate_version
+  end interface
+
+  procedure(reflect_version), bind(C, name="_ZGVeN2uuul_lanes_gestell_reflect") :: reflect_512
+  procedure(reflect_version), bind(C, name="_ZGVdN2uuul_lanes_gestell_reflect") :: reflect_256
+  procedure(evaluate_version), bind(C, name="_ZGVeN2uuuuuuul_lanes_gestell_evaluate") :: evaluate_512
+  procedure(evaluate_version), bind(C, name="_ZGVdN2uuuuuuul_lanes_gestell_evaluate") :: evaluate_256
+
 contains
 
   !> The matrices `a`, shape (lanes, most_states, most_states), of `n` rows and with elements below about 1, by Householder's
-  !> reflections. Subdiagonal elements below the roundoff are raised to it. `a` is used up.
-  pure subroutine new_hessenberg(a, n, h)
+  !> reflections. Subdiagonal elements below the roundoff are raised to it. `a` is used up. `length`: of the processor's vectors.
+  pure subroutine new_hessenberg(length, a, n, h)
     real(dp), intent(inout) :: a(lanes, most_states, most_states)
-    integer, intent(in) :: n
+    integer, intent(in) :: length, n
     type(hessenberg_type), intent(out) :: h
     real(dp) :: sum
     integer :: i, j, k, lane
@@ -61,7 +85,7 @@ contains
     end do
     h%norm = sqrt(h%norm)
     do k = 1, n - 2
-      call reflect(a, n, k)
+      call reflect(length, a, n, k)
     end do
     h%product = 1
     do i = 2, n
@@ -84,9 +108,23 @@ contains
   end subroutine new_hessenberg
 
   !> The reflection E - beta u u' that leaves one element below the diagonal of column `k`, from both sides.
-  pure subroutine reflect(a, n, k)
+  pure subroutine reflect(length, a, n, k)
     real(dp), intent(inout) :: a(lanes, most_states, most_states)
-    integer, intent(in) :: n, k
+    integer, intent(in) :: length, n, k
+
+    if (has_versions .and. length == 8) then
+      call reflect_512(a, n, k, 1)
+    else if (has_versions .and. length == 4) then
+      call reflect_256(a, n, k, 1)
+    else
+      call reflect_here(a, n, k, 1)
+    end if
+  end subroutine reflect
+
+  pure subroutine reflect_here(a, n, k, once) bind(C, name="lanes_gestell_reflect")
+    !$omp declare simd uniform(a, n, k) linear(once) simdlen(2) notinbranch
+    real(dp), intent(inout) :: a(lanes, most_states, most_states)
+    integer(c_int), value :: n, k, once
     !> Below this there is nothing to reflect.
     real(dp), parameter :: nothing = 1.0e-100_dp
     real(dp) :: u(lanes, most_states), beta(lanes), share(lanes), length, sum
@@ -95,6 +133,7 @@ contains
     do i = k + 1, n
       u(:, i) = a(:, i, k)
     end do
+    if (once > 1) return
     !GCC$ ivdep
     do lane = 1, lanes
       sum = 0
@@ -147,7 +186,7 @@ contains
         end do
       end do
     end do
-  end subroutine reflect
+  end subroutine reflect_here
 
   !> The coefficients c_0 ... c_(n-1) of det(lambda E - H) = t^n + c_(n-1) t^(n-1) + ... + c_0, lambda = `mean` + t; shape
   !> (lanes, 0:n-1). x_(n-1) ... x_0 are polynomials in t here, `x` has their coefficients.
@@ -186,10 +225,27 @@ contains
   end subroutine characteristic_polynomial
 
   !> -r and its derivative at lambda = z, real and imaginary parts.
-  pure subroutine evaluate(h, z_re, z_im, p_re, p_im, d_re, d_im)
+  pure subroutine evaluate(length, h, z_re, z_im, p_re, p_im, d_re, d_im)
+    integer, intent(in) :: length
     type(hessenberg_type), intent(in) :: h
     real(dp), intent(in) :: z_re(lanes), z_im(lanes)
     real(dp), intent(out) :: p_re(lanes), p_im(lanes), d_re(lanes), d_im(lanes)
+
+    if (has_versions .and. length == 8) then
+      call evaluate_512(h, z_re, z_im, p_re, p_im, d_re, d_im, 1)
+    else if (has_versions .and. length == 4) then
+      call evaluate_256(h, z_re, z_im, p_re, p_im, d_re, d_im, 1)
+    else
+      call evaluate_here(h, z_re, z_im, p_re, p_im, d_re, d_im, 1)
+    end if
+  end subroutine evaluate
+
+  pure subroutine evaluate_here(h, z_re, z_im, p_re, p_im, d_re, d_im, once) bind(C, name="lanes_gestell_evaluate")
+    !$omp declare simd uniform(h, z_re, z_im, p_re, p_im, d_re, d_im) linear(once) simdlen(2) notinbranch
+    type(hessenberg_type), intent(in) :: h
+    real(dp), intent(in) :: z_re(lanes), z_im(lanes)
+    real(dp), intent(inout) :: p_re(lanes), p_im(lanes), d_re(lanes), d_im(lanes)
+    integer(c_int), value :: once
     real(dp) :: x_re(lanes, 0:most_states), x_im(lanes, 0:most_states), y_re(lanes, 0:most_states), y_im(lanes, 0:most_states)
     real(dp) :: m_re, m_im, s_re, s_im, t_re, t_im
     integer :: lane, n, i, j
@@ -206,6 +262,7 @@ contains
       y_re(lane, n - 1) = h%v(lane, n)
       y_im(lane, n - 1) = 0
     end do
+    if (once > 1) return
     do i = n - 1, 1, -1
       !GCC$ ivdep
       do lane = 1, lanes
@@ -239,6 +296,6 @@ contains
     p_im = x_im(:, 0)
     d_re = y_re(:, 0)
     d_im = y_im(:, 0)
-  end subroutine evaluate
+  end subroutine evaluate_here
 
 end module gestell_math_hessenberg

@@ -4,8 +4,9 @@
 !> where d = p / g modulo f_k. Residues modulo f_k are linear, with t^2 = s_k t - q_k in their products. All numbers are real, and
 !> two roots part from a conjugate pair to real ones as a factor changes.
 module gestell_math_quadratic_factors
-  use gestell_base_kinds, only: dp
+  use gestell_base_processor, only: has_versions
   use gestell_math_lanes, only: lanes
+  use, intrinsic :: iso_c_binding, only: c_int, dp => c_double
   implicit none (type, external)
   private
 
@@ -18,19 +19,50 @@ module gestell_math_quadratic_factors
   !> A smaller divisor of a step has vanished.
   real(dp), parameter :: least_divisor = 1.0e-100_dp
 
+  interface
+    pure subroutine find_version(m, c, radius, bound, s, q, converged, once) bind(C)
+      import :: c_int, dp, lanes
+      implicit none (type, external)
+      integer(c_int), value :: m, once
+      real(dp), intent(in) :: c(lanes, 0:2 * m - 1), radius(lanes), bound(lanes)
+      real(dp), intent(inout) :: s(lanes, 2 * m), q(lanes, 2 * m), converged(lanes)
+    end subroutine find_version
+  end interface
+
+  procedure(find_version), bind(C, name="_ZGVeN2uuuuuuul_lanes_gestell_factors") :: find_512
+  procedure(find_version), bind(C, name="_ZGVdN2uuuuuuul_lanes_gestell_factors") :: find_256
+
 contains
 
   !> The factors, shapes (lanes, m), of the polynomials t^2m + c_(2m-1) t^(2m-1) + ... + c_0 from others, whose roots have about the
   !> mean `radius`; no root exceeds `bound`. `converged`, shape (lanes): 1, or 0 where they were not found. A lane stands still once
-  !> it has converged: nothing in it depends on its neighbours. (Behind the m factors all stand once more.)
-  pure subroutine find_factors(m, c, radius, bound, s, q, converged)
-    integer, intent(in) :: m
+  !> it has converged: nothing in it depends on its neighbours. (Behind the m factors all stand once more.) `length`: of the
+  !> processor's vectors.
+  pure subroutine find_factors(length, m, c, radius, bound, s, q, converged)
+    integer, intent(in) :: length, m
     real(dp), intent(in) :: c(lanes, 0:2 * m - 1), radius(lanes), bound(lanes)
     real(dp), intent(inout) :: s(lanes, 2 * m), q(lanes, 2 * m)
     real(dp), intent(out) :: converged(lanes)
+
+    if (has_versions .and. length == 8) then
+      call find_512(m, c, radius, bound, s, q, converged, 1)
+    else if (has_versions .and. length == 4) then
+      call find_256(m, c, radius, bound, s, q, converged, 1)
+    else
+      call find_here(m, c, radius, bound, s, q, converged, 1)
+    end if
+  end subroutine find_factors
+
+  pure subroutine find_here(m, c, radius, bound, s, q, converged, once) bind(C, name="lanes_gestell_factors")
+    !$omp declare simd uniform(m, c, radius, bound, s, q, converged) linear(once) simdlen(2) notinbranch
+    integer(c_int), value :: m, once
+    real(dp), intent(in) :: c(lanes, 0:2 * m - 1), radius(lanes), bound(lanes)
+    real(dp), intent(inout) :: s(lanes, 2 * m), q(lanes, 2 * m), converged(lanes)
     real(dp) :: greatest(lanes)
     integer :: iteration, k
 
+    greatest = 0
+    if (once > 1) return
     s(:, m + 1:) = s(:, :m)
     q(:, m + 1:) = q(:, :m)
     if (m == 1) then
@@ -48,7 +80,7 @@ contains
       converged = merge(1.0_dp, converged, greatest <= (last_step * radius**2)**2)
       if (all(converged > 0)) exit
     end do
-  end subroutine find_factors
+  end subroutine find_here
 
   !> A step for factor `k` in the lanes that have not converged. `greatest`: squares of the greatest steps of q so far.
   pure subroutine improve(m, k, c, bound, converged, s, q, greatest)

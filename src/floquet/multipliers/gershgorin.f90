@@ -1,24 +1,40 @@
 !> Discs around the eigenvalues of small matrices, eight side by side: set_multipliers' discs where none touches another.
 module gestell_floquet_multipliers_gershgorin
   use gestell_math_hessenberg, only: hessenberg_type, most_states
-  use gestell_base_kinds, only: dp
+  use gestell_base_processor, only: has_versions
   use gestell_math_lanes, only: lanes
+  use, intrinsic :: iso_c_binding, only: c_int, dp => c_double
   implicit none (type, external)
   private
 
   public :: find_disc, find_discs
+
+  interface
+    pure subroutine disc_version(h, z_re, z_im, perturbation, radius, impurity, worst, once) bind(C)
+      import :: c_int, dp, hessenberg_type, lanes
+      implicit none (type, external)
+      type(hessenberg_type), intent(in) :: h
+      real(dp), intent(in) :: z_re(lanes), z_im(lanes), perturbation(lanes)
+      real(dp), intent(inout) :: radius(lanes), impurity(lanes), worst(lanes)
+      integer(c_int), value :: once
+    end subroutine disc_version
+  end interface
+
+  procedure(disc_version), bind(C, name="_ZGVeN2uuuuuuul_lanes_gestell_disc") :: disc_512
+  procedure(disc_version), bind(C, name="_ZGVdN2uuuuuuul_lanes_gestell_disc") :: disc_256
 
 contains
 
   !> The radii of the discs around the eigenvalues `z` of `h`, shapes (lanes, most_states), where the error of the matrix is at most
   !> `perturbation` in norm, shape (lanes), the eigenvalues' rounding included. `conjugate`: of those that are the conjugate of the
   !> one before the same is known as of that. `separate`, shape (lanes): 1, or 0 where discs touch or an eigenvector is too
-  !> inaccurate to tell; then the radii are nothing.
+  !> inaccurate to tell; then the radii are nothing. `length`: of the processor's vectors.
   !>
   !> What couples an eigenvalue to others counts to second order: `apart` of gestell_floquet_multipliers, where every one of the n
   !> elements of a row is known by the same bound. With x the greatest of the others' radii over n times the room between the discs
   !> alpha is x / (1 + x).
-  pure subroutine find_discs(h, z_re, z_im, conjugate, perturbation, radius, separate)
+  pure subroutine find_discs(length, h, z_re, z_im, conjugate, perturbation, radius, separate)
+    integer, intent(in) :: length
     type(hessenberg_type), intent(in) :: h
     real(dp), intent(in) :: z_re(lanes, most_states), z_im(lanes, most_states), perturbation(lanes)
     logical, intent(in) :: conjugate(most_states)
@@ -34,7 +50,7 @@ contains
       if (conjugate(k)) then
         radius(:, k) = radius(:, k - 1)
       else
-        call find_disc(h, z_re(:, k), z_im(:, k), perturbation, radius(:, k), impurity(:, k), worst)
+        call find_disc(length, h, z_re(:, k), z_im(:, k), perturbation, radius(:, k), impurity(:, k), worst)
       end if
     end do
     part = 1.0_dp / h%n
@@ -78,11 +94,28 @@ contains
   !> One eigenvalue's disc. With x_n = 1 all rows but the first of (H - z E) x = 0 give the eigenvector, with y_1 = 1 all columns
   !> but the last the left one; the condition is |x| |y| / |y' x|. `impurity`: the residuals of the two, which is what other
   !> eigenvectors may have added to them but for their conditions; `worst` condition so far.
-  pure subroutine find_disc(h, z_re, z_im, perturbation, radius, impurity, worst)
+  pure subroutine find_disc(length, h, z_re, z_im, perturbation, radius, impurity, worst)
+    integer, intent(in) :: length
     type(hessenberg_type), intent(in) :: h
     real(dp), intent(in) :: z_re(lanes), z_im(lanes), perturbation(lanes)
     real(dp), intent(out) :: radius(lanes), impurity(lanes)
     real(dp), intent(inout) :: worst(lanes)
+
+    if (has_versions .and. length == 8) then
+      call disc_512(h, z_re, z_im, perturbation, radius, impurity, worst, 1)
+    else if (has_versions .and. length == 4) then
+      call disc_256(h, z_re, z_im, perturbation, radius, impurity, worst, 1)
+    else
+      call disc_here(h, z_re, z_im, perturbation, radius, impurity, worst, 1)
+    end if
+  end subroutine find_disc
+
+  pure subroutine disc_here(h, z_re, z_im, perturbation, radius, impurity, worst, once) bind(C, name="lanes_gestell_disc")
+    !$omp declare simd uniform(h, z_re, z_im, perturbation, radius, impurity, worst) linear(once) simdlen(2) notinbranch
+    type(hessenberg_type), intent(in) :: h
+    real(dp), intent(in) :: z_re(lanes), z_im(lanes), perturbation(lanes)
+    real(dp), intent(inout) :: radius(lanes), impurity(lanes), worst(lanes)
+    integer(c_int), value :: once
     !> The square of a product y' x that is none.
     real(dp), parameter :: nothing = 1.0e-100_dp
     real(dp) :: x_re(lanes, 0:most_states), x_im(lanes, 0:most_states)
@@ -96,6 +129,7 @@ contains
     ! The components of y divided by those of v.
     y_re(:, 1) = 1
     y_im(:, 1) = 0
+    if (once > 1) return
     do k = 1, n
       i = n + 1 - k
       !GCC$ ivdep
@@ -143,6 +177,6 @@ contains
       radius(lane) = n * (perturbation(lane) + sqrt(residual / max(x_norm, y_norm))) * condition
       worst(lane) = max(worst(lane), condition)
     end do
-  end subroutine find_disc
+  end subroutine disc_here
 
 end module gestell_floquet_multipliers_gershgorin

@@ -2,6 +2,7 @@
 module gestell_floquet_multipliers_lane_spectra
   use gestell_math_hessenberg, only: hessenberg_type, most_states, new_hessenberg
   use gestell_base_kinds, only: dp
+  use gestell_base_processor, only: vector_length
   use gestell_math_lanes, only: lanes
   use gestell_math_characteristic_roots, only: find_roots
   use gestell_floquet_multipliers_gershgorin, only: find_disc, find_discs
@@ -30,15 +31,16 @@ contains
     real(dp), dimension(lanes) :: unit, converged, certain, relative, modulus, top_re, top_im
     real(dp), dimension(lanes, most_states) :: z_re, z_im, disc
     logical :: conjugate(most_states)
-    integer :: k
+    integer :: length, k
 
+    length = vector_length()
     call set_units(a, n, unit, found%sound)
-    call new_hessenberg(a, n, h)
-    call find_roots(h, z_re, z_im, conjugate, converged)
+    call new_hessenberg(length, a, n, h)
+    call find_roots(length, h, z_re, z_im, conjugate, converged)
     ! With a change as great as the greatest element all discs touch.
     relative = min(perturbation, unit) / unit
     disc = 0
-    if (bounds) call find_discs(h, z_re, z_im, conjugate, relative + n * epsilon(1.0_dp) * h%norm, disc, certain)
+    if (bounds) call find_discs(length, h, z_re, z_im, conjugate, relative + n * epsilon(1.0_dp) * h%norm, disc, certain)
     top_re = 0
     top_im = 0
     found%radius = 0
@@ -71,7 +73,7 @@ contains
     real(dp) :: radius(lanes), impurity(lanes), worst(lanes)
 
     worst = 1
-    call find_disc(h, z_re, z_im, h%n * epsilon(1.0_dp) * h%norm, radius, impurity, worst)
+    call find_disc(vector_length(), h, z_re, z_im, h%n * epsilon(1.0_dp) * h%norm, radius, impurity, worst)
     certain = merge(1.0_dp, 0.0_dp, radius <= max(too_much * sqrt(z_re**2 + z_im**2), h%n * perturbation * worst))
   end function certainty
 

@@ -1,13 +1,26 @@
 !> Sums of products in eight lanes side by side, as in gestell_math_lanes.
 module gestell_math_lanes_products
-  use gestell_base_kinds, only: dp
-  use gestell_base_processor, only: vector_length
+  use gestell_base_processor, only: has_versions, vector_length
   use gestell_math_lanes_versions, only: four_columns
   use gestell_math_lanes, only: lanes
+  use, intrinsic :: iso_c_binding, only: c_int, dp => c_double
   implicit none (type, external)
   private
 
   public :: combine, in_fours, multiply
+
+  interface
+    pure subroutine multiply_version(n, columns, factor, rows, b, c, once) bind(C)
+      import :: c_int, dp, lanes
+      implicit none (type, external)
+      integer(c_int), value :: n, columns, once
+      real(dp), intent(in) :: factor, rows(lanes, columns, n), b(lanes, n, columns)
+      real(dp), intent(inout) :: c(lanes, n, columns)
+    end subroutine multiply_version
+  end interface
+
+  procedure(multiply_version), bind(C, name="_ZGVeN2uuuuuul_lanes_gestell_multiply") :: multiply_512
+  procedure(multiply_version), bind(C, name="_ZGVdN2uuuuuul_lanes_gestell_multiply") :: multiply_256
 
 contains
 
@@ -32,16 +45,32 @@ contains
   end subroutine combine
 
   !> C = factor A B from the rows of A, shape (lanes, columns, n), of which the first n numbers count; B and C have the shape
-  !> (lanes, n, columns), columns >= n.
-  pure subroutine multiply(n, columns, factor, rows, b, c)
-    integer, intent(in) :: n, columns
+  !> (lanes, n, columns), columns >= n. `length`: of the processor's vectors.
+  pure subroutine multiply(length, n, columns, factor, rows, b, c)
+    integer, intent(in) :: length, n, columns
     real(dp), intent(in) :: factor, rows(lanes, columns, n), b(lanes, n, columns)
     real(dp), intent(out) :: c(lanes, n, columns)
+
+    if (has_versions .and. length == 8) then
+      call multiply_512(n, columns, factor, rows, b, c, 1)
+    else if (has_versions .and. length == 4) then
+      call multiply_256(n, columns, factor, rows, b, c, 1)
+    else
+      call multiply_here(n, columns, factor, rows, b, c, 1)
+    end if
+  end subroutine multiply
+
+  pure subroutine multiply_here(n, columns, factor, rows, b, c, once) bind(C, name="lanes_gestell_multiply")
+    !$omp declare simd uniform(n, columns, factor, rows, b, c) linear(once) simdlen(2) notinbranch
+    integer(c_int), value :: n, columns, once
+    real(dp), intent(in) :: factor, rows(lanes, columns, n), b(lanes, n, columns)
+    real(dp), intent(inout) :: c(lanes, n, columns)
     real(dp) :: s11, s21, s31, s12, s22, s32, s13, s23, s33
     integer :: lane, i, j, k, i2, i3, j2, j3
 
     ! Three rows and three columns together, so that no sum waits for itself; where there are no more the last one stands for them.
     ! A loop over lanes becomes vectors only where the numbers of the sum lie at a constant distance: hence rows.
+    if (once > 1) return
     do i = 1, n, 3
       i2 = min(i + 1, n)
       i3 = min(i + 2, n)
@@ -85,6 +114,6 @@ contains
         end do
       end do
     end do
-  end subroutine multiply
+  end subroutine multiply_here
 
 end module gestell_math_lanes_products

@@ -7,6 +7,7 @@
 !> series, count by what becomes of them.
 module gestell_task_sweep_expansion_parts
   use gestell_base_kinds, only: dp
+  use gestell_base_processor, only: vector_length
   use gestell_math_lanes_products, only: multiply
   use gestell_math_matrix, only: unit_matrix
   implicit none (type, external)
@@ -248,7 +249,7 @@ contains
     end do
     do k = 2, self%parts
       at = self%map_at(k)
-      call multiply(n, columns, 1 / self%of_map(k), values(:, at:), motion(:, :, :, k - 1), motion(:, :, :, k))
+      call multiply(vector_length(), n, columns, 1 / self%of_map(k), values(:, at:), motion(:, :, :, k - 1), motion(:, :, :, k))
       if (.not. self%forced) cycle
       motion(:, :, columns, k) = motion(:, :, columns, k) + values(:, at + n:at + columns * n - 1:columns) / self%of_map(k)
     end do

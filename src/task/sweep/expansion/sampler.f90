@@ -94,7 +94,7 @@ contains
       if (turns(k) > most_turns) return
       if (k == 1) sampler%scale = seen%scale
       if (system%states /= size(sampler%scale)) return
-      call solve_monodromy(system, sharper(accuracy), forced, monodromy, error)
+      call solve_monodromy(system, sharper(accuracy, forced), forced, monodromy, error)
       sampler%solutions = sampler%solutions + 1
       if (allocated(error)) return
       sampler%error = max(sampler%error, monodromy%error / monodromy%norm)
@@ -234,12 +234,14 @@ contains
     call sampler%parts%set_weights(values)
   end subroutine weigh
 
-  !> An eighth of the tolerance for the integration: most of it is left to the expansion.
-  pure type(accuracy_type) function sharper(accuracy)
+  !> An eighth of the tolerance for the integration: most of it is left to the expansion. A 64th with the periodic vibration: beside
+  !> resonances errors grow, and a point where they are too great is solved by itself, which takes a hundred times as long.
+  pure type(accuracy_type) function sharper(accuracy, forced)
     type(accuracy_type), intent(in) :: accuracy
+    logical, intent(in) :: forced
 
     sharper = accuracy
-    sharper%tolerance = max(accuracy%tolerance / 8, 10 * epsilon(1.0_dp))
+    sharper%tolerance = max(accuracy%tolerance / merge(64, 8, forced), 10 * epsilon(1.0_dp))
   end function sharper
 
   !> Counts the times at which a frame's vibration has to be known. `fits` is false for other systems.
