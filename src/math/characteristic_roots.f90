@@ -21,7 +21,7 @@ module gestell_math_characteristic_roots
   real(dp), parameter :: begin_at(most_states / 2, most_states / 2) = &
     & reshape([((cos(pi * (i - 0.6_dp) / m), i = 1, most_states / 2), m = 1, most_states / 2)], [most_states / 2, most_states / 2])
 
-  interface
+  abstract interface
     !> Twelve arguments: a polynomial and its roots in lanes, and what is found of their steps.
     pure subroutine step_version(n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, greatest, near, once) bind(C)
       import :: c_int, dp, lanes, most_states
@@ -167,6 +167,7 @@ contains
     integer :: lane, j
 
     moving = 1 - converged
+    ! The second of two: gestell_base_processor.
     if (once > 1) return
     !GCC$ ivdep
     do lane = 1, lanes

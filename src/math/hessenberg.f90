@@ -32,7 +32,7 @@ module gestell_math_hessenberg
     real(dp) :: sound(lanes)
   end type hessenberg_type
 
-  interface
+  abstract interface
     pure subroutine reflect_version(a, n, k, once) bind(C)
       import :: c_int, dp, lanes, most_states
       implicit none (type, external)
@@ -133,6 +133,7 @@ contains
     do i = k + 1, n
       u(:, i) = a(:, i, k)
     end do
+    ! The second of two: gestell_base_processor.
     if (once > 1) return
     !GCC$ ivdep
     do lane = 1, lanes
@@ -224,7 +225,7 @@ contains
     end do
   end subroutine characteristic_polynomial
 
-  !> -r and its derivative at lambda = z, real and imaginary parts.
+  !> -r and its derivative at lambda = z, real and imaginary parts. `length`: of the processor's vectors.
   pure subroutine evaluate(length, h, z_re, z_im, p_re, p_im, d_re, d_im)
     integer, intent(in) :: length
     type(hessenberg_type), intent(in) :: h
@@ -262,6 +263,7 @@ contains
       y_re(lane, n - 1) = h%v(lane, n)
       y_im(lane, n - 1) = 0
     end do
+    ! The second of two: gestell_base_processor.
     if (once > 1) return
     do i = n - 1, 1, -1
       !GCC$ ivdep

@@ -19,7 +19,7 @@ module gestell_math_quadratic_factors
   !> A smaller divisor of a step has vanished.
   real(dp), parameter :: least_divisor = 1.0e-100_dp
 
-  interface
+  abstract interface
     pure subroutine find_version(m, c, radius, bound, s, q, converged, once) bind(C)
       import :: c_int, dp, lanes
       implicit none (type, external)
@@ -62,6 +62,7 @@ contains
     integer :: iteration, k
 
     greatest = 0
+    ! The second of two: gestell_base_processor.
     if (once > 1) return
     s(:, m + 1:) = s(:, :m)
     q(:, m + 1:) = q(:, :m)

@@ -21,8 +21,8 @@ module gestell_system_periodic
     real(dp) :: period = 0
     !> Where the coefficients jump: times in (0, T), ascending. Steps of the integration end there.
     real(dp), allocatable :: breaks(:)
-    !> Equal steps over the period that resolve the finest feature of the coefficients: fewer are not taken, by methods with others
-    !> embedded in them none with fewer nodes than these have with six stages.
+    !> Equal steps over the period that resolve the finest feature of the coefficients. Methods with others embedded in them take as
+    !> many nodes at least as these steps have with six stages, the others no fewer steps.
     integer :: least_steps = 8
     !> Relative error of the coefficients' effect over a period by their own rounding.
     real(dp) :: rounding = epsilon(1.0_dp)

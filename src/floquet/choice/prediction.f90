@@ -7,7 +7,7 @@ module gestell_floquet_choice_prediction
   implicit none (type, external)
   private
 
-  public :: first_steps, growth, steps_in_all, whole_steps
+  public :: fewest, first_steps, growth, steps_in_all, whole_steps
 
   !> The powers of k that the harmonics of coefficients, 1, and of loads, 2, are taken to have beside exp(-k width): places have
   !> branch points (a dyad stretched at complex angles: a root, k^-3/2), loads have their second derivatives, in harmonics this low
@@ -81,12 +81,14 @@ contains
     width = max(outlook%width(which), 7.0_dp / system%least_steps)
   end function width_of
 
-  !> The steps that see the finest feature of the coefficients as well as `least_steps` with six stages do.
+  !> The steps that see the finest feature of the coefficients: `least_steps`, with embedded methods as many nodes as these have
+  !> with six stages.
   pure real(dp) function fewest(method, system)
     class(method_type), intent(in) :: method
     class(periodic_system), intent(in) :: system
 
-    fewest = 6.0_dp * system%least_steps / method%stages
+    fewest = system%least_steps
+    if (method%lower_order > 0) fewest = 6 * fewest / method%stages
   end function fewest
 
   !> Steps that leave such an error: the fastest motion counts 0.925 of `fastest` and what is left of it, and the coefficients turn

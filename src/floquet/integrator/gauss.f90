@@ -16,8 +16,8 @@ module gestell_floquet_integrator_gauss
   !> With fewer stages the embedded method says too little of the error: its order is too far below.
   integer, parameter :: fewest_to_embed = 6
   !> How far the fastest motion may turn in a step (radians) for `pair`: beyond, the matrices of the embedded methods, which
-  !> elimination meets on its way, are singular now and then, with an even number of stages from 6 on, with an odd one from 11
-  !> on, and rows have to be exchanged.
+  !> elimination meets on its way, are singular now and then, from 6 radians on with an even number of stages, from 11 on
+  !> with an odd one, and rows have to be exchanged.
   real(dp), parameter :: longest_even = 5.5_dp, longest_odd = 10
 
   type, extends(method_type), public :: gauss_method

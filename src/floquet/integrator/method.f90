@@ -46,7 +46,7 @@ module gestell_floquet_integrator_method
     !> Order and error constant of the method embedded in this one, whose maps `pair` gives beside its own; 0: there is none.
     integer :: lower_order = 0
     real(dp) :: lower_constant = 0
-    !> How far the fastest motion may turn in a step (radians) for `pair` to be worth its while.
+    !> How far the fastest motion may turn in a step (radians): beyond, `pair` may have to exchange rows, which takes long.
     real(dp) :: longest_turn = huge(1.0_dp)
   contains
     procedure :: prepare => nothing_to_prepare

@@ -9,7 +9,7 @@ module gestell_floquet_multipliers_gershgorin
 
   public :: find_disc, find_discs
 
-  interface
+  abstract interface
     pure subroutine disc_version(h, z_re, z_im, perturbation, radius, impurity, worst, once) bind(C)
       import :: c_int, dp, hessenberg_type, lanes
       implicit none (type, external)
@@ -93,7 +93,7 @@ contains
 
   !> One eigenvalue's disc. With x_n = 1 all rows but the first of (H - z E) x = 0 give the eigenvector, with y_1 = 1 all columns
   !> but the last the left one; the condition is |x| |y| / |y' x|. `impurity`: the residuals of the two, which is what other
-  !> eigenvectors may have added to them but for their conditions; `worst` condition so far.
+  !> eigenvectors may have added to them but for their conditions; `worst` condition so far. `length`: of the processor's vectors.
   pure subroutine find_disc(length, h, z_re, z_im, perturbation, radius, impurity, worst)
     integer, intent(in) :: length
     type(hessenberg_type), intent(in) :: h
@@ -129,6 +129,7 @@ contains
     ! The components of y divided by those of v.
     y_re(:, 1) = 1
     y_im(:, 1) = 0
+    ! The second of two: gestell_base_processor.
     if (once > 1) return
     do k = 1, n
       i = n + 1 - k

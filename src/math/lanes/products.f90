@@ -9,7 +9,7 @@ module gestell_math_lanes_products
 
   public :: combine, in_fours, multiply
 
-  interface
+  abstract interface
     pure subroutine multiply_version(n, columns, factor, rows, b, c, once) bind(C)
       import :: c_int, dp, lanes
       implicit none (type, external)
@@ -68,9 +68,10 @@ contains
     real(dp) :: s11, s21, s31, s12, s22, s32, s13, s23, s33
     integer :: lane, i, j, k, i2, i3, j2, j3
 
+    ! The second of two: gestell_base_processor.
+    if (once > 1) return
     ! Three rows and three columns together, so that no sum waits for itself; where there are no more the last one stands for them.
     ! A loop over lanes becomes vectors only where the numbers of the sum lie at a constant distance: hence rows.
-    if (once > 1) return
     do i = 1, n, 3
       i2 = min(i + 1, n)
       i3 = min(i + 2, n)

@@ -161,9 +161,12 @@ contains
     end do
     after = unit_matrix(self%states)
     do k = self%parts, 1, -1
-      of_map(k) = norm_bound(after)
-      if (self%forced) of_map(k) = greatest_behind(self%states, maps(:, :, k + 1:))
-      after = matmul(after, maps(:, :self%states, k))
+      if (self%forced) then
+        of_map(k) = greatest_behind(self%states, maps(:, :, k + 1:))
+      else
+        of_map(k) = norm_bound(after)
+        after = matmul(after, maps(:, :self%states, k))
+      end if
     end do
     before = unit_motion(self)
     do k = 1, self%parts

@@ -6,6 +6,7 @@ module gestell_task_sweep_expansion_sampler
   use gestell_math_lanes, only: lanes
   use gestell_math_fourier, only: transform_matrix
   use gestell_math_matrix, only: balanced
+  use gestell_floquet_choice_prediction, only: fewest
   use gestell_floquet_period_period_map, only: motions
   use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_method, only: method_type
@@ -182,15 +183,15 @@ contains
     reserve = 16**(1.0_dp / self%method%order)
   end function reserve
 
-  !> The steps that are enough for a member whose fastest motion turns by so much and whose coefficients need so many.
-  pure integer function enough(self, fastest, least_steps)
+  !> The steps that are enough for a member whose fastest motion turns by so much, and for its coefficients.
+  pure integer function enough(self, fastest, system)
     class(sampler_type), intent(in) :: self
     real(dp), intent(in) :: fastest
-    integer, intent(in) :: least_steps
+    class(periodic_system), intent(in) :: system
     integer :: k
 
     do k = 1, size(self%steps) - 1
-      if (self%steps(k) < least_steps) cycle
+      if (self%steps(k) < fewest(self%method, system)) cycle
       if (self%steps(k) * self%fastest >= reserve(self) * self%steps(size(self%steps)) * fastest) exit
     end do
     enough = self%steps(k)
@@ -292,12 +293,13 @@ contains
     values = 0
     call take_member(family, parameters, system, error)
     if (allocated(error)) return
-    if (system%states /= size(self%scale) .or. system%least_steps > maxval(self%steps)) return
+    if (system%states /= size(self%scale)) return
+    if (fewest(self%method, system) > maxval(self%steps)) return
     if (allocated(system%breaks) .and. size(maps, 3) > 1) return
     self%solutions = self%solutions + 1
     call exchange(self, system)
     if (size(self%steps) > 1) call survey(system, seen, error)
-    if (.not. allocated(error)) call motions(system, self%method, mesh(system, enough(self, seen%fastest, system%least_steps)), &
+    if (.not. allocated(error)) call motions(system, self%method, mesh(system, enough(self, seen%fastest, system)), &
       & self%parts%parts, maps, error)
     call exchange(self, system)
     fits = .not. allocated(error)
