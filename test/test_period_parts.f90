@@ -172,6 +172,11 @@ contains
     integer :: i
     logical :: fits
 
+    ! Pulses that 40 steps resolve, or fewer with as many nodes as these have with six stages: all members have them.
+    call new_sampler(sampler, family, reshape([1.2_dp, 1.8_dp], [1, 2]), accuracy_type(tolerance=1.0e-4_dp), .false., 20000, fits)
+    call check_that(error, fits, "==", .true., "a sampler of fewer steps")
+    call check_that(error, maxval([sampler%steps, 0]), "<", 40, "fewer steps")
+    if (allocated(error)) return
     call new_sampler(sampler, family, reshape([0.5_dp, 4000.0_dp], [1, 2]), accuracy_type(tolerance=1.0e-12_dp), .false., 20000, &
       & fits)
     call check_that(error, fits, "==", .true., "a sampler")
