@@ -101,7 +101,7 @@ contains
     end do
   end subroutine test_widths
 
-  !> Sixteen equal samples of it may all be zero, or all of one size.
+  !> `survey_phases` lie beside the multiples of T / 16, so that its sixteen samples are not all zero.
   subroutine test_eighth(error)
     type(error_type), allocatable, intent(out) :: error
     type(kernel_type) :: system

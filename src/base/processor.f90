@@ -1,4 +1,10 @@
 !> What the processor at hand can do that a portable program does not take for granted.
+!>
+!> There are versions of two kinds. An innermost loop over eight lanes is a procedure for one lane, of which the compiler makes
+!> eight side by side (gestell_math_lanes_versions). A procedure with many loops over lanes is a version as a whole: it is
+!> declared as one of two side by side, simdlen(2), of which the second, `once` = 2, returns. Before it returns a local array
+!> should be set that is used afterwards: else GCC may split the procedure there, and its versions are of the beginning alone.
+!> `.ci/versions` looks at what was made.
 module gestell_base_processor
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
@@ -10,12 +16,6 @@ module gestell_base_processor
   !> Whether the compiler makes versions of `!$omp declare simd` procedures for all processors of a family under names that can be
   !> called (Vector Function Application Binary Interface, section 2.6: _ZGVdN..., _ZGVeN...): GCC does for x86, with optimisation
   !> and OpenMP. Where it is told a processor (-march) no others are needed.
-  !>
-  !> There are versions of two kinds. Of an innermost loop over eight lanes the procedure for one lane is the one of which the
-  !> compiler makes eight side by side (gestell_math_lanes_versions). A procedure with many loops over lanes is itself made for the
-  !> other processors: it is declared as one of two side by side (simdlen(2)), of which the second, `once` = 2, has nothing to do;
-  !> where the second returns, a local array has been set that is used afterwards, or GCC splits the procedure there and makes
-  !> versions of its beginning alone.
   logical, parameter, public :: has_versions = index(compiler_version(), "GCC") > 0 .and. &
     & index(compiler_options(), "-march=x86-64 ") > 0 .and. index(compiler_options(), "-fopenmp") > 0 .and. &
     & (index(compiler_options(), "-O3") > 0 .or. index(compiler_options(), "-O2") > 0)

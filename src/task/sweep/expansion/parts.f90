@@ -238,8 +238,9 @@ contains
     class(parts_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: values(:, :)
     real(dp), contiguous, intent(out) :: motion(:, :, :, 0:)
-    integer :: n, columns, k, i, at
+    integer :: length, n, columns, k, i, at
 
+    length = vector_length()
     n = self%states
     columns = self%columns()
     motion(:, :, :, 0) = 0
@@ -252,7 +253,7 @@ contains
     end do
     do k = 2, self%parts
       at = self%map_at(k)
-      call multiply(vector_length(), n, columns, 1 / self%of_map(k), values(:, at:), motion(:, :, :, k - 1), motion(:, :, :, k))
+      call multiply(length, n, columns, 1 / self%of_map(k), values(:, at:), motion(:, :, :, k - 1), motion(:, :, :, k))
       if (.not. self%forced) cycle
       motion(:, :, columns, k) = motion(:, :, columns, k) + values(:, at + n:at + columns * n - 1:columns) / self%of_map(k)
     end do
