@@ -33,11 +33,31 @@ contains
       & new_unittest("members take the steps that they need", test_steps), &
       & new_unittest("members take the steps that their coefficients need", test_pulses), &
       & new_unittest("errors count by what becomes of them", test_weights), &
+      & new_unittest("errors count where the periodic vibration is greatest", test_behind), &
       & new_unittest("as many parts as pay", test_choice), &
       & new_unittest("integration leaves room beside resonances", test_room), &
       & new_unittest("what is missing of a series", test_rest), &
       & new_unittest("corners that say nothing of what lies between", test_reach)]
   end subroutine collect_period_parts
+
+  !> Maps E, 10 E and E / 100: of the free motion only the end of the period counts, of the vibration the end of every part too, and
+  !> states of size 1 come in with it.
+  subroutine test_behind(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: factors(3) = [1.0_dp, 10.0_dp, 0.01_dp], free(3) = [0.1_dp, 0.01_dp, 10.0_dp], &
+      & forced(3) = [10 * sqrt(2.0_dp), sqrt(2.0_dp), sqrt(101.0_dp)]
+    type(parts_type) :: parts
+    integer :: k
+
+    parts = parts_type(states=2, parts=3, of_map=[1.0_dp, 1.0_dp, 1.0_dp], of_times=[1.0_dp, 1.0_dp, 1.0_dp])
+    call parts%set_weights(reshape([(factors(k) * [1, 0, 0, 1], k = 1, 3)], [12, 1]))
+    ! A few roundings.
+    call check_that(error, abs(parts%of_map / free - 1), "<", 1.0e-14_dp, "of the free motion")
+    if (allocated(error)) return
+    parts%forced = .true.
+    call parts%set_weights(reshape([(factors(k) * [1, 0, 0, 0, 1, 0], k = 1, 3)], [18, 1]))
+    call check_that(error, abs(parts%of_map / forced - 1), "<", 1.0e-14_dp, "of the vibration")
+  end subroutine test_behind
 
   !> What integration may miss is an eighth of the tolerance, of the periodic vibration a 64th: with an eighth a million points of
   !> data/khang_chart.nml with peaks took a third longer, as 1,400 points beside resonances had to be solved by themselves.
