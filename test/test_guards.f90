@@ -114,7 +114,7 @@ contains
     type(pair_type) :: system
     class(method_type), allocatable :: method
     type(gestell_error), allocatable :: failure
-    real(dp) :: a(4, 4, 17), b(4, 17), one(4, 4, 1), load(4, 1), from(17), to(17)
+    real(dp) :: maps(17, 4, 5), one(1, 4, 5), from(17), to(17)
     integer :: steps, k
 
     call new_method("gauss4", method, failure)
@@ -123,15 +123,14 @@ contains
     from = [(k / 17.0_dp, k = 0, 16)]
     to = [(k / 17.0_dp, k = 1, 17)]
     system%from = 2
-    call method%maps(system, from(:1), to(:1), one, failure, load)
+    call method%maps(system, from(:1), to(:1), one, failure)
     do steps = 8, 17
       do k = 1, steps
         system%from = from(k)
         system%to = to(k)
-        call method%maps(system, from(:steps), to(:steps), a(:, :, :steps), failure, b(:, :steps))
+        call method%maps(system, from(:steps), to(:steps), maps, failure)
         ! Constant coefficients: all steps are alike but for roundings of their ends.
-        call check_that(error, maxval(abs(a(:, :, :steps) - spread(one(:, :, 1), 3, steps))), "<", 1.0e-14_dp, "A of every step")
-        call check_that(error, maxval(abs(b(:, :steps) - spread(load(:, 1), 2, steps))), "<", 1.0e-14_dp, "b of every step")
+        call check_that(error, maxval(abs(maps(:steps, :, :) - spread(one(1, :, :), 1, steps))), "<", 1.0e-14_dp, "every step")
         if (allocated(error)) return
       end do
     end do
@@ -208,7 +207,7 @@ contains
   subroutine test_no_product(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: counts(2) = [10, 40]
-    real(dp) :: a(2, 2, 40), phi(2, 2), values(2)
+    real(dp) :: a(40, 2, 2), phi(2, 2), values(2)
     logical :: fits, traps(size(ieee_usual))
     integer :: c, i, k, v
 
@@ -220,11 +219,11 @@ contains
         do i = 1, 2
           do v = 1, 2
             a = 0
-            a(1, 1, :) = 1
-            a(2, 2, :) = 1
-            a(i, 1, k) = values(v)
-            phi = a(:, :, merge(1, 2, k > 1))
-            call multiply_maps(a(:, :, :counts(c)), [1.0_dp, 1.0_dp], phi, fits)
+            a(:, 1, 1) = 1
+            a(:, 2, 2) = 1
+            a(k, i, 1) = values(v)
+            phi = a(merge(1, 2, k > 1), :, :)
+            call multiply_maps(counts(c), a, [1.0_dp, 1.0_dp], phi, fits)
             if (.not. allocated(error)) call check(error, .not. fits, more="it must not fit")
           end do
         end do
@@ -238,21 +237,21 @@ contains
   subroutine test_small_units(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: sizes(2) = [1.0e149_dp, 1.0_dp], scales(2) = [1.0e-10_dp, 1.0_dp]
-    real(dp) :: a(1, 1, 40), b(1, 40), phi(1, 1), xp(1), reach
+    real(dp) :: maps(40, 1, 2), phi(1, 1), xp(1), reach
     logical :: fits, traps(size(ieee_usual))
     integer :: i, steps
 
     call ieee_get_halting_mode(ieee_usual, traps)
     call ieee_set_halting_mode(ieee_usual, .false.)
-    a = 1
+    maps(:, :, 1) = 1
     do i = 1, size(sizes)
       do steps = 10, 40, 30
-        b = 0
-        b(1, 1) = sizes(i)
+        maps(:, 1, 2) = 0
+        maps(1, 1, 2) = sizes(i)
         phi = 1
         xp = 0
         reach = 0
-        call multiply_maps(a(:, :, :steps), scales(i:i), phi, fits, b(:, :steps), xp, reach)
+        call multiply_maps(steps, maps, scales(i:i), phi, fits, xp, reach)
         if (.not. allocated(error)) call check(error, fits .and. ieee_is_finite(reach), more="finite")
         if (.not. allocated(error)) call check_that(error, abs(reach * (scales(i) / sizes(i)) - 1), "<", 1.0e-14_dp, "reach")
       end do

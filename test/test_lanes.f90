@@ -5,7 +5,7 @@ module test_lanes
   use gestell_base_kinds, only: dp
   use gestell_base_processor, only: has_long_vectors, has_versions
   use gestell_math_lanes, only: block, eliminate, lanes, padded, reduce, schur_complement, width
-  use gestell_floquet_integrator_method, only: maps_type, method_type, unseen_type
+  use gestell_floquet_integrator_method, only: method_type, unseen_type
   use gestell_floquet_integrator_methods, only: new_method
   use gestell_floquet_integrator_tableau, only: gauss_tableau, tableau_type
   use gestell_math_lapack, only: factorise, solve_factored
@@ -252,8 +252,8 @@ contains
     type(oscillators_type) :: system
     class(method_type), allocatable :: method
     type(gestell_error), allocatable :: failure
-    real(dp) :: a(2 * size(frequencies), 2 * size(frequencies), steps), b(2 * size(frequencies), steps), from(steps), to(steps)
-    type(maps_type) :: lower(2)
+    real(dp) :: maps(steps, 2 * size(frequencies), 2 * size(frequencies) + 1), from(steps), to(steps)
+    real(dp) :: lower(steps, 2 * size(frequencies), 2 * size(frequencies) + 1, 2)
     type(unseen_type) :: unseen
     real(dp) :: cosine, sine, turn, shift, galerkin(2, 3)
     integer :: f, i, k, place, fewer
@@ -272,14 +272,10 @@ contains
     from = [((k - 1) / 21.0_dp, k = 1, steps)]
     to = [(k / 21.0_dp, k = 1, steps)]
     call new_method("gauss8", method, failure)
-    call method%maps(system, from, to, a, failure, b)
+    call method%maps(system, from, to, maps, failure)
     call check_success(error, failure)
     if (allocated(error)) return
-    do fewer = 1, 2
-      allocate(lower(fewer)%a, mold=a)
-      allocate(lower(fewer)%b, mold=b)
-    end do
-    call method%pair(system, from, to, a, failure, lower, unseen, b)
+    call method%pair(system, from, to, maps, failure, lower, unseen)
     call check_success(error, failure)
     if (allocated(error)) return
     do k = 1, steps
@@ -289,7 +285,7 @@ contains
           turn = 4.0e-13_dp * max(1.0_dp, (w * h)**2)
           do fewer = 1, 2
             call galerkin_step(8, 8 - fewer, w * h, galerkin)
-            associate (map => lower(fewer)%a(:, :, k), load => lower(fewer)%b(:, k))
+            associate (map => lower(k, :, :2 * f, fewer), load => lower(k, :, 2 * f + 1, fewer))
               call check_that(error, abs(map(i, i) - galerkin(1, 1)), "<", turn, "turn of an embedded method")
               call check_that(error, abs(map(i, f + i) / h - galerkin(1, 2)), "<", turn, "turn of an embedded method")
               call check_that(error, abs(map(f + i, i) * h - galerkin(2, 1)), "<", turn * max(1.0_dp, w * h), &
@@ -302,19 +298,19 @@ contains
           end do
           call gauss_turn(8, w * h, cosine, sine)
           turn = 4.0e-13_dp * max(1.0_dp, (w * h)**2)
-          call check_that(error, abs(a(i, i, k) - cosine), "<", turn, "turn")
-          call check_that(error, abs(a(f + i, f + i, k) - cosine), "<", turn, "turn")
-          call check_that(error, abs(a(i, f + i, k) * w - sine), "<", turn, "turn")
-          call check_that(error, abs(a(f + i, i, k) / w + sine), "<", turn, "turn")
+          call check_that(error, abs(maps(k, i, i) - cosine), "<", turn, "turn")
+          call check_that(error, abs(maps(k, f + i, f + i) - cosine), "<", turn, "turn")
+          call check_that(error, abs(maps(k, i, f + i) * w - sine), "<", turn, "turn")
+          call check_that(error, abs(maps(k, f + i, i) / w + sine), "<", turn, "turn")
           if (allocated(error)) return
           ! The load 1 shifts the middle of the oscillation to 1 / w^2.
           shift = 1 / w**2
-          call check_that(error, abs(b(i, k) - shift * (1 - cosine)), "<", turn * shift, "load")
-          call check_that(error, abs(b(f + i, k) / w - shift * sine), "<", turn * shift, "load")
+          call check_that(error, abs(maps(k, i, 2 * f + 1) - shift * (1 - cosine)), "<", turn * shift, "load")
+          call check_that(error, abs(maps(k, f + i, 2 * f + 1) / w - shift * sine), "<", turn * shift, "load")
           if (allocated(error)) return
         end associate
       end do
-      call check_that(error, count(abs(a(:, :, k)) > 0), "<=", 4 * f, "oscillators act on each other")
+      call check_that(error, count(abs(maps(k, :, :2 * f)) > 0), "<=", 4 * f, "oscillators act on each other")
       if (allocated(error)) return
     end do
   end subroutine check_oscillators

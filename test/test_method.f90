@@ -225,7 +225,7 @@ contains
     class(method_type), allocatable :: method
     type(gestell_error), allocatable :: failure
     real(dp), parameter :: from = 0.2_dp, to = 0.45_dp
-    real(dp) :: a(2, 2, 1), b(1, 1), a1(1, 1, 1), h
+    real(dp) :: a(1, 2, 2), forced_map(1, 1, 2), h
     integer :: i
 
     system = vinograd_type(states=2, period=2.0_dp)
@@ -234,12 +234,12 @@ contains
     call method%maps(system, [from], [to], a, failure)
     do i = 1, 2
       ! The ends of the step are taken 2e-15 inside, times derivatives of some hundred.
-      call check_that(error, maxval(abs(a(:, i, 1) - stepped(merge([1.0_dp, 0.0_dp], [0.0_dp, 1.0_dp], i == 1)))), "<", &
+      call check_that(error, maxval(abs(a(1, :, i) - stepped(merge([1.0_dp, 0.0_dp], [0.0_dp, 1.0_dp], i == 1)))), "<", &
         & 1.0e-11_dp, "columns of the step")
       if (allocated(error)) return
     end do
-    call method%maps(scalar_type(states=1, period=2.0_dp, c=1.0_dp), [from], [to], a1, failure, b)
-    call check(error, b(1, 1), forced(), thr=1.0e-13_dp)
+    call method%maps(scalar_type(states=1, period=2.0_dp, c=1.0_dp), [from], [to], forced_map, failure)
+    call check(error, forced_map(1, 1, 2), forced(), thr=1.0e-13_dp)
 
   contains
 

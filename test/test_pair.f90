@@ -6,7 +6,7 @@ module test_pair
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: text
   use gestell_floquet_integrator_nested, only: nested_tableau, nested_type
-  use gestell_floquet_integrator_tableau, only: gauss_tableau, legendre
+  use gestell_floquet_integrator_tableau, only: find_legendre, gauss_tableau
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type, solve_periodic
   use gestell_math_matrix, only: balanced
@@ -50,7 +50,9 @@ contains
           & * (v(s - 1) - dot_product(nested%values(1, :s - 2), v(:s - 2)))))
         if (k < s - 2) worst = max(worst, abs(v(s - 1) - dot_product(nested%values(1, :s - 2), v(:s - 2))))
       end do
-      p = legendre(s - 1, 2 * nested%c - 1)
+      if (allocated(p)) deallocate(p)
+      allocate(p(s, s))
+      call find_legendre(s - 1, 2 * nested%c - 1, p)
       associate (of_high => p(:, s), of_next => p(:, s - 1), sums => nested%sums)
         worst = max(worst, maxval(abs(of_high(:s - 1) + sums(:s - 1, 1) * of_high(s - 1) + sums(:s - 1, 2) * of_high(s))))
         worst = max(worst, maxval(abs(of_next(:s - 2) + sums(:s - 2, 1) * of_next(s - 1) + sums(:s - 2, 2) * of_next(s))))

@@ -136,11 +136,11 @@ contains
     integer, intent(in) :: steps
     type(factors_type), intent(inout) :: factors
     type(error_type), allocatable, intent(out) :: error
-    real(dp), allocatable :: nodes(:), a(:, :, :), product(:, :)
+    real(dp), allocatable :: nodes(:), maps(:, :, :), product(:, :)
     logical :: too_long
     integer :: number, k
 
-    allocate(a(system%states, system%states, 1))
+    allocate(maps(1, system%states, system%states))
     number = steps
     do
       nodes = mesh(system, number)
@@ -149,11 +149,11 @@ contains
       product = unit_matrix(system%states)
       too_long = .false.
       do k = lbound(nodes, 1), ubound(nodes, 1) - 1
-        call factors%method%maps(system, nodes(k:k), nodes(k + 1:k + 1), a, error)
+        call factors%method%maps(system, nodes(k:k), nodes(k + 1:k + 1), maps, error)
         if (allocated(error)) return
-        product = matmul(balanced(a(:, :, 1), factors%scale), product)
+        product = matmul(balanced(maps(1, :, :), factors%scale), product)
         if (spread_of(product) < most_spread .and. abs(log(max(norm2(product), tiny(1.0_dp)))) < most_growth) cycle
-        if (spread_of(balanced(a(:, :, 1), factors%scale)) >= most_spread) too_long = .true.
+        if (spread_of(balanced(maps(1, :, :), factors%scale)) >= most_spread) too_long = .true.
         if (nodes(k + 1) < 1) factors%ends = [factors%ends, nodes(k + 1)]
         product = unit_matrix(system%states)
       end do
@@ -182,7 +182,7 @@ contains
     type(level_type), intent(out) :: level
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: block_length = 256
-    real(dp), allocatable :: a(:, :, :), b(:, :)
+    real(dp), allocatable :: maps(:, :, :)
     integer :: n, count, segment, first, last, k
 
     n = system%states
@@ -190,23 +190,18 @@ contains
     level%nodes = mesh(system, steps, factors%ends(2:count))
     level%steps = size(level%nodes) - 1
     allocate(level%a(n, n, count), level%b(n, count), level%size_b(count), source=0.0_dp)
-    allocate(a(n, n, block_length), b(n, block_length))
+    allocate(maps(block_length, n, merge(n + 1, n, forced)))
     level%a = spread(unit_matrix(n), 3, count)
     segment = 1
     do first = 1, level%steps, block_length
       last = min(first + block_length - 1, level%steps)
       associate (from => level%nodes(first:last), to => level%nodes(first + 1:last + 1))
-        if (forced) then
-          call factors%method%maps(system, from, to, a(:, :, :size(from)), error, b(:, :size(from)))
-        else
-          call factors%method%maps(system, from, to, a(:, :, :size(from)), error)
-          b = 0
-        end if
+        call factors%method%maps(system, from, to, maps, error)
         if (allocated(error)) return
         do k = 1, size(from)
-          associate (map => balanced(a(:, :, k), factors%scale))
+          associate (map => balanced(maps(k, :, :n), factors%scale))
             level%a(:, :, segment) = matmul(map, level%a(:, :, segment))
-            level%b(:, segment) = matmul(map, level%b(:, segment)) + b(:, k) / factors%scale
+            if (forced) level%b(:, segment) = matmul(map, level%b(:, segment)) + maps(k, :, n + 1) / factors%scale
           end associate
           level%size_b(segment) = max(level%size_b(segment), norm2(level%b(:, segment)))
           if (to(k) >= factors%ends(segment + 1)) segment = segment + 1

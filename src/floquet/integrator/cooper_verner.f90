@@ -75,38 +75,37 @@ contains
 
   !> The slopes for all starts at once, K_i = P_i (E + h sum_j a_ij K_j); in the last column those of the forced motion
   !> that starts from zero, where f_i comes on top.
-  subroutine maps(self, system, from, to, a, error, b)
+  subroutine maps(self, system, from, to, map, error)
     class(cooper_verner_method), intent(in) :: self
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: from(:), to(:)
-    real(dp), intent(out) :: a(:, :, :)
+    real(dp), contiguous, intent(out) :: map(:, :, :)
     type(error_type), allocatable, intent(out) :: error
-    real(dp), intent(out), optional :: b(:, :)
     real(dp), allocatable :: p(:, :, :), f(:, :), slope(:, :, :), x(:, :)
     integer :: at(5, size(from)), n, i, j, k
     real(dp) :: h
+    logical :: forced
 
     n = system%states
+    forced = size(map, 3) > n
     associate (c => [0.0_dp, (7 - sqrt(21.0_dp)) / 14, 0.5_dp, (7 + sqrt(21.0_dp)) / 14, 1.0_dp])
-      if (present(b)) then
+      if (forced) then
         call sample_steps(system, from, to, c, at, p, f)
       else
         call sample_steps(system, from, to, c, at, p)
       end if
     end associate
 
-    allocate(x(n, merge(n + 1, n, present(b))))
-    allocate(slope(n, size(x, 2), slopes))
+    allocate(x(n, size(map, 3)), slope(n, size(map, 3), slopes))
     do k = 1, size(from)
       h = (to(k) - from(k)) * system%period
       do i = 1, slopes
         x = started(h * self%a(i, :i - 1))
         slope(:, :, i) = matmul(p(:, :, at(node(i), k)), x)
-        if (present(b)) slope(:, n + 1, i) = slope(:, n + 1, i) + f(:, at(node(i), k))
+        if (forced) slope(:, n + 1, i) = slope(:, n + 1, i) + f(:, at(node(i), k))
       end do
       x = started(h * self%b)
-      a(:, :, k) = x(:, :n)
-      if (present(b)) b(:, k) = x(:, n + 1)
+      map(k, :, :) = x
     end do
 
   contains

@@ -15,7 +15,7 @@ module gestell_floquet_integrator_exchanges
 
 contains
 
-  !> The maps [A b], shape (states, states + 1, 1 or 3), of step `k` with exchanges of rows: of the method, of the one embedded
+  !> The maps [A b], or A, shape (states, columns, 1 or 3), of step `k` with exchanges of rows: of the method, of the one embedded
   !> in it and of the one embedded in that. These have no unknowns in the last node, or in the last two, and mu in the equations
   !> there:
   !>
@@ -36,7 +36,7 @@ contains
     f = at%f
     s = size(tableau%c)
     p = at%positions
-    n = at%states + 1
+    n = size(maps, 2)
     h = at%lengths(k)
     slopes = unit_matrix(s)
     select type (tableau)
@@ -92,13 +92,12 @@ contains
     end do
   end subroutine map_with_exchanges
 
-  !> The map [A b], shape (states, states + 1), of a step that is its own unit of time from its unknowns, shape (unknowns,
-  !> states + 1).
+  !> The map, shape (states, columns), of a step that is its own unit of time from its unknowns, shape (unknowns, columns).
   pure function map_of(tableau, states, u) result(map)
     class(tableau_type), intent(in) :: tableau
     integer, intent(in) :: states
     real(dp), intent(in) :: u(:, :)
-    real(dp) :: map(states, states + 1)
+    real(dp) :: map(states, size(u, 2))
     integer :: f, p, i, j
 
     f = size(u, 1) / size(tableau%c)

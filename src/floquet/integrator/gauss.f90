@@ -4,7 +4,7 @@ module gestell_floquet_integrator_gauss
   use gestell_base_kinds, only: dp
   use gestell_math_lanes, only: lanes
   use gestell_floquet_integrator_gauss_steps, only: fits_lanes, gauss_steps
-  use gestell_floquet_integrator_method, only: evaluation_work, maps_type, method_type, unseen_type
+  use gestell_floquet_integrator_method, only: evaluation_work, method_type, unseen_type
   use gestell_floquet_integrator_nested, only: nested_tableau, nested_type
   use gestell_floquet_integrator_tableau, only: gauss_tableau, tableau_type
   use gestell_system_periodic, only: periodic_system
@@ -120,29 +120,25 @@ contains
     steps_at_once = merge(lanes, 1, fits_lanes(self%stages, states, second_order))
   end function steps_at_once
 
-  subroutine maps(self, system, from, to, a, error, b)
+  subroutine maps(self, system, from, to, map, error)
     class(gauss_method), intent(in) :: self
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: from(:), to(:)
-    real(dp), intent(out) :: a(:, :, :)
+    real(dp), contiguous, intent(out) :: map(:, :, :)
     type(error_type), allocatable, intent(out) :: error
-    real(dp), intent(out), optional :: b(:, :)
 
-    call gauss_steps(self%tableau, system, self%phases(from, to), (to - from) * system%period, a, error, b)
+    call gauss_steps(self%tableau, system, self%phases(from, to), (to - from) * system%period, map, error)
   end subroutine maps
 
-  !> Nine arguments: those of `maps`, and what the embedded methods tell.
-  subroutine pair(self, system, from, to, a, error, lower, unseen, b)
+  subroutine pair(self, system, from, to, map, error, lower, unseen)
     class(gauss_method), intent(in) :: self
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: from(:), to(:)
-    real(dp), intent(out) :: a(:, :, :)
+    real(dp), contiguous, intent(out) :: map(:, :, :), lower(:, :, :, :)
     type(error_type), allocatable, intent(out) :: error
-    type(maps_type), intent(inout) :: lower(:)
     type(unseen_type), intent(inout) :: unseen
-    real(dp), intent(out), optional :: b(:, :)
 
-    call gauss_steps(self%nested, system, phases_at(self%nested%c, from, to), (to - from) * system%period, a, error, b, lower, &
+    call gauss_steps(self%nested, system, phases_at(self%nested%c, from, to), (to - from) * system%period, map, error, lower, &
       & unseen)
   end subroutine pair
 

@@ -21,9 +21,10 @@
 module gestell_floquet_integrator_gauss_steps
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_math_lanes, only: block, columns_at_once, eliminate, lanes, padded, reduce, safe_multiplier, vector_border, width
+  use gestell_math_lanes, only: block, columns_at_once, columns_of_panel, eliminate, lanes, padded, reduce, safe_multiplier, &
+    & vector_border, width
   use gestell_floquet_integrator_exchanges, only: map_with_exchanges
-  use gestell_floquet_integrator_method, only: maps_type, unseen_type
+  use gestell_floquet_integrator_method, only: unseen_type
   use gestell_floquet_integrator_nested, only: nested_type
   use gestell_floquet_integrator_step_coefficients, only: coefficients_type, look_beyond, sample_coefficients
   use gestell_floquet_integrator_step_equations, only: fill_panel, layout_of, layout_type, most_rows, &
@@ -54,16 +55,14 @@ contains
 
   !> Maps of steps of these lengths (time), as `method_type` has them, from the coefficients at `phases`: the nodes of one
   !> stage together. Eight steps at a time; singly, with exchanges of rows, what is fewer than eight, too large, or unsafe without.
-  !> `lower`, shape (2), and `unseen`: by a nested tableau, as `method_type` has them.
-  !> Nine arguments: those of a method's `pair`, the tableau and the phases.
-  subroutine gauss_steps(tableau, system, phases, lengths, a, error, b, lower, unseen)
+  !> `lower` and `unseen`: by a nested tableau, as `method_type` has them.
+  subroutine gauss_steps(tableau, system, phases, lengths, map, error, lower, unseen)
     class(tableau_type), intent(in) :: tableau
     class(periodic_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:), lengths(:)
-    real(dp), intent(out) :: a(:, :, :)
+    real(dp), contiguous, intent(out) :: map(:, :, :)
     type(error_type), allocatable, intent(out) :: error
-    real(dp), intent(out), optional :: b(:, :)
-    type(maps_type), intent(inout), optional :: lower(:)
+    real(dp), contiguous, intent(out), optional :: lower(:, :, :, :)
     type(unseen_type), intent(inout), optional :: unseen
     type(coefficients_type) :: at
     type(layout_type) :: layout
@@ -71,11 +70,11 @@ contains
     real(dp), allocatable, target :: room(:)
     ! Of the method, and where asked for of the one embedded in it and of the one embedded in that.
     real(dp), allocatable :: maps(:, :, :, :)
-    real(dp) :: units(system%states)
+    real(dp) :: units(system%states), of_step(lanes, size(map, 3))
     logical :: safe(lanes), side_by_side
     integer :: steps, i, k, first, last, border
 
-    call sample_coefficients(system, phases, present(b), at, units)
+    call sample_coefficients(system, phases, size(map, 3) > system%states, at, units)
     at%lengths = lengths
     steps = size(lengths)
     side_by_side = steps >= lanes .and. fits_lanes(size(tableau%c), at%states, at%positions > 0)
@@ -83,7 +82,7 @@ contains
     allocate(room(merge(of_panel + of_multipliers + 3 * of_stages + lanes, 0, side_by_side)))
     border = vector_border(room)
     if (side_by_side) call layout_of(tableau, at, layout)
-    allocate(maps(lanes, at%states, at%states + 1, merge(3, 1, present(lower))))
+    allocate(maps(lanes, at%states, size(map, 3), merge(3, 1, present(lower))))
     do k = 1, steps, lanes
       first = max(1, min(k, steps - lanes + 1))
       if (side_by_side) call maps_of_lanes(tableau, at, first, layout, room(border), maps, safe)
@@ -94,9 +93,10 @@ contains
           if (allocated(error)) return
         end if
       end do
-      call take(at, units, k, maps(k - first + 1:last - first + 1, :, :, 1), a(:, :, k:last), b)
+      call find_units(at, units, first, of_step)
+      call take(of_step, first, k, last, maps(:, :, :, 1), map)
       do i = 2, size(maps, 4)
-        call take(at, units, k, maps(k - first + 1:last - first + 1, :, :, i), lower(i - 1)%a(:, :, k:last), lower(i - 1)%b)
+        call take(of_step, first, k, last, maps(:, :, :, i), lower(:, :, :, i - 1))
       end do
     end do
     if (.not. present(unseen)) return
@@ -106,31 +106,44 @@ contains
     end select
   end subroutine gauss_steps
 
-  !> A, shape (states, states, steps), and where it is asked for b, whose first column is the one `from`, from maps [A b], shape
-  !> (steps, states, states + 1), in these units, of steps that are their own unit of time: positions are over h times velocities.
-  pure subroutine take(at, units, from, map, a, b)
+  !> Units, shape (lanes, columns), of the states and of the loads of the steps from `first` on, which are their own unit of time:
+  !> positions are over h times velocities.
+  pure subroutine find_units(at, units, first, of_step)
     type(coefficients_type), intent(in) :: at
-    real(dp), intent(in) :: units(:), map(:, :, :)
-    integer, intent(in) :: from
-    real(dp), intent(out) :: a(:, :, :)
-    real(dp), intent(inout), optional :: b(:, :)
-    real(dp) :: of_step(size(units)), inverse(size(units))
-    integer :: n, k, j
+    real(dp), intent(in) :: units(:)
+    integer, intent(in) :: first
+    real(dp), intent(out) :: of_step(:, :)
+    integer :: last, i
 
-    n = size(units)
-    of_step = units
-    do k = 1, size(map, 1)
-      if (at%positions > 0) of_step(at%positions + 1:) = units(at%positions + 1:) / at%lengths(from + k - 1)
-      inverse = 1 / of_step
-      do j = 1, n
-        a(:, j, k) = of_step * inverse(j) * map(k, :, j)
+    last = min(first + lanes - 1, size(at%lengths))
+    of_step = 1
+    do i = 1, size(units)
+      of_step(:, i) = units(i)
+      if (i > at%positions .and. at%positions > 0) of_step(:last - first + 1, i) = units(i) / at%lengths(first:last)
+    end do
+  end subroutine find_units
+
+  !> The maps of the steps `from` to `to`, shape (steps, states, columns), from maps in lanes, the first those of step `first`, in
+  !> these units.
+  pure subroutine take(of_step, first, from, to, in_lanes, map)
+    integer, intent(in) :: first, from, to
+    real(dp), contiguous, intent(in) :: of_step(:, :), in_lanes(:, :, :)
+    real(dp), contiguous, intent(inout) :: map(:, :, :)
+    real(dp) :: inverse(lanes)
+    integer :: i, j, k
+
+    do j = 1, size(map, 3)
+      inverse = 1 / of_step(:, j)
+      do i = 1, size(map, 2)
+        do k = from, to
+          map(k, i, j) = of_step(k - first + 1, i) * inverse(k - first + 1) * in_lanes(k - first + 1, i, j)
+        end do
       end do
-      if (present(b)) b(:, from + k - 1) = of_step * map(k, :, n + 1)
     end do
   end subroutine take
 
-  !> The maps [A b], shape (lanes, states, states + 1, 1 or 3), of the steps from `first` on, b where there are loads: of the
-  !> method, of the one embedded in it and of the one embedded in that. `room`: numbers from the border of a vector on.
+  !> The maps [A b], or A, shape (lanes, states, columns, 1 or 3), of the steps from `first` on: of the method, of the one embedded
+  !> in it and of the one embedded in that. `room`: numbers from the border of a vector on.
   subroutine maps_of_lanes(tableau, at, first, layout, room, maps, safe)
     class(tableau_type), intent(in) :: tableau
     type(coefficients_type), intent(in) :: at
@@ -168,8 +181,9 @@ contains
         call fill_panel(tableau, at, first, layout, column, columns, panel, mass, damping, stiffness)
         call eliminate(column, columns, n, rows, panel, l, multiplier)
       end do
-      do column = n + 1, layout%columns, columns_at_once()
-        columns = min(columns_at_once(), layout%columns - column + 1)
+      column = n + 1
+      do while (column <= layout%columns)
+        columns = columns_of_panel(layout%columns - column + 1)
         call fill_panel(tableau, at, first, layout, column, columns, panel, mass, damping, stiffness)
         from = 1
         do i = size(maps, 4), 1, -1
@@ -180,6 +194,7 @@ contains
           end do
           from = to + 1
         end do
+        column = column + columns
       end do
       safe = multiplier < safe_multiplier
     end associate

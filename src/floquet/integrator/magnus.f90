@@ -60,23 +60,24 @@ contains
 
   !> The exponentials, in balanced units. The forced part is the last column of the exponential of [P f; 0 0]; it is
   !> linear in f, so f is brought to the size 1 / T before. Error: P is not finite.
-  subroutine maps(self, system, from, to, a, error, b)
+  subroutine maps(self, system, from, to, map, error)
     class(magnus_method), intent(in) :: self
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: from(:), to(:)
-    real(dp), intent(out) :: a(:, :, :)
+    real(dp), contiguous, intent(out) :: map(:, :, :)
     type(error_type), allocatable, intent(out) :: error
-    real(dp), intent(out), optional :: b(:, :)
     real(dp), allocatable :: p(:, :, :), f(:, :), augmented(:, :, :), step(:, :)
     real(dp) :: phases(self%stages * size(from)), d(system%states), similarity(system%states, system%states), size_of_f
     integer :: n, s, i, k
+    logical :: forced
 
     n = system%states
+    forced = size(map, 3) > n
     s = self%stages
     phases = [((from(k) + self%c(i) * (to(k) - from(k)), i = 1, s), k = 1, size(from))]
     allocate(p(n, n, size(phases)))
     ! What is not allocated is absent where it is an argument.
-    if (present(b)) allocate(f(n, size(phases)))
+    if (forced) allocate(f(n, size(phases)))
     call system%sample(phases, p, f)
     if (.not. all(ieee_is_finite(p))) then
       call fatal_error(error, "the coefficients of the system are not finite", failed_computation)
@@ -86,23 +87,23 @@ contains
     d = balancing(maxval(abs(p), dim=3))
     similarity = spread(d, 1, n) / spread(d, 2, n)
     size_of_f = 1
-    if (present(b)) size_of_f = max(maxval(abs(f) / spread(d, 2, size(f, 2))), tiny(1.0_dp)) * system%period
-    associate (m => merge(n + 1, n, present(b)))
+    if (forced) size_of_f = max(maxval(abs(f) / spread(d, 2, size(f, 2))), tiny(1.0_dp)) * system%period
+    associate (m => size(map, 3))
       allocate(augmented(m, m, s), step(m, m))
     end associate
     augmented = 0
     do k = 1, size(from)
       do i = 1, s
         augmented(:n, :n, i) = p(:, :, s * (k - 1) + i) * similarity
-        if (present(b)) augmented(:n, n + 1, i) = f(:, s * (k - 1) + i) / (d * size_of_f)
+        if (forced) augmented(:n, n + 1, i) = f(:, s * (k - 1) + i) / (d * size_of_f)
       end do
       if (s == 2) then
         step = expm(exponent_4(augmented, (to(k) - from(k)) * system%period))
       else
         step = expm(exponent_6(augmented, (to(k) - from(k)) * system%period))
       end if
-      a(:, :, k) = step(:n, :n) / similarity
-      if (present(b)) b(:, k) = step(:n, n + 1) * d * size_of_f
+      map(k, :, :n) = step(:n, :n) / similarity
+      if (forced) map(k, :, n + 1) = step(:n, n + 1) * d * size_of_f
     end do
   end subroutine maps
 

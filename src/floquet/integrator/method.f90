@@ -12,11 +12,6 @@ module gestell_floquet_integrator_method
 
   public :: evaluation_work, matrix_work, product_work
 
-  !> Maps of steps: A, shape (n, n, steps), and where there are loads b, shape (n, steps).
-  type, public :: maps_type
-    real(dp), allocatable :: a(:, :, :), b(:, :)
-  end type maps_type
-
   !> What the nodes of many steps may not tell of the coefficients (radians) and of the loads; the radians that these steps turn,
   !> the load itself, and what interpolation misses of it, length included.
   type, public :: unseen_type
@@ -58,18 +53,17 @@ module gestell_floquet_integrator_method
   end type method_type
 
   abstract interface
-    !> Maps of the steps from phase `from(k)` to phase `to(k)`: A, shape (n, n, steps), and if the forced solution
-    !> is asked for, b, shape (n, steps). The steps need not follow each other.
+    !> The maps of the steps from phase `from(k)` to phase `to(k)`: [A b], shape (steps, n, n + 1), or, where the forced solution is
+    !> not asked for, A alone, shape (steps, n, n). The steps need not follow each other; there may be room for more.
     !> Error: the equations of a step are singular.
-    subroutine step_maps(self, system, from, to, a, error, b)
+    subroutine step_maps(self, system, from, to, map, error)
       import :: method_type, periodic_system, error_type, dp
       implicit none (type, external)
       class(method_type), intent(in) :: self
       class(periodic_system), intent(in) :: system
       real(dp), intent(in) :: from(:), to(:)
-      real(dp), intent(out) :: a(:, :, :)
+      real(dp), contiguous, intent(out) :: map(:, :, :)
       type(error_type), allocatable, intent(out) :: error
-      real(dp), intent(out), optional :: b(:, :)
     end subroutine step_maps
 
     !> Work of a step for a system with so many states, evaluations of the coefficients included: nanoseconds where the
@@ -94,27 +88,21 @@ contains
     end associate
   end subroutine nothing_to_prepare
 
-  !> As `maps`, and the maps of the embedded method and of the one embedded in that: `lower`, shape (2), whose arrays are
-  !> allocated, b where it is asked for. `unseen` is added to.
-  !> Nine arguments: those of `maps`, and what the embedded methods tell.
-  subroutine no_pair(self, system, from, to, a, error, lower, unseen, b)
+  !> As `maps`, and the maps of the embedded method and of the one embedded in that: `lower`, shape (steps, n, n or n + 1, 2).
+  !> `unseen` is added to.
+  subroutine no_pair(self, system, from, to, map, error, lower, unseen)
     class(method_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: from(:), to(:)
-    real(dp), intent(out) :: a(:, :, :)
+    real(dp), contiguous, intent(out) :: map(:, :, :), lower(:, :, :, :)
     type(error_type), allocatable, intent(out) :: error
-    type(maps_type), intent(inout) :: lower(:)
     type(unseen_type), intent(inout) :: unseen
-    real(dp), intent(out), optional :: b(:, :)
-    integer :: i
 
     associate (nothing_new => unseen)
     end associate
-    call self%maps(system, from, to, a, error, b)
-    do i = 1, size(lower)
-      lower(i)%a = a
-      if (present(b)) lower(i)%b = b
-    end do
+    call self%maps(system, from, to, map, error)
+    lower(:, :, :, 1) = map
+    lower(:, :, :, 2) = map
   end subroutine no_pair
 
   !> The phases at which `maps` samples the coefficients of these steps, in its order: what a model may prepare. None where

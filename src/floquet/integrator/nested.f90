@@ -13,7 +13,7 @@
 !> and before those of p and q, are their maps.
 module gestell_floquet_integrator_nested
   use gestell_base_kinds, only: dp
-  use gestell_floquet_integrator_tableau, only: legendre, tableau_type
+  use gestell_floquet_integrator_tableau, only: find_legendre, tableau_type
   implicit none (type, external)
   private
 
@@ -33,52 +33,43 @@ contains
     type(tableau_type), intent(in) :: rule
     type(nested_type) :: nested
     ! A, A A, b and b A below each other.
-    real(dp) :: factors(2 * size(rule%c) + 2, size(rule%c))
-    real(dp), dimension(size(rule%c)) :: high, next, high_before, next_before
-    real(dp) :: p(size(rule%c), 0:size(rule%c) - 1)
+    real(dp) :: factors(2 * size(rule%c) + 2, size(rule%c)), p(size(rule%c), 0:size(rule%c) - 1), next(size(rule%c))
     integer :: order(size(rule%c)), s, i, j
 
     s = size(rule%c)
-    p = legendre(s - 1, 2 * rule%c - 1)
-    allocate(nested%tails(s, 4))
-    high = p(:, s - 1)
-    next = p(:, s - 2)
+    next = 2 * rule%c - 1
+    call find_legendre(s - 1, next, p)
+    allocate(nested%c(s), nested%b(s), nested%a(s, s), nested%aa(s, s), nested%ba(s))
+    allocate(nested%tails(s, 4), nested%values(2, s), nested%sums(s, 2))
     ! P_s-1, and what P_s-2 is in the equations that do not see P_s-1; each is greatest, b included, at the node that stands for it.
     order = [(i, i = 1, s)]
-    call put_last(rule%b * abs(high), order)
-    associate (q => order(s))
-      next = next - next(q) / high(q) * high
-    end associate
-    call put_last(rule%b * abs(next), order(:s - 1))
+    associate (high => p(:, s - 1), b => nested%b, v => nested%values)
+      call put_last(rule%b * abs(high), order)
+      next = p(:, s - 2) - p(order(s), s - 2) / high(order(s)) * high
+      call put_last(rule%b * abs(next), order(:s - 1))
 
-    allocate(nested%c(s), nested%b(s), nested%a(s, s), nested%aa(s, s), nested%ba(s))
-    allocate(nested%values(2, s), nested%sums(s, 2), source=0.0_dp)
-    ! Node by node: each section by a list of indices would be a piece of memory.
-    high_before = high
-    next_before = next
-    do i = 1, s
-      associate (k => order(i))
-        nested%c(i) = rule%c(k)
-        nested%b(i) = rule%b(k)
-        high(i) = high_before(k)
-        next(i) = next_before(k)
+      ! Node by node: each section by a list of indices would be a piece of memory.
+      do i = 1, s
+        nested%c(i) = rule%c(order(i))
+        b(i) = rule%b(order(i))
         do j = 1, 4
-          nested%tails(i, j) = sqrt(2 * (s - 5 + j) + 1.0_dp) * rule%b(k) * p(k, s - 5 + j)
+          nested%tails(i, j) = sqrt(2 * (s - 5 + j) + 1.0_dp) * b(i) * p(order(i), s - 5 + j)
         end do
         do j = 1, s
-          factors(i, j) = rule%a(k, order(j))
-          factors(s + i, j) = rule%aa(k, order(j))
+          factors(i, j) = rule%a(order(i), order(j))
+          factors(s + i, j) = rule%aa(order(i), order(j))
         end do
-        factors(2 * s + 1, i) = rule%b(k)
-        factors(2 * s + 2, i) = rule%ba(k)
-      end associate
-    end do
-    associate (b => nested%b, v => nested%values)
-      v(1, :s - 2) = -(b(:s - 2) * next(:s - 2)) / (b(s - 1) * next(s - 1))
+        factors(2 * s + 1, i) = b(i)
+        factors(2 * s + 2, i) = rule%ba(order(i))
+      end do
+      do i = 1, s
+        v(1, i) = -(b(i) * next(order(i))) / (b(s - 1) * next(order(s - 1)))
+        v(2, i) = -(b(i) * high(order(i))) / (b(s) * high(order(s)))
+      end do
+      v(:, s) = [0, 1]
       v(1, s - 1) = 1
-      v(2, :s - 1) = -(b(:s - 1) * high(:s - 1)) / (b(s) * high(s))
       v(2, :s - 2) = v(2, :s - 2) + v(2, s - 1) * v(1, :s - 2)
-      v(2, s) = 1
+      nested%sums = 0
       nested%sums(:s - 2, 1) = v(1, :s - 2) * b(s - 1) / b(:s - 2)
       nested%sums(:s - 1, 2) = v(2, :s - 1) * b(s) / b(:s - 1)
     end associate

@@ -39,21 +39,23 @@ contains
 
   !> Maps of the steps, (18) with its factors in the order that x' = P x asks for: the later matrix stands on the left.
   !> (In the paper they stand in reverse, which is of order 2 only.)
-  subroutine maps(self, system, from, to, a, error, b)
+  subroutine maps(self, system, from, to, map, error)
     class(runge_kutta_method), intent(in) :: self
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: from(:), to(:)
-    real(dp), intent(out) :: a(:, :, :)
+    real(dp), contiguous, intent(out) :: map(:, :, :)
     type(error_type), allocatable, intent(out) :: error
-    real(dp), intent(out), optional :: b(:, :)
     real(dp), parameter :: c(3) = [0.0_dp, 0.5_dp, 1.0_dp]
     real(dp), allocatable :: p(:, :, :), f(:, :)
     real(dp) :: square(system%states, system%states), h
-    integer :: at(3, size(from)), i, k
+    integer :: at(3, size(from)), n, i, k
+    logical :: forced
 
     associate (unused => self)
     end associate
-    if (present(b)) then
+    n = system%states
+    forced = size(map, 3) > n
+    if (forced) then
       call sample_steps(system, from, to, c, at, p, f)
     else
       call sample_steps(system, from, to, c, at, p)
@@ -63,21 +65,21 @@ contains
       h = (to(k) - from(k)) * system%period
       associate (p0 => p(:, :, at(1, k)), pm => p(:, :, at(2, k)), p1 => p(:, :, at(3, k)))
         square = matmul(pm, pm)
-        a(:, :, k) = (h * (p0 + 4 * pm + p1) &
+        map(k, :, :n) = (h * (p0 + 4 * pm + p1) &
           & + h**2 * (matmul(pm, p0) + square + matmul(p1, pm)) &
           & + h**3 / 2 * (matmul(square, p0) + matmul(p1, square)) &
           & + h**4 / 4 * matmul(p1, matmul(square, p0))) / 6
-        if (present(b)) then
+        if (forced) then
           associate (f0 => f(:, at(1, k)), fm => f(:, at(2, k)), f1 => f(:, at(3, k)))
-            b(:, k) = (h * (f0 + 4 * fm + f1) &
+            map(k, :, n + 1) = (h * (f0 + 4 * fm + f1) &
               & + h**2 * (matmul(pm, f0) + matmul(pm, fm) + matmul(p1, fm)) &
               & + h**3 / 2 * (matmul(square, f0) + matmul(p1, matmul(pm, fm))) &
               & + h**4 / 4 * matmul(p1, matmul(square, f0))) / 6
           end associate
         end if
       end associate
-      do i = 1, system%states
-        a(i, i, k) = 1 + a(i, i, k)
+      do i = 1, n
+        map(k, i, i) = 1 + map(k, i, i)
       end do
     end do
   end subroutine maps

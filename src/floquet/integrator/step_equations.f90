@@ -2,7 +2,7 @@
 !> as gestell_math_lanes eliminates them.
 module gestell_floquet_integrator_step_equations
   use gestell_base_kinds, only: dp
-  use gestell_math_lanes, only: lanes, padded, width
+  use gestell_math_lanes, only: block, lanes, padded, width
   use gestell_floquet_integrator_nested, only: nested_type
   use gestell_floquet_integrator_step_coefficients, only: coefficients_type
   use gestell_floquet_integrator_tableau, only: tableau_type
@@ -49,7 +49,9 @@ contains
     end select
     layout%n = layout%place(s + 1)
     layout%rows = layout%n + padded(at%states)
-    layout%columns = layout%n + padded(at%states + merge(1, 0, allocated(at%g)))
+    ! A column more than threes is treated alone.
+    i = at%states + merge(1, 0, allocated(at%g))
+    layout%columns = layout%n + merge(i, padded(i), modulo(i, block) == 1)
     do i = 1, s
       do k = 1, at%f
         layout%node(layout%place(i) + k) = i
@@ -68,82 +70,101 @@ contains
     type(layout_type), intent(in) :: layout
     real(dp), intent(inout) :: panel(lanes, width, layout%rows)
     real(dp), dimension(lanes, layout%n, layout%f), intent(in) :: mass, damping, stiffness
-    integer :: c, here, lane
+    integer :: c, here, together, lane
 
-    call clear(layout, columns, panel)
-    do c = 1, columns
+    call clear(layout, panel)
+    c = 1
+    do while (c <= columns)
       here = column + c - 1
+      together = 1
       if (here > layout%n) then
         call fill_state(tableau%c, at, step, layout, here - layout%n, c, panel, damping, stiffness)
       else if (layout%component(here) == 0) then
         panel(:, c, :) = 0
         panel(:, c, here) = 1
       else
-        associate (j => layout%node(here), k => layout%component(here), map => layout%n)
-          call fill_unknown(tableau, layout, j, c, panel, mass(1, 1, k), damping(1, 1, k), stiffness(1, 1, k))
-          !GCC$ unroll 1
-          do lane = 1, lanes
-            panel(lane, c, map + k) = -tableau%ba(j)
-            panel(lane, c, map + at%positions + k) = -tableau%b(j)
+        associate (j => layout%node(here), k => layout%component(here), map => layout%n + layout%component(here))
+          together = min(3, layout%f - k + 1, columns - c + 1)
+          call fill_unknowns(tableau, layout, j, c, together, panel, mass(1, 1, k), damping(1, 1, k), stiffness(1, 1, k))
+          do here = 0, together - 1
+            !GCC$ unroll 1
+            do lane = 1, lanes
+              panel(lane, c + here, map + here) = -tableau%ba(j)
+              panel(lane, c + here, map + here + at%positions) = -tableau%b(j)
+            end do
           end do
         end associate
       end if
+      c = c + together
     end do
   end subroutine fill_panel
 
-  !> Zeros in the first columns of a panel, in the rows of states and in those that are no unknown's.
-  pure subroutine clear(layout, columns, panel)
+  !> Zeros in the rows of states and in those that are no unknown's.
+  pure subroutine clear(layout, panel)
     type(layout_type), intent(in) :: layout
-    integer, intent(in) :: columns
     real(dp), intent(inout) :: panel(lanes, width, layout%rows)
-    integer :: i, row, c, lane
+    integer :: i, row
 
-    do i = 1, layout%s
+    do i = max(1, layout%s - 2), layout%s
       do row = layout%place(i) + layout%f + 1, merge(layout%rows, layout%place(i + 1), i == layout%s)
-        do c = 1, columns
-          !GCC$ unroll 1
-          do lane = 1, lanes
-            panel(lane, c, row) = 0
-          end do
-        end do
+        panel(:, :, row) = 0
       end do
     end do
   end subroutine clear
 
-  !> Column `c` of a panel, that of one of the unknowns of node `j`, from its columns of M, h B and h^2 C. (But for the last two of
-  !> a nested tableau the nodes follow each other without a gap.)
-  !> Eight arguments: the column and what it is made of.
-  pure subroutine fill_unknown(tableau, layout, j, c, panel, mass, damping, stiffness)
+  !> The columns of a panel from `c` on, one to three `together`, of unknowns of node `j`, from their columns of M, h B and h^2 C.
+  !> Three share the factors of the tableau; where there are no three the last one stands for those that are missing. (But for the
+  !> last two of a nested tableau the nodes follow each other without a gap.)
+  !> Nine arguments: the columns and what they are made of.
+  pure subroutine fill_unknowns(tableau, layout, j, c, together, panel, mass, damping, stiffness)
     class(tableau_type), intent(in) :: tableau
     type(layout_type), intent(in) :: layout
-    integer, intent(in) :: j, c
+    integer, intent(in) :: j, c, together
     real(dp), intent(inout) :: panel(lanes, width, layout%rows)
-    real(dp), dimension(lanes, layout%n), intent(in) :: mass, damping, stiffness
+    real(dp), dimension(lanes, layout%n, together), intent(in) :: mass, damping, stiffness
     ! Elements of the last two equations.
-    real(dp), dimension(lanes) :: next, last
-    integer :: s, f, i, r, row, end_row, lane
+    real(dp), dimension(lanes, 3) :: next, last
+    integer :: s, f, c2, c3, k2, k3, i, r, row, end_row, lane
 
     s = layout%s
     f = layout%f
+    k2 = min(2, together)
+    k3 = min(3, together)
+    c2 = c + k2 - 1
+    c3 = c + k3 - 1
     associate (a => tableau%a(:, j), aa => tableau%aa(:, j), values => layout%values(:, j), sums => layout%sums, &
       & place => layout%place)
       do r = 1, f
         if (layout%nested) then
           row = place(s - 1) + r
           end_row = place(s) + r
-          !GCC$ unroll 1
-          do lane = 1, lanes
-            next(lane) = a(s - 1) * damping(lane, row) + aa(s - 1) * stiffness(lane, row) + values(1) * mass(lane, row)
-            last(lane) = a(s) * damping(lane, end_row) + aa(s) * stiffness(lane, end_row) + values(2) * mass(lane, end_row)
-            panel(lane, c, row) = next(lane) + sums(s - 1, 2) * last(lane)
-            panel(lane, c, end_row) = last(lane)
+          do i = 1, k3
+            !GCC$ unroll 1
+            do lane = 1, lanes
+              next(lane, i) = a(s - 1) * damping(lane, row, i) + aa(s - 1) * stiffness(lane, row, i) &
+                & + values(1) * mass(lane, row, i)
+              last(lane, i) = a(s) * damping(lane, end_row, i) + aa(s) * stiffness(lane, end_row, i) &
+                & + values(2) * mass(lane, end_row, i)
+              panel(lane, c + i - 1, row) = next(lane, i) + sums(s - 1, 2) * last(lane, i)
+              panel(lane, c + i - 1, end_row) = last(lane, i)
+            end do
           end do
           do i = 1, s - 2
             row = f * (i - 1) + r
             !GCC$ unroll 1
             do lane = 1, lanes
-              panel(lane, c, row) = a(i) * damping(lane, row) + aa(i) * stiffness(lane, row) + sums(i, 1) * next(lane) &
-                & + sums(i, 2) * last(lane)
+              panel(lane, c, row) = a(i) * damping(lane, row, 1) + aa(i) * stiffness(lane, row, 1) &
+                & + sums(i, 1) * next(lane, 1) + sums(i, 2) * last(lane, 1)
+            end do
+            !GCC$ unroll 1
+            do lane = 1, lanes
+              panel(lane, c2, row) = a(i) * damping(lane, row, k2) + aa(i) * stiffness(lane, row, k2) &
+                & + sums(i, 1) * next(lane, k2) + sums(i, 2) * last(lane, k2)
+            end do
+            !GCC$ unroll 1
+            do lane = 1, lanes
+              panel(lane, c3, row) = a(i) * damping(lane, row, k3) + aa(i) * stiffness(lane, row, k3) &
+                & + sums(i, 1) * next(lane, k3) + sums(i, 2) * last(lane, k3)
             end do
           end do
         else
@@ -151,20 +172,30 @@ contains
             row = f * (i - 1) + r
             !GCC$ unroll 1
             do lane = 1, lanes
-              panel(lane, c, row) = a(i) * damping(lane, row) + aa(i) * stiffness(lane, row)
+              panel(lane, c, row) = a(i) * damping(lane, row, 1) + aa(i) * stiffness(lane, row, 1)
+            end do
+            !GCC$ unroll 1
+            do lane = 1, lanes
+              panel(lane, c2, row) = a(i) * damping(lane, row, k2) + aa(i) * stiffness(lane, row, k2)
+            end do
+            !GCC$ unroll 1
+            do lane = 1, lanes
+              panel(lane, c3, row) = a(i) * damping(lane, row, k3) + aa(i) * stiffness(lane, row, k3)
             end do
           end do
         end if
       end do
       if (layout%nested .and. j > s - 2) return
-      do row = place(j) + 1, place(j) + f
-        !GCC$ unroll 1
-        do lane = 1, lanes
-          panel(lane, c, row) = panel(lane, c, row) + mass(lane, row)
+      do i = 1, together
+        do row = place(j) + 1, place(j) + f
+          !GCC$ unroll 1
+          do lane = 1, lanes
+            panel(lane, c + i - 1, row) = panel(lane, c + i - 1, row) + mass(lane, row, i)
+          end do
         end do
       end do
     end associate
-  end subroutine fill_unknown
+  end subroutine fill_unknowns
 
   !> Column `c` of a panel, that of a state (without positions C is zero), of the loads after the states, or of nothing.
   !> Nine arguments: the column and what it is made of.

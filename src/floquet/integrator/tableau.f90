@@ -4,7 +4,7 @@ module gestell_floquet_integrator_tableau
   implicit none (type, external)
   private
 
-  public :: gauss_tableau, legendre
+  public :: find_legendre, gauss_tableau
 
   !> On the unit step: nodes c, weights b of the quadrature, A with A(i, j) = integral of the j-th Lagrange
   !> polynomial from 0 to c(i), and what integrating twice needs: A A and b A.
@@ -14,40 +14,34 @@ module gestell_floquet_integrator_tableau
 
 contains
 
-  !> The tableau of `stages` stages. A = W X W^T diag(b) with the values W(i, k) of the orthonormal polynomials on [0, 1] and
-  !> their integrals X (E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, section IV.5, the W-transformation).
+  !> The tableau of `stages` stages. Lagrange's polynomial of node j is b_j (2 k + 1) P_k(z_j) along Legendre's P_k, whose integral
+  !> from 0 to c is (P_k+1 - P_k-1) / (2 (2 k + 1)) at z = 2 c - 1, with P_-1 = -1. P_s vanishes at the nodes.
   pure function gauss_tableau(stages) result(tableau)
     integer, intent(in) :: stages
     type(tableau_type) :: tableau
-    real(dp) :: p(stages, 0:stages), w(stages, stages), weighted(stages, stages)
-    integer :: k
+    real(dp) :: p(stages, -1:stages)
+    integer :: j, k
 
-    allocate(tableau%c(stages), tableau%b(stages))
-    call find_nodes(stages, tableau%c, tableau%b, p)
-    do k = 1, stages
-      w(:, k) = sqrt(2 * k - 1.0_dp) * p(:, k - 1)
-      weighted(k, :) = w(:, k) * tableau%b
-    end do
-    weighted = integrals(weighted)
-    tableau%a = matmul(w, weighted)
-    tableau%aa = matmul(w, integrals(weighted))
-    tableau%ba = matmul(tableau%b, tableau%a)
+    allocate(tableau%c(stages), tableau%b(stages), tableau%a(stages, stages), tableau%aa(stages, stages), tableau%ba(stages))
+    call find_nodes(stages, tableau%c, tableau%b, p(:, 0:))
+    p(:, -1) = -1
+    p(:, stages) = 0
+    associate (b => tableau%b, a => tableau%a, aa => tableau%aa, ba => tableau%ba)
+      a = 0
+      do j = 1, stages
+        do k = 0, stages - 1
+          a(:, j) = a(:, j) + b(j) / 2 * p(j, k) * (p(:, k + 1) - p(:, k - 1))
+        end do
+      end do
+      aa = 0
+      do j = 1, stages
+        do k = 1, stages
+          aa(:, j) = aa(:, j) + a(:, k) * a(k, j)
+        end do
+        ba(j) = dot_product(b, a(:, j))
+      end do
+    end associate
   end function gauss_tableau
-
-  !> X Y; X has 1/2 in its corner, and beside its diagonal xi_k = 1 / (2 sqrt(4 k^2 - 1)), below it, and -xi_k.
-  pure function integrals(y) result(xy)
-    real(dp), intent(in) :: y(:, :)
-    real(dp) :: xy(size(y, 1), size(y, 2)), xi
-    integer :: k
-
-    xy = 0
-    xy(1, :) = y(1, :) / 2
-    do k = 1, size(y, 1) - 1
-      xi = 1 / (2 * sqrt(4.0_dp * k**2 - 1))
-      xy(k + 1, :) = xy(k + 1, :) + xi * y(k, :)
-      xy(k, :) = xy(k, :) - xi * y(k + 1, :)
-    end do
-  end function integrals
 
   !> The nodes of s stages on [0, 1], ascending, and their weights, by Newton's iteration on Legendre's polynomial P_s, all nodes at
   !> once; `p`: the polynomials of degree 0 to s there. The estimate from which it starts (F. G. Tricomi, Ann. Mat. Pura Appl. 31
@@ -56,23 +50,24 @@ contains
     integer, intent(in) :: s
     real(dp), intent(out) :: c(s), b(s), p(s, 0:s)
     integer, parameter :: iterations = 4
-    real(dp) :: z(s), slope(s)
     integer :: iteration, i
 
-    do i = 1, (s + 1) / 2
-      z(i) = -(1 - (s - 1) / (8 * real(s, dp)**3)) * cos(pi * (4 * i - 1) / (4 * s + 2))
-      z(s + 1 - i) = -z(i)
-    end do
-    do iteration = 1, iterations
-      p = legendre(s, z)
-      slope = s * (z * p(:, s) - p(:, s - 1)) / (z**2 - 1)
-      if (iteration < iterations) z = z - p(:, s) / slope
-    end do
-    c = (1 + z) / 2
+    associate (z => c, slope => b)
+      do i = 1, (s + 1) / 2
+        z(i) = -(1 - (s - 1) / (8 * real(s, dp)**3)) * cos(pi * (4 * i - 1) / (4 * s + 2))
+        z(s + 1 - i) = -z(i)
+      end do
+      do iteration = 1, iterations
+        call find_legendre(s, z, p)
+        slope = s * (z * p(:, s) - p(:, s - 1)) / (z**2 - 1)
+        if (iteration < iterations) z = z - p(:, s) / slope
+      end do
+      b = 1 / ((1 - z**2) * slope**2)
+      c = (1 + z) / 2
+    end associate
     do i = 1, s / 2
       c(s + 1 - i) = 1 - c(i)
     end do
-    b = 1 / ((1 - z**2) * slope**2)
     ! All steps would add up what roundings leave of 1: those in the middle take it.
     i = s / 2
     if (s > 2 * i) then
@@ -82,18 +77,18 @@ contains
     end if
   end subroutine find_nodes
 
-  !> Legendre's polynomials of degree 0 to s at points z, by their recurrence; shape (points, 0:s).
-  pure function legendre(s, z) result(p)
+  !> Legendre's polynomials of degree 0 to s at points z, by their recurrence: `p`, shape (points, 0:s).
+  pure subroutine find_legendre(s, z, p)
     integer, intent(in) :: s
-    real(dp), intent(in) :: z(:)
-    real(dp) :: p(size(z), 0:s)
+    real(dp), contiguous, intent(in) :: z(:)
+    real(dp), intent(out) :: p(size(z), 0:s)
     integer :: j
 
     p(:, 0) = 1
-    p(:, 1) = z
+    if (s > 0) p(:, 1) = z
     do j = 2, s
       p(:, j) = z * p(:, j - 1) + (j - 1) / real(j, dp) * (z * p(:, j - 1) - p(:, j - 2))
     end do
-  end function legendre
+  end subroutine find_legendre
 
 end module gestell_floquet_integrator_tableau

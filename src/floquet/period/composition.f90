@@ -4,8 +4,8 @@
 !> (gestell_math_lanes).
 module gestell_floquet_period_composition
   use gestell_base_kinds, only: dp
-  use gestell_math_lanes_products, only: combine, in_fours
   use gestell_math_lanes, only: lanes
+  use gestell_math_lanes_motion, only: apply_in_turn
   implicit none (type, external)
   private
 
@@ -24,61 +24,46 @@ module gestell_floquet_period_composition
 
 contains
 
-  !> Applies the maps `a`, shape (n, n, steps), and where forced `b`, shape (n, steps), to `phi`, shape (n, n), and to `xp`,
+  !> Applies so many `steps`' maps, [A b] or A alone, shape (steps or more, n, n + 1 or n), to `phi`, shape (n, n), and to `xp`,
   !> shape (n). `xp_peak` becomes the greatest size that xp has on the way, in the norm of x / scale, if that is greater.
   !> `fits`: whether all numbers do. `transient`: as known from the maps before, and changed by these; `middle` counts on.
-  pure subroutine multiply_maps(a, scale, phi, fits, b, xp, xp_peak, transient)
-    real(dp), contiguous, intent(in) :: a(:, :, :)
-    real(dp), contiguous, intent(in) :: scale(:)
+  pure subroutine multiply_maps(steps, maps, scale, phi, fits, xp, xp_peak, transient)
+    integer, intent(in) :: steps
+    real(dp), contiguous, intent(in) :: maps(:, :, :), scale(:)
     real(dp), intent(inout) :: phi(:, :)
     logical, intent(out) :: fits
-    real(dp), contiguous, intent(in), optional :: b(:, :)
     real(dp), intent(inout), optional :: xp(:), xp_peak
     type(transient_type), intent(inout), optional :: transient
     ! [Phi x_p] before the first and after each step, its columns in lanes: column j in lane modulo(j - 1, lanes) + 1 of
-    ! a group, x_p in `lane` of the last one, where `forced` is 1. Its rows, and those of A, in fours, those beyond n zero.
-    real(dp) :: motion(lanes, in_fours(size(scale)), size(scale) / lanes + 1, 0:size(a, 3)), forced(lanes)
-    real(dp) :: rows(size(scale), in_fours(size(scale))), norms(size(a, 3))
-    integer :: n, steps, j, k, lane, group
+    ! a group, x_p in `lane` of the last one, where `forced` is 1.
+    real(dp) :: motion(lanes, size(scale), (size(maps, 3) - 1) / lanes + 1, 0:steps), forced(lanes), norm
+    integer :: n, columns, groups, done, j, k, lane
 
     n = size(scale)
-    steps = size(a, 3)
+    columns = size(maps, 3)
+    groups = size(motion, 3)
     lane = modulo(n, lanes) + 1
-    group = n / lanes + 1
     forced = 0
-    forced(lane) = 1
+    if (present(xp)) forced(lane) = 1
     motion(:, :, :, 0) = 0
     do j = 1, n
-      motion(modulo(j - 1, lanes) + 1, :n, (j - 1) / lanes + 1, 0) = phi(:, j)
+      motion(modulo(j - 1, lanes) + 1, :, (j - 1) / lanes + 1, 0) = phi(:, j)
     end do
-    if (present(xp)) motion(lane, :n, group, 0) = xp
-    rows(:, n + 1:) = 0
+    if (present(xp)) motion(lane, :, groups, 0) = xp
 
-    fits = .true.
-    do k = 1, steps
-      rows(:, :n) = transpose(a(:, :, k))
-      do j = 1, group
-        call combine(n, size(rows, 2), motion(:, :, j, k - 1), rows, motion(:, :, j, k))
-      end do
-      if (present(b)) call add(n, b(:, k), forced, motion(:, :, group, k))
-      fits = small(size(rows, 2) * group, motion(:, :, :, k))
-      if (.not. fits) return
-    end do
+    call apply_in_turn(n, columns, size(maps, 1), steps, groups, maps, forced, greatest, motion, done)
+    fits = done == steps
+    if (.not. fits) return
 
     call take_phi(motion(:, :, :, steps), phi)
-    if (present(xp)) xp = motion(lane, :n, group, steps)
-    if (present(xp_peak)) then
-      do k = 1, steps
-        xp_peak = max(xp_peak, norm2(motion(lane, :n, group, k) / scale))
-      end do
-    end if
+    if (present(xp)) xp = motion(lane, :, groups, steps)
+    if (present(xp_peak)) xp_peak = max(xp_peak, farthest(scale, motion(lane, :, groups, 1:)))
     if (.not. present(transient)) return
     if (transient%middle >= 1 .and. transient%middle <= steps) call take_phi(motion(:, :, :, transient%middle), transient%halfway)
     transient%middle = transient%middle - steps
-    norms = norms_of(n, scale, motion)
-    k = maxloc(norms, dim=1)
-    if (norms(k) <= transient%peak_norm) return
-    transient%peak_norm = norms(k)
+    call find_greatest(n, scale, motion, k, norm)
+    if (norm <= transient%peak_norm) return
+    transient%peak_norm = norm
     call take_phi(motion(:, :, :, k), transient%peak)
   end subroutine multiply_maps
 
@@ -93,12 +78,24 @@ contains
     end do
   end subroutine take_phi
 
-  !> The norms of D^-1 Phi D after every step, x_p left out; shape (steps).
-  pure function norms_of(n, scale, motion) result(norms)
+  !> The greatest norm of x / scale, x of shape (n, steps).
+  pure real(dp) function farthest(scale, x)
+    real(dp), intent(in) :: scale(:), x(:, :)
+    integer :: k
+
+    farthest = 0
+    do k = 1, size(x, 2)
+      farthest = max(farthest, norm2(x(:, k) / scale))
+    end do
+  end function farthest
+
+  !> The step after which the norm of D^-1 Phi D, x_p left out, is greatest, and that norm.
+  pure subroutine find_greatest(n, scale, motion, greatest_of, norm)
     integer, intent(in) :: n
     real(dp), intent(in) :: scale(n)
     real(dp), contiguous, intent(in) :: motion(:, :, :, 0:)
-    real(dp) :: norms(ubound(motion, 4))
+    integer, intent(out) :: greatest_of
+    real(dp), intent(out) :: norm
     real(dp) :: weights(lanes, n, size(motion, 3)), squares(lanes)
     integer :: i, j, k, lane
 
@@ -106,7 +103,9 @@ contains
     do j = 1, n
       weights(modulo(j - 1, lanes) + 1, :, (j - 1) / lanes + 1) = (scale(j) / scale)**2
     end do
-    do k = 1, size(norms)
+    greatest_of = 1
+    norm = 0
+    do k = 1, ubound(motion, 4)
       squares = 0
       do j = 1, size(motion, 3)
         do i = 1, n
@@ -116,41 +115,11 @@ contains
           end do
         end do
       end do
-      norms(k) = sqrt(sum(squares))
+      if (sum(squares) <= norm) cycle
+      greatest_of = k
+      norm = sum(squares)
     end do
-  end function norms_of
-
-  !> Adds b where `forced` is 1.
-  pure subroutine add(n, b, forced, x)
-    integer, intent(in) :: n
-    real(dp), intent(in) :: b(n), forced(lanes)
-    real(dp), intent(inout) :: x(lanes, n)
-    integer :: lane, i
-
-    do i = 1, n
-      !GCC$ unroll 1
-      do lane = 1, lanes
-        x(lane, i) = x(lane, i) + b(i) * forced(lane)
-      end do
-    end do
-  end subroutine add
-
-  !> Whether all of `count` times `lanes` numbers are well within their range, and are numbers: sums keep what is none,
-  !> maxima lose it.
-  pure logical function small(count, x)
-    integer, intent(in) :: count
-    real(dp), intent(in) :: x(lanes, count)
-    real(dp) :: sums(lanes)
-    integer :: lane, i
-
-    sums = 0
-    do i = 1, count
-      !GCC$ ivdep
-      do lane = 1, lanes
-        sums(lane) = sums(lane) + abs(x(lane, i))
-      end do
-    end do
-    small = all(sums < greatest)
-  end function small
+    norm = sqrt(norm)
+  end subroutine find_greatest
 
 end module gestell_floquet_period_composition

@@ -7,7 +7,7 @@ module gestell_floquet_period_period_map
   use gestell_math_matrix, only: balanced, unit_matrix
   use gestell_base_text, only: text
   use gestell_floquet_integrator_mesh, only: refined
-  use gestell_floquet_integrator_method, only: maps_type, method_type, unseen_type
+  use gestell_floquet_integrator_method, only: method_type, unseen_type
   use gestell_floquet_period_composition, only: multiply_maps, transient_type
   use gestell_system_periodic, only: periodic_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -76,25 +76,25 @@ contains
     real(dp), intent(out), optional :: xp(:), xp_peak, transient_growth
     type(period_map_type), intent(out), optional :: lower(:)
     type(unseen_type), intent(out), optional :: unseen
-    real(dp), allocatable :: a(:, :, :), b(:, :)
-    type(maps_type) :: low(2)
+    real(dp), allocatable :: maps(:, :, :), low(:, :, :, :)
     ! What is not allocated is absent where it is an argument.
     type(transient_type), allocatable :: transient
-    integer :: n, steps, first, last, i
+    integer :: n, columns, room, first, last, i
     logical :: fits
 
     n = system%states
     call check_shapes(n, nodes, [size(scale), shape(phi)], error)
     if (allocated(error)) return
-    allocate(a(n, n, min(block_length, size(nodes) - 1)), b(n, min(block_length, size(nodes) - 1)))
+    columns = n
+    if (present(xp)) columns = n + 1
+    room = min(block_length, size(nodes) - 1)
+    allocate(maps(room, n, columns))
     phi = unit_matrix(n)
     if (present(lower)) then
-      do i = 1, 2
-        allocate(low(i)%a, mold=a)
+      allocate(low(room, n, columns, size(lower)))
+      do i = 1, size(lower)
         allocate(lower(i)%phi, source=phi)
-        if (.not. present(xp)) cycle
-        allocate(low(i)%b, mold=b)
-        allocate(lower(i)%xp(n), source=0.0_dp)
+        if (present(xp)) allocate(lower(i)%xp(n), source=0.0_dp)
       end do
     end if
     if (present(xp)) xp = 0
@@ -106,32 +106,20 @@ contains
     do while (last < size(nodes) - 1)
       first = last + 1
       last = end_of_block(first, size(nodes) - 1)
-      steps = last - first + 1
-      associate (from => nodes(first:last), to => nodes(first + 1:last + 1))
-        if (present(xp)) then
-          if (present(lower)) then
-            call method%pair(system, from, to, a(:, :, :steps), error, low, unseen, b(:, :steps))
-          else
-            call method%maps(system, from, to, a(:, :, :steps), error, b(:, :steps))
-          end if
-          if (.not. allocated(error)) call multiply_maps(a(:, :, :steps), scale, phi, fits, b(:, :steps), xp, xp_peak, transient)
+      associate (from => nodes(first:last), to => nodes(first + 1:last + 1), steps => last - first + 1)
+        if (present(lower)) then
+          call method%pair(system, from, to, maps, error, low, unseen)
         else
-          if (present(lower)) then
-            call method%pair(system, from, to, a(:, :, :steps), error, low, unseen)
-          else
-            call method%maps(system, from, to, a(:, :, :steps), error)
-          end if
-          if (.not. allocated(error)) call multiply_maps(a(:, :, :steps), scale, phi, fits, transient=transient)
+          call method%maps(system, from, to, maps, error)
+        end if
+        if (allocated(error)) return
+        call multiply_maps(steps, maps, scale, phi, fits, xp, xp_peak, transient)
+        if (present(lower)) then
+          do i = 1, size(lower)
+            if (fits) call multiply_maps(steps, low(:, :, :, i), scale, lower(i)%phi, fits, lower(i)%xp)
+          end do
         end if
       end associate
-      if (allocated(error)) return
-      if (present(lower)) then
-        do i = 1, 2
-          if (.not. fits) exit
-          if (present(xp)) call multiply_maps(low(i)%a(:, :, :steps), scale, lower(i)%phi, fits, low(i)%b(:, :steps), lower(i)%xp)
-          if (.not. present(xp)) call multiply_maps(low(i)%a(:, :, :steps), scale, lower(i)%phi, fits)
-        end do
-      end if
       if (.not. fits) then
         call overflow(error)
         return
@@ -188,9 +176,9 @@ contains
     real(dp), intent(in) :: nodes(:), x0(:), phases(:)
     real(dp), intent(out) :: x(:, :)
     type(error_type), allocatable, intent(out) :: error
-    real(dp), allocatable :: a(:, :, :), b(:, :), all_nodes(:)
+    real(dp), allocatable :: maps(:, :, :), all_nodes(:)
     real(dp) :: now(size(x0))
-    integer :: k, first, last, next
+    integer :: n, k, first, last, next
 
     call check_shapes(system%states, nodes, [size(x0), size(x, 1)], error)
     if (.not. allocated(error)) call check_phases(phases, error)
@@ -200,7 +188,8 @@ contains
       return
     end if
     all_nodes = refined(system, nodes, phases)
-    allocate(a(size(x0), size(x0), block_length), b(size(x0), block_length))
+    n = size(x0)
+    allocate(maps(block_length, n, n + 1))
     now = x0
     next = 1
     call keep(all_nodes(1))
@@ -209,10 +198,10 @@ contains
       first = last + 1
       last = end_of_block(first, size(all_nodes) - 1)
       associate (from => all_nodes(first:last), to => all_nodes(first + 1:last + 1))
-        call method%maps(system, from, to, a(:, :, :size(from)), error, b(:, :size(from)))
+        call method%maps(system, from, to, maps, error)
         if (allocated(error)) return
         do k = 1, size(from)
-          now = matmul(a(:, :, k), now) + b(:, k)
+          now = matmul(maps(k, :, :n), now) + maps(k, :, n + 1)
           call keep(to(k))
         end do
       end associate
@@ -242,34 +231,28 @@ contains
     integer, intent(in) :: parts
     real(dp), intent(out) :: maps(:, :, :)
     type(error_type), allocatable, intent(out) :: error
-    real(dp), allocatable :: a(:, :, :), b(:, :)
+    real(dp), allocatable :: of_steps(:, :, :)
     real(dp) :: now(size(maps, 1), size(maps, 2))
     integer :: n, steps, every, in_part, first, last, k
-    logical :: forced
 
     n = system%states
-    forced = size(maps, 2) > n
     steps = size(nodes) - 1
     every = steps / size(maps, 3)
     in_part = every * (size(maps, 3) / parts)
-    allocate(a(n, n, min(block_length, steps)), b(n, merge(min(block_length, steps), 0, forced)))
+    allocate(of_steps(min(block_length, steps), n, size(maps, 2)))
     last = 0
     do while (last < steps)
       first = last + 1
       last = end_of_block(first, steps)
-      associate (count => last - first + 1)
-        if (forced) call method%maps(system, nodes(first:last), nodes(first + 1:last + 1), a(:, :, :count), error, b(:, :count))
-        if (.not. forced) call method%maps(system, nodes(first:last), nodes(first + 1:last + 1), a(:, :, :count), error)
-      end associate
+      call method%maps(system, nodes(first:last), nodes(first + 1:last + 1), of_steps, error)
       if (allocated(error)) return
       do k = first, last
-        associate (map => a(:, :, k - first + 1))
+        associate (map => of_steps(k - first + 1, :, :))
           if (mod(k - 1, in_part) == 0) then
-            now(:, :n) = map
-            if (forced) now(:, n + 1) = b(:, k - first + 1)
+            now = map
           else
-            now = matmul(map, now)
-            if (forced) now(:, n + 1) = now(:, n + 1) + b(:, k - first + 1)
+            now = matmul(map(:, :n), now)
+            if (size(maps, 2) > n) now(:, n + 1) = now(:, n + 1) + map(:, n + 1)
           end if
         end associate
         if (mod(k, every) == 0) maps(:, :, k / every) = now

@@ -77,7 +77,7 @@ contains
     real(dp), intent(in) :: nodes(:), scale(:), ends(0:), starts(:, :), phases(:), x(:, :)
     type(comparison_type), intent(out) :: comparison
     type(error_type), allocatable, intent(out) :: error
-    real(dp), allocatable :: a(:, :, :), b(:, :), half(:)
+    real(dp), allocatable :: maps(:, :, :), half(:)
     real(dp) :: now(size(x, 1), size(x, 1) + 1)
     integer :: n, count, k, first, last, next, segment
 
@@ -89,7 +89,7 @@ contains
     allocate(comparison%local(n, size(phases)), comparison%transition(n, n, size(phases)), comparison%map(n, n, count))
     allocate(comparison%defect(n, count), comparison%size(count), source=0.0_dp)
     allocate(comparison%segment(size(phases)))
-    allocate(a(n, n, block_length), b(n, block_length))
+    allocate(maps(block_length, n, n + 1))
     segment = 0
     next = 1
     call start_segment()
@@ -99,11 +99,11 @@ contains
       first = last + 1
       last = end_of_block(first, size(half) - 1)
       associate (from => half(first:last), to => half(first + 1:last + 1))
-        call method%maps(system, from, to, a(:, :, :size(from)), error, b(:, :size(from)))
+        call method%maps(system, from, to, maps, error)
         if (allocated(error)) return
         do k = 1, size(from)
-          now = matmul(a(:, :, k), now)
-          now(:, n + 1) = now(:, n + 1) + b(:, k)
+          now = matmul(maps(k, :, :n), now)
+          now(:, n + 1) = now(:, n + 1) + maps(k, :, n + 1)
           comparison%size(segment) = max(comparison%size(segment), norm2(now(:, n + 1) / scale))
           if (to(k) >= ends(segment)) then
             comparison%map(:, :, segment) = now(:, :n)

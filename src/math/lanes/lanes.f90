@@ -14,13 +14,13 @@ module gestell_math_lanes
   use gestell_base_kinds, only: dp
   use gestell_base_processor, only: has_long_vectors, vector_length
   use gestell_math_lanes_six, only: divide_six, reduce_six, subtract_six
-  use gestell_math_lanes_versions, only: block, lanes, solve_with_lower, solve_with_upper, subtract_product, width
+  use gestell_math_lanes_versions, only: block, lanes, solve_with_lower, solve_with_upper, subtract_column, subtract_product, width
   use, intrinsic :: iso_c_binding, only: c_intptr_t, c_loc
   implicit none (type, external)
   private
 
   !> Rows of a block, columns that a panel has room for, matrices side by side.
-  public :: block, columns_at_once, eliminate, lanes, padded, reduce, schur_complement, vector_border, width
+  public :: block, columns_at_once, columns_of_panel, eliminate, lanes, padded, reduce, schur_complement, vector_border, width
   !> Below this multiplier no digits that matter are lost (threshold pivoting in sparse elimination allows 10 to 100; I. S.
   !> Duff, A. M. Erisman, J. K. Reid, Direct Methods for Sparse Matrices, section 5).
   real(dp), parameter, public :: safe_multiplier = 16
@@ -40,6 +40,14 @@ contains
   pure integer function columns_at_once()
     columns_at_once = merge(width, block, has_long_vectors())
   end function columns_at_once
+
+  !> How many of the next columns of a map are treated together, where so many are left: six or three, or the last one alone.
+  pure integer function columns_of_panel(left) result(columns)
+    integer, intent(in) :: left
+
+    columns = merge(block, 1, left > 1)
+    if (left >= columns_at_once()) columns = columns_at_once()
+  end function columns_of_panel
 
   !> The first of these numbers that lies on the border of a vector of eight: one that does not costs two pieces of the cache.
   integer function vector_border(numbers)
@@ -119,7 +127,7 @@ contains
     end do
   end subroutine eliminate
 
-  !> A panel of three or six columns after the elimination of the unknowns `from` to `to`, up to row `rows`.
+  !> A panel of one, three or six columns after the elimination of the unknowns `from` to `to`, up to row `rows`.
   pure subroutine reduce(from, to, columns, n, rows, panel, l)
     integer, intent(in) :: from, to, columns, n, rows
     real(dp), intent(inout) :: panel(lanes, width, rows)
@@ -138,6 +146,9 @@ contains
         else
           call subtract_six(terms, panel(1, 1, row), l(1, 1, from, i), panel(1, 1, from))
         end if
+      else if (columns == 1) then
+        if (terms > 0) call subtract_column(length, terms, panel(1, 1, row), l(1, 1, from, i), panel(1, 1, from))
+        if (row <= to) call solve_for_column(panel(1, 1, row), l(1, 1, row, i))
       else
         do c = 1, columns, block
           if (terms > 0) call subtract_product(length, terms, panel(1, c, row), l(1, 1, from, i), panel(1, c, from))
@@ -146,6 +157,19 @@ contains
       end if
     end do
   end subroutine reduce
+
+  !> W <- L^-1 W for the first column of W.
+  pure subroutine solve_for_column(w, l)
+    real(dp), intent(inout) :: w(lanes, width, block)
+    real(dp), intent(in) :: l(lanes, block, block)
+    integer :: lane
+
+    !GCC$ ivdep
+    do lane = 1, lanes
+      w(lane, 1, 2) = w(lane, 1, 2) - l(lane, 2, 1) * w(lane, 1, 1)
+      w(lane, 1, 3) = w(lane, 1, 3) - l(lane, 3, 1) * w(lane, 1, 1) - l(lane, 3, 2) * w(lane, 1, 2)
+    end do
+  end subroutine solve_for_column
 
   !> Three unknowns, columns `c` to c + 2 of a panel that begins with column `first`: their multipliers in the rows below them, up
   !> to `rows`, and what their elimination makes of the columns to their right. Eight arguments: as `eliminate`, and which columns.

@@ -9,7 +9,7 @@ module gestell_math_lanes_versions
   implicit none (type, external)
   private
 
-  public :: four_columns, solve_with_lower, solve_with_upper, subtract_product
+  public :: four_columns, solve_with_lower, solve_with_upper, subtract_column, subtract_product
 
   !> As in gestell_math_lanes, which says what they are.
   integer, parameter, public :: lanes = 8, block = 3, width = 6
@@ -51,6 +51,8 @@ module gestell_math_lanes_versions
 
   procedure(subtract_lanes), bind(C, name="_ZGVeN8uuuul_lanes_gestell_subtract") :: subtract_512
   procedure(subtract_lanes), bind(C, name="_ZGVdN8uuuul_lanes_gestell_subtract") :: subtract_256
+  procedure(subtract_lanes), bind(C, name="_ZGVeN8uuuul_lanes_gestell_column") :: column_512
+  procedure(subtract_lanes), bind(C, name="_ZGVdN8uuuul_lanes_gestell_column") :: column_256
   procedure(upper_lanes), bind(C, name="_ZGVeN8uuuul_lanes_gestell_upper") :: upper_512
   procedure(upper_lanes), bind(C, name="_ZGVdN8uuuul_lanes_gestell_upper") :: upper_256
   procedure(lower_lanes), bind(C, name="_ZGVeN8uul_lanes_gestell_lower") :: lower_512
@@ -80,6 +82,26 @@ contains
       end do
     end if
   end subroutine subtract_product
+
+  !> The first of these columns alone.
+  pure subroutine subtract_column(length, terms, c, r, s)
+    integer, intent(in) :: length, terms
+    real(dp), intent(inout) :: c(lanes, width, block)
+    real(dp), intent(in) :: r(lanes, block, terms), s(lanes, width, terms)
+    real(dp) :: c11, c12, c13, s1
+    integer :: lane, k
+
+    if (has_versions .and. length == 8) then
+      call column_512(c, r, s, terms, 1)
+    else if (has_versions .and. length == 4) then
+      call column_256(c, r, s, terms, 1)
+    else
+      !GCC$ ivdep
+      do lane = 1, lanes
+        include "in_lane/sums_of_one.inc"
+      end do
+    end if
+  end subroutine subtract_column
 
   !> L <- W U^-1 in all lanes; `multiplier` becomes the greatest of the elements if that is greater.
   pure subroutine solve_with_upper(length, w, u, l, multiplier)
@@ -152,6 +174,17 @@ contains
     include "in_lane/sums_of_three.inc"
     include "in_lane/store_three.inc"
   end subroutine subtract_in_lane
+
+  pure subroutine column_in_lane(c, r, s, terms, lane) bind(C, name="lanes_gestell_column")
+    !$omp declare simd uniform(c, r, s, terms) linear(lane) simdlen(8) notinbranch
+    real(dp), intent(inout) :: c(lanes, width, block)
+    integer(c_int), value :: terms, lane
+    real(dp), intent(in) :: r(lanes, block, terms), s(lanes, width, terms)
+    real(dp) :: c11, c12, c13, s1
+    integer :: k
+
+    include "in_lane/sums_of_one.inc"
+  end subroutine column_in_lane
 
   pure subroutine upper_in_lane(w, u, l, multiplier, lane) bind(C, name="lanes_gestell_upper")
     !$omp declare simd uniform(w, u, l, multiplier) linear(lane) simdlen(8) notinbranch

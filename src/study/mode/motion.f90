@@ -68,12 +68,12 @@ contains
     type(factored_type), intent(in) :: factored
     type(motions_type), intent(inout) :: motions
     type(error_type), allocatable, intent(out) :: error
-    real(dp), allocatable :: nodes(:), a(:, :, :)
+    real(dp), allocatable :: nodes(:), maps(:, :, :)
     complex(dp) :: now(system%states, system%states), past(system%states)
     integer :: samples, next, segment, first, last, k
 
     samples = size(motions%positions, 1)
-    allocate(a(system%states, system%states, block_length))
+    allocate(maps(block_length, system%states, system%states))
     next = 1
     segment = 1
     past = 0
@@ -83,10 +83,10 @@ contains
       call keep(0.0_dp)
       do first = 1, size(nodes) - 1, block_length
         last = min(first + block_length - 1, size(nodes) - 1)
-        call factors%method%maps(system, nodes(first:last), nodes(first + 1:last + 1), a(:, :, :last - first + 1), error)
+        call factors%method%maps(system, nodes(first:last), nodes(first + 1:last + 1), maps, error)
         if (allocated(error)) return
         do k = first, last
-          now = matmul(balanced(a(:, :, k - first + 1), factors%scale), now)
+          now = matmul(balanced(maps(k - first + 1, :, :), factors%scale), now)
           if (nodes(k + 1) >= factors%ends(segment + 1) .and. segment < size(x, 3)) then
             past = past + log(lambda(:, segment))
             segment = segment + 1
