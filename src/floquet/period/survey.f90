@@ -3,7 +3,6 @@ module gestell_floquet_period_survey
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp, pi
   use gestell_math_lapack, only: balancing
-  use gestell_math_matrix, only: balanced
   use gestell_floquet_choice_prediction, only: growth, outlook_type
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: sample_by_phase
@@ -38,7 +37,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     logical, intent(in), optional :: forced
     real(dp), allocatable :: p(:, :, :), f(:, :)
-    real(dp), dimension(system%states, system%states) :: greatest, one, power
+    real(dp), dimension(system%states, system%states) :: greatest, one, power, square
     real(dp) :: sums(points), squares(points), inverse(system%states), size_of_p, unit, part
     integer :: n, i, j, k
 
@@ -69,7 +68,10 @@ contains
     end do
     seen%scale = balancing(greatest)
     ! In a unit of which no element has more than one, no square overflows, and none vanishes that counts.
-    unit = max(maxval(balanced(greatest, seen%scale)), tiny(unit))
+    unit = tiny(unit)
+    do j = 1, n
+      unit = max(unit, maxval(greatest(:, j) * seen%scale(j) / seen%scale))
+    end do
     inverse = 1 / seen%scale / unit
     squares = 0
     do j = 1, n
@@ -81,10 +83,14 @@ contains
     size_of_p = sqrt(squares(k) / 2) * unit
     seen%phase_advance = size_of_p * system%period
     unit = max(size_of_p, tiny(unit))
-    one = balanced(p(k, :, :), seen%scale) / unit
+    do j = 1, n
+      one(:, j) = p(k, :, j) * seen%scale(j) / seen%scale / unit
+    end do
+    ! P^16, each square in a place of its own.
     power = one
-    do i = 1, 4
-      power = matmul(power, power)
+    do i = 1, 2
+      square = matmul(power, power)
+      power = matmul(square, square)
     end do
     seen%fastest = min(seen%phase_advance, (norm2(power) / sqrt(2.0_dp))**0.0625_dp * unit * system%period)
     seen%fade = fade_of(one, power, unit * system%period, seen%fastest)
@@ -99,16 +105,26 @@ contains
     real(dp), intent(in) :: p(:, :), power(:, :), unit, fastest
     real(dp), parameter :: least = 1 / 64.0_dp
     real(dp) :: decay, others, r
-    integer :: i, n
+    integer :: n
 
     fade = 1
     n = size(p, 1)
     if (n < 4 .or. .not. unit > 0) return
     r = fastest / unit
-    decay = fastest * atan2(-sum(p * transpose(power)), r * sum([(power(i, i), i = 1, n)])) / 16.5_dp
-    others = (-sum([(p(i, i), i = 1, n)]) * unit - 2 * decay) / (n - 2)
+    decay = fastest * atan2(-sum(p * transpose(power)), r * trace(power)) / 16.5_dp
+    others = (-trace(p) * unit - 2 * decay) / (n - 2)
     fade = max(1 / sqrt(1 + (n - 2) / 2.0_dp * exp(2 * min(decay - others, 10.0_dp))), least)
   end function fade_of
+
+  pure real(dp) function trace(a)
+    real(dp), intent(in) :: a(:, :)
+    integer :: i
+
+    trace = 0
+    do i = 1, size(a, 1)
+      trace = trace + a(i, i)
+    end do
+  end function trace
 
   !> How the coefficients, shape (points, n, n), change, and the loads, shape (points, n), by sums with weights that nothing else
   !> has.
@@ -122,9 +138,13 @@ contains
     real(dp) :: together(points), rows(size(p, 2)), columns(size(p, 2)), greatest
     integer :: i, j
 
-    rows = [(1 + modulo(golden * i, 1.0_dp), i = 1, size(rows))]
-    columns = rows * seen%scale
-    rows = rows(size(rows):1:-1) / seen%scale
+    do i = 1, size(columns)
+      columns(i) = 1 + modulo(golden * i, 1.0_dp)
+    end do
+    do i = 1, size(rows)
+      rows(i) = columns(size(columns) + 1 - i) / seen%scale(i)
+    end do
+    columns = columns * seen%scale
     together = 0
     do j = 1, size(columns)
       do i = 1, size(rows)
