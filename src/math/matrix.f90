@@ -11,12 +11,11 @@ contains
   !> D^-1 A D with D = diag(d): the matrix in the units `d` of its states.
   pure function balanced(a, d)
     real(dp), intent(in) :: a(:, :), d(:)
-    real(dp) :: balanced(size(d), size(d)), inverse(size(d))
+    real(dp) :: balanced(size(d), size(d))
     integer :: j
 
-    inverse = 1 / d
     do j = 1, size(d)
-      balanced(:, j) = a(:, j) * d(j) * inverse
+      balanced(:, j) = a(:, j) * d(j) / d
     end do
   end function balanced
 
