@@ -211,20 +211,21 @@ contains
     real(dp), intent(in) :: a(:, :)
     complex(dp), allocatable, intent(out) :: values(:), right(:, :), left(:, :)
     type(error_type), allocatable, intent(out) :: error
-    real(dp), allocatable :: work(:), copy(:, :), wr(:), wi(:), vl(:, :), vr(:, :)
+    real(dp), allocatable :: work(:), copy(:, :), vl(:, :), vr(:, :)
+    real(dp) :: wr(size(a, 1)), wi(size(a, 1))
     integer :: n, info
 
     n = size(a, 1)
     allocate(copy, source=a)
-    allocate(wr(n), wi(n), vl(n, n), vr(n, n), work(8 * n))
+    allocate(vl(n, n), vr(n, n), work(8 * n))
     call dgeev("V", "V", n, copy, n, wr, wi, vl, n, vr, n, work, size(work), info)
     if (info /= 0) then
       call fatal_error(error, "the eigenvalues of the monodromy matrix did not converge", failed_computation)
       return
     end if
     values = cmplx(wr, wi, dp)
-    right = unpacked(vr, wi)
-    left = unpacked(vl, wi)
+    call unpack_vectors(vr, wi, right)
+    call unpack_vectors(vl, wi, left)
   end subroutine real_eigensystem
 
   !> The same of a complex `a` (zgeev), in the order that LAPACK finds them.
@@ -244,9 +245,9 @@ contains
   end subroutine complex_eigensystem
 
   !> Complex eigenvectors from LAPACK's real storage: a pair's real and imaginary parts stand in its two columns.
-  pure function unpacked(v, wi) result(z)
-    real(dp), intent(in) :: v(:, :), wi(:)
-    complex(dp), allocatable :: z(:, :)
+  pure subroutine unpack_vectors(v, wi, z)
+    real(dp), contiguous, intent(in) :: v(:, :), wi(:)
+    complex(dp), allocatable, intent(out) :: z(:, :)
     integer :: k
 
     allocate(z(size(v, 1), size(v, 2)))
@@ -259,7 +260,7 @@ contains
         z(:, k) = cmplx(v(:, k), 0, dp)
       end if
     end do
-  end function unpacked
+  end subroutine unpack_vectors
 
   !> Eigenvalues lambda, ascending, of A x = lambda B x with symmetric A and symmetric positive definite B (dsygv).
   subroutine symmetric_pencil(a, b, values, error)
