@@ -153,19 +153,19 @@ contains
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), intent(out) :: of_states(:, :, :)
     real(dp), intent(out), optional :: of_load(:, :)
-    real(dp), allocatable :: m(:, :, :), b(:, :, :), c(:, :, :), h(:, :), right(:, :, :)
+    !> M, and C, B, h beside one another.
+    real(dp), allocatable :: m(:, :, :), right(:, :, :)
     real(dp) :: units(system%states / 2)
     integer :: f, i, j
 
     f = system%states / 2
-    allocate(m(size(phases), f, f), b(size(phases), f, f), c(size(phases), f, f))
-    allocate(right(size(phases), f, merge(2 * f + 1, 2 * f, present(of_load))))
-    ! What is not allocated is absent where it is an argument.
-    if (present(of_load)) allocate(h(size(phases), f))
-    call sample_in_units(system, phases, m, b, c, units, h)
-    right(:, :, :f) = -c
-    right(:, :, f + 1:2 * f) = -b
-    if (present(of_load)) right(:, :, 2 * f + 1) = h
+    allocate(m(size(phases), f, f), right(size(phases), f, merge(2 * f + 1, 2 * f, present(of_load))))
+    if (present(of_load)) then
+      call sample_in_units(system, phases, m, right(:, :, f + 1:2 * f), right(:, :, :f), units, right(:, :, 2 * f + 1))
+    else
+      call sample_in_units(system, phases, m, right(:, :, f + 1:2 * f), right(:, :, :f), units)
+    end if
+    right(:, :, :2 * f) = -right(:, :, :2 * f)
     call solve_mass(m, right)
 
     ! From U^-1 q and U^-1 q' to q and q'.
