@@ -113,9 +113,12 @@ contains
 
     self%evaluations = self%evaluations + evaluations
     self%error = max(self%error, error)
-    if (len(method) == 0 .or. index(", " // self%methods // ",", ", " // method // ",") > 0) return
-    if (len(self%methods) > 0) self%methods = self%methods // ", "
-    self%methods = self%methods // method
+    if (len(method) == 0) return
+    if (len(self%methods) == 0) then
+      self%methods = method
+    else if (index(", " // self%methods // ",", ", " // method // ",") == 0) then
+      self%methods = self%methods // ", " // method
+    end if
   end subroutine add
 
 end module gestell_floquet_part_solution

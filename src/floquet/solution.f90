@@ -184,10 +184,10 @@ contains
       associate (part => floquet%parts(k))
         call part%solution%start(own, error)
         if (allocated(error)) return
-        solution%x0(part%states) = own%x0
         ! The squares within a norm vanish below sqrt(tiny): so small a motion is known to that only.
+        if (any(abs(own%x0) > 0)) own%error = max(own%error, sqrt(tiny(1.0_dp)) * part%solution%scale)
+        solution%x0(part%states) = own%x0
         solution%error(part%states) = own%error
-        if (any(abs(own%x0) > 0)) solution%error(part%states) = max(own%error, sqrt(tiny(1.0_dp)) * part%solution%scale)
         solution%condition = max(solution%condition, own%condition)
       end associate
     end do
