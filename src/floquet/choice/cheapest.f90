@@ -53,11 +53,11 @@ contains
         ! Most are of this family: none of them is a piece of memory.
         call consider(gauss(stages_of(names(i))))
       else
-        call find_method(trim(names(i)), candidate, error)
+        call find_method(names(i), candidate, error)
         call consider(candidate)
       end if
     end do
-    call find_method(trim(names(best)), method, error)
+    call find_method(names(best), method, error)
     call method%prepare()
 
   contains
