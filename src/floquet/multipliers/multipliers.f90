@@ -92,12 +92,16 @@ contains
     real(dp), intent(in), optional :: changes(:, :, :)
     !> What is left out of the changes' direction, which is that of their leading order, where nothing else makes a disc wider.
     real(dp), parameter :: of_direction = 2
-    real(dp) :: radius(size(rho)), f(size(rho), size(rho)), doubted(size(rho), size(rho)), rows(size(rho))
+    real(dp), dimension(size(rho), size(rho)) :: f, doubted
+    real(dp), dimension(size(rho)) :: radius, rows, modulus
     integer :: n, k
 
     n = size(rho)
     multipliers%rho = rho
-    multipliers%condition = [(1 / max(abs(dot_product(left(:, k), right(:, k))), epsilon(1.0_dp)**2), k = 1, n)]
+    allocate(multipliers%condition(n))
+    do k = 1, n
+      multipliers%condition(k) = 1 / max(abs(dot_product(left(:, k), right(:, k))), epsilon(1.0_dp)**2)
+    end do
     ! The logarithm of a complex number is the same for the same number, that of its conjugate the conjugate. Those of real
     ! numbers, and atan2, may differ in the last digit from one element of an array to the next, where they are vectorised.
     multipliers%exponent = log(merge(rho, cmplx(tiny(1.0_dp), 0.0_dp, dp), abs(rho) > 0))
@@ -114,10 +118,9 @@ contains
     rows = sum(doubted, dim=2)
     radius = sum(f, dim=2)
     radius = [(min(radius(k), apart(rho, doubted, rows, k)), k = 1, n)]
-    associate (modulus => max(abs(rho), tiny(1.0_dp)))
-      multipliers%error = disc_bounds(multipliers%exponent, &
-        & exp(min(log(max(radius, tiny(1.0_dp))) - log(modulus), most)))
-    end associate
+    modulus = max(abs(rho), tiny(1.0_dp))
+    radius = exp(min(log(max(radius, tiny(1.0_dp))) - log(modulus), most))
+    multipliers%error = disc_bounds(multipliers%exponent, radius)
   end subroutine set_multipliers
 
   !> The radius of the disc of the k-th eigenvalue where those of all others grow as far as they may without touching it: a
