@@ -102,9 +102,16 @@ contains
     do k = 1, n
       multipliers%condition(k) = 1 / max(abs(dot_product(left(:, k), right(:, k))), epsilon(1.0_dp)**2)
     end do
-    ! The logarithm of a complex number is the same for the same number, that of its conjugate the conjugate. Those of real
-    ! numbers, and atan2, may differ in the last digit from one element of an array to the next, where they are vectorised.
-    multipliers%exponent = log(merge(rho, cmplx(tiny(1.0_dp), 0.0_dp, dp), abs(rho) > 0))
+    allocate(multipliers%exponent(n))
+    do k = 1, n
+      if (ends_pair(rho, k)) then
+        multipliers%exponent(k) = conjg(multipliers%exponent(k - 1))
+      else
+        ! The logarithm of a complex number is the same for the same number, that of its conjugate the conjugate. Those of real
+        ! numbers, and atan2, may differ in the last digit from one element of an array to the next, where they are vectorised.
+        multipliers%exponent(k) = log(merge(rho(k), cmplx(tiny(1.0_dp), 0.0_dp, dp), abs(rho(k)) > 0))
+      end if
+    end do
     multipliers%log_abs = real(multipliers%exponent)
     multipliers%arg = aimag(multipliers%exponent)
     f = 0
@@ -122,6 +129,15 @@ contains
     radius = exp(min(log(max(radius, tiny(1.0_dp))) - log(modulus), most))
     multipliers%error = disc_bounds(multipliers%exponent, radius)
   end subroutine set_multipliers
+
+  !> Whether the k-th number lies below the real axis, and the one before is its conjugate.
+  pure logical function ends_pair(rho, k)
+    complex(dp), intent(in) :: rho(:)
+    integer, intent(in) :: k
+
+    ends_pair = .false.
+    if (k > 1) ends_pair = aimag(rho(k)) < 0 .and. abs(rho(k) - conjg(rho(k - 1))) <= 0
+  end function ends_pair
 
   !> The radius of the disc of the k-th eigenvalue where those of all others grow as far as they may without touching it: a
   !> similarity that shrinks the off-diagonal elements f_kj of its row by alpha enlarges those of its column, f_ik, by 1/alpha
