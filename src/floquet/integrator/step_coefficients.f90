@@ -121,8 +121,11 @@ contains
     end do
     tail = 0
     do i = 1, s
-      do k = 1, 4
-        tail(:, k) = tail(:, k) + nested%tails(i, k) * together(:, i)
+      do k = 1, steps
+        tail(k, 1) = tail(k, 1) + nested%tails(i, 1) * together(k, i)
+        tail(k, 2) = tail(k, 2) + nested%tails(i, 2) * together(k, i)
+        tail(k, 3) = tail(k, 3) + nested%tails(i, 3) * together(k, i)
+        tail(k, 4) = tail(k, 4) + nested%tails(i, 4) * together(k, i)
       end do
     end do
     tail(:, 4) = max(abs(tail(:, 3)), abs(tail(:, 4)))
