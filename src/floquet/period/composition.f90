@@ -9,7 +9,7 @@ module gestell_floquet_period_composition
   implicit none (type, external)
   private
 
-  public :: multiply_maps
+  public :: follow_maps, multiply_maps
 
   !> What a transient growth is measured by: Phi where it was greatest on the way, in the norm of D^-1 Phi D, D = diag(scale),
   !> this norm, and Phi after step `middle`, counted from the first of the maps to come; shapes (n, n).
@@ -37,7 +37,7 @@ contains
     ! [Phi x_p] before the first and after each step, its columns in lanes: column j in lane modulo(j - 1, lanes) + 1 of
     ! a group, x_p in `lane` of the last one, where `forced` is 1.
     real(dp) :: motion(lanes, size(scale), (size(maps, 3) - 1) / lanes + 1, 0:steps), forced(lanes), norm
-    integer :: n, columns, groups, done, j, k, lane
+    integer :: n, columns, groups, done, k, lane
 
     n = size(scale)
     columns = size(maps, 3)
@@ -45,38 +45,68 @@ contains
     lane = modulo(n, lanes) + 1
     forced = 0
     if (present(xp)) forced(lane) = 1
-    motion(:, :, :, 0) = 0
-    do j = 1, n
-      motion(modulo(j - 1, lanes) + 1, :, (j - 1) / lanes + 1, 0) = phi(:, j)
-    end do
+    call lay_out(phi, motion(:, :, :, 0))
     if (present(xp)) motion(lane, :, groups, 0) = xp
 
-    call apply_in_turn(n, columns, size(maps, 1), steps, groups, maps, forced, greatest, motion, done)
+    call apply_in_turn(n, columns, size(maps, 1), 1, steps, groups, maps, forced, greatest, motion, done)
     fits = done == steps
     if (.not. fits) return
 
-    call take_phi(motion(:, :, :, steps), phi)
+    call take_columns(motion(:, :, :, steps), phi)
     if (present(xp)) xp = motion(lane, :, groups, steps)
     if (present(xp_peak)) xp_peak = max(xp_peak, farthest(scale, motion(lane, :, groups, 1:)))
     if (.not. present(transient)) return
-    if (transient%middle >= 1 .and. transient%middle <= steps) call take_phi(motion(:, :, :, transient%middle), transient%halfway)
+    if (transient%middle >= 1 .and. transient%middle <= steps) &
+      & call take_columns(motion(:, :, :, transient%middle), transient%halfway)
     transient%middle = transient%middle - steps
     call find_greatest(n, scale, motion, k, norm)
     if (norm <= transient%peak_norm) return
     transient%peak_norm = norm
-    call take_phi(motion(:, :, :, k), transient%peak)
+    call take_columns(motion(:, :, :, k), transient%peak)
   end subroutine multiply_maps
 
-  !> Phi from its columns in lanes.
-  pure subroutine take_phi(motion, phi)
-    real(dp), contiguous, intent(in) :: motion(:, :, :)
-    real(dp), intent(inout) :: phi(:, :)
+  !> Applies the maps of so many steps from `first` on to `now`, [Phi x_p] or Phi alone, shape (n, columns). `fits`: whether all
+  !> numbers on the way do.
+  pure subroutine follow_maps(first, steps, maps, now, fits)
+    integer, intent(in) :: first, steps
+    real(dp), contiguous, intent(in) :: maps(:, :, :)
+    real(dp), contiguous, intent(inout) :: now(:, :)
+    logical, intent(out) :: fits
+    real(dp) :: motion(lanes, size(now, 1), (size(now, 2) - 1) / lanes + 1, 0:steps), forced(lanes)
+    integer :: n, columns, done
+
+    n = size(now, 1)
+    columns = size(now, 2)
+    forced = 0
+    if (columns > n) forced(modulo(n, lanes) + 1) = 1
+    call lay_out(now, motion(:, :, :, 0))
+    call apply_in_turn(n, columns, size(maps, 1), first, steps, size(motion, 3), maps, forced, greatest, motion, done)
+    call take_columns(motion(:, :, :, done), now)
+    fits = done == steps
+  end subroutine follow_maps
+
+  !> Columns in lanes, those that are none zero.
+  pure subroutine lay_out(columns, motion)
+    real(dp), intent(in) :: columns(:, :)
+    real(dp), contiguous, intent(out) :: motion(:, :, :)
     integer :: j
 
-    do j = 1, size(phi, 2)
-      phi(:, j) = motion(modulo(j - 1, lanes) + 1, :size(phi, 1), (j - 1) / lanes + 1)
+    motion = 0
+    do j = 1, size(columns, 2)
+      motion(modulo(j - 1, lanes) + 1, :, (j - 1) / lanes + 1) = columns(:, j)
     end do
-  end subroutine take_phi
+  end subroutine lay_out
+
+  !> Columns from lanes.
+  pure subroutine take_columns(motion, columns)
+    real(dp), contiguous, intent(in) :: motion(:, :, :)
+    real(dp), intent(inout) :: columns(:, :)
+    integer :: j
+
+    do j = 1, size(columns, 2)
+      columns(:, j) = motion(modulo(j - 1, lanes) + 1, :, (j - 1) / lanes + 1)
+    end do
+  end subroutine take_columns
 
   !> The greatest norm of x / scale, x of shape (n, steps).
   pure real(dp) function farthest(scale, x)

@@ -8,7 +8,7 @@ module gestell_floquet_period_period_map
   use gestell_base_text, only: text
   use gestell_floquet_integrator_mesh, only: refined
   use gestell_floquet_integrator_method, only: method_type, unseen_type
-  use gestell_floquet_period_composition, only: multiply_maps, transient_type
+  use gestell_floquet_period_composition, only: follow_maps, multiply_maps, transient_type
   use gestell_system_periodic, only: periodic_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
@@ -233,7 +233,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: of_steps(:, :, :)
     real(dp) :: now(size(maps, 1), size(maps, 2))
-    integer :: n, steps, every, in_part, first, last, k
+    integer :: n, steps, every, in_part, first, last, count, k, i
+    logical :: fits
 
     n = system%states
     steps = size(nodes) - 1
@@ -246,19 +247,24 @@ contains
       last = end_of_block(first, steps)
       call method%maps(system, nodes(first:last), nodes(first + 1:last + 1), of_steps, error)
       if (allocated(error)) return
-      do k = first, last
-        associate (map => of_steps(k - first + 1, :, :))
-          if (mod(k - 1, in_part) == 0) then
-            now = map
-          else
-            now = matmul(map(:, :n), now)
-            if (size(maps, 2) > n) now(:, n + 1) = now(:, n + 1) + map(:, n + 1)
-          end if
-        end associate
+      k = first - 1
+      do while (k < last)
+        if (mod(k, in_part) == 0) then
+          now = 0
+          do i = 1, n
+            now(i, i) = 1
+          end do
+        end if
+        count = min(every - mod(k, every), last - k)
+        call follow_maps(k - first + 2, count, of_steps, now, fits)
+        if (.not. fits) then
+          call overflow(error)
+          return
+        end if
+        k = k + count
         if (mod(k, every) == 0) maps(:, :, k / every) = now
       end do
     end do
-    if (.not. all(ieee_is_finite(maps))) call overflow(error)
   end subroutine motions
 
   pure subroutine overflow(error)

@@ -9,11 +9,11 @@ module gestell_math_lanes_motion
   public :: apply_in_turn
 
   abstract interface
-    !> Eleven arguments: a version as a whole has all from outside.
-    pure subroutine apply_version(n, columns, room, steps, groups, maps, forced, most, motion, done, once) bind(C)
+    !> Twelve arguments: a version as a whole has all from outside.
+    pure subroutine apply_version(n, columns, room, first, steps, groups, maps, forced, most, motion, done, once) bind(C)
       import :: c_int, dp, lanes
       implicit none (type, external)
-      integer(c_int), value :: n, columns, room, steps, groups, once
+      integer(c_int), value :: n, columns, room, first, steps, groups, once
       real(dp), intent(in) :: maps(room, n, columns), forced(lanes)
       real(dp), value :: most
       real(dp), intent(inout) :: motion(lanes, n, groups, 0:steps)
@@ -21,50 +21,50 @@ module gestell_math_lanes_motion
     end subroutine apply_version
   end interface
 
-  procedure(apply_version), bind(C, name="_ZGVeN2uuuuuuuuuul_lanes_gestell_apply") :: apply_512
-  procedure(apply_version), bind(C, name="_ZGVdN2uuuuuuuuuul_lanes_gestell_apply") :: apply_256
+  procedure(apply_version), bind(C, name="_ZGVeN2uuuuuuuuuuul_lanes_gestell_apply") :: apply_512
+  procedure(apply_version), bind(C, name="_ZGVdN2uuuuuuuuuuul_lanes_gestell_apply") :: apply_256
 
 contains
 
-  !> x <- A x + b for the maps [A b] of so many steps in turn, or A alone, shape (room, n, columns), room >= steps. The vectors are
+  !> x <- A x + b for the maps [A b], or A alone, shape (room, n, columns), of so many steps in turn, from `first` on. The vectors are
   !> `motion`, shape (lanes, n, groups, 0:steps), before the first and after each step; in the last of the groups b is added where
-  !> `forced` is 1 (without b it is 0). `done`: the steps before the first whose sizes add up to `most` or more in
-  !> a lane.
-  !> Ten arguments: maps and vectors with their shapes.
-  pure subroutine apply_in_turn(n, columns, room, steps, groups, maps, forced, most, motion, done)
-    integer, intent(in) :: n, columns, room, steps, groups
+  !> `forced` is 1 (without b it is 0). `done`: the steps before the first whose sizes add up to `most` or more in a lane.
+  !> Eleven arguments: maps and vectors with their shapes.
+  pure subroutine apply_in_turn(n, columns, room, first, steps, groups, maps, forced, most, motion, done)
+    integer, intent(in) :: n, columns, room, first, steps, groups
     real(dp), intent(in) :: maps(room, n, columns), forced(lanes), most
     real(dp), intent(inout) :: motion(lanes, n, groups, 0:steps)
     integer, intent(out) :: done
 
     done = 0
     if (has_versions .and. vector_length() == 8) then
-      call apply_512(n, columns, room, steps, groups, maps, forced, most, motion, done, 1)
+      call apply_512(n, columns, room, first, steps, groups, maps, forced, most, motion, done, 1)
     else if (has_versions .and. vector_length() == 4) then
-      call apply_256(n, columns, room, steps, groups, maps, forced, most, motion, done, 1)
+      call apply_256(n, columns, room, first, steps, groups, maps, forced, most, motion, done, 1)
     else
-      call apply_here(n, columns, room, steps, groups, maps, forced, most, motion, done, 1)
+      call apply_here(n, columns, room, first, steps, groups, maps, forced, most, motion, done, 1)
     end if
   end subroutine apply_in_turn
 
-  !> Eleven arguments: as above.
-  pure subroutine apply_here(n, columns, room, steps, groups, maps, forced, most, motion, done, once) &
+  !> Twelve arguments: as above.
+  pure subroutine apply_here(n, columns, room, first, steps, groups, maps, forced, most, motion, done, once) &
     & bind(C, name="lanes_gestell_apply")
-    !$omp declare simd uniform(n, columns, room, steps, groups, maps, forced, most, motion, done) &
+    !$omp declare simd uniform(n, columns, room, first, steps, groups, maps, forced, most, motion, done) &
     !$omp& linear(once) simdlen(2) notinbranch
-    integer(c_int), value :: n, columns, room, steps, groups, once
+    integer(c_int), value :: n, columns, room, first, steps, groups, once
     real(dp), intent(in) :: maps(room, n, columns), forced(lanes)
     real(dp), value :: most
     real(dp), intent(inout) :: motion(lanes, n, groups, 0:steps)
     integer(c_int), intent(inout) :: done
     real(dp), dimension(lanes) :: load, sizes, s1, s2, s3
-    integer :: lane, i, i2, i3, j, k, group
+    integer :: lane, i, i2, i3, j, k, group, at
 
     sizes = 0
     ! The second of two: gestell_base_processor.
     if (once > 1) return
     do k = 1, steps
       sizes = 0
+      at = first + k - 1
       do group = 1, groups
         load = 0
         if (group == groups) load = forced
@@ -78,22 +78,22 @@ contains
           do j = 1, n
             !GCC$ unroll 1
             do lane = 1, lanes
-              s1(lane) = s1(lane) + maps(k, i, j) * motion(lane, j, group, k - 1)
+              s1(lane) = s1(lane) + maps(at, i, j) * motion(lane, j, group, k - 1)
             end do
             !GCC$ unroll 1
             do lane = 1, lanes
-              s2(lane) = s2(lane) + maps(k, i2, j) * motion(lane, j, group, k - 1)
+              s2(lane) = s2(lane) + maps(at, i2, j) * motion(lane, j, group, k - 1)
             end do
             !GCC$ unroll 1
             do lane = 1, lanes
-              s3(lane) = s3(lane) + maps(k, i3, j) * motion(lane, j, group, k - 1)
+              s3(lane) = s3(lane) + maps(at, i3, j) * motion(lane, j, group, k - 1)
             end do
           end do
           !GCC$ unroll 1
           do lane = 1, lanes
-            s1(lane) = s1(lane) + maps(k, i, columns) * load(lane)
-            s2(lane) = s2(lane) + maps(k, i2, columns) * load(lane)
-            s3(lane) = s3(lane) + maps(k, i3, columns) * load(lane)
+            s1(lane) = s1(lane) + maps(at, i, columns) * load(lane)
+            s2(lane) = s2(lane) + maps(at, i2, columns) * load(lane)
+            s3(lane) = s3(lane) + maps(at, i3, columns) * load(lane)
             motion(lane, i, group, k) = s1(lane)
             motion(lane, i2, group, k) = s2(lane)
             motion(lane, i3, group, k) = s3(lane)
