@@ -2,7 +2,7 @@
 module test_composition
   use checks, only: check_that
   use gestell_base_kinds, only: dp
-  use gestell_floquet_period_composition, only: multiply_maps, transient_type
+  use gestell_floquet_period_composition, only: follow_maps, multiply_maps, transient_type
   use testdrive, only: check, error_type, new_unittest, unittest_type
   use, intrinsic :: iso_fortran_env, only: qp => real128
   implicit none (type, external)
@@ -65,7 +65,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: orders(3) = [1, 2, 6]
     real(dp), parameter :: scale(6) = [1.0_dp, 2.0_dp, 0.5_dp, 4.0_dp, 1.0_dp, 8.0_dp]
-    real(dp), allocatable :: maps(:, :, :), phi(:, :), xp(:), free(:, :)
+    real(dp), allocatable :: maps(:, :, :), phi(:, :), xp(:), free(:, :), both(:, :), start(:)
     real(qp), allocatable :: exact(:, :), forced(:)
     real(qp) :: farthest
     real(dp) :: reach
@@ -87,6 +87,9 @@ contains
           end do
           exact = real(phi, qp)
           free = phi
+          start = xp
+          if (allocated(both)) deallocate(both)
+          allocate(both(n, n + 1))
           forced = real(xp, qp)
           farthest = 0.7_qp
           reach = 0.7_dp
@@ -104,6 +107,13 @@ contains
           call check_that(error, maxval(abs(xp - forced)), "<", 1.0e-13_qp * maxval(abs(forced)), "x_p")
           if (allocated(error)) return
           call check_that(error, abs(reach - farthest), "<", 1.0e-13_qp * farthest, "reach")
+          if (allocated(error)) return
+          ! The last two thirds, after the first third.
+          both(:, :n) = free
+          both(:, n + 1) = start
+          call follow_maps(1, steps / 3, maps, both, fits)
+          call follow_maps(1 + steps / 3, steps - steps / 3, maps, both, fits)
+          call check_that(error, maxval(abs(both - reshape([phi, xp], [n, n + 1]))), "<", 1.0e-13_dp * maxval(abs(phi)), "pieces")
           if (allocated(error)) return
           call multiply_maps(steps, maps(:, :, :n), scale(:n), free, fits)
           call check_that(error, maxval(abs(free - phi)), "<", 1.0e-13_dp * maxval(abs(phi)), "unforced")

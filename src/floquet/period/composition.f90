@@ -56,8 +56,9 @@ contains
     if (present(xp)) xp = motion(lane, :, groups, steps)
     if (present(xp_peak)) xp_peak = max(xp_peak, farthest(scale, motion(lane, :, groups, 1:)))
     if (.not. present(transient)) return
-    if (transient%middle >= 1 .and. transient%middle <= steps) &
-      & call take_columns(motion(:, :, :, transient%middle), transient%halfway)
+    if (transient%middle >= 1 .and. transient%middle <= steps) then
+      call take_columns(motion(:, :, :, transient%middle), transient%halfway)
+    end if
     transient%middle = transient%middle - steps
     call find_greatest(n, scale, motion, k, norm)
     if (norm <= transient%peak_norm) return

@@ -26,9 +26,9 @@ module gestell_math_lanes_motion
 
 contains
 
-  !> x <- A x + b for the maps [A b], or A alone, shape (room, n, columns), of so many steps in turn, from `first` on. The vectors are
-  !> `motion`, shape (lanes, n, groups, 0:steps), before the first and after each step; in the last of the groups b is added where
-  !> `forced` is 1 (without b it is 0). `done`: the steps before the first whose sizes add up to `most` or more in a lane.
+  !> x <- A x + b for the maps [A b], or A alone, shape (room, n, columns), of so many steps in turn, from `first` on. The vectors
+  !> are `motion`, shape (lanes, n, groups, 0:steps), before the first and after each step; in the last of the groups b is added
+  !> where `forced` is 1 (without b it is 0). `done`: the steps before the first whose sizes add up to `most` or more in a lane.
   !> Eleven arguments: maps and vectors with their shapes.
   pure subroutine apply_in_turn(n, columns, room, first, steps, groups, maps, forced, most, motion, done)
     integer, intent(in) :: n, columns, room, first, steps, groups
