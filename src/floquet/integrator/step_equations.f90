@@ -5,14 +5,12 @@ module gestell_floquet_integrator_step_equations
   use gestell_math_lanes, only: block, lanes, padded, width
   use gestell_floquet_integrator_nested, only: nested_type
   use gestell_floquet_integrator_step_coefficients, only: coefficients_type
+  use gestell_floquet_integrator_step_unknowns, only: fill_unknowns, most_rows
   use gestell_floquet_integrator_tableau, only: tableau_type
   implicit none (type, external)
   private
 
-  public :: fill_panel, layout_of, scale_coefficients
-
-  !> The most rows, unknowns and states, with which steps are eliminated in lanes: ten stages of six degrees of freedom.
-  integer, parameter, public :: most_rows = 72
+  public :: fill_panel, layout_of, most_rows, scale_coefficients
 
   !> Where everything stands. Stages and unknowns at a node; places of unknowns, and rows of all, multiples of a block; columns of
   !> all. (Arrays of fixed size, as of no more rows: nothing is fetched from the heap for eight steps.)
@@ -85,7 +83,9 @@ contains
       else
         associate (j => layout%node(here), k => layout%component(here), map => layout%n + layout%component(here))
           together = min(3, layout%f - k + 1, columns - c + 1)
-          call fill_unknowns(tableau, layout, j, c, together, panel, mass(1, 1, k), damping(1, 1, k), stiffness(1, 1, k))
+          call fill_unknowns(layout%s, layout%f, layout%n, layout%rows, layout%nested, together, j, layout%place, &
+            & tableau%a(:, j), tableau%aa(:, j), layout%values(:, j), layout%sums, mass(1, 1, k), damping(1, 1, k), &
+            & stiffness(1, 1, k), panel(1, c, 1))
           do here = 0, together - 1
             !GCC$ unroll 1
             do lane = 1, lanes
@@ -111,91 +111,6 @@ contains
       end do
     end do
   end subroutine clear
-
-  !> The columns of a panel from `c` on, one to three `together`, of unknowns of node `j`, from their columns of M, h B and h^2 C.
-  !> Three share the factors of the tableau; where there are no three the last one stands for those that are missing. (But for the
-  !> last two of a nested tableau the nodes follow each other without a gap.)
-  !> Nine arguments: the columns and what they are made of.
-  pure subroutine fill_unknowns(tableau, layout, j, c, together, panel, mass, damping, stiffness)
-    class(tableau_type), intent(in) :: tableau
-    type(layout_type), intent(in) :: layout
-    integer, intent(in) :: j, c, together
-    real(dp), intent(inout) :: panel(lanes, width, layout%rows)
-    real(dp), dimension(lanes, layout%n, together), intent(in) :: mass, damping, stiffness
-    ! Elements of the last two equations.
-    real(dp), dimension(lanes, 3) :: next, last
-    integer :: s, f, c2, c3, k2, k3, i, r, row, end_row, lane
-
-    s = layout%s
-    f = layout%f
-    k2 = min(2, together)
-    k3 = min(3, together)
-    c2 = c + k2 - 1
-    c3 = c + k3 - 1
-    associate (a => tableau%a(:, j), aa => tableau%aa(:, j), values => layout%values(:, j), sums => layout%sums, &
-      & place => layout%place)
-      do r = 1, f
-        if (layout%nested) then
-          row = place(s - 1) + r
-          end_row = place(s) + r
-          do i = 1, k3
-            !GCC$ unroll 1
-            do lane = 1, lanes
-              next(lane, i) = a(s - 1) * damping(lane, row, i) + aa(s - 1) * stiffness(lane, row, i) &
-                & + values(1) * mass(lane, row, i)
-              last(lane, i) = a(s) * damping(lane, end_row, i) + aa(s) * stiffness(lane, end_row, i) &
-                & + values(2) * mass(lane, end_row, i)
-              panel(lane, c + i - 1, row) = next(lane, i) + sums(s - 1, 2) * last(lane, i)
-              panel(lane, c + i - 1, end_row) = last(lane, i)
-            end do
-          end do
-          do i = 1, s - 2
-            row = f * (i - 1) + r
-            !GCC$ unroll 1
-            do lane = 1, lanes
-              panel(lane, c, row) = a(i) * damping(lane, row, 1) + aa(i) * stiffness(lane, row, 1) &
-                & + sums(i, 1) * next(lane, 1) + sums(i, 2) * last(lane, 1)
-            end do
-            !GCC$ unroll 1
-            do lane = 1, lanes
-              panel(lane, c2, row) = a(i) * damping(lane, row, k2) + aa(i) * stiffness(lane, row, k2) &
-                & + sums(i, 1) * next(lane, k2) + sums(i, 2) * last(lane, k2)
-            end do
-            !GCC$ unroll 1
-            do lane = 1, lanes
-              panel(lane, c3, row) = a(i) * damping(lane, row, k3) + aa(i) * stiffness(lane, row, k3) &
-                & + sums(i, 1) * next(lane, k3) + sums(i, 2) * last(lane, k3)
-            end do
-          end do
-        else
-          do i = 1, s
-            row = f * (i - 1) + r
-            !GCC$ unroll 1
-            do lane = 1, lanes
-              panel(lane, c, row) = a(i) * damping(lane, row, 1) + aa(i) * stiffness(lane, row, 1)
-            end do
-            !GCC$ unroll 1
-            do lane = 1, lanes
-              panel(lane, c2, row) = a(i) * damping(lane, row, k2) + aa(i) * stiffness(lane, row, k2)
-            end do
-            !GCC$ unroll 1
-            do lane = 1, lanes
-              panel(lane, c3, row) = a(i) * damping(lane, row, k3) + aa(i) * stiffness(lane, row, k3)
-            end do
-          end do
-        end if
-      end do
-      if (layout%nested .and. j > s - 2) return
-      do i = 1, together
-        do row = place(j) + 1, place(j) + f
-          !GCC$ unroll 1
-          do lane = 1, lanes
-            panel(lane, c + i - 1, row) = panel(lane, c + i - 1, row) + mass(lane, row, i)
-          end do
-        end do
-      end do
-    end associate
-  end subroutine fill_unknowns
 
   !> Column `c` of a panel, that of a state (without positions C is zero), of the loads after the states, or of nothing.
   !> Nine arguments: the column and what it is made of.
