@@ -1,8 +1,9 @@
 !> Points and directions at one crank angle, and along a batch of them: the same motion in classical kinematics and in loops
 !> that the compiler can vectorise.
 module gestell_model_joints_path
-  use gestell_base_kinds, only: dp
+  use gestell_base_processor, only: has_versions, vector_length
   use gestell_math_jet, only: jet, operator(*), operator(+), operator(-), operator(/), sqrt
+  use, intrinsic :: iso_c_binding, only: c_int, dp => c_double
   implicit none (type, external)
   private
 
@@ -21,9 +22,22 @@ module gestell_model_joints_path
 
   !> A point (m) or a direction at the crank angles of a batch, with its first (vx, vy) and second (ax, ay) derivatives
   !> with respect to the crank angle.
-  type, public :: path_type
+  type, bind(C), public :: path_type
     real(dp), dimension(batch) :: x, y, vx, vy, ax, ay
   end type path_type
+
+  abstract interface
+    pure subroutine direction_version(from, to, u, once) bind(C)
+      import :: c_int, path_type
+      implicit none (type, external)
+      type(path_type), intent(in) :: from, to
+      type(path_type), intent(inout) :: u
+      integer(c_int), value :: once
+    end subroutine direction_version
+  end interface
+
+  procedure(direction_version), bind(C, name="_ZGVeN2uuul_lanes_gestell_direction") :: direction_512
+  procedure(direction_version), bind(C, name="_ZGVdN2uuul_lanes_gestell_direction") :: direction_256
 
 contains
 
@@ -100,9 +114,30 @@ contains
   pure subroutine find_direction(from, to, u)
     type(path_type), intent(in) :: from, to
     type(path_type), intent(out) :: u
-    real(dp) :: ex, ey, vx, vy, ax, ay, inverse, w, change
+
+    if (has_versions .and. vector_length() == 8) then
+      call direction_512(from, to, u, 1)
+    else if (has_versions .and. vector_length() == 4) then
+      call direction_256(from, to, u, 1)
+    else
+      call direction_here(from, to, u, 1)
+    end if
+  end subroutine find_direction
+
+  pure subroutine direction_here(from, to, u, once) bind(C, name="lanes_gestell_direction")
+    !$omp declare simd uniform(from, to, u) linear(once) simdlen(2) notinbranch
+    type(path_type), intent(in) :: from, to
+    type(path_type), intent(inout) :: u
+    integer(c_int), value :: once
+    real(dp) :: inverse(batch), ex, ey, vx, vy, ax, ay, w, change
     integer :: k
 
+    inverse = 0
+    ! The second of two: gestell_base_processor.
+    if (once > 1) return
+    do k = 1, batch
+      inverse(k) = 1 / ((to%x(k) - from%x(k))**2 + (to%y(k) - from%y(k))**2)
+    end do
     do k = 1, batch
       ex = to%x(k) - from%x(k)
       ey = to%y(k) - from%y(k)
@@ -110,11 +145,10 @@ contains
       vy = to%vy(k) - from%vy(k)
       ax = to%ax(k) - from%ax(k)
       ay = to%ay(k) - from%ay(k)
-      inverse = 1 / (ex * ex + ey * ey)
-      w = (ex * vy - ey * vx) * inverse
-      change = (ex * ay - ey * ax - 2 * w * (ex * vx + ey * vy)) * inverse
-      ex = ex * sqrt(inverse)
-      ey = ey * sqrt(inverse)
+      w = (ex * vy - ey * vx) * inverse(k)
+      change = (ex * ay - ey * ax - 2 * w * (ex * vx + ey * vy)) * inverse(k)
+      ex = ex * sqrt(inverse(k))
+      ey = ey * sqrt(inverse(k))
       u%x(k) = ex
       u%y(k) = ey
       u%vx(k) = -w * ey
@@ -122,7 +156,7 @@ contains
       u%ax(k) = -change * ey - w * w * ex
       u%ay(k) = change * ex - w * w * ey
     end do
-  end subroutine find_direction
+  end subroutine direction_here
 
   !> `carried` along the paths.
   pure subroutine carry(base, u, along, across, here)

@@ -1,11 +1,12 @@
 !> The links of a linkage as bodies, and the sums over them.
 module gestell_model_linkage_bodies
+  use gestell_base_processor, only: has_versions, vector_length
   use gestell_math_jet, only: jet, operator(*), operator(+), operator(-)
-  use gestell_base_kinds, only: dp
   use gestell_model_joints_joint, only: point_type
   use gestell_model_joints_path, only: batch, carried, direction, find_direction, keep, path_type
   use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_dd, a3_v, a4_v, drive_columns, &
     & a1_ddd, a2_ddd, energy_d, energy_dd, energy_v, mass_functions_type, spin_dd, spin_v, table_columns
+  use, intrinsic :: iso_c_binding, only: c_int, dp => c_double
   implicit none (type, external)
   private
 
@@ -26,6 +27,21 @@ module gestell_model_linkage_bodies
     real(dp) :: z = 0, own_z = 0, along = 0, across = 0, axis(2) = [1.0_dp, 0.0_dp]
     integer :: plane = 0
   end type link_type
+
+  abstract interface
+    pure subroutine body_version(mass, inertia, center, from, u, sums, magnitudes, once) bind(C)
+      import :: batch, c_int, dp, path_type, table_columns
+      implicit none (type, external)
+      real(dp), value :: mass, inertia
+      real(dp), intent(in) :: center(2)
+      type(path_type), intent(in) :: from, u
+      real(dp), intent(inout) :: sums(batch, table_columns), magnitudes(batch, table_columns)
+      integer(c_int), value :: once
+    end subroutine body_version
+  end interface
+
+  procedure(body_version), bind(C, name="_ZGVeN2uuuuuuul_lanes_gestell_body") :: body_512
+  procedure(body_version), bind(C, name="_ZGVdN2uuuuuuul_lanes_gestell_body") :: body_256
 
 contains
 
@@ -183,9 +199,32 @@ contains
     real(dp), intent(in) :: mass, inertia, center(2)
     type(path_type), intent(in) :: from, u
     real(dp), intent(inout) :: sums(batch, table_columns), magnitudes(batch, table_columns)
-    real(dp) :: x, y, vx, vy, ax, ay, turn
+
+    if (has_versions .and. vector_length() == 8) then
+      call body_512(mass, inertia, center, from, u, sums, magnitudes, 1)
+    else if (has_versions .and. vector_length() == 4) then
+      call body_256(mass, inertia, center, from, u, sums, magnitudes, 1)
+    else
+      call body_here(mass, inertia, center, from, u, sums, magnitudes, 1)
+    end if
+  end subroutine add_body
+
+  pure subroutine body_here(mass, inertia, center, from, u, sums, magnitudes, once) bind(C, name="lanes_gestell_body")
+    !$omp declare simd uniform(mass, inertia, center, from, u, sums, magnitudes) linear(once) simdlen(2) notinbranch
+    real(dp), value :: mass, inertia
+    real(dp), intent(in) :: center(2)
+    type(path_type), intent(in) :: from, u
+    real(dp), intent(inout) :: sums(batch, table_columns), magnitudes(batch, table_columns)
+    integer(c_int), value :: once
+    real(dp) :: turn(batch), x, y, vx, vy, ax, ay
     integer :: k
 
+    turn = 0
+    ! The second of two: gestell_base_processor.
+    if (once > 1) return
+    do k = 1, batch
+      turn(k) = u%x(k) * u%ay(k) - u%y(k) * u%ax(k)
+    end do
     do k = 1, batch
       x = from%x(k) + center(1) * u%x(k) - center(2) * u%y(k)
       y = from%y(k) + center(1) * u%y(k) + center(2) * u%x(k)
@@ -193,7 +232,6 @@ contains
       vy = from%vy(k) + center(1) * u%vy(k) + center(2) * u%vx(k)
       ax = from%ax(k) + center(1) * u%ax(k) - center(2) * u%ay(k)
       ay = from%ay(k) + center(1) * u%ay(k) + center(2) * u%ax(k)
-      turn = u%x(k) * u%ay(k) - u%y(k) * u%ax(k)
       sums(k, a1_v) = sums(k, a1_v) + mass * x
       sums(k, a1_d) = sums(k, a1_d) + mass * vx
       sums(k, a1_dd) = sums(k, a1_dd) + mass * ax
@@ -203,7 +241,7 @@ contains
       sums(k, a3_v) = sums(k, a3_v) + mass * (x * x + y * y)
       sums(k, a3_d) = sums(k, a3_d) + 2 * mass * (x * vx + y * vy)
       sums(k, a3_dd) = sums(k, a3_dd) + 2 * mass * (vx * vx + vy * vy + x * ax + y * ay)
-      sums(k, a4_v) = sums(k, a4_v) + mass * (x * ay - y * ax) + inertia * turn
+      sums(k, a4_v) = sums(k, a4_v) + mass * (x * ay - y * ax) + inertia * turn(k)
       magnitudes(k, a1_v) = magnitudes(k, a1_v) + mass * abs(x)
       magnitudes(k, a1_d) = magnitudes(k, a1_d) + mass * abs(vx)
       magnitudes(k, a1_dd) = magnitudes(k, a1_dd) + mass * abs(ax)
@@ -213,6 +251,6 @@ contains
       magnitudes(k, a4_v) = magnitudes(k, a4_v) + mass * (abs(x * ay) + abs(y * ax)) &
         & + inertia * (abs(u%x(k) * u%ay(k)) + abs(u%y(k) * u%ax(k)))
     end do
-  end subroutine add_body
+  end subroutine body_here
 
 end module gestell_model_linkage_bodies
