@@ -26,9 +26,9 @@ module gestell_floquet_integrator_gauss_steps
   use gestell_floquet_integrator_exchanges, only: map_with_exchanges
   use gestell_floquet_integrator_method, only: unseen_type
   use gestell_floquet_integrator_nested, only: nested_type
-  use gestell_floquet_integrator_step_coefficients, only: coefficients_type, look_beyond, sample_coefficients
-  use gestell_floquet_integrator_step_equations, only: fill_panel, layout_of, layout_type, most_rows, &
-    & scale_coefficients
+  use gestell_floquet_integrator_step_coefficients, only: coefficients_type, layout_of, layout_type, look_beyond, most_rows, &
+    & sample_coefficients, scale_coefficients
+  use gestell_floquet_integrator_step_equations, only: fill_panel
   use gestell_floquet_integrator_tableau, only: tableau_type
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)

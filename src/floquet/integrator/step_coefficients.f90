@@ -1,14 +1,20 @@
-!> The coefficients at the nodes of many steps of collocation, and what the nodes do not tell of them.
+!> The coefficients at the nodes of many steps of collocation, where they go in the equations of eight steps, and what the nodes do
+!> not tell of them.
 module gestell_floquet_integrator_step_coefficients
-  use gestell_base_kinds, only: dp
+  use gestell_math_lanes, only: block, lanes, padded
   use gestell_floquet_integrator_method, only: unseen_type
   use gestell_floquet_integrator_nested, only: nested_type
+  use gestell_floquet_integrator_tableau, only: tableau_type
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: sample_in_units, second_order_system
+  use, intrinsic :: iso_c_binding, only: c_bool, c_int, dp => c_double
   implicit none (type, external)
   private
 
-  public :: look_beyond, sample_coefficients
+  public :: layout_of, look_beyond, sample_coefficients, scale_coefficients
+
+  !> The most rows, unknowns and states, with which steps are eliminated in lanes: ten stages of six degrees of freedom.
+  integer, parameter, public :: most_rows = 72
 
   !> M, B, C, shape (points, f, f), and g, shape (points, f), at the nodes of all steps, those of one stage together: the
   !> nodes i of eight steps that follow each other lie side by side. M and C are allocated only with positions.
@@ -20,6 +26,19 @@ module gestell_floquet_integrator_step_coefficients
     !> Unknowns at a node; positions and all states of the map.
     integer :: f = 0, positions = 0, states = 0
   end type coefficients_type
+
+  !> Where everything stands. Stages and unknowns at a node; places of unknowns, and rows of all, multiples of a block; columns of
+  !> all. (Arrays of fixed size, as of no more rows: nothing is fetched from the heap for eight steps.)
+  type, bind(C), public :: layout_type
+    integer(c_int) :: s = 0, f = 0, n = 0, rows = 0, columns = 0
+    !> Where the unknowns of each node begin, less one, and where they end; shape (s + 1).
+    integer(c_int) :: place(most_rows + 1) = 0
+    !> Of each column of unknowns, shape (n): its node and its place there, 0 where it is no unknown's.
+    integer(c_int) :: node(most_rows) = 0, component(most_rows) = 0
+    logical(c_bool) :: nested = .false.
+    !> Of a nested tableau: the slopes in the last two nodes, of the unknowns, and what of the last two equations is added to each.
+    real(dp) :: values(2, most_rows) = 0, sums(most_rows, 2) = 0
+  end type layout_type
 
 contains
 
@@ -132,5 +151,68 @@ contains
     tail(:, 2) = max(abs(tail(:, 1)), abs(tail(:, 2)), tiny(tail))
     misses(:, 1) = max(tail(:, 4) * sqrt(min(tail(:, 4) / tail(:, 2), 1.0_dp)) - 8 * epsilon(1.0_dp) * misses(:, 3), 0.0_dp)
   end function misses
+
+  !> Of steps with this tableau. The unknowns of the last two nodes of a nested tableau begin with a block.
+  pure subroutine layout_of(tableau, at, layout)
+    class(tableau_type), intent(in) :: tableau
+    type(coefficients_type), intent(in) :: at
+    type(layout_type), intent(out) :: layout
+    integer :: s, i, k
+
+    s = size(tableau%c)
+    layout%s = s
+    layout%f = at%f
+    layout%place(:s + 1) = [(at%f * (i - 1), i = 1, s), padded(s * at%f)]
+    select type (tableau)
+    class is (nested_type)
+      layout%nested = .true.
+      layout%values(:, :s) = tableau%values
+      layout%sums(:s, :) = tableau%sums
+      layout%place(s - 1:s + 1) = padded((s - 2) * at%f) + [0, 1, 2] * padded(at%f)
+    end select
+    layout%n = layout%place(s + 1)
+    layout%rows = layout%n + padded(at%states)
+    ! A column more than threes is treated alone.
+    i = at%states + merge(1, 0, allocated(at%g))
+    layout%columns = layout%n + merge(i, padded(i), modulo(i, block) == 1)
+    do i = 1, s
+      do k = 1, at%f
+        layout%node(layout%place(i) + k) = i
+        layout%component(layout%place(i) + k) = k
+      end do
+    end do
+  end subroutine layout_of
+
+  !> M, h B and h^2 C of the steps from `step` on at the places of their nodes; without positions M is the unit matrix and C zero.
+  pure subroutine scale_coefficients(at, step, layout, mass, damping, stiffness)
+    type(coefficients_type), intent(in) :: at
+    integer, intent(in) :: step
+    type(layout_type), intent(in) :: layout
+    real(dp), dimension(lanes, layout%n, layout%f), intent(inout) :: mass, damping, stiffness
+    real(dp) :: h(lanes)
+    integer :: points, row, lane, i, r, c
+
+    h = at%lengths(step:step + lanes - 1)
+    do i = 1, layout%s
+      points = size(at%lengths) * (i - 1) + step - 1
+      do c = 1, at%f
+        do r = 1, at%f
+          row = layout%place(i) + r
+          if (at%positions > 0) then
+            !GCC$ unroll 1
+            do lane = 1, lanes
+              mass(lane, row, c) = at%m(points + lane, r, c)
+              damping(lane, row, c) = h(lane) * at%b(points + lane, r, c)
+              stiffness(lane, row, c) = h(lane)**2 * at%c(points + lane, r, c)
+            end do
+          else
+            mass(:, row, c) = merge(1, 0, r == c)
+            damping(:, row, c) = h * at%b(points + 1:points + lanes, r, c)
+            stiffness(:, row, c) = 0
+          end if
+        end do
+      end do
+    end do
+  end subroutine scale_coefficients
 
 end module gestell_floquet_integrator_step_coefficients

@@ -1,62 +1,33 @@
 !> The equations of eight steps of collocation side by side, (a) and (b) of gestell_floquet_integrator_gauss_steps, panel by panel
 !> as gestell_math_lanes eliminates them.
 module gestell_floquet_integrator_step_equations
-  use gestell_base_kinds, only: dp
-  use gestell_math_lanes, only: block, lanes, padded, width
-  use gestell_floquet_integrator_nested, only: nested_type
-  use gestell_floquet_integrator_step_coefficients, only: coefficients_type
-  use gestell_floquet_integrator_step_unknowns, only: fill_unknowns, most_rows
+  use gestell_base_processor, only: has_versions, vector_length
+  use gestell_math_lanes, only: lanes, width
+  use gestell_floquet_integrator_step_coefficients, only: coefficients_type, layout_type
   use gestell_floquet_integrator_tableau, only: tableau_type
+  use, intrinsic :: iso_c_binding, only: c_int, dp => c_double
   implicit none (type, external)
   private
 
-  public :: fill_panel, layout_of, most_rows, scale_coefficients
+  public :: fill_panel
 
-  !> Where everything stands. Stages and unknowns at a node; places of unknowns, and rows of all, multiples of a block; columns of
-  !> all. (Arrays of fixed size, as of no more rows: nothing is fetched from the heap for eight steps.)
-  type, public :: layout_type
-    integer :: s = 0, f = 0, n = 0, rows = 0, columns = 0
-    !> Where the unknowns of each node begin, less one, and where they end; shape (s + 1).
-    integer :: place(most_rows + 1) = 0
-    !> Of each column of unknowns, shape (n): its node and its place there, 0 where it is no unknown's.
-    integer :: node(most_rows) = 0, component(most_rows) = 0
-    logical :: nested = .false.
-    !> Of a nested tableau: the slopes in the last two nodes, of the unknowns, and what of the last two equations is added to each.
-    real(dp) :: values(2, most_rows) = 0, sums(most_rows, 2) = 0
-  end type layout_type
+  abstract interface
+    !> Ten arguments: a version as a whole has all from outside.
+    pure subroutine fill_version(layout, j, together, a, aa, mass, damping, stiffness, panel, once) bind(C)
+      import :: c_int, dp, lanes, layout_type, width
+      implicit none (type, external)
+      type(layout_type), intent(in) :: layout
+      integer(c_int), value :: j, together, once
+      real(dp), intent(in) :: a(layout%s), aa(layout%s)
+      real(dp), dimension(lanes, layout%n, together), intent(in) :: mass, damping, stiffness
+      real(dp), intent(inout) :: panel(lanes, width, layout%rows)
+    end subroutine fill_version
+  end interface
+
+  procedure(fill_version), bind(C, name="_ZGVeN2uuuuuuuuul_lanes_gestell_fill") :: fill_512
+  procedure(fill_version), bind(C, name="_ZGVdN2uuuuuuuuul_lanes_gestell_fill") :: fill_256
 
 contains
-
-  !> Of steps with this tableau. The unknowns of the last two nodes of a nested tableau begin with a block.
-  pure subroutine layout_of(tableau, at, layout)
-    class(tableau_type), intent(in) :: tableau
-    type(coefficients_type), intent(in) :: at
-    type(layout_type), intent(out) :: layout
-    integer :: s, i, k
-
-    s = size(tableau%c)
-    layout%s = s
-    layout%f = at%f
-    layout%place(:s + 1) = [(at%f * (i - 1), i = 1, s), padded(s * at%f)]
-    select type (tableau)
-    class is (nested_type)
-      layout%nested = .true.
-      layout%values(:, :s) = tableau%values
-      layout%sums(:s, :) = tableau%sums
-      layout%place(s - 1:s + 1) = padded((s - 2) * at%f) + [0, 1, 2] * padded(at%f)
-    end select
-    layout%n = layout%place(s + 1)
-    layout%rows = layout%n + padded(at%states)
-    ! A column more than threes is treated alone.
-    i = at%states + merge(1, 0, allocated(at%g))
-    layout%columns = layout%n + merge(i, padded(i), modulo(i, block) == 1)
-    do i = 1, s
-      do k = 1, at%f
-        layout%node(layout%place(i) + k) = i
-        layout%component(layout%place(i) + k) = k
-      end do
-    end do
-  end subroutine layout_of
 
   !> The columns from `column` on, unknowns or states and loads, of the steps from `step` on, from M, h B and h^2 C. Places that are
   !> no unknown's, and rows and columns that are no state's, are padded with zeros and ones.
@@ -83,8 +54,7 @@ contains
       else
         associate (j => layout%node(here), k => layout%component(here), map => layout%n + layout%component(here))
           together = min(3, layout%f - k + 1, columns - c + 1)
-          call fill_unknowns(layout%s, layout%f, layout%n, layout%rows, layout%nested, together, j, layout%place, &
-            & tableau%a(:, j), tableau%aa(:, j), layout%values(:, j), layout%sums, mass(1, 1, k), damping(1, 1, k), &
+          call fill_unknowns(layout, j, together, tableau%a(:, j), tableau%aa(:, j), mass(1, 1, k), damping(1, 1, k), &
             & stiffness(1, 1, k), panel(1, c, 1))
           do here = 0, together - 1
             !GCC$ unroll 1
@@ -111,6 +81,110 @@ contains
       end do
     end do
   end subroutine clear
+
+  !> The first columns of a panel, one to three `together`, of unknowns of node `j`, from their columns of M, h B and h^2 C. `a`,
+  !> `aa`: the columns of A and A A for that node. (But for the last two of a nested tableau the nodes follow each other without a
+  !> gap.)
+  !> Nine arguments: the columns and what they are made of.
+  pure subroutine fill_unknowns(layout, j, together, a, aa, mass, damping, stiffness, panel)
+    type(layout_type), intent(in) :: layout
+    integer, intent(in) :: j, together
+    real(dp), contiguous, intent(in) :: a(:), aa(:)
+    real(dp), dimension(lanes, layout%n, together), intent(in) :: mass, damping, stiffness
+    real(dp), intent(inout) :: panel(lanes, width, layout%rows)
+
+    if (has_versions .and. vector_length() == 8) then
+      call fill_512(layout, j, together, a, aa, mass, damping, stiffness, panel, 1)
+    else if (has_versions .and. vector_length() == 4) then
+      call fill_256(layout, j, together, a, aa, mass, damping, stiffness, panel, 1)
+    else
+      call fill_here(layout, j, together, a, aa, mass, damping, stiffness, panel, 1)
+    end if
+  end subroutine fill_unknowns
+
+  !> Three columns share the factors of the tableau; where there are no three the last one stands for those that are missing.
+  !> Ten arguments: as above.
+  pure subroutine fill_here(layout, j, together, a, aa, mass, damping, stiffness, panel, once) bind(C, name="lanes_gestell_fill")
+    !$omp declare simd uniform(layout, j, together, a, aa, mass, damping, stiffness, panel) linear(once) simdlen(2) notinbranch
+    type(layout_type), intent(in) :: layout
+    integer(c_int), value :: j, together, once
+    real(dp), intent(in) :: a(layout%s), aa(layout%s)
+    real(dp), dimension(lanes, layout%n, together), intent(in) :: mass, damping, stiffness
+    real(dp), intent(inout) :: panel(lanes, width, layout%rows)
+    ! Elements of the last two equations.
+    real(dp), dimension(lanes, 3) :: next, last
+    integer :: s, f, c2, c3, i, r, row, end_row, lane
+
+    next = 0
+    ! The second of two: gestell_base_processor.
+    if (once > 1) return
+    s = layout%s
+    f = layout%f
+    c2 = min(2, together)
+    c3 = min(3, together)
+    associate (place => layout%place, sums => layout%sums, values => layout%values(:, j))
+      do r = 1, f
+        if (layout%nested) then
+          row = place(s - 1) + r
+          end_row = place(s) + r
+          do i = 1, together
+            !GCC$ unroll 1
+            do lane = 1, lanes
+              next(lane, i) = a(s - 1) * damping(lane, row, i) + aa(s - 1) * stiffness(lane, row, i) &
+                & + values(1) * mass(lane, row, i)
+              last(lane, i) = a(s) * damping(lane, end_row, i) + aa(s) * stiffness(lane, end_row, i) &
+                & + values(2) * mass(lane, end_row, i)
+              panel(lane, i, row) = next(lane, i) + sums(s - 1, 2) * last(lane, i)
+              panel(lane, i, end_row) = last(lane, i)
+            end do
+          end do
+          do i = 1, s - 2
+            row = f * (i - 1) + r
+            !GCC$ unroll 1
+            do lane = 1, lanes
+              panel(lane, 1, row) = a(i) * damping(lane, row, 1) + aa(i) * stiffness(lane, row, 1) &
+                & + sums(i, 1) * next(lane, 1) + sums(i, 2) * last(lane, 1)
+            end do
+            !GCC$ unroll 1
+            do lane = 1, lanes
+              panel(lane, c2, row) = a(i) * damping(lane, row, c2) + aa(i) * stiffness(lane, row, c2) &
+                & + sums(i, 1) * next(lane, c2) + sums(i, 2) * last(lane, c2)
+            end do
+            !GCC$ unroll 1
+            do lane = 1, lanes
+              panel(lane, c3, row) = a(i) * damping(lane, row, c3) + aa(i) * stiffness(lane, row, c3) &
+                & + sums(i, 1) * next(lane, c3) + sums(i, 2) * last(lane, c3)
+            end do
+          end do
+        else
+          do i = 1, s
+            row = f * (i - 1) + r
+            !GCC$ unroll 1
+            do lane = 1, lanes
+              panel(lane, 1, row) = a(i) * damping(lane, row, 1) + aa(i) * stiffness(lane, row, 1)
+            end do
+            !GCC$ unroll 1
+            do lane = 1, lanes
+              panel(lane, c2, row) = a(i) * damping(lane, row, c2) + aa(i) * stiffness(lane, row, c2)
+            end do
+            !GCC$ unroll 1
+            do lane = 1, lanes
+              panel(lane, c3, row) = a(i) * damping(lane, row, c3) + aa(i) * stiffness(lane, row, c3)
+            end do
+          end do
+        end if
+      end do
+      if (layout%nested .and. j > s - 2) return
+      do i = 1, together
+        do row = place(j) + 1, place(j) + f
+          !GCC$ unroll 1
+          do lane = 1, lanes
+            panel(lane, i, row) = panel(lane, i, row) + mass(lane, row, i)
+          end do
+        end do
+      end do
+    end associate
+  end subroutine fill_here
 
   !> Column `c` of a panel, that of a state (without positions C is zero), of the loads after the states, or of nothing.
   !> Nine arguments: the column and what it is made of.
@@ -199,37 +273,5 @@ contains
       end do
     end associate
   end subroutine sum_equations
-
-  !> M, h B and h^2 C of the steps from `step` on at the places of their nodes; without positions M is the unit matrix and C zero.
-  pure subroutine scale_coefficients(at, step, layout, mass, damping, stiffness)
-    type(coefficients_type), intent(in) :: at
-    integer, intent(in) :: step
-    type(layout_type), intent(in) :: layout
-    real(dp), dimension(lanes, layout%n, layout%f), intent(inout) :: mass, damping, stiffness
-    real(dp) :: h(lanes)
-    integer :: points, row, lane, i, r, c
-
-    h = at%lengths(step:step + lanes - 1)
-    do i = 1, layout%s
-      points = size(at%lengths) * (i - 1) + step - 1
-      do c = 1, at%f
-        do r = 1, at%f
-          row = layout%place(i) + r
-          if (at%positions > 0) then
-            !GCC$ unroll 1
-            do lane = 1, lanes
-              mass(lane, row, c) = at%m(points + lane, r, c)
-              damping(lane, row, c) = h(lane) * at%b(points + lane, r, c)
-              stiffness(lane, row, c) = h(lane)**2 * at%c(points + lane, r, c)
-            end do
-          else
-            mass(:, row, c) = merge(1, 0, r == c)
-            damping(:, row, c) = h * at%b(points + 1:points + lanes, r, c)
-            stiffness(:, row, c) = 0
-          end if
-        end do
-      end do
-    end do
-  end subroutine scale_coefficients
 
 end module gestell_floquet_integrator_step_equations
