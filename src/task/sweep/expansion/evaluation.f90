@@ -1,7 +1,7 @@
 !> The columns of a sweep at the points of a cell, from the expansion over it.
 module gestell_task_sweep_expansion_evaluation
   use gestell_math_lanes_products, only: combine
-  use gestell_math_lanes, only: lanes
+  use gestell_math_lanes, only: lanes, vector_border
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_multipliers_spectra, only: spectral_radii
@@ -92,36 +92,19 @@ contains
     real(dp), contiguous, intent(in) :: factors(:, :, :), line(:, :)
     real(dp), intent(in) :: perturbations(2)
     real(dp), contiguous, intent(inout) :: columns(:, :)
-    real(dp), allocatable :: motion(:, :, :, :)
-    real(dp) :: values(lanes, size(line, 2)), phi(size(columns, 1), sampler%parts%states**2), peaks(lanes, sampler%parts%states / 2)
+    ! On the border of a vector: the numbers of eight points, and their motions.
+    real(dp), allocatable, target :: room(:)
+    real(dp) :: phi(size(columns, 1), sampler%parts%states**2)
     logical, dimension(size(columns, 1)) :: inside, outside
-    logical :: known(lanes)
-    integer :: group, first, filled, n, i, j
+    integer :: numbers, border
 
-    n = sampler%parts%states
-    allocate(motion(lanes, n, sampler%parts%columns(), 0:sampler%parts%parts))
-    if (sampler%parts%forced) columns(:, xi_peak:last_peak) = 0
-    do group = 1, size(factors, 3)
-      first = lanes * (group - 1) + 1
-      filled = min(lanes, size(columns, 1) - first + 1)
-      call combine(size(line, 1), size(line, 2), factors(:, :, group), line, values)
-      call sampler%parts%compose(values, motion)
-      do j = 1, n
-        do i = 1, n
-          phi(first:first + filled - 1, i + n * (j - 1)) = motion(:filled, i, j, sampler%parts%parts)
-        end do
-      end do
-      if (.not. sampler%parts%forced) cycle
-      call peaks_of_motion(sampler, values, motion, filled, perturbations(2), peak_limit(order), peaks, known)
-      do i = 1, filled
-        if (.not. known(i)) then
-          ! A degree of freedom that is locked rests, but is as little known.
-          columns(first + i - 1, xi_peak:last_peak) = ieee_value(1.0_dp, ieee_quiet_nan)
-        else
-          columns(first + i - 1, xi_peak - 1 + sampler%free) = peaks(i, :)
-        end if
-      end do
-    end do
+    numbers = size(line, 2)
+    associate (parts => sampler%parts)
+      allocate(room(lanes * (numbers + parts%states * parts%columns() * (parts%parts + 1) + 1)))
+      border = vector_border(room)
+      call set_motions(order, sampler, factors, line, perturbations(2), parts%states, parts%columns(), parts%parts, numbers, &
+        & room(border), room(border + lanes * numbers), phi, columns)
+    end associate
     if (any(order%columns([rho_error, verdict, verdict_behind]))) then
       call spectral_radii(phi, perturbations(1), columns(:, rho_max), columns(:, log_rho_max), columns(:, rho_error), inside, &
         & outside)
@@ -131,5 +114,43 @@ contains
       call spectral_radii(phi, perturbations(1), columns(:, rho_max), columns(:, log_rho_max))
     end if
   end subroutine set_columns
+
+  !> Phi(T), shape (points, n^2), and the columns of peaks along a line of points.
+  !> Thirteen arguments: those of `set_columns`, shapes, and room for `values` and `motion` of eight points.
+  subroutine set_motions(order, sampler, factors, line, perturbation, n, width, parts, numbers, values, motion, phi, columns)
+    type(sweep_order_type), intent(in) :: order
+    type(sampler_type), intent(in) :: sampler
+    real(dp), contiguous, intent(in) :: factors(:, :, :), line(:, :)
+    real(dp), intent(in) :: perturbation
+    integer, intent(in) :: n, width, parts, numbers
+    real(dp), intent(inout) :: values(lanes, numbers), motion(lanes, n, width, 0:parts)
+    real(dp), contiguous, intent(inout) :: phi(:, :), columns(:, :)
+    real(dp) :: peaks(lanes, n / 2)
+    logical :: known(lanes)
+    integer :: group, first, filled, i, j
+
+    if (sampler%parts%forced) columns(:, xi_peak:last_peak) = 0
+    do group = 1, size(factors, 3)
+      first = lanes * (group - 1) + 1
+      filled = min(lanes, size(columns, 1) - first + 1)
+      call combine(size(line, 1), size(line, 2), factors(:, :, group), line, values)
+      call sampler%parts%compose(values, motion)
+      do j = 1, n
+        do i = 1, n
+          phi(first:first + filled - 1, i + n * (j - 1)) = motion(:filled, i, j, parts)
+        end do
+      end do
+      if (.not. sampler%parts%forced) cycle
+      call peaks_of_motion(sampler, values, motion, filled, perturbation, peak_limit(order), peaks, known)
+      do i = 1, filled
+        if (.not. known(i)) then
+          ! A degree of freedom that is locked rests, but is as little known.
+          columns(first + i - 1, xi_peak:last_peak) = ieee_value(1.0_dp, ieee_quiet_nan)
+        else
+          columns(first + i - 1, xi_peak - 1 + sampler%free) = peaks(i, :)
+        end if
+      end do
+    end do
+  end subroutine set_motions
 
 end module gestell_task_sweep_expansion_evaluation
