@@ -5,15 +5,24 @@ module test_lane_versions
   use gestell_base_kinds, only: dp
   use gestell_base_processor, only: has_long_vectors, has_versions, vector_length
   use gestell_math_lanes_six, only: divide_six, reduce_six, subtract_six
-  use gestell_math_lanes_versions, only: block, four_columns, lanes, solve_with_lower, solve_with_upper, subtract_product, width
+  use gestell_math_lanes_versions, only: block, four_columns, lanes, solve_with_lower, solve_with_upper, subtract_column, &
+    & subtract_product, width
   use gestell_math_characteristic_roots, only: find_roots
   use gestell_math_hessenberg, only: hessenberg_type, most_states, new_hessenberg
   use gestell_math_lanes, only: vector_border
   use gestell_math_lanes_products, only: multiply
   use gestell_math_lapack, only: eigensystem
+  use gestell_floquet_integrator_mesh, only: mesh
+  use gestell_floquet_integrator_method, only: method_type
+  use gestell_floquet_integrator_methods, only: new_method
   use gestell_floquet_multipliers_gershgorin, only: find_discs
+  use gestell_floquet_period_period_map, only: period_map, period_map_type
+  use gestell_model_frame, only: frame_type
+  use machines, only: frame_of_machine
+  use reference_machine, only: khang_machine
+  use space_machines, only: three_planes
   use testdrive, only: error_type, new_unittest, unittest_type
-  use, intrinsic :: iso_c_binding, only: c_intptr_t, c_loc
+  use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_loc
   implicit none (type, external)
   private
 
@@ -21,6 +30,10 @@ module test_lane_versions
 
   !> Lengths of vectors, none first.
   integer, parameter :: lengths(3) = [0, 4, 8]
+
+  !> What gestell_base_processor reads. A test may take from it what the processor has, and gives it back.
+  integer(c_int), bind(C, name="__cpu_model") :: cpu_model(4)
+  integer, parameter :: avx2 = 10, avx512f = 15
 
 contains
 
@@ -32,6 +45,7 @@ contains
       & new_unittest("six columns at once", test_six), &
       & new_unittest("sums by registers of every length", test_sums), &
       & new_unittest("products and eigenvalues by registers of every length", test_spectra), &
+      & new_unittest("a period by registers of every length", test_period), &
       & new_unittest("room on the border of a vector", test_border)]
   end subroutine collect_lane_versions
 
@@ -69,6 +83,15 @@ contains
           & transpose(s(lane, :block, :)))))), "<", 2.0e-14_dp, "C - R S")
       end do
       call check_that(error, maxval(abs(c(:, block + 1:, :) - before(:, block + 1:, :))), "<=", 0.0_dp, "beside the block")
+      if (allocated(error)) return
+
+      c(:, 1, :) = before(:, 1, :)
+      call subtract_column(lengths(k), terms, c, r, s)
+      do lane = 1, lanes
+        call check_that(error, maxval(abs(c(lane, 1, :) - (before(lane, 1, :) - matmul(r(lane, :, :), s(lane, 1, :))))), "<", &
+          & 2.0e-14_dp, "c - R s")
+      end do
+      call check_that(error, maxval(abs(c(:, block + 1:, :) - before(:, block + 1:, :))), "<=", 0.0_dp, "beside the column")
       if (allocated(error)) return
 
       c = before
@@ -243,6 +266,57 @@ contains
       end do
     end do
   end subroutine test_spectra
+
+  !> Phi(T) and x_p(T) of a frame in the plane and of one in space, those of the embedded methods too, as a processor computes them
+  !> that has no long vectors, those of four numbers, those of eight.
+  subroutine test_period(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer(c_int) :: own
+    integer :: k
+
+    own = cpu_model(4)
+    do k = 1, 2
+      if (.not. allocated(error)) call compare_periods(k == 2, error)
+      cpu_model(4) = own
+    end do
+  end subroutine test_period
+
+  subroutine compare_periods(in_space, error)
+    logical, intent(in) :: in_space
+    type(error_type), allocatable, intent(out) :: error
+    type(frame_type) :: frame
+    class(method_type), allocatable :: method
+    type(gestell_error), allocatable :: failure
+    type(period_map_type) :: lower(2)
+    real(dp), allocatable :: phi(:, :), xp(:), ones(:), found(:), portable(:)
+    integer(c_int) :: own
+    integer :: k
+
+    own = cpu_model(4)
+    do k = 1, size(lengths)
+      cpu_model(4) = own
+      if (lengths(k) < 8) cpu_model(4) = ibclr(cpu_model(4), avx512f)
+      if (lengths(k) < 4) cpu_model(4) = ibclr(cpu_model(4), avx2)
+      call check_that(error, vector_length(), "<=", lengths(k), "registers taken away")
+      if (in_space) call three_planes(44.0_dp, 1.0_dp, frame, failure)
+      if (.not. in_space) call frame_of_machine(khang_machine(240.0_dp), frame, failure)
+      if (.not. allocated(failure)) call new_method("gauss7", method, failure)
+      call check_success(error, failure)
+      if (allocated(error)) return
+      if (k == 1) then
+        allocate(phi(frame%states, frame%states), xp(frame%states), ones(frame%states))
+        ones = 1
+      end if
+      call period_map(frame, method, mesh(frame, 24), ones, phi, failure, xp, lower=lower)
+      call check_success(error, failure)
+      if (allocated(error)) return
+      found = [phi, xp / norm2(xp), lower(1)%phi, lower(1)%xp / norm2(xp), lower(2)%phi, lower(2)%xp / norm2(xp)]
+      if (k == 1) portable = found
+      ! Roundings of 24 steps with 21 to 42 unknowns each, in numbers of the size of Phi.
+      call check_that(error, maxval(abs(found - portable)), "<", 1.0e-11_dp * maxval(abs(portable)), "beside none")
+      if (allocated(error)) return
+    end do
+  end subroutine compare_periods
 
   !> Wherever an array begins, the number that is told lies at a multiple of 64 bytes, and is one of the first eight.
   subroutine test_border(error)

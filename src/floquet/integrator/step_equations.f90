@@ -69,7 +69,7 @@ contains
     end do
   end subroutine fill_panel
 
-  !> Zeros in the rows of states and in those that are no unknown's.
+  !> Zeros in the rows of states and in those that are no unknown's: none but the last three nodes have such rows behind them.
   pure subroutine clear(layout, panel)
     type(layout_type), intent(in) :: layout
     real(dp), intent(inout) :: panel(lanes, width, layout%rows)

@@ -232,8 +232,9 @@ contains
     real(dp), intent(out) :: maps(:, :, :)
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: of_steps(:, :, :)
-    real(dp) :: now(size(maps, 1), size(maps, 2))
-    integer :: n, steps, every, in_part, first, last, count, k, i
+    !> [E 0].
+    real(dp), dimension(size(maps, 1), size(maps, 2)) :: start, now
+    integer :: n, steps, every, in_part, first, last, count, k
     logical :: fits
 
     n = system%states
@@ -241,6 +242,8 @@ contains
     every = steps / size(maps, 3)
     in_part = every * (size(maps, 3) / parts)
     allocate(of_steps(min(block_length, steps), n, size(maps, 2)))
+    start = 0
+    start(:, :n) = unit_matrix(n)
     last = 0
     do while (last < steps)
       first = last + 1
@@ -250,10 +253,7 @@ contains
       k = first - 1
       do while (k < last)
         if (mod(k, in_part) == 0) then
-          now = 0
-          do i = 1, n
-            now(i, i) = 1
-          end do
+          now = start
         end if
         count = min(every - mod(k, every), last - k)
         call follow_maps(k - first + 2, count, of_steps, now, fits)

@@ -3,6 +3,7 @@ module gestell_floquet_period_survey
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp, pi
   use gestell_math_lapack, only: balancing
+  use gestell_math_matrix, only: balanced
   use gestell_floquet_choice_prediction, only: growth, outlook_type
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: sample_by_phase
@@ -68,10 +69,7 @@ contains
     end do
     seen%scale = balancing(greatest)
     ! In a unit of which no element has more than one, no square overflows, and none vanishes that counts.
-    unit = tiny(unit)
-    do j = 1, n
-      unit = max(unit, maxval(greatest(:, j) * seen%scale(j) / seen%scale))
-    end do
+    unit = max(maxval(balanced(greatest, seen%scale)), tiny(unit))
     inverse = 1 / seen%scale / unit
     squares = 0
     do j = 1, n
@@ -83,9 +81,7 @@ contains
     size_of_p = sqrt(squares(k) / 2) * unit
     seen%phase_advance = size_of_p * system%period
     unit = max(size_of_p, tiny(unit))
-    do j = 1, n
-      one(:, j) = p(k, :, j) * seen%scale(j) / seen%scale / unit
-    end do
+    one = balanced(p(k, :, :), seen%scale) / unit
     ! P^16, each square in a place of its own.
     power = one
     do i = 1, 2
