@@ -108,13 +108,13 @@ contains
     type(document_family_type) :: family
     type(design_order_type) :: order
     type(configuration_type) :: configuration
-    type(goal_branches_type) :: at
+    type(goal_branches_type) :: above(3), at, below(3)
     type(goal_type), allocatable :: goals(:)
     type(gestell_error), allocatable :: failure
-    real(dp) :: table(3), h, change, found, unit
+    real(dp) :: table(3), x(size(start)), h, change, found, unit
     integer :: g, k, i, b, n
 
-  call new_family(text, paths, start, family, order, configuration, error)
+    call new_family(text, paths, start, family, order, configuration, error)
     if (allocated(error)) return
     order%lower = start - range / 2
     order%upper = start + range / 2
@@ -133,13 +133,25 @@ contains
     call check_success(error, failure)
     call check_that(error, at%known, "==", .true., trim(what) // " known")
     if (allocated(error)) return
-    do g = 1, n
-      b = maxloc(merge(at%value, -huge(h), at%group == g), dim=1)
-      unit = max(at%value(b), tiny(unit))
-      do k = 1, size(paths)
+    do k = 1, size(paths)
+      do i = 1, 3
+        h = range(k) * 0.01_dp / 2**i
+        x = start
+        x(k) = start(k) + h
+        call evaluate_goals(family, order, goals, x, .true., above(i), failure)
+        call check_success(error, failure)
+        if (allocated(error)) return
+        x(k) = start(k) - h
+        call evaluate_goals(family, order, goals, x, .true., below(i), failure)
+        call check_success(error, failure)
+        if (allocated(error)) return
+      end do
+      do g = 1, n
+        b = maxloc(merge(at%value, -huge(h), at%group == g), dim=1)
+        unit = max(at%value(b), tiny(unit))
         do i = 1, 3
           h = range(k) * 0.01_dp / 2**i
-          table(i) = (top(k, h) - top(k, -h)) / (2 * h)
+          table(i) = (top(above(i), h) - top(below(i), -h)) / (2 * h)
         end do
         ! Neville's table, twice
         table(:2) = table(2:) + (table(2:) - table(:2)) / 3
@@ -153,21 +165,17 @@ contains
 
   contains
 
-    real(dp) function top(k, step)
-      integer, intent(in) :: k
+    !> The value of goal g there, a step away: the same of several local maxima: both slopes tell its value, and samples beside it
+    !> are lower.
+    real(dp) function top(there, step)
+      type(goal_branches_type), intent(in) :: there
       real(dp), intent(in) :: step
-      type(goal_branches_type) :: there
-      real(dp) :: x(size(start))
-      integer :: i_top
+      logical :: same(size(there%value))
 
-      x = start
-      x(k) = x(k) + step
-      ! the same of several local maxima: both slopes tell its value, and samples beside it are lower
-      call evaluate_goals(family, order, goals(g:g), x, kinds(g) == peak_measure, there, failure)
-      i_top = maxloc(there%value, dim=1)
-      if (kinds(g) == peak_measure) i_top = maxloc(there%value, dim=1, mask=abs(there%value - at%value(b) &
-        & - step * (at%slope(k, b) + there%slope(k, :)) / 2) <= 1.0e-4_dp * at%value(b))
-      top = there%value(i_top)
+      same = there%group == g
+      if (kinds(g) == peak_measure) same = same .and. abs(there%value - at%value(b) &
+        & - step * (at%slope(k, b) + there%slope(k, :)) / 2) <= 1.0e-4_dp * at%value(b)
+      top = maxval(there%value, mask=same)
     end function top
 
   end subroutine compare
