@@ -28,6 +28,7 @@ program main
   use test_cost, only: collect_cost
   use test_data, only: collect_data
   use test_digits, only: collect_digits
+  use test_discs, only: collect_discs
   use test_door, only: collect_door
   use test_drive, only: collect_drive
   use test_exact, only: collect_exact
@@ -146,6 +147,7 @@ program main
     & new_testsuite("lane_versions", collect_lane_versions), &
     & new_testsuite("lane_numerics", collect_lane_numerics), &
     & new_testsuite("spectra", collect_spectra), &
+    & new_testsuite("discs", collect_discs), &
     & new_testsuite("spectra-edges", collect_spectra_edges), &
     & new_testsuite("table", collect_table), &
     & new_testsuite("masses", collect_masses), &

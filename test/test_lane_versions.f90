@@ -7,7 +7,7 @@ module test_lane_versions
   use gestell_math_lanes_six, only: divide_six, reduce_six, subtract_six
   use gestell_math_lanes_versions, only: block, four_columns, lanes, solve_with_lower, solve_with_upper, subtract_column, &
     & subtract_product, width
-  use gestell_math_characteristic_roots, only: find_roots
+  use gestell_math_characteristic_roots, only: find_roots, guess_roots
   use gestell_math_hessenberg, only: hessenberg_type, most_states, new_hessenberg
   use gestell_math_lanes, only: vector_border
   use gestell_math_lanes_products, only: multiply
@@ -15,7 +15,7 @@ module test_lane_versions
   use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_method, only: method_type
   use gestell_floquet_integrator_methods, only: new_method
-  use gestell_floquet_multipliers_gershgorin, only: find_discs
+  use gestell_floquet_multipliers_gershgorin, only: discs_type, find_discs
   use gestell_floquet_period_period_map, only: period_map, period_map_type
   use gestell_model_frame, only: frame_type
   use machines, only: frame_of_machine
@@ -213,9 +213,9 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: n = 6
     real(dp), parameter :: perturbation(lanes) = 1.0e-12_dp
-    real(dp) :: rows(lanes, n, n), b(lanes, n, n), c(lanes, n, n), a(lanes, most_states, most_states), converged(lanes), &
-      & separate(lanes), apart(lanes)
-    real(dp), dimension(lanes, most_states) :: z_re, z_im, radius, portable
+    real(dp) :: rows(lanes, n, n), b(lanes, n, n), c(lanes, n, n), a(lanes, most_states, most_states), converged(lanes)
+    real(dp), dimension(lanes, most_states) :: z_re, z_im
+    type(discs_type) :: discs, portable
     complex(dp) :: found(n)
     complex(dp), allocatable :: known(:), right(:, :), left(:, :)
     logical :: conjugate(most_states)
@@ -232,20 +232,21 @@ contains
       a = 0
       a(:, :n, :n) = rows
       call new_hessenberg(lengths(k), a, n, h)
-      call find_roots(lengths(k), h, z_re, z_im, conjugate, converged)
-      call find_discs(lengths(k), h, z_re, z_im, conjugate, perturbation, radius, separate)
+      call guess_roots(lengths(k), h, z_re, z_im, conjugate, converged)
+      converged = 0
+      call find_roots(lengths(k), h, conjugate, z_re, z_im, converged)
+      call find_discs(lengths(k), h, conjugate, perturbation, z_re, z_im, discs)
       if (k == 1) then
         ! The loops as they are: discs apart in some lanes at least, or there is nothing to compare.
-        portable = radius
-        apart = separate
-        call check_that(error, sum(apart), ">", 2.0_dp, "lanes with discs")
+        portable = discs
+        call check_that(error, sum(portable%separate), ">", 2.0_dp, "lanes with discs")
         if (allocated(error)) return
       end if
-      call check_that(error, abs(separate - apart), "<=", 0.0_dp, "separate")
+      call check_that(error, abs(discs%separate - portable%separate), "<=", 0.0_dp, "separate")
       do lane = 1, lanes
-        if (.not. apart(lane) > 0) cycle
+        if (.not. portable%separate(lane) > 0) cycle
         ! Discs of 1e-12 times conditions, and roundings of 1e-15 of them in the residuals.
-        call check_that(error, abs(radius(lane, :n) / portable(lane, :n) - 1), "<", 0.05_dp, "discs")
+        call check_that(error, abs(discs%radius(lane, :n) / portable%radius(lane, :n) - 1), "<", 0.05_dp, "discs")
         if (allocated(error)) return
       end do
       do lane = 1, lanes

@@ -1,12 +1,7 @@
 !> Greatest multipliers eight at a time where eigenvalues are close, far apart, on the border of a verdict, or none at all.
 module test_spectra_edges
   use checks, only: check_that
-  use gestell_math_hessenberg, only: hessenberg_type, most_states, new_hessenberg
-  use gestell_base_processor, only: vector_length
   use gestell_base_kinds, only: dp
-  use gestell_math_lanes, only: lanes
-  use gestell_math_characteristic_roots, only: find_roots
-  use gestell_floquet_multipliers_gershgorin, only: find_discs
   use gestell_floquet_multipliers_spectra, only: spectral_radii
   use reference_random, only: random_type
   use test_spectra, only: compare, disc_apart, set_diagonal, turn
@@ -31,7 +26,6 @@ contains
       & new_unittest("decoupled states", test_decoupled), &
       & new_unittest("not finite, zero, extreme", test_extreme), &
       & new_unittest("no matrix depends on its neighbours", test_alone), &
-      & new_unittest("roots that were missed, or not quite found", test_missed), &
       & new_unittest("a mean that is an eigenvalue", test_mean)]
   end subroutine collect_spectra_edges
 
@@ -365,36 +359,5 @@ contains
     call spectral_radii(phi(:, :9), 0.0_dp, radius, log_radius)
     call check_that(error, radius(1), "<", 1.0e-5_dp, "nilpotent")
   end subroutine test_mean
-
-  !> Where the sum of the roots is not the trace, they are not all there.
-  subroutine test_missed(error)
-    type(error_type), allocatable, intent(out) :: error
-    real(dp) :: a(lanes, most_states, most_states), before(lanes, 6, 6), converged(lanes), separate(lanes)
-    real(dp), dimension(lanes, most_states) :: z_re, z_im, radius
-    real(dp), parameter :: perturbation(lanes) = 1.0e-12_dp, displacement = 1.0e-6_dp
-    logical :: conjugate(most_states)
-    type(hessenberg_type) :: h
-    type(random_type) :: random
-    integer :: i, j, lane
-
-    call random%start(8, 1)
-    do j = 1, 6
-      do i = 1, 6
-        a(:, i, j) = [(random%about_zero(1.0_dp), lane = 1, lanes)]
-      end do
-    end do
-    before = a(:, :6, :6)
-    call new_hessenberg(vector_length(), a, 6, h)
-    call check_that(error, maxval(abs(h%norm - [(norm2(before(lane, :, :)), lane = 1, lanes)])), "<", 1.0e-14_dp, "norm")
-    if (allocated(error)) return
-    h%trace(3) = h%trace(3) + 1.0e-7_dp
-    call find_roots(vector_length(), h, z_re, z_im, conjugate, converged)
-    call check_that(error, converged > 0, "/=", [(lane == 3, lane = 1, lanes)], "the sum")
-    if (allocated(error)) return
-    ! Roots that are not quite there lie in their discs all the same; the displacement is small beside their distances.
-    z_im(:, 2) = z_im(:, 2) + displacement
-    call find_discs(vector_length(), h, z_re, z_im, spread(.false., 1, most_states), perturbation, radius, separate)
-    call check_that(error, radius(:, 2), ">", displacement, "displaced")
-  end subroutine test_missed
 
 end module test_spectra_edges

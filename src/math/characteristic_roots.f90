@@ -9,7 +9,7 @@ module gestell_math_characteristic_roots
   implicit none (type, external)
   private
 
-  public :: find_roots
+  public :: find_roots, guess_roots
 
   !> Iterations at most.
   integer, parameter :: most_iterations = 40
@@ -37,56 +37,17 @@ module gestell_math_characteristic_roots
 
 contains
 
-  !> The eigenvalues z, shapes (lanes, n), by the iteration of Aberth and Ehrlich: Newton's steps for p / q, where q has the
-  !> other approximations as its roots. From quadratic factors of p one step is the rule; where these are not found, six to seven
-  !> from a circle. `conjugate`, shape (n): those that are the conjugate of the one before in all lanes. `converged`, shape (lanes):
-  !> 1, or 0 where they were not all found. A lane stands still once it has converged: nothing in it depends on its neighbours.
-  !> `length`: of the processor's vectors.
-  pure subroutine find_roots(length, h, z_re, z_im, conjugate, converged)
+  !> Where the eigenvalues are about, shapes (lanes, n): the roots of quadratic factors of the characteristic polynomial, or, where
+  !> these are not found, places on a circle around the mean of the eigenvalues, its radius the geometric mean of their distances.
+  !> `conjugate`, shape (n): those that are the conjugate of the one before in all lanes, and remain so. `found`, shape (lanes): 1
+  !> where they are roots of factors, 0 on the circle. `length`: of the processor's vectors.
+  pure subroutine guess_roots(length, h, z_re, z_im, conjugate, found)
     integer, intent(in) :: length
     type(hessenberg_type), intent(in) :: h
-    real(dp), intent(out) :: z_re(lanes, most_states), z_im(lanes, most_states), converged(lanes)
-    logical, intent(out) :: conjugate(most_states)
-    real(dp), dimension(lanes, 2 * most_states) :: w_re, w_im
-    real(dp), dimension(lanes) :: greatest, near, excess_re, excess_im
-    integer :: iteration, k
-
-    call start(length, h, w_re, w_im, conjugate)
-    converged = 0
-    do iteration = 1, most_iterations
-      greatest = 0
-      near = 0
-      do k = 1, h%n
-        if (conjugate(k)) then
-          call set(h%n, k, w_re(:, k - 1), -w_im(:, k - 1), w_re, w_im)
-        else
-          call improve(length, h, k, converged, w_re, w_im, greatest, near)
-        end if
-      end do
-      converged = merge(1.0_dp, converged, greatest <= (last_step * h%norm)**2 .and. near <= 0)
-      if (all(converged > 0)) exit
-    end do
-    z_re = w_re(:, :most_states)
-    z_im = w_im(:, :most_states)
-    ! Found twice, missed another time: the sum tells.
-    excess_re = -h%trace
-    excess_im = 0
-    do k = 1, h%n
-      excess_re = excess_re + z_re(:, k)
-      excess_im = excess_im + z_im(:, k)
-    end do
-    converged = merge(converged, 0.0_dp, abs(excess_re) + abs(excess_im) <= last_step * h%norm)
-  end subroutine find_roots
-
-  !> The roots of quadratic factors, or, where they are not found, a circle around the mean of the eigenvalues, its radius the
-  !> geometric mean of their distances. `conjugate`: those that are the conjugate of the one before in all lanes, and remain so.
-  pure subroutine start(length, h, z_re, z_im, conjugate)
-    integer, intent(in) :: length
-    type(hessenberg_type), intent(in) :: h
-    real(dp), intent(out) :: z_re(lanes, 2 * most_states), z_im(lanes, 2 * most_states)
+    real(dp), intent(out) :: z_re(lanes, most_states), z_im(lanes, most_states), found(lanes)
     logical, intent(out) :: conjugate(most_states)
     real(dp) :: c(lanes, 0:most_states), s(lanes, most_states), q(lanes, most_states)
-    real(dp), dimension(lanes) :: mean, radius, found, middle, square, re, im
+    real(dp), dimension(lanes) :: mean, radius, middle, square
     integer :: n, k
 
     n = h%n
@@ -106,22 +67,56 @@ contains
         middle = mean + s(:, k) / 2
         square = s(:, k)**2 / 4 - q(:, k)
         conjugate(2 * k) = all(found > 0 .and. square < 0)
-        call set(n, 2 * k - 1, middle + sqrt(max(square, 0.0_dp)), sqrt(max(-square, 0.0_dp)), z_re, z_im)
-        call set(n, 2 * k, middle - sqrt(max(square, 0.0_dp)), -sqrt(max(-square, 0.0_dp)), z_re, z_im)
+        z_re(:, 2 * k - 1) = middle + sqrt(max(square, 0.0_dp))
+        z_im(:, 2 * k - 1) = sqrt(max(-square, 0.0_dp))
+        z_re(:, 2 * k) = middle - sqrt(max(square, 0.0_dp))
+        z_im(:, 2 * k) = -sqrt(max(-square, 0.0_dp))
       end do
     end if
     if (all(found > 0)) return
     do k = 1, n
-      ! None on the real axis, where it might have to stay.
-      re = mean + radius * cos(2 * pi * (k - 0.7_dp) / n)
-      im = radius * sin(2 * pi * (k - 0.7_dp) / n)
-      where (found > 0)
-        re = z_re(:, k)
-        im = z_im(:, k)
+      where (.not. found > 0)
+        ! None on the real axis, where it might have to stay.
+        z_re(:, k) = mean + radius * cos(2 * pi * (k - 0.7_dp) / n)
+        z_im(:, k) = radius * sin(2 * pi * (k - 0.7_dp) / n)
       end where
-      call set(n, k, re, im, z_re, z_im)
     end do
-  end subroutine start
+  end subroutine guess_roots
+
+  !> The eigenvalues z, shapes (lanes, n), from what they are about, by the iteration of Aberth and Ehrlich: Newton's steps for
+  !> p / q, where q has the other approximations as its roots. From quadratic factors of p one step is the rule, from a circle six
+  !> to seven. `conjugate`, shape (n): those that are the conjugate of the one before in all lanes. `converged`, shape (lanes): 1
+  !> where nothing is to be done; then 1, or 0 where they were not all found. A lane stands still once it has converged: nothing
+  !> in it depends on its neighbours. `length`: of the processor's vectors.
+  pure subroutine find_roots(length, h, conjugate, z_re, z_im, converged)
+    integer, intent(in) :: length
+    type(hessenberg_type), intent(in) :: h
+    logical, intent(in) :: conjugate(most_states)
+    real(dp), intent(inout) :: z_re(lanes, most_states), z_im(lanes, most_states), converged(lanes)
+    !> Behind the n roots all stand once more.
+    real(dp), dimension(lanes, 2 * most_states) :: w_re, w_im
+    real(dp), dimension(lanes) :: greatest, near
+    integer :: iteration, k
+
+    do k = 1, h%n
+      call set(h%n, k, z_re(:, k), z_im(:, k), w_re, w_im)
+    end do
+    do iteration = 1, most_iterations
+      if (all(converged > 0)) exit
+      greatest = 0
+      near = 0
+      do k = 1, h%n
+        if (conjugate(k)) then
+          call set(h%n, k, w_re(:, k - 1), -w_im(:, k - 1), w_re, w_im)
+        else
+          call improve(length, h, k, converged, w_re, w_im, greatest, near)
+        end if
+      end do
+      converged = merge(1.0_dp, converged, greatest <= (last_step * h%norm)**2 .and. near <= 0)
+    end do
+    z_re = w_re(:, :most_states)
+    z_im = w_im(:, :most_states)
+  end subroutine find_roots
 
   !> Root `k` of n, and where all stand once more.
   pure subroutine set(n, k, re, im, z_re, z_im)

@@ -13,9 +13,9 @@ module gestell_math_quadratic_factors
   public :: find_factors
 
   !> Iterations at most: with real roots the iteration may jump about.
-  integer, parameter :: most_iterations = 10
+  integer, parameter :: most_iterations = 30
   !> The last step relative to the mean radius of the roots: convergence is quadratic.
-  real(dp), parameter :: last_step = 1.0e-5_dp
+  real(dp), parameter :: last_step = 1.0e-6_dp
   !> A smaller divisor of a step has vanished.
   real(dp), parameter :: least_divisor = 1.0e-100_dp
 

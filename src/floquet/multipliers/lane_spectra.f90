@@ -4,8 +4,8 @@ module gestell_floquet_multipliers_lane_spectra
   use gestell_base_kinds, only: dp
   use gestell_base_processor, only: vector_length
   use gestell_math_lanes, only: lanes
-  use gestell_math_characteristic_roots, only: find_roots
-  use gestell_floquet_multipliers_gershgorin, only: find_disc, find_discs
+  use gestell_math_characteristic_roots, only: find_roots, guess_roots
+  use gestell_floquet_multipliers_gershgorin, only: discs_type, find_discs
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -28,54 +28,54 @@ contains
     logical, intent(in) :: bounds
     type(found_type), intent(out) :: found
     type(hessenberg_type) :: h
-    real(dp), dimension(lanes) :: unit, converged, certain, relative, modulus, top_re, top_im
-    real(dp), dimension(lanes, most_states) :: z_re, z_im, disc
+    type(discs_type) :: discs
+    real(dp), parameter :: too_much = 1.0e-10_dp
+    real(dp), dimension(lanes) :: unit, converged, certain, relative, rounding, change, modulus, top
+    real(dp), dimension(lanes, most_states) :: z_re, z_im, w_re, w_im
     logical :: conjugate(most_states)
     integer :: length, k
 
     length = vector_length()
     call set_units(a, n, unit, found%sound)
     call new_hessenberg(length, a, n, h)
-    call find_roots(length, h, z_re, z_im, conjugate, converged)
+    call guess_roots(length, h, z_re, z_im, conjugate, converged)
     ! With a change as great as the greatest element all discs touch.
     relative = min(perturbation, unit) / unit
-    disc = 0
-    if (bounds) call find_discs(length, h, z_re, z_im, conjugate, relative + n * epsilon(1.0_dp) * h%norm, disc, certain)
-    top_re = 0
-    top_im = 0
+    rounding = n * epsilon(1.0_dp) * h%norm
+    change = rounding
+    if (bounds) change = relative + rounding
+    w_re = z_re
+    w_im = z_im
+    call find_discs(length, h, conjugate, change, w_re, w_im, discs)
+    converged = converged * discs%sharp
+    if (any(.not. converged > 0)) then
+      call find_roots(length, h, conjugate, z_re, z_im, converged)
+      w_re = z_re
+      w_im = z_im
+      call find_discs(length, h, conjugate, change, w_re, w_im, discs)
+    end if
     found%radius = 0
     found%bound = 0
     found%stable = .true.
+    top = 1
     found%unstable = .false.
     do k = 1, n
       if (conjugate(k)) cycle
-      modulus = sqrt(z_re(:, k)**2 + z_im(:, k)**2)
-      found%stable = found%stable .and. (modulus + disc(:, k)) * unit < 1
-      found%unstable = found%unstable .or. (modulus - disc(:, k)) * unit > 1
-      found%bound = merge(disc(:, k), found%bound, modulus > found%radius)
-      top_re = merge(z_re(:, k), top_re, modulus > found%radius)
-      top_im = merge(z_im(:, k), top_im, modulus > found%radius)
+      modulus = sqrt(w_re(:, k)**2 + w_im(:, k)**2)
+      found%stable = found%stable .and. (modulus + discs%radius(:, k)) * unit < 1
+      found%unstable = found%unstable .or. (modulus - discs%radius(:, k)) * unit > 1
+      found%bound = merge(discs%radius(:, k), found%bound, modulus > found%radius)
+      top = merge(discs%condition(:, k), top, modulus > found%radius)
       found%radius = max(found%radius, modulus)
     end do
-    if (.not. bounds) certain = certainty(h, top_re, top_im, relative)
+    ! Without an error bound to tell roundoff must not be too much, unless the matrix' error is worth more.
+    certain = discs%separate
+    if (.not. bounds) certain = merge(1.0_dp, 0.0_dp, found%bound <= max(too_much * found%radius, n * relative * top))
     found%sound = found%sound * h%sound * converged * certain
     found%bound = found%bound / max(found%radius, tiny(1.0_dp))
     found%radius = found%radius * unit
     found%log_radius = log(max(found%radius, tiny(1.0_dp)))
   end subroutine solve_lanes
-
-  !> 1, or 0 where roundoff in the eigenvalue z is too much, without an error bound to tell, and greater than `perturbation`.
-  pure function certainty(h, z_re, z_im, perturbation) result(certain)
-    type(hessenberg_type), intent(in) :: h
-    real(dp), intent(in) :: z_re(lanes), z_im(lanes), perturbation(lanes)
-    real(dp) :: certain(lanes)
-    real(dp), parameter :: too_much = 1.0e-10_dp
-    real(dp) :: radius(lanes), impurity(lanes), worst(lanes)
-
-    worst = 1
-    call find_disc(vector_length(), h, z_re, z_im, h%n * epsilon(1.0_dp) * h%norm, radius, impurity, worst)
-    certain = merge(1.0_dp, 0.0_dp, radius <= max(too_much * sqrt(z_re**2 + z_im**2), h%n * perturbation * worst))
-  end function certainty
 
   !> The matrices divided by powers of two `unit`, shape (lanes), to elements below 1. Those that are not finite or extreme are
   !> not `sound`; a harmless matrix takes their places.

@@ -11,7 +11,7 @@ module gestell_floquet_multipliers_spectra
   implicit none (type, external)
   private
 
-  public :: spectral_radii
+  public :: found_type, spectra_of_eight, spectral_radii
 
 contains
 
@@ -30,28 +30,23 @@ contains
     real(dp), intent(out), optional :: error_bound(:)
     logical, intent(out), optional :: stable(:), unstable(:)
     integer, intent(out), optional :: singly
-    real(dp) :: a(lanes, most_states, most_states)
+    real(dp), allocatable :: eight(:, :, :)
     type(found_type) :: found
     logical :: bounds
-    integer :: first, filled, n, lane, k, alone
+    integer :: first, last, n, lane, alone
 
     n = nint(sqrt(real(size(phi, 2), dp)))
     bounds = present(error_bound) .or. present(stable) .or. present(unstable)
-    alone = 0
+    allocate(eight(lanes, n, n))
+    if (present(singly)) singly = 0
     do first = 1, size(phi, 1), lanes
-      filled = min(lanes, size(phi, 1) - first + 1)
-      found%sound = 0
-      if (n <= most_states) then
-        call take(phi, first, n, a)
-        call solve_lanes(a, n, perturbation, bounds, found)
-      end if
-      do lane = 1, filled
-        k = first + lane - 1
-        if (found%sound(lane) > 0) cycle
-        alone = alone + 1
-        call solve_alone(reshape(phi(k, :), [n, n]), perturbation, found, lane)
+      last = min(first + lanes - 1, size(phi, 1))
+      do lane = 1, lanes
+        eight(lane, :, :) = reshape(phi(min(first + lane - 1, last), :), [n, n])
       end do
-      associate (last => first + filled - 1)
+      call spectra_of_eight(n, eight, last - first + 1, perturbation, bounds, found, alone)
+      if (present(singly)) singly = singly + alone
+      associate (filled => last - first + 1)
         radius(first:last) = found%radius(:filled)
         log_radius(first:last) = found%log_radius(:filled)
         if (present(error_bound)) error_bound(first:last) = found%bound(:filled)
@@ -59,28 +54,31 @@ contains
         if (present(unstable)) unstable(first:last) = found%unstable(:filled)
       end associate
     end do
-    if (present(singly)) singly = alone
   end subroutine spectral_radii
 
-  !> Matrices `first` and those that follow, the last one repeated beyond the end.
-  pure subroutine take(phi, first, n, a)
-    real(dp), contiguous, intent(in) :: phi(:, :)
-    integer, intent(in) :: first, n
-    real(dp), intent(out) :: a(lanes, most_states, most_states)
-    integer :: i, j, lane
+  !> The same for eight matrices of `n` rows side by side, the first `filled` of which count; `alone`: how many of them were
+  !> solved one by one. Without `bounds` neither bound nor verdict is found.
+  subroutine spectra_of_eight(n, phi, filled, perturbation, bounds, found, alone)
+    integer, intent(in) :: n, filled
+    real(dp), intent(in) :: phi(lanes, n, n), perturbation
+    logical, intent(in) :: bounds
+    type(found_type), intent(out) :: found
+    integer, intent(out) :: alone
+    real(dp) :: a(lanes, most_states, most_states)
+    integer :: lane
 
-    do j = 1, n
-      do i = 1, n
-        if (first + lanes - 1 <= size(phi, 1)) then
-          a(:, i, j) = phi(first:first + lanes - 1, i + n * (j - 1))
-        else
-          do lane = 1, lanes
-            a(lane, i, j) = phi(min(first + lane - 1, size(phi, 1)), i + n * (j - 1))
-          end do
-        end if
-      end do
+    alone = 0
+    found%sound = 0
+    if (n <= most_states) then
+      a(:, :n, :n) = phi
+      call solve_lanes(a, n, perturbation, bounds, found)
+    end if
+    do lane = 1, filled
+      if (found%sound(lane) > 0) cycle
+      alone = alone + 1
+      call solve_alone(phi(lane, :, :), perturbation, found, lane)
     end do
-  end subroutine take
+  end subroutine spectra_of_eight
 
   !> Matrix `lane` by itself.
   subroutine solve_alone(phi, perturbation, found, lane)

@@ -4,7 +4,7 @@ module gestell_task_sweep_expansion_evaluation
   use gestell_math_lanes, only: lanes, vector_border
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_floquet_multipliers_spectra, only: spectral_radii
+  use gestell_floquet_multipliers_spectra, only: found_type, spectra_of_eight
   use gestell_task_sweep_expansion, only: expansion_type
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: grid_type, tile_type
@@ -94,54 +94,45 @@ contains
     real(dp), contiguous, intent(inout) :: columns(:, :)
     ! On the border of a vector: the numbers of eight points, and their motions.
     real(dp), allocatable, target :: room(:)
-    real(dp) :: phi(size(columns, 1), sampler%parts%states**2)
-    logical, dimension(size(columns, 1)) :: inside, outside
     integer :: numbers, border
 
     numbers = size(line, 2)
     associate (parts => sampler%parts)
       allocate(room(lanes * (numbers + parts%states * parts%columns() * (parts%parts + 1) + 1)))
       border = vector_border(room)
-      call set_motions(order, sampler, factors, line, perturbations(2), parts%states, parts%columns(), parts%parts, numbers, &
-        & room(border), room(border + lanes * numbers), phi, columns)
+      call set_eight_by_eight(order, sampler, factors, line, perturbations, parts%states, parts%columns(), parts%parts, numbers, &
+        & room(border), room(border + lanes * numbers), columns)
     end associate
-    if (any(order%columns([rho_error, verdict, verdict_behind]))) then
-      call spectral_radii(phi, perturbations(1), columns(:, rho_max), columns(:, log_rho_max), columns(:, rho_error), inside, &
-        & outside)
-      columns(:, verdict) = merge(stable, merge(unstable, undecided, outside), inside)
-      columns(:, verdict_behind) = columns(:, verdict)
-    else if (order%columns(rho_max) .or. order%columns(log_rho_max)) then
-      call spectral_radii(phi, perturbations(1), columns(:, rho_max), columns(:, log_rho_max))
-    end if
   end subroutine set_columns
 
-  !> Phi(T), shape (points, n^2), and the columns of peaks along a line of points.
-  !> Thirteen arguments: those of `set_columns`, shapes, and room for `values` and `motion` of eight points.
-  subroutine set_motions(order, sampler, factors, line, perturbation, n, width, parts, numbers, values, motion, phi, columns)
+  !> Twelve arguments: those of `set_columns`, shapes, and room for `values` and `motion` of eight points.
+  subroutine set_eight_by_eight(order, sampler, factors, line, perturbations, n, width, parts, numbers, values, motion, columns)
     type(sweep_order_type), intent(in) :: order
     type(sampler_type), intent(in) :: sampler
     real(dp), contiguous, intent(in) :: factors(:, :, :), line(:, :)
-    real(dp), intent(in) :: perturbation
+    real(dp), intent(in) :: perturbations(2)
     integer, intent(in) :: n, width, parts, numbers
     real(dp), intent(inout) :: values(lanes, numbers), motion(lanes, n, width, 0:parts)
-    real(dp), contiguous, intent(inout) :: phi(:, :), columns(:, :)
+    real(dp), contiguous, intent(inout) :: columns(:, :)
+    type(found_type) :: found
     real(dp) :: peaks(lanes, n / 2)
-    logical :: known(lanes)
-    integer :: group, first, filled, i, j
+    logical :: known(lanes), spectra, bounds
+    integer :: group, first, filled, alone, i
 
+    bounds = any(order%columns([rho_error, verdict, verdict_behind]))
+    spectra = bounds .or. order%columns(rho_max) .or. order%columns(log_rho_max)
     if (sampler%parts%forced) columns(:, xi_peak:last_peak) = 0
     do group = 1, size(factors, 3)
       first = lanes * (group - 1) + 1
       filled = min(lanes, size(columns, 1) - first + 1)
       call combine(size(line, 1), size(line, 2), factors(:, :, group), line, values)
       call sampler%parts%compose(values, motion)
-      do j = 1, n
-        do i = 1, n
-          phi(first:first + filled - 1, i + n * (j - 1)) = motion(:filled, i, j, parts)
-        end do
-      end do
+      if (spectra) then
+        call spectra_of_eight(n, motion(:, :, :, parts), filled, perturbations(1), bounds, found, alone)
+        call set_spectra(found, columns(first:first + filled - 1, :))
+      end if
       if (.not. sampler%parts%forced) cycle
-      call peaks_of_motion(sampler, values, motion, filled, perturbation, peak_limit(order), peaks, known)
+      call peaks_of_motion(sampler, values, motion, filled, perturbations(2), peak_limit(order), peaks, known)
       do i = 1, filled
         if (.not. known(i)) then
           ! A degree of freedom that is locked rests, but is as little known.
@@ -151,6 +142,20 @@ contains
         end if
       end do
     end do
-  end subroutine set_motions
+  end subroutine set_eight_by_eight
+
+  !> What is found of the greatest multipliers, in the columns of the points that count.
+  subroutine set_spectra(found, columns)
+    type(found_type), intent(in) :: found
+    real(dp), intent(inout) :: columns(:, :)
+
+    associate (filled => size(columns, 1))
+      columns(:, rho_max) = found%radius(:filled)
+      columns(:, log_rho_max) = found%log_radius(:filled)
+      columns(:, rho_error) = found%bound(:filled)
+      columns(:, verdict) = merge(stable, merge(unstable, undecided, found%unstable(:filled)), found%stable(:filled))
+      columns(:, verdict_behind) = columns(:, verdict)
+    end associate
+  end subroutine set_spectra
 
 end module gestell_task_sweep_expansion_evaluation

@@ -1,0 +1,165 @@
+!> Discs around eigenvalues, eight matrices side by side.
+module test_discs
+  use checks, only: check_success, check_that
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_kinds, only: dp
+  use gestell_base_processor, only: vector_length
+  use gestell_floquet_multipliers_gershgorin, only: discs_type, find_discs
+  use gestell_math_characteristic_roots, only: find_roots, guess_roots
+  use gestell_math_hessenberg, only: hessenberg_type, most_states, new_hessenberg
+  use gestell_math_lanes, only: lanes
+  use gestell_math_lapack, only: eigensystem
+  use reference_random, only: random_type
+  use testdrive, only: error_type, new_unittest, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_discs
+
+contains
+
+  subroutine collect_discs(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("eigenvalues of changed matrices", test_changed), &
+      & new_unittest("roots that were missed, or not quite found", test_missed)]
+  end subroutine collect_discs
+
+  !> LAPACK's eigenvalues of matrices that were changed along the eigenvectors of one of them lie in the discs, and reach their
+  !> borders. With a small coupling back eigenvectors are the worse the smaller it is; every second time the roots are found as well
+  !> as they can be.
+  subroutine test_changed(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: couplings(4) = [1.0_dp, 1.0e-3_dp, 1.0e-7_dp, 1.0e-11_dp]
+    integer, parameter :: trials = 300
+    real(dp) :: a(lanes, most_states, most_states), before(lanes, most_states, most_states), perturbation(lanes), converged(lanes)
+    real(dp), dimension(lanes, most_states) :: z_re, z_im
+    real(dp) :: change, reach(4), distance, rounding
+    logical :: conjugate(most_states)
+    complex(dp), allocatable :: rho(:), right(:, :), left(:, :)
+    real(dp), allocatable :: d(:, :)
+    type(gestell_error), allocatable :: failure
+    type(hessenberg_type) :: h
+    type(discs_type) :: discs
+    type(random_type) :: random
+    integer :: separate(4), trial, kind, n, i, j, k, lane
+
+    call random%start(11, 1)
+    separate = 0
+    reach = 0
+    do trial = 1, trials
+      kind = 1 + mod(trial, 4)
+      n = 2 + int(11 * random%draw())
+      change = 10.0_dp**(-13 + 10 * random%draw())
+      do j = 1, n
+        do i = 1, n
+          do lane = 1, lanes
+            a(lane, i, j) = random%about_zero(1.0_dp / n)
+            if (i > n / 2 .and. j <= n / 2) a(lane, i, j) = a(lane, i, j) * couplings(kind)
+          end do
+        end do
+      end do
+      before = a
+      call new_hessenberg(vector_length(), a, n, h)
+      call guess_roots(vector_length(), h, z_re, z_im, conjugate, converged)
+      if (mod(trial / 4, 2) == 1) then
+        converged = 0
+        call find_roots(vector_length(), h, conjugate, z_re, z_im, converged)
+      end if
+      perturbation = change + n * epsilon(1.0_dp) * h%norm
+      call find_discs(vector_length(), h, conjugate, perturbation, z_re, z_im, discs)
+      do lane = 1, lanes
+        if (.not. discs%separate(lane) > 0) cycle
+        separate(kind) = separate(kind) + 1
+        call eigensystem(before(lane, :n, :n), rho, right, left, failure)
+        call check_success(error, failure)
+        if (allocated(error)) return
+        k = 1 + int(n * random%draw())
+        d = real(spread(left(:, k), 2, n) * conjg(spread(right(:, k), 1, n)) * exp(cmplx(0, 6.2_dp * random%draw(), dp)))
+        call eigensystem(before(lane, :n, :n) + d * (change / norm2(d)), rho, right, left, failure)
+        call check_success(error, failure)
+        if (allocated(error)) return
+        do k = 1, n
+          i = minloc(abs(rho - cmplx(z_re(lane, k), z_im(lane, k), dp)), dim=1)
+          distance = abs(rho(i) - cmplx(z_re(lane, k), z_im(lane, k), dp))
+          ! LAPACK's own, and that of the change.
+          rounding = n * epsilon(1.0_dp) * h%norm(lane) * discs%condition(lane, k)
+          call check_that(error, distance, "<=", discs%radius(lane, k) + rounding, "outside")
+          if (allocated(error)) return
+          if (rounding < 1.0e-3_dp * discs%radius(lane, k)) reach(kind) = max(reach(kind), distance / discs%radius(lane, k))
+        end do
+      end do
+    end do
+    call check_that(error, reach, ">", 0.95_dp, "the disc is needed")
+    ! Most of 75 times eight matrices, with couplings far above the root of roundoff at least.
+    call check_that(error, separate(:2), ">", 300, "lanes with discs")
+  end subroutine test_changed
+
+  !> A root that is taken for another one; one that is not quite found.
+  subroutine test_missed(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: found(lanes)
+    type(discs_type) :: discs, displaced
+    real(dp) :: a(lanes, most_states, most_states), before(lanes, 6, 6)
+    real(dp), dimension(lanes, most_states) :: z_re, z_im, w_re, w_im
+    real(dp), parameter :: perturbation(lanes) = 1.0e-12_dp, displacement = 1.0e-10_dp
+    logical :: conjugate(most_states)
+    type(hessenberg_type) :: h
+    type(random_type) :: random
+    integer :: i, j, lane
+
+    call random%start(8, 1)
+    do j = 1, 6
+      do i = 1, 6
+        a(:, i, j) = [(random%about_zero(1.0_dp), lane = 1, lanes)]
+      end do
+    end do
+    before = a(:, :6, :6)
+    call new_hessenberg(vector_length(), a, 6, h)
+    call check_that(error, maxval(abs(h%norm - [(norm2(before(lane, :, :)), lane = 1, lanes)])), "<", 1.0e-14_dp, "norm")
+    if (allocated(error)) return
+    call guess_roots(vector_length(), h, z_re, z_im, conjugate, found)
+    found = 0
+    call find_roots(vector_length(), h, conjugate, z_re, z_im, found)
+    call check_that(error, found, ">", 0.0_dp, "found")
+    if (allocated(error)) return
+    conjugate = .false.
+    call find_discs(vector_length(), h, conjugate, perturbation, z_re, z_im, discs)
+    call check_that(error, sum(discs%separate), ">", 6.0_dp, "lanes with discs")
+    call check_that(error, discs%sharp, ">=", discs%separate, "sharp")
+    if (allocated(error)) return
+    ! Newton's step takes a small displacement back, but for its square over distances of a tenth and conditions of ten.
+    w_re = z_re
+    w_im = z_im
+    w_im(:, 2) = w_im(:, 2) + displacement
+    call find_discs(vector_length(), h, conjugate, perturbation, w_re, w_im, displaced)
+    call check_that(error, displaced%separate, "==", discs%separate, "displaced, separate")
+    call check_that(error, displaced%sharp, ">=", discs%separate, "displaced, sharp")
+    if (allocated(error)) return
+    do j = 1, 6
+      call check_that(error, merge(hypot(w_re(:, j) - z_re(:, j), w_im(:, j) - z_im(:, j)), 0.0_dp, discs%separate > 0), "<=", &
+        & displaced%radius(:, j), "displaced")
+      if (allocated(error)) return
+      call check_that(error, merge(displaced%radius(:, j), 0.0_dp, discs%separate > 0), "<=", 1.01_dp * discs%radius(:, j), &
+        & "displaced, discs")
+      if (allocated(error)) return
+    end do
+    ! A greater one is told, and left to others.
+    w_re = z_re
+    w_im = z_im
+    w_im(:, 2) = w_im(:, 2) + 1.0e4_dp * displacement
+    call find_discs(vector_length(), h, conjugate, perturbation, w_re, w_im, displaced)
+    call check_that(error, displaced%separate + displaced%sharp, "<=", 0.0_dp, "displaced further")
+    call check_that(error, abs(w_im(:, 2) - z_im(:, 2)), ">", 0.9e4_dp * displacement, "no step")
+    if (allocated(error)) return
+    ! The second root is the first once more.
+    w_re = z_re
+    w_im = z_im
+    w_re(:, 2) = w_re(:, 1)
+    w_im(:, 2) = w_im(:, 1)
+    call find_discs(vector_length(), h, conjugate, perturbation, w_re, w_im, displaced)
+    call check_that(error, displaced%separate, "<=", 0.0_dp, "twice")
+  end subroutine test_missed
+
+end module test_discs
