@@ -11,7 +11,7 @@ module gestell_math_hessenberg
   implicit none (type, external)
   private
 
-  public :: characteristic_polynomial, evaluate, new_hessenberg
+  public :: characteristic_polynomial, evaluate, new_hessenberg, of_one
 
   !> Most rows.
   integer, parameter, public :: most_states = 12
@@ -87,6 +87,38 @@ contains
     do k = 1, n - 2
       call reflect(length, a, n, k)
     end do
+    call take(a, h)
+  end subroutine new_hessenberg
+
+  !> One Hessenberg matrix `a` of `n` rows, with elements below about 1, in all lanes.
+  pure subroutine of_one(n, a, h)
+    integer, intent(in) :: n
+    real(dp), intent(in) :: a(most_states, most_states)
+    type(hessenberg_type), intent(out) :: h
+    real(dp) :: eight(lanes, most_states, most_states)
+    integer :: i, j
+
+    h%n = n
+    h%norm = 0
+    h%trace = 0
+    do j = 1, n
+      h%trace = h%trace + a(j, j)
+      do i = 1, min(j + 1, n)
+        eight(:, i, j) = a(i, j)
+        h%norm = h%norm + a(i, j)**2
+      end do
+    end do
+    h%norm = sqrt(h%norm)
+    call take(eight, h)
+  end subroutine of_one
+
+  !> The elements, with norm and trace known. Subdiagonal elements below the roundoff are raised to it.
+  pure subroutine take(a, h)
+    real(dp), intent(inout) :: a(lanes, most_states, most_states)
+    type(hessenberg_type), intent(inout) :: h
+    integer :: i, j, n, lane
+
+    n = h%n
     h%product = 1
     do i = 2, n
       a(:, i, i - 1) = sign(max(abs(a(:, i, i - 1)), epsilon(1.0_dp) * h%norm), a(:, i, i - 1))
@@ -105,7 +137,7 @@ contains
         end do
       end do
     end do
-  end subroutine new_hessenberg
+  end subroutine take
 
   !> The reflection E - beta u u' that leaves one element below the diagonal of column `k`, from both sides.
   pure subroutine reflect(length, a, n, k)

@@ -4,6 +4,7 @@ module gestell_floquet_multipliers
   use gestell_base_kinds, only: dp
   use gestell_math_lapack, only: eigensystem
   use gestell_math_matrix, only: balanced
+  use gestell_floquet_multipliers_small_eigensystem, only: small_eigensystem
   use gestell_floquet_period_monodromy, only: monodromy_type
   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
   implicit none (type, external)
@@ -49,7 +50,7 @@ contains
     type(multipliers_type), intent(out) :: multipliers
     type(error_type), allocatable, intent(out) :: error
     complex(dp), allocatable :: rho(:), right(:, :), left(:, :)
-    real(dp), allocatable :: changes(:, :, :)
+    real(dp), allocatable :: phi(:, :), changes(:, :, :)
     integer :: n, k
 
     if (.not. allocated(monodromy%phi)) then
@@ -57,9 +58,11 @@ contains
       return
     end if
     n = size(monodromy%scale)
-    call eigensystem(balanced(monodromy%phi, monodromy%scale), rho, right, left, error)
+    phi = balanced(monodromy%phi, monodromy%scale)
+    call small_eigensystem(phi, rho, right, left)
+    if (.not. allocated(rho)) call eigensystem(phi, rho, right, left, error)
     if (allocated(error)) return
-    ! LAPACK's eigenvalues are those of a matrix that differs by roundoff.
+    ! They are the eigenvalues of a matrix that differs by roundoff.
     associate (d => monodromy%scale, rounding => n * epsilon(1.0_dp) * monodromy%norm)
       if (allocated(monodromy%phi_change)) then
         allocate(changes, mold=monodromy%phi_change)
@@ -236,8 +239,9 @@ contains
   pure real(dp) function distance(z1, z2)
     complex(dp), intent(in) :: z1, z2
 
-    distance = exp(most)
-    if (real(z1 - z2) < most) distance = abs(exp(z1 - z2) - 1)
+    distance = exp(min(real(z1 - z2), most))
+    ! |e^(a + i b) - 1|^2 = (e^a - 1)^2 + 4 e^a sin(b / 2)^2.
+    if (real(z1 - z2) < most) distance = hypot(distance - 1, 2 * sqrt(distance) * sin(aimag(z1 - z2) / 2))
   end function distance
 
   !> exp(z), infinite where it overflows.

@@ -27,6 +27,10 @@ module gestell_floquet_period_survey
     & place = 1, points), order = 1, points / 2)], [points, points / 2])
   real(dp), parameter :: sine(points, points / 2) = reshape([((sin(2 * pi * place * order / points), &
     & place = 1, points), order = 1, points / 2)], [points, points / 2])
+  !> What harmonics are taken to fall or grow by beside their width: those of coefficients and those of loads.
+  integer :: which
+  real(dp), parameter :: falling(points / 2, 2) = reshape([((real(order, dp)**growth(which), order = 1, points / 2), &
+    & which = 1, 2)], [points / 2, 2])
 
 contains
 
@@ -147,7 +151,7 @@ contains
         together = together + rows(i) * columns(j) * p(:, i, j)
       end do
     end do
-    call see_harmonics(together, any_width, growth(1), seen%width(1), seen%height(1), greatest)
+    call see_harmonics(together, any_width, falling(:, 1), seen%width(1), seen%height(1), greatest)
     seen%changing = greatest * period / max(seen%phase_advance, tiny(period))
     seen%width(2) = any_width
     if (.not. present(f)) return
@@ -155,13 +159,13 @@ contains
     do i = 1, size(rows)
       together = together + rows(i) * f(:, i)
     end do
-    call see_harmonics(together, any_width, growth(2), seen%width(2), seen%height(2), greatest)
+    call see_harmonics(together, any_width, falling(:, 2), seen%width(2), seen%height(2), greatest)
   end subroutine look_at_changes
 
   !> The amplitude of the greatest harmonic, and the width by which they fall, from harmonics 3 and 4 to 7 and 8, with the height:
-  !> none from 3 on is greater than `height` k^`power` exp(-k width) beside the greatest value.
-  pure subroutine see_harmonics(values, any_width, power, width, height, greatest)
-    real(dp), intent(in) :: values(points), any_width, power
+  !> none from 3 on is greater than `height` falling(k) exp(-k width) beside the greatest value.
+  pure subroutine see_harmonics(values, any_width, falling, width, height, greatest)
+    real(dp), intent(in) :: values(points), any_width, falling(points / 2)
     real(dp), intent(out) :: width, height, greatest
     !> What rounding leaves.
     real(dp), parameter :: least = 16 * epsilon(1.0_dp)
@@ -176,7 +180,7 @@ contains
     width = any_width
     height = 0
     if (.not. maxval(amplitude(3:)) > least) return
-    amplitude = max(amplitude, least) / [(k**power, k = 1, points / 2)]
+    amplitude = max(amplitude, least) / falling
     width = max(log(maxval(amplitude(3:4)) / maxval(amplitude(7:))) / 4, 0.0_dp)
     height = maxval([(amplitude(k) * exp(k * width), k = 3, points / 2)])
   end subroutine see_harmonics
