@@ -206,6 +206,7 @@ contains
             & "left")
           call check_that(error, abs(norm2(abs(right(:, k))) - 1) + abs(norm2(abs(left(:, k))) - 1), "<", 1.0e-14_dp, "unit")
           if (aimag(rho(k)) < 0) call check_that(error, abs(rho(k) - conjg(rho(k - 1))), "<=", 0.0_dp, "conjugates")
+          if (.not. abs(aimag(rho(k))) > 0) call check_that(error, sign(1.0_dp, aimag(rho(k))), ">", 0.0_dp, "sign of zero")
           if (allocated(error)) return
         end do
       end if
