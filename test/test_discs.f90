@@ -5,6 +5,7 @@ module test_discs
   use gestell_base_kinds, only: dp
   use gestell_base_processor, only: vector_length
   use gestell_floquet_multipliers_gershgorin, only: discs_type, find_discs
+  use gestell_floquet_multipliers_spectra, only: spectral_radii
   use gestell_floquet_multipliers_small_eigensystem, only: small_eigensystem
   use gestell_math_characteristic_roots, only: find_roots, guess_roots
   use gestell_math_hessenberg, only: hessenberg_type, most_states, new_hessenberg
@@ -26,7 +27,8 @@ contains
     testsuite = [ &
       & new_unittest("eigenvalues of changed matrices", test_changed), &
       & new_unittest("roots that were missed, or not quite found", test_missed), &
-      & new_unittest("one matrix", test_one)]
+      & new_unittest("one matrix", test_one), &
+      & new_unittest("pairs beside real ones", test_beside)]
   end subroutine collect_discs
 
   !> LAPACK's eigenvalues of matrices that were changed along the eigenvectors of one of them lie in the discs, and reach their
@@ -226,5 +228,41 @@ contains
     call small_eigensystem(a, rho, right, left)
     call check_that(error, allocated(rho), "==", .false., "zero")
   end subroutine test_one
+
+  !> Two conjugate pairs close to one another, of which one stands where other matrices have two real eigenvalues: R(theta) x N
+  !> with N = [top - g / 2, 1; g^2 / 4, top - g / 2] has the eigenvalues exp(+-i theta) (top - g / 2 +- g / 2). A change of the norm
+  !> 1e-7, R(theta) x [0, 0; -1e-7, 0], takes the greater ones below 1: "unstable" would be wrong.
+  subroutine test_beside(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: theta = 2, g = 1.0e-3_dp, change = 1.0e-7_dp, top = 1 + 1.05_dp * change / g
+    real(dp), parameter :: turn(2, 2) = reshape([cos(theta), sin(theta), -sin(theta), cos(theta)], [2, 2])
+    real(dp), parameter :: other(16) = [0.4_dp, 0.5_dp, 0.05_dp, 0.0_dp, -0.5_dp, 0.4_dp, 0.0_dp, 0.03_dp, &
+      & 0.1_dp, 0.0_dp, -0.3_dp, 0.0_dp, 0.07_dp, 0.2_dp, 0.0_dp, -0.8_dp]
+    real(dp) :: phi(8, 16), a(4, 4), changed(2, 2), n(2, 2)
+    real(dp), dimension(8) :: radius, log_radius, bound, alone
+    logical, dimension(8) :: stable, unstable
+    integer :: i, j
+
+    n = reshape([top - g / 2, g**2 / 4, 1.0_dp, top - g / 2], [2, 2])
+    changed = n
+    changed(2, 1) = changed(2, 1) - change
+    ! Its greatest eigenvalue: the trace's half and the root of what the elements beside the diagonal leave.
+    call check_that(error, changed(1, 1) + sqrt(changed(2, 1) * changed(1, 2)), "<", 1.0_dp, "the changed matrix")
+    if (allocated(error)) return
+    do j = 1, 2
+      do i = 1, 2
+        a(2 * i - 1:2 * i, 2 * j - 1:2 * j) = turn(i, j) * n
+      end do
+    end do
+    phi = spread(other, 1, 8)
+    phi(1, :) = reshape(a, [16])
+    call spectral_radii(phi, change, radius, log_radius, bound, stable, unstable)
+    call check_that(error, unstable(1), "==", .false., "unstable")
+    if (allocated(error)) return
+    phi = spread(phi(1, :), 1, 8)
+    call spectral_radii(phi, change, radius, log_radius, alone, stable, unstable)
+    ! Roundings of sums in another order.
+    call check_that(error, abs(bound(1) / alone(1) - 1), "<", 1.0e-9_dp, "bound")
+  end subroutine test_beside
 
 end module test_discs

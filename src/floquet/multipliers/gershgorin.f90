@@ -126,8 +126,8 @@ contains
     pair = 0
     do k = 2, n
       do i = 1, k - 1
-        ! As far apart as their conjugates.
-        if (pairs(i) == 1) cycle
+        ! As far apart as their conjugates, where both are of such pairs: what is a pair in some lanes only has none beside it.
+        if (pairs(i) == 1 .and. (pairs(k) == 1 .or. pairs(min(k + 1, n)) == 1)) cycle
         pair = pair + 1
         !GCC$ ivdep
         !GCC$ unroll 1
@@ -187,7 +187,7 @@ contains
     pair = 0
     do k = 2, n
       do i = 1, k - 1
-        if (pairs(i) == 1) cycle
+        if (pairs(i) == 1 .and. (pairs(k) == 1 .or. pairs(min(k + 1, n)) == 1)) cycle
         pair = pair + 1
         !GCC$ ivdep
         !GCC$ unroll 1
