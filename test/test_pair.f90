@@ -10,7 +10,8 @@ module test_pair
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type, solve_periodic
   use gestell_math_matrix, only: balanced
-  use systems, only: mathieu_type, oscillators_type
+  use gestell_system_periodic, only: periodic_system
+  use systems, only: mathieu_type, oscillators_type, plain_type
   use testdrive, only: error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
@@ -24,6 +25,7 @@ contains
 
     testsuite = [ &
       & new_unittest("unknowns and equations of the embedded methods", test_nested), &
+      & new_unittest("extrapolation of a vibration's phase", test_phase), &
       & new_unittest("errors of Mathieu's equation and their bounds", test_mathieu), &
       & new_unittest("a load that all embedded methods see alike", test_load)]
   end subroutine collect_pair
@@ -67,6 +69,53 @@ contains
       if (allocated(error)) return
     end do
   end subroutine test_nested
+
+  !> Of an oscillator, with positions or as x' = P x, a method with s stages leaves N steps' phase errors c_s z^(2 s + 1), z the angle
+  !> in a step, as the Pade approximation does, and extrapolation a third of that at most, where it would leave half or more with
+  !> the r of the other form. Oracle: closed forms. The frequency is a power of two, as the units are: in these an error d of the phase
+  !> is sqrt(2) d in Phi(T).
+  subroutine test_phase(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: frequency = 128, period = pi / 1.1_dp, angle = frequency * period
+    !> The terms of the series that follow, where z is half of s.
+    real(dp), parameter :: leading = 0.5_dp, part = 0.3_dp
+    type(mathieu_type) :: oscillator
+    type(plain_type) :: plain
+    type(accuracy_type) :: accuracy
+    class(periodic_system), allocatable :: system
+    type(monodromy_type) :: monodromy
+    type(gestell_error), allocatable :: failure
+    real(dp) :: exact(2, 2), of_steps, extrapolated, phase
+    integer :: s, k, form
+
+    accuracy%tolerance = 1.0e-8_dp
+    oscillator = mathieu_type(states=2, period=period, a=frequency**2, q=0.0_dp)
+    plain%states = 2
+    plain%period = period
+    allocate(plain%system, source=oscillator)
+    exact = reshape([cos(angle), -frequency * sin(angle), sin(angle) / frequency, cos(angle)], [2, 2])
+    do form = 1, 2
+      if (form == 1) allocate(system, source=oscillator)
+      if (form == 2) allocate(system, source=plain)
+      do s = 6, 10
+        accuracy%method = "gauss" // text(s)
+        call solve_monodromy(system, accuracy, .false., monodromy, failure)
+        call check_success(error, failure)
+        if (allocated(error)) return
+        phase = angle
+        do k = 1, s
+          phase = phase * (angle / monodromy%steps)**2 / (4 * (4 * k**2 - 1))
+        end do
+        extrapolated = norm2(balanced(monodromy%phi - exact, monodromy%scale))
+        of_steps = norm2(balanced(monodromy%phi - monodromy%phi_added - exact, monodromy%scale))
+        call check_that(error, abs(of_steps / (sqrt(2.0_dp) * phase) - 1), "<=", leading, "of steps, stages " // text(s))
+        if (allocated(error)) return
+        call check_that(error, extrapolated, "<=", part * of_steps, "extrapolated, stages " // text(s) // ", form " // text(form))
+        if (allocated(error)) return
+      end do
+      deallocate(system)
+    end do
+  end subroutine test_phase
 
   !> Phi(T) of Mathieu's equation, from slow to fast, by every method that has others embedded, is within its bound, the bound
   !> within the tolerance, and not wide: less than 1000 times what is missed, where that is no rounding. Oracle: ten times the

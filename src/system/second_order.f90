@@ -12,7 +12,7 @@ module gestell_system_second_order
   implicit none (type, external)
   private
 
-  public :: check_second_order, sample_by_phase, sample_in_units, sample_traces
+  public :: check_second_order, has_positions, sample_by_phase, sample_in_units, sample_traces
 
   !> Extend this, set `states` = 2 f and `period`, give `matrices` (and `load` if there is one).
   type, abstract, extends(periodic_system), public :: second_order_system
@@ -49,6 +49,17 @@ contains
     if (modulo(self%states, 2) /= 0) call fatal_error(error, "a second-order system has an even number of states, two for each " &
       & // "degree of freedom", invalid_input)
   end subroutine check_second_order
+
+  !> Whether the states are positions and velocities.
+  pure logical function has_positions(system)
+    class(periodic_system), intent(in) :: system
+
+    has_positions = .false.
+    select type (system)
+    class is (second_order_system)
+      has_positions = .true.
+    end select
+  end function has_positions
 
   !> h(t), shape (f): zero unless a model says otherwise.
   subroutine no_load(self, t, h)

@@ -8,7 +8,7 @@ module gestell_floquet_choice_cheapest
   use gestell_floquet_integrator_method, only: method_type, name_length
   use gestell_floquet_integrator_methods, only: find_method, method_names, stages_of
   use gestell_system_periodic, only: periodic_system
-  use gestell_system_second_order, only: second_order_system
+  use gestell_system_second_order, only: has_positions
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -36,14 +36,9 @@ contains
 
     ! What changes of P is worth evaluating only where P itself is what all methods work with: for systems of second
     ! order collocation takes half the equations.
-    second_order = .false.
+    second_order = has_positions(system)
     part = 1
-    select type (system)
-    class is (second_order_system)
-      second_order = .true.
-    class default
-      part = changing_part(system)
-    end select
+    if (.not. second_order) part = changing_part(system)
 
     least_work = huge(least_work)
     best = 1

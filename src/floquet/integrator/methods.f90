@@ -14,6 +14,8 @@ module gestell_floquet_integrator_methods
 
   !> A method has begun to converge where a solution differs from a finer one by less than this.
   real(dp), parameter, public :: begun = 0.01_dp
+  !> Embedded methods have where the first one differs by less than this from the second.
+  real(dp), parameter, public :: pair_begun = 3 * begun
 
 contains
 

@@ -96,6 +96,7 @@ contains
     !> What is left out of the changes' direction, which is that of their leading order, where nothing else makes a disc wider.
     real(dp), parameter :: of_direction = 2
     real(dp), dimension(size(rho), size(rho)) :: f, doubted
+    complex(dp) :: along(size(rho), size(rho))
     real(dp), dimension(size(rho)) :: radius, rows, modulus
     integer :: n, k
 
@@ -119,9 +120,12 @@ contains
     multipliers%arg = aimag(multipliers%exponent)
     f = 0
     if (present(changes)) then
+      ! Squares: what vanishes among them is less than `perturbation`.
       do k = 1, size(changes, 3)
-        f = max(f, abs(matmul(conjg(transpose(left)), matmul(changes(:, :, k), right))))
+        along = matmul(conjg(transpose(left)), matmul(changes(:, :, k), right))
+        f = max(f, along%re**2 + along%im**2)
       end do
+      f = sqrt(f)
     end if
     doubted = (of_direction * f + perturbation) * spread(multipliers%condition, 2, n)
     f = (f + perturbation) * spread(multipliers%condition, 2, n)

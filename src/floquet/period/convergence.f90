@@ -4,7 +4,7 @@ module gestell_floquet_period_convergence
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
   use gestell_floquet_integrator_method, only: unseen_type
-  use gestell_floquet_integrator_methods, only: begun
+  use gestell_floquet_integrator_methods, only: begun, pair_begun
   implicit none (type, external)
   private
 
@@ -59,20 +59,22 @@ contains
     steps = n * factor
   end function more_steps
 
-  !> The errors of Phi(T) and x_p(T) by a method, from the `change` that the one embedded in it makes of them and that of the one
-  !> embedded in that, `next`: where both have begun to converge twice change^2 / next, but a sixteenth of the change at least; else
-  !> the change. x_p(T) is not taken to converge faster than Phi(T), from which it has what it does not have from the load: its
-  !> change may be small by chance.
-  pure function left_by_pair(change, next) result(left)
-    real(dp), intent(in) :: change(2), next(2)
-    real(dp), parameter :: least = 1 / 16.0_dp
-    real(dp) :: left(2), contraction(2)
+  !> The errors of extrapolated Phi(T) and x_p(T), from the `change` that a method makes of those of the one embedded in it, that of
+  !> the one embedded in that, `next`, and what their extrapolation misses of the method's, `rest`: where both have begun to converge
+  !> the rest and a tenth of the change, times twice change / next, which counts a 32nd at least, a 16th where all is rest; else the
+  !> change. x_p(T) is not taken to converge faster than Phi(T), nor to be extrapolated better, from which it has what it does not have
+  !> from the load: its change and its rest may be small by chance.
+  pure function left_by_pair(change, next, rest) result(left)
+    real(dp), intent(in) :: change(2), next(2), rest(2)
+    real(dp) :: left(2), contraction(2), whole(2), part
 
     left = change
-    if (next(1) >= 3 * begun) return
+    if (next(1) >= pair_begun) return
     contraction = change / max(next, tiny(next))
     contraction(2) = maxval(contraction)
-    left = max(change, contraction * next) * min(max(2 * contraction, least), 1.0_dp)
+    whole = max(change, contraction * next)
+    part = min(rest(1) / max(change(1), tiny(part)), 1.0_dp)
+    left = min(max(rest, part * whole) + whole / 10, whole) * min(max(2 * contraction, (1 + part) / 32), 1.0_dp)
   end function left_by_pair
 
   !> The errors of Phi(T) and x_p(T) by what the nodes do not tell, which all embedded methods share. A

@@ -2,11 +2,12 @@
 module gestell_floquet_period_monodromy
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
-  use gestell_math_lapack, only: inverse
-  use gestell_math_matrix, only: balanced
+  use gestell_math_lapack, only: factorise, solve_factored
+  use gestell_math_matrix, only: balanced, unit_matrix
   use gestell_base_text, only: text
   use gestell_floquet_period_convergence, only: begin_type, detect_rounding, left_by_pair, left_unseen, more_steps, &
     & most_steps, next_steps, promised, remaining, safety, too_many_steps
+  use gestell_floquet_period_extrapolation, only: extrapolate, foretell, look_at_pair, pair_type
   use gestell_floquet_period_level, only: distance, level_type, roundoff, solve_level
   use gestell_floquet_integrator_method, only: method_type
   use gestell_floquet_choice_cheapest, only: cheapest_method
@@ -15,6 +16,7 @@ module gestell_floquet_period_monodromy
   use gestell_floquet_period_liouville, only: defect_of
   use gestell_floquet_period_survey, only: survey, survey_type
   use gestell_system_periodic, only: periodic_system
+  use gestell_system_second_order, only: has_positions
   implicit none (type, external)
   private
 
@@ -47,6 +49,9 @@ module gestell_floquet_period_monodromy
     !> What integration leaves in Phi(T) and x_p(T), entry by entry and with the safety, by one estimate or two; shapes (n, n,
     !> estimates) and (n, estimates). Unallocated: the norms are all that is known.
     real(dp), allocatable :: phi_change(:, :, :), xp_change(:, :)
+    !> What extrapolation added to Phi(T) and x_p(T) of the steps, as which `trajectory` follows a motion; shapes (n, n) and (n).
+    !> Unallocated: nothing.
+    real(dp), allocatable :: phi_added(:, :), xp_added(:)
     !> Whether the differences between the numbers of steps tell anything of the errors of Phi(T) and of x_p(T); where they do not,
     !> `error` and `xp_error` are no bounds.
     logical :: known = .true., xp_known = .true.
@@ -172,11 +177,11 @@ contains
     monodromy%xp_known = .not. lost(2)
     where (lost) change = nothing_known
     if (.not. any(lost)) call estimate_changes(monodromy, level, finer, [safety, safety], coarser, &
-      & safety * promised(coarser%steps, level%steps, monodromy%method%order))
+      & spread(safety * promised(coarser%steps, level%steps, monodromy%method%order), 1, 2))
     call accept(system, level, safety * change, phase_advance, monodromy)
   end subroutine with_given_steps
 
-  !> By a method and the ones embedded in it.
+  !> By a method and the ones embedded in it, extrapolated.
   subroutine by_pair(system, accuracy, forced, outlook, monodromy, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -186,8 +191,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(level_type) :: level, lower(2)
     type(begin_type) :: begin
-    real(dp), dimension(2) :: change, left, unseen
-    real(dp) :: floor, steps
+    type(pair_type) :: pair
+    real(dp) :: left(2), unseen(2), floor, steps, angle
     logical :: rounding
 
     steps = first_steps(monodromy%method, system, outlook, accuracy%tolerance)
@@ -198,21 +203,25 @@ contains
       end if
       call try(system, nint(steps), forced, monodromy, level, error, lower)
       if (allocated(error)) return
-      change = distance(lower(1), level, monodromy%scale)
-      left = left_by_pair(change, distance(lower(2), lower(1), monodromy%scale))
-      unseen = left_unseen(level%unseen, monodromy%scale, level%xp_peak, outlook%fastest / level%steps, level%stages)
+      angle = outlook%fastest / level%steps
+      call look_at_pair(level, lower, monodromy%scale, angle, has_positions(system), pair)
+      left = left_by_pair(pair%change, pair%next, pair%rest)
+      unseen = left_unseen(level%unseen, monodromy%scale, level%xp_peak, angle, level%stages)
       floor = roundoff(system, level, outlook%phase_advance)
       if (all(safety * (left + unseen) + floor <= accuracy%tolerance &
-        & .or. max(change, unseen) <= floor + [0.0_dp, system%load_rounding])) exit
-      call detect_rounding(max(change, unseen), level%steps, max(accuracy%tolerance, floor), begin, rounding)
+        & .or. max(pair%change, unseen) <= floor + [0.0_dp, system%load_rounding])) exit
+      call detect_rounding(max(pair%change, unseen), level%steps, max(accuracy%tolerance, floor), begin, rounding)
       if (rounding) then
-        left = max(left, change)
+        left = max(left, pair%change)
         exit
       end if
       steps = whole_steps(monodromy%method, system, more_steps(level%steps, maxval(left + unseen), monodromy%method%order, &
         & max(accuracy%tolerance, floor)))
     end do
-    call estimate_changes(monodromy, level, lower(1), safety * left / max(change, tiny(change)))
+    call foretell(lower, pair%q)
+    call estimate_changes(monodromy, level, lower(2), safety * left / max(pair%rest, pair%change / 10, tiny(left)), &
+      & lower(1), safety * left / max(pair%change, tiny(left)))
+    call extrapolate(level, lower(1), pair%r, monodromy%phi_added, monodromy%xp_added)
     call accept(system, level, safety * left, outlook%phase_advance, monodromy, safety * unseen)
   end subroutine by_pair
 
@@ -265,30 +274,30 @@ contains
     end do
     call estimate_changes(monodromy, fine, middle, &
       & spread(safety * maxval([0.0_dp, pack(left, d23 > 0) / pack(d23, d23 > 0)]), 1, 2), &
-      & coarse, safety * promised(coarse%steps, fine%steps, monodromy%method%order))
+      & coarse, spread(safety * promised(coarse%steps, fine%steps, monodromy%method%order), 1, 2))
     call accept(system, fine, safety * left, phase_advance, monodromy)
   end subroutine with_tolerance
 
-  !> The errors of Phi(T) and x_p(T) at `level` from how two others differ from it, times a factor each, of the
-  !> first one for Phi(T) and for x_p(T). In which directions they lie tells more than their norms: slow modes and the periodic
+  !> The errors of Phi(T) and x_p(T) at `level` from how two others differ from it, times a factor each for Phi(T) and for
+  !> x_p(T). In which directions they lie tells more than their norms: slow modes and the periodic
   !> motion are more exact than the fastest mode.
   pure subroutine estimate_changes(monodromy, level, first, first_factor, second, second_factor)
     type(monodromy_type), intent(inout) :: monodromy
     type(level_type), intent(in) :: level, first
     real(dp), intent(in) :: first_factor(2)
     type(level_type), intent(in), optional :: second
-    real(dp), intent(in), optional :: second_factor
+    real(dp), intent(in), optional :: second_factor(2)
     integer :: estimates
 
     estimates = 1
     if (present(second)) estimates = 2
     allocate(monodromy%phi_change(size(level%phi, 1), size(level%phi, 2), estimates))
     monodromy%phi_change(:, :, 1) = max(first_factor(1), 0.0_dp) * (first%phi - level%phi)
-    if (present(second)) monodromy%phi_change(:, :, 2) = second_factor * (second%phi - level%phi)
+    if (present(second)) monodromy%phi_change(:, :, 2) = second_factor(1) * (second%phi - level%phi)
     if (.not. allocated(level%xp)) return
     allocate(monodromy%xp_change(size(level%xp), estimates))
     monodromy%xp_change(:, 1) = max(first_factor(2), 0.0_dp) * (first%xp - level%xp)
-    if (present(second)) monodromy%xp_change(:, 2) = second_factor * (second%xp - level%xp)
+    if (present(second)) monodromy%xp_change(:, 2) = second_factor(2) * (second%xp - level%xp)
   end subroutine estimate_changes
 
   !> As of `solve_level`, counted.
@@ -345,20 +354,30 @@ contains
   end subroutine liouville_defect
 
   !> Whether the smallest multipliers, which share the error of Phi(T), are so much smaller than it that its factors are
-  !> wanted (gestell_floquet_factors): by |Phi| |Phi^-1|, or by the transient growth.
+  !> wanted (gestell_floquet_factors): by |Phi| |Phi^-1|, or by the transient growth. Where |Phi| = 1 the determinant tells that the
+  !> least singular value is at least |det Phi| (n - 1)^((n - 1) / 2), as the product of the others is greatest where they are equal.
   logical function loses_modes(self)
     class(monodromy_type), intent(in) :: self
     real(dp), parameter :: most_spread = 1.0e4_dp
-    real(dp), allocatable :: inverted(:, :)
+    real(dp), dimension(size(self%scale), size(self%scale)) :: lu, inverted
     type(error_type), allocatable :: singular
+    real(dp) :: least
+    integer :: pivots(size(self%scale)), n, i
 
     loses_modes = .true.
     if (self%transient_growth >= most_spread) return
     ! The squares within a norm vanish below sqrt(tiny).
     if (self%norm < sqrt(tiny(1.0_dp)) / epsilon(1.0_dp)) return
-    call inverse(balanced(self%phi, self%scale), inverted, singular)
+    n = size(self%scale)
+    lu = balanced(self%phi, self%scale) / self%norm
+    call factorise(lu, pivots, singular)
     if (allocated(singular)) return
-    loses_modes = self%norm * norm2(inverted) >= most_spread
+    least = max(real(n - 1, dp), 1.0_dp)**((n - 1) / 2.0_dp) * abs(product([(lu(i, i), i = 1, n)]))
+    loses_modes = sqrt(real(n, dp)) >= most_spread * least
+    if (.not. loses_modes) return
+    inverted = unit_matrix(n)
+    call solve_factored(lu, pivots, inverted)
+    loses_modes = norm2(inverted) >= most_spread
   end function loses_modes
 
 end module gestell_floquet_period_monodromy

@@ -37,7 +37,8 @@ contains
   !>
   !> That holds for rounding. The errors of integration are known in direction too: they leave (E - Phi)^-1 (E x0 + e_p) with
   !> the matrices E and vectors e_p that belong together, in which most of them cancels: the periodic motion is slower than
-  !> the free vibrations.
+  !> the free vibrations. x0 is the start of the motion that the steps close, (E - Phi_s) x0 = x_ps(T), so that what follows it is
+  !> periodic: what extrapolation added to their Phi_s and x_ps is an error too, and known.
   !> Errors: `monodromy` was not solved with forcing, or with so few steps that nothing is known; an
   !> error of Phi as large as e can make E - Phi singular,
   !> so that nothing is known of x0.
@@ -46,7 +47,7 @@ contains
     type(periodic_solution_type), intent(out) :: solution
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: inverted(:, :)
-    real(dp), allocatable :: x(:), disturbance(:), change(:)
+    real(dp) :: added(size(monodromy%scale), size(monodromy%scale) + 1), vectors(size(monodromy%scale), 4)
     real(dp) :: phi_error, xp_error, amplification, lost
     integer :: n, k
 
@@ -60,9 +61,10 @@ contains
       return
     end if
     n = size(monodromy%scale)
-    allocate(change(n), source=0.0_dp)
     phi_error = n * epsilon(1.0_dp) * (n + monodromy%norm)
-    associate (d => monodromy%scale, known => allocated(monodromy%phi_change) .and. allocated(monodromy%xp_change))
+    associate (d => monodromy%scale, known => allocated(monodromy%phi_change) .and. allocated(monodromy%xp_change), &
+      & phi_added => added(:, :n), xp_added => added(:, n + 1), x => vectors(:, 1), by_added => vectors(:, 2), &
+      & disturbance => vectors(:, 3), change => vectors(:, 4))
       if (known) then
         phi_error = phi_error + monodromy%roundoff
         xp_error = monodromy%xp_roundoff
@@ -70,33 +72,48 @@ contains
         phi_error = phi_error + monodromy%error
         xp_error = monodromy%xp_error
       end if
-      call inverse(unit_matrix(n) - balanced(monodromy%phi, d), inverted, error)
+      added = 0
+      if (allocated(monodromy%phi_added)) phi_added = balanced(monodromy%phi_added, d)
+      if (allocated(monodromy%xp_added)) xp_added = monodromy%xp_added / d
+      call inverse(unit_matrix(n) - (balanced(monodromy%phi, d) - phi_added), inverted, error)
       if (allocated(error)) then
         call raise_resonance(error)
         return
       end if
       amplification = norm2(inverted)
-      x = matmul(inverted, monodromy%xp / d)
-      lost = amplification * phi_error
+      x = matmul(inverted, monodromy%xp / d - xp_added)
+      by_added = abs(matmul(inverted, matmul(phi_added, x) + xp_added))
+      lost = 0
+      change = 0
       if (known) then
         do k = 1, size(monodromy%phi_change, 3)
           associate (e => balanced(monodromy%phi_change(:, :, k), d))
-            lost = max(lost, amplification * phi_error + norm2(matmul(inverted, e)))
+            lost = max(lost, lost_by(e, inverted, amplification))
             disturbance = matmul(inverted, matmul(e, x) + monodromy%xp_change(:, k) / d)
           end associate
           ! A component can be small by chance.
           change = max(change, abs(disturbance), 0.5_dp * norm2(disturbance))
         end do
       end if
+      lost = lost + amplification * phi_error + lost_by(phi_added, inverted, amplification)
       if (.not. lost < 1) then
         call raise_resonance(error)
         return
       end if
       solution%condition = amplification * (1 + monodromy%norm)
       solution%x0 = x * d
-      solution%error = (norm2(inverted, dim=2) * (norm2(x) * phi_error + xp_error) + change) / (1 - lost) * d
+      solution%error = (norm2(inverted, dim=2) * (norm2(x) * phi_error + xp_error) + by_added + change) / (1 - lost) * d
     end associate
   end subroutine solve_periodic
+
+  !> |(E - Phi)^-1 E'|, or more where that does not matter.
+  pure real(dp) function lost_by(e, inverted, amplification) result(lost)
+    real(dp), intent(in) :: e(:, :), inverted(:, :), amplification
+    real(dp), parameter :: little = 0.01_dp
+
+    lost = amplification * norm2(e)
+    if (lost > little) lost = norm2(matmul(inverted, e))
+  end function lost_by
 
   !> The periodic motion at `phases` (ascending, in [0, 1]), shape (n, points). Errors: there is no solution; as of
   !> `trajectory`.

@@ -5,7 +5,7 @@ module gestell_floquet_reduction_phasewise
   use gestell_base_kinds, only: dp
   use gestell_base_processor, only: vector_length
   use gestell_math_lanes_versions, only: four_columns
-  use gestell_math_lapack, only: inverse
+  use gestell_math_lapack, only: factorise, inverse, solve_factored
   implicit none (type, external)
   private
 
@@ -158,20 +158,103 @@ contains
     end do
   end subroutine inverses
 
-  !> x of `operator` x = right, in place of `right`; shapes (phases, n, n), (phases, n). Error: singular at some phase.
+  !> x of `operator` x = right, in place of `right`; shapes (phases, n, n), (phases, n): by elimination with the pivots along the
+  !> diagonal; the phases at which it loses digits are done again with LAPACK. Error: singular at some phase.
   subroutine solve(operator, right, error)
     real(dp), contiguous, intent(in) :: operator(:, :, :)
     real(dp), contiguous, intent(inout) :: right(:, :)
     type(error_type), allocatable, intent(out) :: error
-    real(dp), allocatable :: inverted(:, :, :), x(:, :)
+    !> What is left of a sum of so many terms, over the greatest of these.
+    real(dp), parameter :: exact = 1.0e3_dp * epsilon(1.0_dp)
+    real(dp) :: some(lanes, size(right, 2), size(right, 2) + 1), x(lanes, size(right, 2)), left(lanes), size_of(lanes)
+    integer :: n, first, last, k
 
-    allocate(inverted, mold=operator)
-    allocate(x, mold=right)
-    call inverses(operator, inverted, error)
-    if (allocated(error)) return
-    call multiply(inverted, right, x)
-    right = x
+    n = size(right, 2)
+    do first = 1, size(right, 1), lanes
+      last = min(first + lanes - 1, size(right, 1))
+      some(:last - first + 1, :, :n) = operator(first:last, :, :)
+      some(:last - first + 1, :, n + 1) = right(first:last, :)
+      some(last - first + 2:, :, :) = 1
+      call solve_in_lanes(n, some, x)
+      call look_at_solution(n, operator(first:last, :, :), right(first:last, :), x(:last - first + 1, :), &
+        & left(:last - first + 1), size_of(:last - first + 1))
+      do k = first, last
+        if (left(k - first + 1) <= exact * size_of(k - first + 1)) then
+          right(k, :) = x(k - first + 1, :)
+        else
+          call solve_one(operator(k, :, :), right(k, :), error)
+          if (allocated(error)) return
+        end if
+      end do
+    end do
   end subroutine solve
+
+  !> The sums over the equations of |A x - b|, and of |A| |x| + |b|, at each phase.
+  pure subroutine look_at_solution(n, a, b, x, left, size_of)
+    integer, intent(in) :: n
+    real(dp), intent(in) :: a(:, :, :), b(:, :), x(:, :)
+    real(dp), intent(out) :: left(:), size_of(:)
+    real(dp) :: missed(size(left), n)
+    integer :: i, k
+
+    missed = -b
+    size_of = sum(abs(b), dim=2)
+    do k = 1, n
+      do i = 1, n
+        missed(:, i) = missed(:, i) + a(:, i, k) * x(:, k)
+        size_of = size_of + abs(a(:, i, k) * x(:, k))
+      end do
+    end do
+    left = sum(abs(missed), dim=2)
+  end subroutine look_at_solution
+
+  subroutine solve_one(a, b, error)
+    real(dp), intent(in) :: a(:, :)
+    real(dp), intent(inout) :: b(:)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: lu(size(b), size(b)), x(size(b), 1)
+    integer :: pivots(size(b))
+
+    lu = a
+    call factorise(lu, pivots, error)
+    if (allocated(error)) return
+    x(:, 1) = b
+    call solve_factored(lu, pivots, x)
+    b = x(:, 1)
+  end subroutine solve_one
+
+  !> x of [A b], which is lost, shape (lanes, n, n + 1).
+  pure subroutine solve_in_lanes(n, w, x)
+    integer, intent(in) :: n
+    real(dp), intent(inout) :: w(lanes, n, n + 1)
+    real(dp), intent(out) :: x(lanes, n)
+    real(dp) :: reciprocal(lanes)
+    integer :: i, j, k
+
+    do k = 1, n
+      reciprocal = 1 / pivot_of(w(:, k, k))
+      do j = k + 1, n + 1
+        w(:, k, j) = w(:, k, j) * reciprocal
+        do i = k + 1, n
+          w(:, i, j) = w(:, i, j) - w(:, i, k) * w(:, k, j)
+        end do
+      end do
+    end do
+    x = w(:, :, n + 1)
+    do k = n, 2, -1
+      do i = 1, k - 1
+        x(:, i) = x(:, i) - w(:, i, k) * x(:, k)
+      end do
+    end do
+  end subroutine solve_in_lanes
+
+  !> With a pivot of nearly zero all is lost; with 1 in its place it is so without overflow.
+  elemental real(dp) function pivot_of(value) result(pivot)
+    real(dp), intent(in) :: value
+    real(dp), parameter :: least = 1.0e-6_dp
+
+    pivot = merge(value, 1.0_dp, abs(value) > least)
+  end function pivot_of
 
   !> The inverses by elimination with the pivots along the diagonal.
   pure subroutine eliminate(a, inverted)
@@ -192,13 +275,11 @@ contains
   pure subroutine gauss_jordan(n, w)
     integer, intent(in) :: n
     real(dp), intent(inout) :: w(lanes, n, n)
-    real(dp), parameter :: least_pivot = 1.0e-6_dp
     real(dp) :: reciprocal(lanes), factor(lanes)
     integer :: i, j, k
 
     do k = 1, n
-      ! With a pivot of nearly zero all is lost; with 1 in its place it is so without overflow.
-      reciprocal = 1 / merge(w(:, k, k), 1.0_dp, abs(w(:, k, k)) > least_pivot)
+      reciprocal = 1 / pivot_of(w(:, k, k))
       w(:, k, k) = 1
       do j = 1, n
         w(:, k, j) = w(:, k, j) * reciprocal
