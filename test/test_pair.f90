@@ -70,10 +70,10 @@ contains
     end do
   end subroutine test_nested
 
-  !> Of an oscillator, with positions or as x' = P x, a method with s stages leaves N steps' phase errors c_s z^(2 s + 1), z the angle
-  !> in a step, as the Pade approximation does, and extrapolation a third of that at most, where it would leave half or more with
-  !> the r of the other form. Oracle: closed forms. The frequency is a power of two, as the units are: in these an error d of the phase
-  !> is sqrt(2) d in Phi(T).
+  !> Of an oscillator, with positions or as x' = P x, a method with s stages leaves N steps' phase errors c_s z^(2 s + 1), z the
+  !> angle in a step, as the Pade approximation does, and extrapolation a third of that at most, where it would leave half or more
+  !> with the r of the other form. Oracle: closed forms. The frequency is a power of two, as the units are: in these an error d of
+  !> the phase is sqrt(2) d in Phi(T).
   subroutine test_phase(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: frequency = 128, period = pi / 1.1_dp, angle = frequency * period

@@ -59,11 +59,11 @@ contains
     steps = n * factor
   end function more_steps
 
-  !> The errors of extrapolated Phi(T) and x_p(T), from the `change` that a method makes of those of the one embedded in it, that of
-  !> the one embedded in that, `next`, and what their extrapolation misses of the method's, `rest`: where both have begun to converge
-  !> the rest and a tenth of the change, times twice change / next, which counts a 32nd at least, a 16th where all is rest; else the
-  !> change. x_p(T) is not taken to converge faster than Phi(T), nor to be extrapolated better, from which it has what it does not have
-  !> from the load: its change and its rest may be small by chance.
+  !> The errors of extrapolated Phi(T) and x_p(T), from the `change` that a method makes of those of the one embedded in it, that
+  !> of the one embedded in that, `next`, and what their extrapolation misses of the method's, `rest`: where both have begun to
+  !> converge the rest and a tenth of the change, times twice change / next, which counts a 32nd at least, a 16th where all is
+  !> rest; else the change. x_p(T) is not taken to converge faster than Phi(T), nor to be extrapolated better, from which it has
+  !> what it does not have from the load: its change and its rest may be small by chance.
   pure function left_by_pair(change, next, rest) result(left)
     real(dp), intent(in) :: change(2), next(2), rest(2)
     real(dp) :: left(2), contraction(2), whole(2), part

@@ -1,20 +1,20 @@
 !> Extrapolation of a period's map by those of the embedded methods.
 !>
-!> The error of Phi(T) is that of the fastest vibration as a rule, by which its phase is wrong. Of an oscillation that turns by z in a
-!> step Gauss' method with s stages leaves the phase error
+!> The error of Phi(T) is that of the fastest vibration as a rule, by which its phase is wrong. Of an oscillation that turns by z
+!> in a step Gauss' method with s stages leaves the phase error
 !>
 !>     e_s = c_s z^(2 s + 1),   c_s = (s!)^2 / ((2 s)! (2 s + 1)!),   c_s / c_(s-1) = 1 / (4 (4 s^2 - 1)),
 !>
-!> and so do the methods of order 2 s - 2 and 2 s - 4 that are embedded in it (gestell_floquet_integrator_nested), with s - 1 and s - 2
-!> for s: Galerkin's residual of x' = P x is along one of Legendre's polynomials alone, as that of collocation at Gauss' nodes. With
-!> positions, which are integrated twice, it is along two, P_s-1 and P_s, where that of collocation has a part along P_s-2 that does
-!> as much: there they leave half. So with the maps Phi, Phi_1 and Phi_2 of the three
+!> and so do the methods of order 2 s - 2 and 2 s - 4 that are embedded in it (gestell_floquet_integrator_nested), with s - 1 and
+!> s - 2 for s: Galerkin's residual of x' = P x is along one of Legendre's polynomials alone, as that of collocation at Gauss'
+!> nodes. With positions, which are integrated twice, it is along two, P_s-1 and P_s, where that of collocation has a part along
+!> P_s-2 that does as much: there they leave half. So with the maps Phi, Phi_1 and Phi_2 of the three
 !>
 !>     Phi - Phi_1 = D_1,   Phi_1 - Phi_2 = D_2,   D_1 = q D_2,   the error of Phi is r D_1,                          (a)
 !>     q = z^2 / (4 (4 (s - 1)^2 - 1)),   r = z^2 / (4 (4 s^2 - 1)), with positions twice that,
 !>
-!> in leading order, wherever that motion has the error. q is measured, and r follows from it. What D_1 is beyond q D_2 tells how far
-!> (a) holds.
+!> in leading order, wherever that motion has the error. q is measured, and r follows from it. What D_1 is beyond q D_2 tells how
+!> far (a) holds.
 module gestell_floquet_period_extrapolation
   use gestell_base_kinds, only: dp
   use gestell_floquet_integrator_methods, only: pair_begun
@@ -24,16 +24,16 @@ module gestell_floquet_period_extrapolation
 
   public :: extrapolate, foretell, look_at_pair
 
-  !> What the maps of embedded methods tell, of Phi(T), 1, and of x_p(T), 2, relative to these: `change` by the method over the first
-  !> embedded one, D_1, and by that one over the second, `next`, D_2; q and r of Phi(T), and the `rest`, D_1 - q D_2.
+  !> What the maps of embedded methods tell, of Phi(T), 1, and of x_p(T), 2, relative to these: `change` by the method over the
+  !> first embedded one, D_1, and by that one over the second, `next`, D_2; q and r of Phi(T), and the `rest`, D_1 - q D_2.
   type, public :: pair_type
     real(dp) :: change(2) = 0, next(2) = 0, rest(2) = 0, q = 0, r = 0
   end type pair_type
 
 contains
 
-  !> In units `scale`, of a system with `positions` or without. Where the embedded methods have begun to converge q is by how much D_1
-  !> is less than D_2 in its direction; not less than 0, nor much more than the fastest motion makes it, which turns by `angle`
+  !> In units `scale`, of a system with `positions` or without. Where the embedded methods have begun to converge q is by how much
+  !> D_1 is less than D_2 in its direction; not less than 0, nor much more than the fastest motion makes it, which turns by `angle`
   !> (radians) in a step: then something else has the error.
   pure subroutine look_at_pair(level, lower, scale, angle, positions, pair)
     type(level_type), intent(in) :: level, lower(2)
@@ -86,7 +86,8 @@ contains
     if (allocated(lower(2)%xp)) lower(2)%xp = lower(1)%xp + q * (lower(1)%xp - lower(2)%xp)
   end subroutine foretell
 
-  !> Phi + r D_1 in the place of Phi, and x_p(T) likewise; r D_1 and what is added to x_p(T), where there is one: shapes (n, n), (n).
+  !> Phi + r D_1 in the place of Phi, and x_p(T) likewise; r D_1 and what is added to x_p(T), where there is one: shapes (n, n),
+  !> (n).
   pure subroutine extrapolate(level, first, r, phi_added, xp_added)
     type(level_type), intent(inout) :: level
     type(level_type), intent(in) :: first

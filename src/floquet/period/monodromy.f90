@@ -82,9 +82,8 @@ contains
   !> d12 = |Phi_1 - Phi_2|, d23 = |Phi_2 - Phi_3|; they give the order that the convergence really has,
   !> p from (N1^-p - N2^-p) / (N2^-p - N3^-p) = d12 / d23, never taken above the method's, and the error left in Phi_3,
   !> d23 c / (1 - c) with c = (N2 / N3)^p, or d12 (N1 / N3)^order if that is greater, times the order's unevenness. A method that
-  !> has another one embedded, of lower order, is compared with that: its own error is taken to be the other's, which is as a
-  !> rule fifty times as great. Steps given by the user are compared with half and twice as many; where that tells nothing,
-  !> `monodromy%known` says so.
+  !> has others embedded, of lower order, is compared with these, and extrapolated by them (gestell_floquet_period_extrapolation).
+  !> Steps given by the user are compared with half and twice as many; where that tells nothing, `monodromy%known` says so.
   !> Errors: a system (`check`) or an accuracy that makes no sense, unknown method, singular equations, overflow,
   !> tolerance out of reach. `seen`: of a system that was surveyed already.
   subroutine solve_monodromy(system, accuracy, forced, monodromy, error, seen)
@@ -353,9 +352,9 @@ contains
     call defect_of(system, self%steps, reshape(self%phi, [shape(self%phi), 1]), defect, error)
   end subroutine liouville_defect
 
-  !> Whether the smallest multipliers, which share the error of Phi(T), are so much smaller than it that its factors are
-  !> wanted (gestell_floquet_factors): by |Phi| |Phi^-1|, or by the transient growth. Where |Phi| = 1 the determinant tells that the
-  !> least singular value is at least |det Phi| (n - 1)^((n - 1) / 2), as the product of the others is greatest where they are equal.
+  !> Whether the smallest multipliers, which share the error of Phi(T), are so much smaller than it that its factors are wanted
+  !> (gestell_floquet_factors): by |Phi| |Phi^-1|, or by the transient growth. Where |Phi| = 1 the determinant tells that the least
+  !> singular value is at least |det Phi| (n - 1)^((n - 1) / 2), as the product of the others is greatest where they are equal.
   logical function loses_modes(self)
     class(monodromy_type), intent(in) :: self
     real(dp), parameter :: most_spread = 1.0e4_dp
