@@ -26,6 +26,7 @@ contains
     testsuite = [ &
       & new_unittest("unknowns and equations of the embedded methods", test_nested), &
       & new_unittest("extrapolation of a vibration's phase", test_phase), &
+      & new_unittest("a motion that dies out below the smallest number", test_dying), &
       & new_unittest("errors of Mathieu's equation and their bounds", test_mathieu), &
       & new_unittest("a load that all embedded methods see alike", test_load)]
   end subroutine collect_pair
@@ -116,6 +117,32 @@ contains
       deallocate(system)
     end do
   end subroutine test_phase
+
+  !> An oscillator whose motion ends below the smallest number, whatever the units: the differences of such maps tell nothing, and
+  !> are not taken for what does not converge.
+  subroutine test_dying(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: frequencies(2) = [500.0_dp, 600.0_dp]
+    type(oscillators_type) :: system
+    type(monodromy_type) :: monodromy
+    type(gestell_error), allocatable :: failure
+    type(accuracy_type) :: accuracy
+    integer :: k, stages
+
+    accuracy%tolerance = 1.0e-8_dp
+    do k = 1, size(frequencies)
+      system = oscillators_type(states=2, period=1.0_dp, square=[frequencies(k)**2], damping=[1.8_dp * frequencies(k)], &
+        & amplitude=[1.0_dp], sharpness=1.0_dp)
+      do stages = 6, 10
+        accuracy%method = "gauss" // text(stages)
+        call solve_monodromy(system, accuracy, .false., monodromy, failure)
+        call check_success(error, failure)
+        if (allocated(error)) return
+        call check_that(error, norm2(monodromy%phi), "<=", monodromy%error, "Phi, stages " // text(stages))
+        if (allocated(error)) return
+      end do
+    end do
+  end subroutine test_dying
 
   !> Phi(T) of Mathieu's equation, from slow to fast, by every method that has others embedded, is within its bound, the bound
   !> within the tolerance, and not wide: less than 1000 times what is missed, where that is no rounding. Oracle: ten times the

@@ -46,7 +46,9 @@ contains
     integer :: i, j
 
     phi = 0
-    unit = 1 / max(level%norm, tiny(unit))
+    ! The squares within a norm vanish below sqrt(tiny): so small a Phi(T) is known to that only.
+    unit = 0
+    if (level%norm > sqrt(tiny(unit))) unit = 1 / level%norm
     do j = 1, size(scale)
       do i = 1, size(scale)
         first = (level%phi(i, j) - lower(1)%phi(i, j)) * (scale(j) / scale(i) * unit)
@@ -64,8 +66,9 @@ contains
     end if
     pair%change = sqrt([phi(1), xp(1)])
     pair%next = sqrt([phi(3), xp(3)])
-    if (pair%next(1) < pair_begun) &
-      & pair%q = min(max(phi(2) / max(phi(3), tiny(1.0_dp)), 0.0_dp), margin * angle**2 / fall_over(level%stages - 1))
+    if (pair%next(1) < pair_begun) then
+      pair%q = min(max(phi(2) / max(phi(3), tiny(1.0_dp)), 0.0_dp), margin * angle**2 / fall_over(level%stages - 1))
+    end if
     pair%r = merge(2, 1, positions) * pair%q * fall_over(level%stages - 1) / fall_over(level%stages)
     pair%rest = sqrt(max([phi(1) - pair%q * (2 * phi(2) - pair%q * phi(3)), xp(1) - pair%q * (2 * xp(2) - pair%q * xp(3))], 0.0_dp))
   end subroutine look_at_pair

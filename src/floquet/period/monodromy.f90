@@ -69,6 +69,7 @@ module gestell_floquet_period_monodromy
   contains
     procedure :: liouville_defect
     procedure :: loses_modes
+    procedure :: error_of_steps
   end type monodromy_type
 
   !> Steps that can be ordered.
@@ -352,6 +353,14 @@ contains
     call defect_of(system, self%steps, reshape(self%phi, [shape(self%phi), 1]), defect, error)
   end subroutine liouville_defect
 
+  !> Bound on the norm of the error that the maps of the steps leave in Phi(T), without what extrapolation added.
+  pure real(dp) function error_of_steps(self) result(error)
+    class(monodromy_type), intent(in) :: self
+
+    error = self%error
+    if (allocated(self%phi_added)) error = error + norm2(balanced(self%phi_added, self%scale))
+  end function error_of_steps
+
   !> Whether the smallest multipliers, which share the error of Phi(T), are so much smaller than it that its factors are wanted
   !> (gestell_floquet_factors): by |Phi| |Phi^-1|, or by the transient growth. Where |Phi| = 1 the determinant tells that the least
   !> singular value is at least |det Phi| (n - 1)^((n - 1) / 2), as the product of the others is greatest where they are equal.
@@ -371,8 +380,8 @@ contains
     lu = balanced(self%phi, self%scale) / self%norm
     call factorise(lu, pivots, singular)
     if (allocated(singular)) return
-    least = max(real(n - 1, dp), 1.0_dp)**((n - 1) / 2.0_dp) * abs(product([(lu(i, i), i = 1, n)]))
-    loses_modes = sqrt(real(n, dp)) >= most_spread * least
+    least = (n - 1) / 2.0_dp * log(max(real(n - 1, dp), 1.0_dp)) + sum([(log(abs(lu(i, i))), i = 1, n)])
+    loses_modes = .not. log(real(n, dp)) / 2 - log(most_spread) < least
     if (.not. loses_modes) return
     inverted = unit_matrix(n)
     call solve_factored(lu, pivots, inverted)

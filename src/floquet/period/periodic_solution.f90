@@ -46,8 +46,7 @@ contains
     type(monodromy_type), intent(in) :: monodromy
     type(periodic_solution_type), intent(out) :: solution
     type(error_type), allocatable, intent(out) :: error
-    real(dp), allocatable :: inverted(:, :)
-    real(dp) :: added(size(monodromy%scale), size(monodromy%scale) + 1), vectors(size(monodromy%scale), 4)
+    real(dp), allocatable :: inverted(:, :), added(:, :), vectors(:, :)
     real(dp) :: phi_error, xp_error, amplification, lost
     integer :: n, k
 
@@ -61,6 +60,7 @@ contains
       return
     end if
     n = size(monodromy%scale)
+    allocate(added(n, n + 1), vectors(n, 4), source=0.0_dp)
     phi_error = n * epsilon(1.0_dp) * (n + monodromy%norm)
     associate (d => monodromy%scale, known => allocated(monodromy%phi_change) .and. allocated(monodromy%xp_change), &
       & phi_added => added(:, :n), xp_added => added(:, n + 1), x => vectors(:, 1), by_added => vectors(:, 2), &
@@ -72,7 +72,6 @@ contains
         phi_error = phi_error + monodromy%error
         xp_error = monodromy%xp_error
       end if
-      added = 0
       if (allocated(monodromy%phi_added)) phi_added = balanced(monodromy%phi_added, d)
       if (allocated(monodromy%xp_added)) xp_added = monodromy%xp_added / d
       call inverse(unit_matrix(n) - (balanced(monodromy%phi, d) - phi_added), inverted, error)
@@ -84,7 +83,6 @@ contains
       x = matmul(inverted, monodromy%xp / d - xp_added)
       by_added = abs(matmul(inverted, matmul(phi_added, x) + xp_added))
       lost = 0
-      change = 0
       if (known) then
         do k = 1, size(monodromy%phi_change, 3)
           associate (e => balanced(monodromy%phi_change(:, :, k), d))
@@ -102,7 +100,8 @@ contains
       end if
       solution%condition = amplification * (1 + monodromy%norm)
       solution%x0 = x * d
-      solution%error = (norm2(inverted, dim=2) * (norm2(x) * phi_error + xp_error) + by_added + change) / (1 - lost) * d
+      solution%error = (norm2(inverted, dim=2) * (norm2(x) * phi_error + xp_error) + by_added + lost * norm2(by_added) &
+        & + change) / (1 - lost) * d
     end associate
   end subroutine solve_periodic
 

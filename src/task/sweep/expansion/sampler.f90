@@ -98,7 +98,7 @@ contains
       call solve_monodromy(system, sharper(accuracy, forced), forced, monodromy, error)
       sampler%solutions = sampler%solutions + 1
       if (allocated(error)) return
-      sampler%error = max(sampler%error, monodromy%error / monodromy%norm)
+      sampler%error = max(sampler%error, monodromy%error_of_steps() / monodromy%norm)
       if (forced) then
         ! Phi(T) is lost in the roundings of Phi(t), which begins with E.
         if (accuracy%tolerance * monodromy%norm < rounded) return
