@@ -43,10 +43,12 @@ contains
     class(outlook_type), intent(in) :: outlook
     real(dp), intent(in) :: tolerance
     real(dp), parameter :: left = 4, change = 240, of_changes = 0.15_dp
-    real(dp) :: allowed, width(2), gain(2)
+    real(dp) :: allowed, rounding, width(2), gain(2)
     integer :: i
 
-    allowed = max(tolerance, 4 * epsilon(1.0_dp) * outlook%fastest) / 8
+    ! Roundings are told too, and blur what is told of the rest.
+    rounding = epsilon(1.0_dp) * (2 * outlook%phase_advance + 4 * outlook%fastest)
+    allowed = max(tolerance - 4 * rounding, tolerance / 4, 4 * epsilon(1.0_dp) * outlook%fastest) / 8
     width = [(width_of(system, outlook, i), i = 1, 2)]
     gain = of_changes * outlook%height / allowed * [outlook%changing * max(outlook%fastest, 1.0_dp), &
       & method%order**2 / width(2)**1.5_dp * (1 + outlook%phase_advance / 8)]
