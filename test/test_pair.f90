@@ -111,6 +111,8 @@ contains
         of_steps = norm2(balanced(monodromy%phi - monodromy%phi_added - exact, monodromy%scale))
         call check_that(error, abs(of_steps / (sqrt(2.0_dp) * phase) - 1), "<=", leading, "of steps, stages " // text(s))
         if (allocated(error)) return
+        call check_that(error, of_steps, "<=", monodromy%error_of_steps(), "bound of the steps, stages " // text(s))
+        if (allocated(error)) return
         call check_that(error, extrapolated, "<=", part * of_steps, "extrapolated, stages " // text(s) // ", form " // text(form))
         if (allocated(error)) return
       end do

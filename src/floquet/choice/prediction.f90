@@ -2,6 +2,7 @@
 module gestell_floquet_choice_prediction
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_integrator_method, only: method_type
+  use gestell_floquet_integrator_nested, only: left_by_embedded
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: has_positions
   implicit none (type, external)
@@ -54,7 +55,7 @@ contains
       & method%order**2 / width(2)**1.5_dp * (1 + outlook%phase_advance / 8)]
     steps = max(fewest(method, system), outlook%fastest / method%longest_turn, &
       & predicted(method%order, method%error_constant, system, outlook, left * allowed), &
-      & following(method%lower_order, method%lower_constant, outlook, change * allowed * merge(2, 1, has_positions(system))), &
+      & following(method%lower_order, left_by_embedded(has_positions(system)) * method%lower_constant, outlook, change * allowed), &
       & resolving(method, width(1), gain(1)), &
       & resolving(method, width(2), gain(2)))
     steps = whole_steps(method, system, steps)

@@ -17,7 +17,7 @@ module gestell_floquet_integrator_nested
   implicit none (type, external)
   private
 
-  public :: nested_tableau
+  public :: left_by_embedded, nested_tableau
 
   !> The tableau in this order of the nodes, with A X, A A X, b X, b A X in the places of A, A A, b, b A. `values`, shape (2, s):
   !> the last two rows of X, the slopes in the last two nodes. `sums`, shape (s, 2): how much of the last two equations is added to
@@ -27,6 +27,14 @@ module gestell_floquet_integrator_nested
   end type nested_type
 
 contains
+
+  !> How much of the phase error of Gauss' methods of their orders the embedded methods leave (derived in
+  !> gestell_floquet_period_extrapolation).
+  pure real(dp) function left_by_embedded(positions) result(part)
+    logical, intent(in) :: positions
+
+    part = merge(0.5_dp, 1.0_dp, positions)
+  end function left_by_embedded
 
   !> Of a tableau of four stages at least.
   pure function nested_tableau(rule) result(nested)

@@ -18,6 +18,7 @@
 module gestell_floquet_period_extrapolation
   use gestell_base_kinds, only: dp
   use gestell_floquet_integrator_methods, only: pair_begun
+  use gestell_floquet_integrator_nested, only: left_by_embedded
   use gestell_floquet_period_level, only: level_type
   implicit none (type, external)
   private
@@ -69,7 +70,7 @@ contains
     if (pair%next(1) < pair_begun) then
       pair%q = min(max(phi(2) / max(phi(3), tiny(1.0_dp)), 0.0_dp), margin * angle**2 / fall_over(level%stages - 1))
     end if
-    pair%r = merge(2, 1, positions) * pair%q * fall_over(level%stages - 1) / fall_over(level%stages)
+    pair%r = pair%q * fall_over(level%stages - 1) / fall_over(level%stages) / left_by_embedded(positions)
     pair%rest = sqrt(max([phi(1) - pair%q * (2 * phi(2) - pair%q * phi(3)), xp(1) - pair%q * (2 * xp(2) - pair%q * xp(3))], 0.0_dp))
   end subroutine look_at_pair
 
