@@ -28,7 +28,8 @@ contains
       & new_unittest("extrapolation of a vibration's phase", test_phase), &
       & new_unittest("a motion that dies out below the smallest number", test_dying), &
       & new_unittest("errors of Mathieu's equation and their bounds", test_mathieu), &
-      & new_unittest("a load that all embedded methods see alike", test_load)]
+      & new_unittest("a load that all embedded methods see alike", test_load), &
+      & new_unittest("a start of steps that extrapolation corrected", test_added)]
   end subroutine collect_pair
 
   !> Polynomials of degree s - 2 have nothing of the last unknown, of degree s - 3 nothing of the last two; residuals along P_s-1
@@ -212,5 +213,48 @@ contains
       end do
     end do
   end subroutine test_load
+
+  !> Of a map that extrapolation corrected, and that is exact then, x0 is the start that closes the steps, and its error the
+  !> distance to the start that closes the map. Oracle: both by Cramer's rule.
+  subroutine test_added(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: phi(2, 2) = reshape([0.3_dp, -0.8_dp, 0.7_dp, 0.4_dp], [2, 2]), xp(2) = [1.0_dp, 2.0_dp], &
+      & phi_added(2, 2) = reshape([1.0e-3_dp, 2.0e-3_dp, -3.0e-3_dp, 1.0e-3_dp], [2, 2]), xp_added(2) = [1.0e-3_dp, -2.0e-3_dp]
+    !> More is told where a multiplier is near 1: it is not.
+    real(dp), parameter :: most = 2, rounding = 1.0e-14_dp
+    type(monodromy_type) :: monodromy
+    type(periodic_solution_type) :: periodic
+    type(gestell_error), allocatable :: failure
+    real(dp) :: missed(2)
+
+    monodromy%phi = phi
+    monodromy%xp = xp
+    monodromy%scale = [1.0_dp, 1.0_dp]
+    monodromy%norm = norm2(phi)
+    monodromy%phi_added = phi_added
+    monodromy%xp_added = xp_added
+    allocate(monodromy%phi_change(2, 2, 1), source=0.0_dp)
+    allocate(monodromy%xp_change(2, 1), source=0.0_dp)
+    call solve_periodic(monodromy, periodic, failure)
+    call check_success(error, failure)
+    if (allocated(error)) return
+    call check_that(error, maxval(abs(periodic%x0 - start(phi - phi_added, xp - xp_added))), "<=", rounding, "start")
+    if (allocated(error)) return
+    missed = abs(periodic%x0 - start(phi, xp))
+    call check_that(error, maxval(missed / periodic%error), "<=", 1.0_dp, "error over bound")
+    if (allocated(error)) return
+    call check_that(error, maxval(periodic%error), "<=", most * maxval(missed), "bound")
+
+  contains
+
+    pure function start(a, b)
+      real(dp), intent(in) :: a(2, 2), b(2)
+      real(dp) :: start(2)
+
+      start = [(1 - a(2, 2)) * b(1) + a(1, 2) * b(2), a(2, 1) * b(1) + (1 - a(1, 1)) * b(2)] &
+        & / ((1 - a(1, 1)) * (1 - a(2, 2)) - a(1, 2) * a(2, 1))
+    end function start
+
+  end subroutine test_added
 
 end module test_pair
