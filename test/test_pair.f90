@@ -5,10 +5,14 @@ module test_pair
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: text
-  use gestell_floquet_integrator_nested, only: nested_tableau, nested_type
+  use gestell_floquet_integrator_method, only: method_type
+  use gestell_floquet_integrator_methods, only: new_method
+  use gestell_floquet_integrator_nested, only: left_by_embedded, nested_tableau, nested_type
   use gestell_floquet_integrator_tableau, only: find_legendre, gauss_tableau
+  use gestell_floquet_period_level, only: level_type, solve_level
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type, solve_periodic
+  use gestell_floquet_period_survey, only: survey, survey_phases, survey_type
   use gestell_math_matrix, only: balanced
   use gestell_system_periodic, only: periodic_system
   use systems, only: mathieu_type, oscillators_type, plain_type
@@ -25,11 +29,11 @@ contains
 
     testsuite = [ &
       & new_unittest("unknowns and equations of the embedded methods", test_nested), &
-      & new_unittest("extrapolation of a vibration's phase", test_phase), &
+      & new_unittest("phase errors of Gauss' and the embedded methods, and none of fitted ones", test_phase), &
+      & new_unittest("the pace of the fastest motion", test_pace), &
       & new_unittest("a motion that dies out below the smallest number", test_dying), &
       & new_unittest("errors of Mathieu's equation and their bounds", test_mathieu), &
-      & new_unittest("a load that all embedded methods see alike", test_load), &
-      & new_unittest("a start of steps that extrapolation corrected", test_added)]
+      & new_unittest("a load that all embedded methods see alike", test_load)]
   end subroutine collect_pair
 
   !> Polynomials of degree s - 2 have nothing of the last unknown, of degree s - 3 nothing of the last two; residuals along P_s-1
@@ -73,24 +77,23 @@ contains
   end subroutine test_nested
 
   !> Of an oscillator, with positions or as x' = P x, a method with s stages leaves N steps' phase errors c_s z^(2 s + 1), z the
-  !> angle in a step, as the Pade approximation does, and extrapolation a third of that at most, where it would leave half or more
-  !> with the r of the other form. Oracle: closed forms. The frequency is a power of two, as the units are: in these an error d of
-  !> the phase is sqrt(2) d in Phi(T).
+  !> angle in a step, as the Pade approximation does; the method embedded in it those of s - 1 stages, with positions half of them;
+  !> the method fitted to the oscillator none, and of one that turns 0.9 times as far the part 1 / 0.81 - 1 of its error. Oracle:
+  !> closed forms. Frequencies are powers of two, as units are: in these an error d of the phase is sqrt(2) d in Phi(T).
   subroutine test_phase(error)
     type(error_type), allocatable, intent(out) :: error
-    real(dp), parameter :: frequency = 128, period = pi / 1.1_dp, angle = frequency * period
-    !> The terms of the series that follow, where z is half of s.
-    real(dp), parameter :: leading = 0.5_dp, part = 0.3_dp
+    real(dp), parameter :: frequency = 128, period = pi / 1.1_dp, angle = frequency * period, scale(2) = [1.0_dp, frequency]
+    !> The terms of the series that follow, where z is half of s; roundings of the phase, which grow as it does.
+    real(dp), parameter :: leading = 0.5_dp, rounding = 8 * epsilon(1.0_dp) * angle, slower = 0.9_dp
     type(mathieu_type) :: oscillator
     type(plain_type) :: plain
-    type(accuracy_type) :: accuracy
     class(periodic_system), allocatable :: system
-    type(monodromy_type) :: monodromy
+    class(method_type), allocatable :: method
+    type(level_type) :: level, fitted, other, lower(2)
     type(gestell_error), allocatable :: failure
-    real(dp) :: exact(2, 2), of_steps, extrapolated, phase
-    integer :: s, k, form
+    real(dp) :: exact(2, 2), phase, before, of_level, of_lower, of_other
+    integer :: s, k, form, steps
 
-    accuracy%tolerance = 1.0e-8_dp
     oscillator = mathieu_type(states=2, period=period, a=frequency**2, q=0.0_dp)
     plain%states = 2
     plain%period = period
@@ -100,26 +103,77 @@ contains
       if (form == 1) allocate(system, source=oscillator)
       if (form == 2) allocate(system, source=plain)
       do s = 6, 10
-        accuracy%method = "gauss" // text(s)
-        call solve_monodromy(system, accuracy, .false., monodromy, failure)
+        steps = 8 * ceiling(angle / (4 * s))
+        call new_method("gauss" // text(s), method, failure)
+        call solve_level(system, method, scale, steps, .false., level, failure, lower)
+        if (.not. allocated(failure)) then
+          call method%fit(angle, steps)
+          call solve_level(system, method, scale, steps, .false., fitted, failure)
+        end if
+        if (.not. allocated(failure)) then
+          call method%fit(angle / slower, steps)
+          call solve_level(system, method, scale, steps, .false., other, failure)
+        end if
         call check_success(error, failure)
         if (allocated(error)) return
-        phase = angle
+        phase = sqrt(2.0_dp) * angle
         do k = 1, s
-          phase = phase * (angle / monodromy%steps)**2 / (4 * (4 * k**2 - 1))
+          before = phase
+          phase = phase * (angle / steps)**2 / (4 * (4 * k**2 - 1))
         end do
-        extrapolated = norm2(balanced(monodromy%phi - exact, monodromy%scale))
-        of_steps = norm2(balanced(monodromy%phi - monodromy%phi_added - exact, monodromy%scale))
-        call check_that(error, abs(of_steps / (sqrt(2.0_dp) * phase) - 1), "<=", leading, "of steps, stages " // text(s))
+        of_level = norm2(balanced(level%phi - exact, scale))
+        of_lower = norm2(balanced(lower(1)%phi - exact, scale))
+        call check_that(error, abs(of_level / phase - 1), "<=", leading, "method, stages " // text(s))
         if (allocated(error)) return
-        call check_that(error, of_steps, "<=", monodromy%error_of_steps(), "bound of the steps, stages " // text(s))
+        call check_that(error, abs(of_lower / (before * left_by_embedded(form == 1)) - 1), "<=", leading, &
+          & "embedded, stages " // text(s))
         if (allocated(error)) return
-        call check_that(error, extrapolated, "<=", part * of_steps, "extrapolated, stages " // text(s) // ", form " // text(form))
+        call check_that(error, norm2(balanced(fitted%phi - exact, scale)), "<=", rounding, "fitted, stages " // text(s))
+        if (allocated(error)) return
+        of_other = norm2(balanced(other%phi - exact, scale)) / (1 / slower**2 - 1)
+        call check_that(error, abs(of_other / of_level - 1), "<=", leading, "fitted to another, stages " // text(s))
         if (allocated(error)) return
       end do
       deallocate(system)
     end do
   end subroutine test_phase
+
+  !> Of a damped oscillator the pace v is that of z = -d + i w, v^2 = -Re z^2, zero where it does not turn; of Mathieu's equation it
+  !> is the mean of powers of the coefficient. Oracle: closed forms, and sums.
+  subroutine test_pace(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: frequency = 50, damping = 0.2_dp, q = 300, rounding = 1.0e-12_dp
+    type(oscillators_type) :: oscillators
+    type(mathieu_type) :: mathieu
+    type(plain_type) :: plain
+    type(survey_type) :: seen
+    type(gestell_error), allocatable :: failure
+    real(dp) :: square(size(survey_phases)), mean
+
+    oscillators = oscillators_type(states=4, period=2.0_dp, square=[frequency**2, 1.0_dp], &
+      & damping=[2 * damping * frequency, 0.1_dp], amplitude=[1.0_dp, 1.0_dp], sharpness=1.0_dp)
+    call survey(oscillators, seen, failure)
+    call check_success(error, failure)
+    if (allocated(error)) return
+    call check_that(error, abs(seen%pace / (2 * frequency * sqrt(1 - 2 * damping**2)) - 1), "<=", rounding, "damped")
+    if (allocated(error)) return
+    oscillators%damping(1) = 3 * frequency
+    call survey(oscillators, seen, failure)
+    call check_that(error, seen%pace, "<=", 0.0_dp, "without a turn")
+    if (allocated(error)) return
+
+    mathieu = mathieu_type(states=2, period=pi, a=frequency**2, q=q)
+    square = frequency**2 - 2 * q * cos(2 * pi * survey_phases)
+    mean = pi * sqrt(sum(square**8.5_dp) / sum(square**7.5_dp))
+    call survey(mathieu, seen, failure)
+    call check_that(error, abs(seen%pace / mean - 1), "<=", rounding, "Mathieu")
+    if (allocated(error)) return
+    plain%states = 2
+    plain%period = pi
+    allocate(plain%system, source=mathieu)
+    call survey(plain, seen, failure)
+    call check_that(error, abs(seen%pace / mean - 1), "<=", rounding, "Mathieu, without positions")
+  end subroutine test_pace
 
   !> An oscillator whose motion ends below the smallest number, whatever the units: the differences of such maps tell nothing, and
   !> are not taken for what does not converge.
@@ -213,48 +267,5 @@ contains
       end do
     end do
   end subroutine test_load
-
-  !> Of a map that extrapolation corrected, and that is exact then, x0 is the start that closes the steps, and its error the
-  !> distance to the start that closes the map. Oracle: both by Cramer's rule.
-  subroutine test_added(error)
-    type(error_type), allocatable, intent(out) :: error
-    real(dp), parameter :: phi(2, 2) = reshape([0.3_dp, -0.8_dp, 0.7_dp, 0.4_dp], [2, 2]), xp(2) = [1.0_dp, 2.0_dp], &
-      & phi_added(2, 2) = reshape([1.0e-3_dp, 2.0e-3_dp, -3.0e-3_dp, 1.0e-3_dp], [2, 2]), xp_added(2) = [1.0e-3_dp, -2.0e-3_dp]
-    !> More is told where a multiplier is near 1: it is not.
-    real(dp), parameter :: most = 2, rounding = 1.0e-14_dp
-    type(monodromy_type) :: monodromy
-    type(periodic_solution_type) :: periodic
-    type(gestell_error), allocatable :: failure
-    real(dp) :: missed(2)
-
-    monodromy%phi = phi
-    monodromy%xp = xp
-    monodromy%scale = [1.0_dp, 1.0_dp]
-    monodromy%norm = norm2(phi)
-    monodromy%phi_added = phi_added
-    monodromy%xp_added = xp_added
-    allocate(monodromy%phi_change(2, 2, 1), source=0.0_dp)
-    allocate(monodromy%xp_change(2, 1), source=0.0_dp)
-    call solve_periodic(monodromy, periodic, failure)
-    call check_success(error, failure)
-    if (allocated(error)) return
-    call check_that(error, maxval(abs(periodic%x0 - start(phi - phi_added, xp - xp_added))), "<=", rounding, "start")
-    if (allocated(error)) return
-    missed = abs(periodic%x0 - start(phi, xp))
-    call check_that(error, maxval(missed / periodic%error), "<=", 1.0_dp, "error over bound")
-    if (allocated(error)) return
-    call check_that(error, maxval(periodic%error), "<=", most * maxval(missed), "bound")
-
-  contains
-
-    pure function start(a, b)
-      real(dp), intent(in) :: a(2, 2), b(2)
-      real(dp) :: start(2)
-
-      start = [(1 - a(2, 2)) * b(1) + a(1, 2) * b(2), a(2, 1) * b(1) + (1 - a(1, 1)) * b(2)] &
-        & / ((1 - a(1, 1)) * (1 - a(2, 2)) - a(1, 2) * a(2, 1))
-    end function start
-
-  end subroutine test_added
 
 end module test_pair

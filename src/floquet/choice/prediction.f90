@@ -2,7 +2,8 @@
 module gestell_floquet_choice_prediction
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_integrator_method, only: method_type
-  use gestell_floquet_integrator_nested, only: left_by_embedded
+  use gestell_floquet_integrator_methods, only: pair_begun
+  use gestell_floquet_integrator_nested, only: fall_over, left_by_embedded
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: has_positions
   implicit none (type, external)
@@ -28,6 +29,9 @@ module gestell_floquet_choice_prediction
     real(dp) :: fade = 1
     !> The part of the coefficients that changes.
     real(dp) :: changing = 1
+    !> How far the fastest motion turns in the mean of what errors of high order add up (gestell_floquet_period_pace); 0: it does not
+    !> turn, or it is not known how far.
+    real(dp) :: pace = 0
   end type outlook_type
 
 contains
@@ -44,18 +48,21 @@ contains
     class(outlook_type), intent(in) :: outlook
     real(dp), intent(in) :: tolerance
     real(dp), parameter :: left = 4, change = 240, of_changes = 0.15_dp
-    real(dp) :: allowed, rounding, width(2), gain(2)
+    real(dp) :: allowed, rounding, lower, width(2), gain(2)
     integer :: i
 
     ! Roundings are told too, and blur what is told of the rest.
     rounding = epsilon(1.0_dp) * (2 * outlook%phase_advance + 4 * outlook%fastest)
     allowed = max(tolerance - 4 * rounding, tolerance / 4, 4 * epsilon(1.0_dp) * outlook%fastest) / 8
+    lower = left_by_embedded(has_positions(system)) * method%lower_constant
     width = [(width_of(system, outlook, i), i = 1, 2)]
     gain = of_changes * outlook%height / allowed * [outlook%changing * max(outlook%fastest, 1.0_dp), &
       & method%order**2 / width(2)**1.5_dp * (1 + outlook%phase_advance / 8)]
     steps = max(fewest(method, system), outlook%fastest / method%longest_turn, &
       & predicted(method%order, method%error_constant, system, outlook, left * allowed), &
-      & following(method%lower_order, left_by_embedded(has_positions(system)) * method%lower_constant, outlook, change * allowed), &
+      & following(method%lower_order, lower, outlook, change * allowed), &
+      & min(following(method%lower_order - 2, fall_over(method%stages - 1) * lower, outlook, pair_begun), &
+      &   following(method%lower_order, lower, outlook, 2 * allowed)), &
       & resolving(method, width(1), gain(1)), &
       & resolving(method, width(2), gain(2)))
     steps = whole_steps(method, system, steps)

@@ -22,11 +22,14 @@ module gestell_floquet_integrator_gauss
 
   type, extends(method_type), public :: gauss_method
     private
+    !> The motion that it follows exactly, radians in the period, and steps for which it is prepared (phase).
+    real(dp) :: pace = 0, length = 1
     !> Where it is prepared, and with the embedded methods.
     type(tableau_type), allocatable :: tableau
     type(nested_type), allocatable :: nested
   contains
     procedure :: prepare
+    procedure :: fit
     procedure :: phases
     procedure :: steps_at_once
     procedure :: maps
@@ -69,9 +72,19 @@ contains
   pure subroutine prepare(self)
     class(gauss_method), intent(inout) :: self
 
-    self%tableau = gauss_tableau(self%stages)
-    if (self%lower_order > 0) self%nested = nested_tableau(self%tableau)
+    call self%fit(0.0_dp, 1)
   end subroutine prepare
+
+  pure subroutine fit(self, pace, steps)
+    class(gauss_method), intent(inout) :: self
+    real(dp), intent(in) :: pace
+    integer, intent(in) :: steps
+
+    self%pace = pace
+    self%length = 1.0_dp / steps
+    self%tableau = gauss_tableau(self%stages, pace * self%length)
+    if (self%lower_order > 0) self%nested = nested_tableau(self%tableau)
+  end subroutine fit
 
   !> The nodes, those of one stage together.
   pure function phases(self, from, to)
@@ -127,7 +140,17 @@ contains
     real(dp), contiguous, intent(out) :: map(:, :, :)
     type(error_type), allocatable, intent(out) :: error
 
-    call gauss_steps(self%tableau, system, self%phases(from, to), (to - from) * system%period, map, error)
+    !> What steps that are equal differ by.
+    real(dp), parameter :: rounding = 1.0e-6_dp
+    real(dp) :: length
+
+    length = sum(to - from) / size(from)
+    if (self%pace * abs(length - self%length) <= rounding * self%pace * self%length) then
+      call gauss_steps(self%tableau, system, self%phases(from, to), (to - from) * system%period, map, error)
+    else
+      call gauss_steps(gauss_tableau(self%stages, self%pace * length), system, self%phases(from, to), (to - from) * system%period, &
+        & map, error)
+    end if
   end subroutine maps
 
   subroutine pair(self, system, from, to, map, error, lower, unseen)

@@ -45,6 +45,7 @@ module gestell_floquet_integrator_method
     real(dp) :: longest_turn = huge(1.0_dp)
   contains
     procedure :: prepare => nothing_to_prepare
+    procedure :: fit => prepare_as_it_is
     procedure :: phases => no_phases
     procedure :: steps_at_once => one_step
     procedure(step_maps), deferred :: maps
@@ -87,6 +88,18 @@ contains
     associate (unused => self)
     end associate
   end subroutine nothing_to_prepare
+
+  !> As `prepare`, for this number of steps above all; a method that can be fitted to a motion then follows one exactly that turns by
+  !> `pace` radians in the period.
+  pure subroutine prepare_as_it_is(self, pace, steps)
+    class(method_type), intent(inout) :: self
+    real(dp), intent(in) :: pace
+    integer, intent(in) :: steps
+
+    associate (unused_pace => pace, unused_steps => steps)
+    end associate
+    call self%prepare()
+  end subroutine prepare_as_it_is
 
   !> As `maps`, and the maps of the embedded method and of the one embedded in that: `lower`, shape (steps, n, n or n + 1, 2).
   !> `unseen` is added to.

@@ -17,7 +17,7 @@ module gestell_floquet_integrator_nested
   implicit none (type, external)
   private
 
-  public :: left_by_embedded, nested_tableau
+  public :: fall_over, left_by_embedded, nested_tableau
 
   !> The tableau in this order of the nodes, with A X, A A X, b X, b A X in the places of A, A A, b, b A. `values`, shape (2, s):
   !> the last two rows of X, the slopes in the last two nodes. `sums`, shape (s, 2): how much of the last two equations is added to
@@ -28,8 +28,15 @@ module gestell_floquet_integrator_nested
 
 contains
 
+  !> z^2 over e_s / e_(s-1), the phase errors of Gauss' methods with s and with s - 1 stages, of a motion that turns by z in a step.
+  elemental real(dp) function fall_over(s)
+    integer, intent(in) :: s
+
+    fall_over = 4 * (4 * real(s, dp)**2 - 1)
+  end function fall_over
+
   !> How much of the phase error of Gauss' methods of their orders the embedded methods leave (derived in
-  !> gestell_floquet_period_extrapolation).
+  !> gestell_floquet_period_pair).
   pure real(dp) function left_by_embedded(positions) result(part)
     logical, intent(in) :: positions
 

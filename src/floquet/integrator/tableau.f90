@@ -1,4 +1,14 @@
-!> Coefficients of Gauss-Legendre collocation with any number of stages s, order 2 s.
+!> Coefficients of Gauss-Legendre collocation with any number of stages s, order 2 s, also fitted to a motion.
+!>
+!> In Legendre's polynomials A is tridiagonal (E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., Section
+!> IV.5): of P_k-1 and P_k each has the part xi_k in the integral of the other, xi_k^2 = 1 / (4 (4 k^2 - 1)), and the step multiplies
+!> the solution of x' = l x, z = h l, by (1 + Psi / 2) / (1 - Psi / 2) with the continued fraction
+!>
+!>     Psi = z / (1 + xi_1^2 z^2 / (1 + xi_2^2 z^2 / (1 + ... + xi_s-1^2 z^2))),
+!>
+!> which is that of exp(z) as far as it goes. What it leaves off, the tail g = 1 + xi_s^2 z^2 / (1 + xi_s+1^2 z^2 / (1 + ...)), is a
+!> number for the motion that turns by `turn` radians in a step, z = i turn: with xi_s-1^2 / g for xi_s-1^2 the method follows that
+!> one motion exactly, and others as well as before, symmetric and symplectic as it is.
 module gestell_floquet_integrator_tableau
   use gestell_base_kinds, only: dp, pi
   implicit none (type, external)
@@ -14,23 +24,28 @@ module gestell_floquet_integrator_tableau
 
 contains
 
-  !> The tableau of `stages` stages. Lagrange's polynomial of node j is b_j (2 k + 1) P_k(z_j) along Legendre's P_k, whose integral
-  !> from 0 to c is (P_k+1 - P_k-1) / (2 (2 k + 1)) at z = 2 c - 1, with P_-1 = -1. P_s vanishes at the nodes.
-  pure function gauss_tableau(stages) result(tableau)
+  !> The tableau of `stages` stages, fitted to a motion that turns by `turn` radians in a step. Lagrange's polynomial of node j is
+  !> b_j (2 k + 1) P_k(z_j) along Legendre's P_k, whose integral from 0 to c is (P_k+1 - P_k-1) / (2 (2 k + 1)) at z = 2 c - 1, with
+  !> P_-1 = -1. P_s vanishes at the nodes.
+  pure function gauss_tableau(stages, turn) result(tableau)
     integer, intent(in) :: stages
+    real(dp), intent(in), optional :: turn
     type(tableau_type) :: tableau
-    real(dp) :: p(stages, -1:stages)
+    ! Legendre's polynomials at the nodes, and by what xi_k is more.
+    real(dp) :: p(stages, -1:stages), more(0:stages)
     integer :: j, k
 
     allocate(tableau%c(stages), tableau%b(stages), tableau%a(stages, stages), tableau%aa(stages, stages), tableau%ba(stages))
     call find_nodes(stages, tableau%c, tableau%b, p(:, 0:))
     p(:, -1) = -1
     p(:, stages) = 0
+    more = 1
+    if (present(turn)) more(stages - 1) = 1 / sqrt(tail(stages, turn))
     associate (b => tableau%b, a => tableau%a, aa => tableau%aa, ba => tableau%ba)
       a = 0
       do j = 1, stages
         do k = 0, stages - 1
-          a(:, j) = a(:, j) + b(j) / 2 * p(j, k) * (p(:, k + 1) - p(:, k - 1))
+          a(:, j) = a(:, j) + b(j) / 2 * p(j, k) * (more(k + 1) * p(:, k + 1) - more(k) * p(:, k - 1))
         end do
       end do
       aa = 0
@@ -42,6 +57,21 @@ contains
       end do
     end associate
   end function gauss_tableau
+
+  !> g, between 1/2 and 1. Where the motion turns by more than 2 s radians in a step, which no method with s stages follows, it is
+  !> that of 2 s.
+  pure real(dp) function tail(s, turn) result(g)
+    integer, intent(in) :: s
+    real(dp), intent(in) :: turn
+    !> Terms that count: each next one falls as (turn / (4 k))^2.
+    integer, parameter :: terms = 20
+    integer :: k
+
+    g = 1
+    do k = s + terms, s, -1
+      g = 1 - min(turn, 2 * real(s, dp))**2 / (4 * (4 * real(k, dp)**2 - 1)) / g
+    end do
+  end function tail
 
   !> The nodes of s stages on [0, 1], ascending, and their weights, by Halley's iteration on Legendre's polynomial P_s, all nodes at
   !> once, with (1 - z^2) P_s'' = 2 z P_s' - s (s + 1) P_s; `p`: the polynomials of degree 0 to s there. The estimate from which it

@@ -7,11 +7,11 @@ module gestell_floquet_period_monodromy
   use gestell_base_text, only: text
   use gestell_floquet_period_convergence, only: begin_type, detect_rounding, left_by_pair, left_unseen, more_steps, &
     & most_steps, next_steps, promised, remaining, safety, too_many_steps
-  use gestell_floquet_period_extrapolation, only: extrapolate, foretell, look_at_pair, pair_type
+  use gestell_floquet_period_pair, only: foretell, look_at_pair, pair_type
   use gestell_floquet_period_level, only: distance, level_type, roundoff, solve_level
   use gestell_floquet_integrator_method, only: method_type
   use gestell_floquet_choice_cheapest, only: cheapest_method
-  use gestell_floquet_integrator_methods, only: new_method
+  use gestell_floquet_integrator_methods, only: find_method
   use gestell_floquet_choice_prediction, only: first_steps, outlook_type, whole_steps
   use gestell_floquet_period_liouville, only: defect_of
   use gestell_floquet_period_survey, only: survey, survey_type
@@ -49,9 +49,6 @@ module gestell_floquet_period_monodromy
     !> What integration leaves in Phi(T) and x_p(T), entry by entry and with the safety, by one estimate or two; shapes (n, n,
     !> estimates) and (n, estimates). Unallocated: the norms are all that is known.
     real(dp), allocatable :: phi_change(:, :, :), xp_change(:, :)
-    !> What extrapolation added to Phi(T) and x_p(T) of the steps, as which `trajectory` follows a motion; shapes (n, n) and (n).
-    !> Unallocated: nothing.
-    real(dp), allocatable :: phi_added(:, :), xp_added(:)
     !> Whether the differences between the numbers of steps tell anything of the errors of Phi(T) and of x_p(T); where they do not,
     !> `error` and `xp_error` are no bounds.
     logical :: known = .true., xp_known = .true.
@@ -69,7 +66,6 @@ module gestell_floquet_period_monodromy
   contains
     procedure :: liouville_defect
     procedure :: loses_modes
-    procedure :: error_of_steps
   end type monodromy_type
 
   !> Steps that can be ordered.
@@ -83,7 +79,7 @@ contains
   !> d12 = |Phi_1 - Phi_2|, d23 = |Phi_2 - Phi_3|; they give the order that the convergence really has,
   !> p from (N1^-p - N2^-p) / (N2^-p - N3^-p) = d12 / d23, never taken above the method's, and the error left in Phi_3,
   !> d23 c / (1 - c) with c = (N2 / N3)^p, or d12 (N1 / N3)^order if that is greater, times the order's unevenness. A method that
-  !> has others embedded, of lower order, is compared with these, and extrapolated by them (gestell_floquet_period_extrapolation).
+  !> has others embedded, of lower order, is fitted to the fastest motion, and compared with these (gestell_floquet_period_pair).
   !> Steps given by the user are compared with half and twice as many; where that tells nothing, `monodromy%known` says so.
   !> Errors: a system (`check`) or an accuracy that makes no sense, unknown method, singular equations, overflow,
   !> tolerance out of reach. `seen`: of a system that was surveyed already.
@@ -108,10 +104,13 @@ contains
     if (.not. allocated(error)) call choose_method(system, accuracy, look, monodromy%method, error)
     if (allocated(error)) return
     monodromy%scale = look%scale
+    if (accuracy%steps == 0 .and. monodromy%method%lower_order > 0) then
+      call by_pair(system, accuracy, forced, look, monodromy, error)
+      return
+    end if
+    call monodromy%method%prepare()
     if (accuracy%steps > 0) then
       call with_given_steps(system, accuracy%steps, forced, look%phase_advance, monodromy, error)
-    else if (monodromy%method%lower_order > 0) then
-      call by_pair(system, accuracy, forced, look, monodromy, error)
     else
       call with_tolerance(system, accuracy%tolerance, forced, look%phase_advance, monodromy, error)
     end if
@@ -129,8 +128,8 @@ contains
     end if
   end subroutine check_accuracy
 
-  !> The method that was ordered; `auto` is the cheapest for the case, unless steps are given. Error: there is none of that
-  !> name.
+  !> The method that was ordered, not prepared; `auto` is the cheapest for the case, unless steps are given. Error: there is none of
+  !> that name.
   subroutine choose_method(system, accuracy, outlook, method, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -144,7 +143,7 @@ contains
     if (name == "auto" .and. accuracy%steps == 0) then
       call cheapest_method(system, outlook, accuracy%tolerance, method)
     else
-      call new_method(name, method, error)
+      call find_method(name, method, error)
     end if
   end subroutine choose_method
 
@@ -181,7 +180,7 @@ contains
     call accept(system, level, safety * change, phase_advance, monodromy)
   end subroutine with_given_steps
 
-  !> By a method and the ones embedded in it, extrapolated.
+  !> By a method that is fitted to the fastest motion, and the ones embedded in it.
   subroutine by_pair(system, accuracy, forced, outlook, monodromy, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -201,11 +200,12 @@ contains
         call too_many_steps(error)
         return
       end if
+      call monodromy%method%fit(outlook%pace, nint(steps))
       call try(system, nint(steps), forced, monodromy, level, error, lower)
       if (allocated(error)) return
       angle = outlook%fastest / level%steps
-      call look_at_pair(level, lower, monodromy%scale, angle, has_positions(system), pair)
-      left = left_by_pair(pair%change, pair%next, pair%rest)
+      call look_at_pair(level, lower, monodromy%scale, angle, outlook%pace / level%steps, has_positions(system), pair)
+      left = left_by_pair(pair%change, pair%next, pair%rest, pair%missed)
       unseen = left_unseen(level%unseen, monodromy%scale, level%xp_peak, angle, level%stages)
       floor = roundoff(system, level, outlook%phase_advance)
       if (all(safety * (left + unseen) + floor <= accuracy%tolerance &
@@ -219,9 +219,8 @@ contains
         & max(accuracy%tolerance, floor)))
     end do
     call foretell(lower, pair%q)
-    call estimate_changes(monodromy, level, lower(2), safety * left / max(pair%rest, pair%change / 10, tiny(left)), &
+    call estimate_changes(monodromy, level, lower(2), safety * left / max(pair%rest, pair%change / 50, tiny(left)), &
       & lower(1), safety * left / max(pair%change, tiny(left)))
-    call extrapolate(level, lower(1), pair%r, monodromy%phi_added, monodromy%xp_added)
     call accept(system, level, safety * left, outlook%phase_advance, monodromy, safety * unseen)
   end subroutine by_pair
 
@@ -352,14 +351,6 @@ contains
 
     call defect_of(system, self%steps, reshape(self%phi, [shape(self%phi), 1]), defect, error)
   end subroutine liouville_defect
-
-  !> Bound on the norm of the error that the maps of the steps leave in Phi(T), without what extrapolation added.
-  pure real(dp) function error_of_steps(self) result(error)
-    class(monodromy_type), intent(in) :: self
-
-    error = self%error
-    if (allocated(self%phi_added)) error = error + norm2(balanced(self%phi_added, self%scale))
-  end function error_of_steps
 
   !> Whether the smallest multipliers, which share the error of Phi(T), are so much smaller than it that its factors are wanted
   !> (gestell_floquet_factors): by |Phi| |Phi^-1|, or by the transient growth. Where |Phi| = 1 the determinant tells that the least

@@ -37,8 +37,7 @@ contains
   !>
   !> That holds for rounding. The errors of integration are known in direction too: they leave (E - Phi)^-1 (E x0 + e_p) with
   !> the matrices E and vectors e_p that belong together, in which most of them cancels: the periodic motion is slower than
-  !> the free vibrations. x0 is the start of the motion that the steps close, (E - Phi_s) x0 = x_ps(T), so that what follows it is
-  !> periodic: what extrapolation added to their Phi_s and x_ps is an error too, and known.
+  !> the free vibrations.
   !> Errors: `monodromy` was not solved with forcing, or with so few steps that nothing is known; an
   !> error of Phi as large as e can make E - Phi singular,
   !> so that nothing is known of x0.
@@ -46,7 +45,7 @@ contains
     type(monodromy_type), intent(in) :: monodromy
     type(periodic_solution_type), intent(out) :: solution
     type(error_type), allocatable, intent(out) :: error
-    real(dp), allocatable :: inverted(:, :), added(:, :), vectors(:, :)
+    real(dp), allocatable :: inverted(:, :), vectors(:, :)
     real(dp) :: phi_error, xp_error, amplification, lost
     integer :: n, k
 
@@ -60,11 +59,10 @@ contains
       return
     end if
     n = size(monodromy%scale)
-    allocate(added(n, n + 1), vectors(n, 4), source=0.0_dp)
+    allocate(vectors(n, 3), source=0.0_dp)
     phi_error = n * epsilon(1.0_dp) * (n + monodromy%norm)
     associate (d => monodromy%scale, known => allocated(monodromy%phi_change) .and. allocated(monodromy%xp_change), &
-      & phi_added => added(:, :n), xp_added => added(:, n + 1), x => vectors(:, 1), by_added => vectors(:, 2), &
-      & disturbance => vectors(:, 3), change => vectors(:, 4))
+      & x => vectors(:, 1), disturbance => vectors(:, 2), change => vectors(:, 3))
       if (known) then
         phi_error = phi_error + monodromy%roundoff
         xp_error = monodromy%xp_roundoff
@@ -72,16 +70,13 @@ contains
         phi_error = phi_error + monodromy%error
         xp_error = monodromy%xp_error
       end if
-      if (allocated(monodromy%phi_added)) phi_added = balanced(monodromy%phi_added, d)
-      if (allocated(monodromy%xp_added)) xp_added = monodromy%xp_added / d
-      call inverse(unit_matrix(n) - (balanced(monodromy%phi, d) - phi_added), inverted, error)
+      call inverse(unit_matrix(n) - balanced(monodromy%phi, d), inverted, error)
       if (allocated(error)) then
         call raise_resonance(error)
         return
       end if
       amplification = norm2(inverted)
-      x = matmul(inverted, monodromy%xp / d - xp_added)
-      by_added = abs(matmul(inverted, matmul(phi_added, x) + xp_added))
+      x = matmul(inverted, monodromy%xp / d)
       lost = 0
       if (known) then
         do k = 1, size(monodromy%phi_change, 3)
@@ -93,15 +88,14 @@ contains
           change = max(change, abs(disturbance), 0.5_dp * norm2(disturbance))
         end do
       end if
-      lost = lost + amplification * phi_error + lost_by(phi_added, inverted, amplification)
+      lost = lost + amplification * phi_error
       if (.not. lost < 1) then
         call raise_resonance(error)
         return
       end if
       solution%condition = amplification * (1 + monodromy%norm)
       solution%x0 = x * d
-      solution%error = (norm2(inverted, dim=2) * (norm2(x) * phi_error + xp_error) + by_added + lost * norm2(by_added) &
-        & + change) / (1 - lost) * d
+      solution%error = (norm2(inverted, dim=2) * (norm2(x) * phi_error + xp_error) + change) / (1 - lost) * d
     end associate
   end subroutine solve_periodic
 

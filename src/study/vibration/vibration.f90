@@ -113,7 +113,7 @@ contains
         vibration%error = quantity_errors(frame, errors, x_watched)
         if (kept > 0) call take_motion_errors(frame, system, watched, x_watched, kept, errors, vibration%motion_errors)
       end if
-      resolved_all = states_resolved(frame, floquet, vibration)
+      resolved_all = states_resolved(frame, floquet, vibration, abs(x(:, samples + 1) - x(:, 1)))
       if (kept > 0) then
         call whole_motion(frame, system, phases, x, kept, vibration%motion)
         call take_series(vibration)
@@ -280,7 +280,7 @@ contains
   end subroutine take_series
 
   !> Whether the samples resolve the motion's rows beyond the states, accelerations and guides' forces. What is roundoff beside
-  !> the terms that they are sums of counts as resolved.
+  !> the terms that they are sums of counts as resolved, as for states, and no more than what a row misses of closing.
   logical function rows_resolved(frame, system, phases, x, vibration)
     class(frame_type), intent(in) :: frame
     class(periodic_system), intent(in) :: system
@@ -288,22 +288,26 @@ contains
     real(dp), intent(in) :: x(:, :)
     type(vibration_type), intent(in) :: vibration
     real(dp), parameter :: rounding = 1.0e-12_dp
-    real(dp), dimension(size(vibration%motion_series)) :: terms, errors
+    real(dp), dimension(size(vibration%motion_series)) :: terms, errors, missed
     integer :: k
 
     errors = vibration%motion_errors%bounds()
-    associate (inner => phases(:size(phases) - 1), series => vibration%motion_series)
+    associate (inner => phases(:size(phases) - 1), series => vibration%motion_series, motion => vibration%motion)
       call motion_errors(frame, system, inner, maxval(abs(x), dim=2), 1.0_dp, terms)
-      rows_resolved = all([(is_resolved(series(k), rounding * terms(k), errors(k)), k = 2 * frame%dofs() + 1, size(series))])
+      missed = abs(motion(:, size(phases)) - motion(:, 1))
+      rows_resolved = all([(is_resolved(series(k), max(rounding * terms(k), missed(k)), errors(k)), &
+        & k = 2 * frame%dofs() + 1, size(series))])
     end associate
   end function rows_resolved
 
   !> Whether the samples resolve the free states. What is roundoff beside the other states, in balanced units, counts as
-  !> resolved; the forces follow from the states.
-  pure logical function states_resolved(frame, floquet, vibration)
+  !> resolved, and no more than what a state misses of closing, `missed`: the free vibrations of that size are no harmonics. The
+  !> forces follow from the states.
+  pure logical function states_resolved(frame, floquet, vibration, missed)
     class(frame_type), intent(in) :: frame
     type(floquet_type), intent(in) :: floquet
     type(vibration_type), intent(in) :: vibration
+    real(dp), intent(in) :: missed(:)
     real(dp), parameter :: rounding = 1.0e-13_dp
     real(dp) :: greatest(size(floquet%scale)), errors(size(floquet%scale))
     integer :: states(size(floquet%scale)), k
@@ -312,8 +316,8 @@ contains
     errors = state_errors(frame, vibration)
     associate (series => vibration%series)
       greatest = [(series(states(k))%greatest_term() / floquet%scale(k), k = 1, size(states))]
-      states_resolved = all([(is_resolved(series(states(k)), rounding * maxval(greatest) * floquet%scale(k), errors(k)), &
-        & k = 1, size(states))])
+      states_resolved = all([(is_resolved(series(states(k)), max(rounding * maxval(greatest) * floquet%scale(k), missed(k)), &
+        & errors(k)), k = 1, size(states))])
     end associate
   end function states_resolved
 

@@ -142,8 +142,6 @@ contains
     coarse = converged
     ! Of `converged`.
     if (allocated(coarse%phi_change)) deallocate(coarse%phi_change)
-    if (allocated(coarse%phi_added)) deallocate(coarse%phi_added)
-    if (allocated(coarse%xp_added)) deallocate(coarse%xp_added)
     coarse%nodes = mesh(frame, steps)
     spent = 0
     do runs = 1, most
