@@ -13,7 +13,8 @@ module gestell_floquet_integrator_gauss
 
   public :: gauss
 
-  !> With fewer stages the embedded method says too little of the error: its order is too far below.
+  !> With fewer stages the embedded method says too little of the error: its order is too far below. Nor are they fitted to a motion:
+  !> others, and loads, would be followed less well.
   integer, parameter :: fewest_to_embed = 6
   !> How far the fastest motion may turn in a step (radians) for `pair`: beyond, the matrices of the embedded methods, which
   !> elimination meets on its way, are singular now and then, from 6 radians on with an even number of stages, from 11 on
@@ -80,9 +81,9 @@ contains
     real(dp), intent(in) :: pace
     integer, intent(in) :: steps
 
-    self%pace = pace
+    self%pace = merge(pace, 0.0_dp, self%lower_order > 0)
     self%length = 1.0_dp / steps
-    self%tableau = gauss_tableau(self%stages, pace * self%length)
+    self%tableau = gauss_tableau(self%stages, self%pace * self%length)
     if (self%lower_order > 0) self%nested = nested_tableau(self%tableau)
   end subroutine fit
 

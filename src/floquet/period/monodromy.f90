@@ -54,8 +54,8 @@ module gestell_floquet_period_monodromy
     logical :: known = .true., xp_known = .true.
     !> How much more than Phi(T) a rounding on the way to it is worth: far above 1 where Phi(t) grows and goes down again.
     real(dp) :: transient_growth = 1
-    !> Radians by which the fastest motion turns within the period.
-    real(dp) :: phase_advance = 0
+    !> Radians by which the fastest motion turns within the period, at most, and in the mean: what the method is fitted to.
+    real(dp) :: phase_advance = 0, pace = 0
     !> Steps of the result, evaluations of the coefficients in all.
     integer :: steps = 0, evaluations = 0
     !> Where there is no result: a step or the product failed, as by overflow.
@@ -79,7 +79,8 @@ contains
   !> d12 = |Phi_1 - Phi_2|, d23 = |Phi_2 - Phi_3|; they give the order that the convergence really has,
   !> p from (N1^-p - N2^-p) / (N2^-p - N3^-p) = d12 / d23, never taken above the method's, and the error left in Phi_3,
   !> d23 c / (1 - c) with c = (N2 / N3)^p, or d12 (N1 / N3)^order if that is greater, times the order's unevenness. A method that
-  !> has others embedded, of lower order, is fitted to the fastest motion, and compared with these (gestell_floquet_period_pair).
+  !> has others embedded, of lower order, is compared with these (gestell_floquet_period_pair). Whatever can be fitted to the fastest
+  !> motion is.
   !> Steps given by the user are compared with half and twice as many; where that tells nothing, `monodromy%known` says so.
   !> Errors: a system (`check`) or an accuracy that makes no sense, unknown method, singular equations, overflow,
   !> tolerance out of reach. `seen`: of a system that was surveyed already.
@@ -104,13 +105,11 @@ contains
     if (.not. allocated(error)) call choose_method(system, accuracy, look, monodromy%method, error)
     if (allocated(error)) return
     monodromy%scale = look%scale
-    if (accuracy%steps == 0 .and. monodromy%method%lower_order > 0) then
-      call by_pair(system, accuracy, forced, look, monodromy, error)
-      return
-    end if
-    call monodromy%method%prepare()
+    monodromy%pace = look%pace
     if (accuracy%steps > 0) then
       call with_given_steps(system, accuracy%steps, forced, look%phase_advance, monodromy, error)
+    else if (monodromy%method%lower_order > 0) then
+      call by_pair(system, accuracy, forced, look, monodromy, error)
     else
       call with_tolerance(system, accuracy%tolerance, forced, look%phase_advance, monodromy, error)
     end if
@@ -180,7 +179,7 @@ contains
     call accept(system, level, safety * change, phase_advance, monodromy)
   end subroutine with_given_steps
 
-  !> By a method that is fitted to the fastest motion, and the ones embedded in it.
+  !> By a method and the ones embedded in it.
   subroutine by_pair(system, accuracy, forced, outlook, monodromy, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -200,11 +199,10 @@ contains
         call too_many_steps(error)
         return
       end if
-      call monodromy%method%fit(outlook%pace, nint(steps))
       call try(system, nint(steps), forced, monodromy, level, error, lower)
       if (allocated(error)) return
       angle = outlook%fastest / level%steps
-      call look_at_pair(level, lower, monodromy%scale, angle, outlook%pace / level%steps, has_positions(system), pair)
+      call look_at_pair(level, lower, monodromy%scale, angle, monodromy%pace / level%steps, has_positions(system), pair)
       left = left_by_pair(pair%change, pair%next, pair%rest, pair%missed)
       unseen = left_unseen(level%unseen, monodromy%scale, level%xp_peak, angle, level%stages)
       floor = roundoff(system, level, outlook%phase_advance)
@@ -309,6 +307,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(level_type), intent(out), optional :: lower(:)
 
+    call monodromy%method%fit(monodromy%pace, steps)
     call solve_level(system, monodromy%method, monodromy%scale, steps, forced, level, error, lower)
     monodromy%broken = allocated(error)
     if (.not. allocated(error)) monodromy%evaluations = monodromy%evaluations + level%steps * monodromy%method%stages
