@@ -255,7 +255,7 @@ contains
     real(dp) :: maps(steps, 2 * size(frequencies), 2 * size(frequencies) + 1), from(steps), to(steps)
     real(dp) :: lower(steps, 2 * size(frequencies), 2 * size(frequencies) + 1, 2)
     type(unseen_type) :: unseen
-    real(dp) :: cosine, sine, turn, shift, galerkin(2, 3)
+    real(dp) :: cosine, sine, turn, shift, fitted, galerkin(2, 3)
     integer :: f, i, k, place, fewer
 
     f = size(frequencies)
@@ -281,10 +281,12 @@ contains
     do k = 1, steps
       do i = 1, f
         associate (w => frequencies(i), h => to(k) - from(k))
+          ! No method is fitted to more than 2 s radians.
+          fitted = min(maxval(frequencies) * h, 16.0_dp)
           ! The condition of the equations grows as (w h)^2, that of the multiplier mu as its square.
           turn = 4.0e-13_dp * max(1.0_dp, (w * h)**2)
           do fewer = 1, 2
-            call galerkin_step(8, 8 - fewer, w * h, galerkin)
+            call galerkin_step(8, 8 - fewer, w * h, fitted, galerkin)
             associate (map => lower(k, :, :2 * f, fewer), load => lower(k, :, 2 * f + 1, fewer))
               call check_that(error, abs(map(i, i) - galerkin(1, 1)), "<", turn, "turn of an embedded method")
               call check_that(error, abs(map(i, f + i) / h - galerkin(1, 2)), "<", turn, "turn of an embedded method")
@@ -296,7 +298,7 @@ contains
             end associate
             if (allocated(error)) return
           end do
-          call gauss_turn(8, w * h, cosine, sine)
+          call gauss_turn(8, w * h, fitted, cosine, sine)
           turn = 4.0e-13_dp * max(1.0_dp, (w * h)**2)
           call check_that(error, abs(maps(k, i, i) - cosine), "<", turn, "turn")
           call check_that(error, abs(maps(k, f + i, f + i) - cosine), "<", turn, "turn")
@@ -316,10 +318,11 @@ contains
   end subroutine check_oscillators
 
   !> A step of length 1 of q'' + z^2 q = 1 by Galerkin's method with q'' a sum of Legendre's first `terms` polynomials, whose
-  !> residual is orthogonal to them by Gauss' quadrature of s nodes: [A b].
-  subroutine galerkin_step(s, terms, z, map)
+  !> residual is orthogonal to them by Gauss' quadrature of s nodes, integrals taken by the tableau that is fitted to a turn by
+  !> `fitted`: [A b].
+  subroutine galerkin_step(s, terms, z, fitted, map)
     integer, intent(in) :: s, terms
-    real(dp), intent(in) :: z
+    real(dp), intent(in) :: z, fitted
     real(dp), intent(out) :: map(2, 3)
     type(tableau_type) :: rule
     type(gestell_error), allocatable :: failure
@@ -327,6 +330,7 @@ contains
     integer :: pivots(terms), k
 
     rule = gauss_tableau(s)
+    call rule%fit(fitted)
     p(:, 1) = 1
     p(:, 2) = 2 * rule%c - 1
     do k = 2, terms - 1
@@ -343,26 +347,38 @@ contains
     map(2, :) = map(2, :) + matmul(matmul(rule%b, p), right)
   end subroutine galerkin_step
 
-  !> cosine + i sine = R(i z) with the diagonal Pade approximation R of exp, the stability function of Gauss' methods.
-  subroutine gauss_turn(s, z, cosine, sine)
+  !> cosine + i sine = R(i z) = exp(2 i atan(t(z))): tan(z / 2) is z / 2 over Lambert's continued fraction 1 - x_1 / (1 - x_2 /
+  !> ...) with x_k = z^2 / (4 (4 k^2 - 1)), which a method of s stages has to x_s-1, and x_s-1 over the rest of the fraction for
+  !> `fitted`: this is what x_s-1 has to be for R(i fitted) = exp(i fitted).
+  subroutine gauss_turn(s, z, fitted, cosine, sine)
     integer, intent(in) :: s
-    real(dp), intent(in) :: z
+    real(dp), intent(in) :: z, fitted
     real(dp), intent(out) :: cosine, sine
-    complex(qp) :: numerator, power
-    real(qp) :: coefficient
+    real(qp) :: fraction, t
     integer :: k
 
-    coefficient = 1
-    power = 1
-    numerator = 0
-    do k = 0, s
-      numerator = numerator + coefficient * power
-      coefficient = coefficient * (s - k) / (real(2 * s - k, qp) * (k + 1))
-      power = power * cmplx(0, real(z, qp), qp)
+    ! From the front: what the fraction of tan(fitted / 2) leaves for the last term.
+    fraction = real(fitted, qp) / 2 / tan(real(fitted, qp) / 2)
+    do k = 1, s - 2
+      fraction = term(k, fitted) / (1 - fraction)
     end do
-    numerator = numerator / conjg(numerator)
-    cosine = real(real(numerator), dp)
-    sine = real(aimag(numerator), dp)
+    fraction = 1 - (1 - fraction) / term(s - 1, fitted) * term(s - 1, z)
+    do k = s - 2, 1, -1
+      fraction = 1 - term(k, z) / fraction
+    end do
+    t = real(z, qp) / 2 / fraction
+    cosine = real((1 - t**2) / (1 + t**2), dp)
+    sine = real(2 * t / (1 + t**2), dp)
+
+  contains
+
+    pure real(qp) function term(k, z)
+      integer, intent(in) :: k
+      real(dp), intent(in) :: z
+
+      term = real(z, qp)**2 / (4 * (4 * real(k, qp)**2 - 1))
+    end function term
+
   end subroutine gauss_turn
 
   subroutine matrices(self, t, m, b, c)

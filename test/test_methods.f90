@@ -334,14 +334,15 @@ contains
   subroutine test_error_constants(error)
     type(error_type), allocatable, intent(out) :: error
     character(len=name_length), allocatable :: names(:)
-    real(dp), parameter :: angle = 20
+    !> The other oscillator turns faster: methods that are fitted to it have the part faster^2 - 1 of their error for this one.
+    real(dp), parameter :: angle = 20, faster = 1.2_dp
     type(constant_type) :: system
     class(method_type), allocatable :: method
     type(gestell_error), allocatable :: failure
     real(dp) :: phi(4, 4), told, ratio
     integer :: i, steps
 
-    system = constant_type(states=4, period=1.0_dp, m=diagonal([1.0_dp, 1.0_dp]), c=diagonal([angle**2, angle**2]))
+    system = constant_type(states=4, period=1.0_dp, m=diagonal([1.0_dp, 1.0_dp]), c=diagonal([angle**2, (faster * angle)**2]))
     allocate(names, source=method_names())
     do i = 2, size(names)
       call new_method(trim(names(i)), method, failure)
@@ -349,6 +350,7 @@ contains
         ! As many steps as make the error 1e-9.
         steps = ceiling(angle * (1.0e9_dp * method%error_constant * angle)**(1.0_dp / method%order))
         told = method%error_constant * angle * (angle / steps)**method%order
+        if (method%lower_order > 0) told = told * (faster**2 - 1)
         call period_map(system, method, mesh(system, steps), [1.0_dp, 1.0_dp, angle, angle], phi, failure)
         ratio = hypot(phi(1, 1) - cos(angle), phi(1, 3) * angle - sin(angle)) / told
         ! The next term of the expansion is some tenths of the first.

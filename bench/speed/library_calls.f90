@@ -4,29 +4,16 @@ module library_calls
     & multipliers_type, periodic_solution_type, solve_floquet, solve_multipliers, solve_periodic
   use gestell_math_lapack, only: factorise, solve_factored
   use gestell_floquet_period_period_map, only: period_map
-  use gestell_floquet_period_survey, only: survey, survey_type
   use gestell_floquet_integrator_mesh, only: mesh
   implicit none (type, external)
   private
 
-  public :: fit, map_with_steps, solve_to_tolerance
+  public :: map_with_steps, solve_to_tolerance
 
 contains
 
-  !> Fits a method with so many steps to the fastest motion.
-  subroutine fit(frame, method, steps, error)
-    type(frame_type), intent(in) :: frame
-    class(method_type), intent(inout) :: method
-    integer, intent(in) :: steps
-    type(error_type), allocatable, intent(out) :: error
-    type(survey_type) :: seen
-
-    call survey(frame, seen, error)
-    if (.not. allocated(error)) call method%fit(seen%pace, steps)
-  end subroutine fit
-
-  !> Phi(T), shape (n, n), and x0 = (E - Phi)^-1 x_p(T) with so many steps of a method, which may be fitted to their number, as a peer
-  !> computes them: no estimate of the error.
+  !> Phi(T), shape (n, n), and x0 = (E - Phi)^-1 x_p(T) with so many steps of a method, as a peer computes them: no estimate
+  !> of the error.
   subroutine map_with_steps(frame, method, steps, phi, x0, evaluations, error)
     type(frame_type), intent(in) :: frame
     class(method_type), intent(in) :: method

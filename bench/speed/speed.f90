@@ -19,7 +19,7 @@ program speed
   use gestell_input_namelist, only: read_document
   use gestell_input_schema_path, only: set_value
   use gestell_input_schema, only: schema_type
-  use library_calls, only: fit, map_with_steps, solve_to_tolerance
+  use library_calls, only: map_with_steps, solve_to_tolerance
   use, intrinsic :: iso_fortran_env, only: int64, output_unit
   implicit none (type, external)
 
@@ -57,7 +57,6 @@ contains
     allocate(phi(n, n), x0(n), found(n * n + n), rho(n))
     if (method /= "auto" .and. method /= "multipliers") then
       call new_method(trim(method), prepared, error)
-      if (.not. allocated(error)) call fit(frame, prepared, nint(setting), error)
       if (allocated(error)) then
         print "(2a)", "failed: ", error%message
         return

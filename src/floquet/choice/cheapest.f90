@@ -21,7 +21,7 @@ module gestell_floquet_choice_cheapest
 contains
 
   !> The method that solves `system`, of which so much is known, to `tolerance` with the least work, by the orders, error constants
-  !> and works that the methods tell of themselves; not prepared.
+  !> and works that the methods tell of themselves.
   subroutine cheapest_method(system, outlook, tolerance, method)
     class(periodic_system), intent(in) :: system
     class(outlook_type), intent(in) :: outlook
@@ -53,6 +53,7 @@ contains
       end if
     end do
     call find_method(names(best), method, error)
+    call method%prepare()
 
   contains
 

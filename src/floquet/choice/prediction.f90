@@ -29,9 +29,6 @@ module gestell_floquet_choice_prediction
     real(dp) :: fade = 1
     !> The part of the coefficients that changes.
     real(dp) :: changing = 1
-    !> How far the fastest motion turns in the mean of what errors of high order add up (gestell_floquet_period_pace); 0: it does not
-    !> turn, or it is not known how far.
-    real(dp) :: pace = 0
   end type outlook_type
 
 contains

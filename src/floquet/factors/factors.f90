@@ -83,8 +83,7 @@ contains
     end if
     factors%scale = look%scale
     phase_advance = look%phase_advance
-    call choose_method(system, accuracy, outlook_type(phase_advance=phase_advance, fastest=phase_advance), factors%method, error)
-    if (.not. allocated(error)) call factors%method%prepare()
+    call choose_method(system, accuracy, outlook_type(phase_advance, phase_advance), factors%method, error)
     if (allocated(error)) return
     associate (order => factors%method%order)
       if (3 * phase_advance / order > most_steps) then

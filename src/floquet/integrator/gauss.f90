@@ -1,4 +1,5 @@
-!> Gauss-Legendre collocation: s stages, order 2 s, stable for every step, symmetric, and for undamped systems symplectic.
+!> Gauss-Legendre collocation: s stages, order 2 s, stable for every step, symmetric, and for undamped systems symplectic; with six
+!> stages and more fitted to the fastest motion (gestell_floquet_integrator_pace).
 module gestell_floquet_integrator_gauss
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -13,8 +14,7 @@ module gestell_floquet_integrator_gauss
 
   public :: gauss
 
-  !> With fewer stages the embedded method says too little of the error: its order is too far below. Nor are they fitted to a motion:
-  !> others, and loads, would be followed less well.
+  !> With fewer stages the embedded method says too little of the error: its order is too far below.
   integer, parameter :: fewest_to_embed = 6
   !> How far the fastest motion may turn in a step (radians) for `pair`: beyond, the matrices of the embedded methods, which
   !> elimination meets on its way, are singular now and then, from 6 radians on with an even number of stages, from 11 on
@@ -23,14 +23,11 @@ module gestell_floquet_integrator_gauss
 
   type, extends(method_type), public :: gauss_method
     private
-    !> The motion that it follows exactly, radians in the period, and steps for which it is prepared (phase).
-    real(dp) :: pace = 0, length = 1
     !> Where it is prepared, and with the embedded methods.
     type(tableau_type), allocatable :: tableau
     type(nested_type), allocatable :: nested
   contains
     procedure :: prepare
-    procedure :: fit
     procedure :: phases
     procedure :: steps_at_once
     procedure :: maps
@@ -73,19 +70,9 @@ contains
   pure subroutine prepare(self)
     class(gauss_method), intent(inout) :: self
 
-    call self%fit(0.0_dp, 1)
-  end subroutine prepare
-
-  pure subroutine fit(self, pace, steps)
-    class(gauss_method), intent(inout) :: self
-    real(dp), intent(in) :: pace
-    integer, intent(in) :: steps
-
-    self%pace = merge(pace, 0.0_dp, self%lower_order > 0)
-    self%length = 1.0_dp / steps
-    self%tableau = gauss_tableau(self%stages, self%pace * self%length)
+    self%tableau = gauss_tableau(self%stages)
     if (self%lower_order > 0) self%nested = nested_tableau(self%tableau)
-  end subroutine fit
+  end subroutine prepare
 
   !> The nodes, those of one stage together.
   pure function phases(self, from, to)
@@ -141,17 +128,10 @@ contains
     real(dp), contiguous, intent(out) :: map(:, :, :)
     type(error_type), allocatable, intent(out) :: error
 
-    !> What steps that are equal differ by.
-    real(dp), parameter :: rounding = 1.0e-6_dp
-    real(dp) :: length
+    type(tableau_type) :: tableau
 
-    length = sum(to - from) / size(from)
-    if (self%pace * abs(length - self%length) <= rounding * self%pace * self%length) then
-      call gauss_steps(self%tableau, system, self%phases(from, to), (to - from) * system%period, map, error)
-    else
-      call gauss_steps(gauss_tableau(self%stages, self%pace * length), system, self%phases(from, to), (to - from) * system%period, &
-        & map, error)
-    end if
+    tableau = self%tableau
+    call gauss_steps(tableau, system, self%phases(from, to), (to - from) * system%period, map, error)
   end subroutine maps
 
   subroutine pair(self, system, from, to, map, error, lower, unseen)
@@ -162,8 +142,10 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(unseen_type), intent(inout) :: unseen
 
-    call gauss_steps(self%nested, system, phases_at(self%nested%c, from, to), (to - from) * system%period, map, error, lower, &
-      & unseen)
+    type(nested_type) :: nested
+
+    nested = self%nested
+    call gauss_steps(nested, system, phases_at(nested%c, from, to), (to - from) * system%period, map, error, lower, unseen)
   end subroutine pair
 
 end module gestell_floquet_integrator_gauss

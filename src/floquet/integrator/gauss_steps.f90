@@ -26,6 +26,7 @@ module gestell_floquet_integrator_gauss_steps
   use gestell_floquet_integrator_exchanges, only: map_with_exchanges
   use gestell_floquet_integrator_method, only: unseen_type
   use gestell_floquet_integrator_nested, only: nested_type
+  use gestell_floquet_integrator_pace, only: pace_of
   use gestell_floquet_integrator_step_coefficients, only: coefficients_type, layout_of, layout_type, look_beyond, most_rows, &
     & sample_coefficients, scale_coefficients
   use gestell_floquet_integrator_step_equations, only: fill_panel
@@ -57,7 +58,7 @@ contains
   !> stage together. Eight steps at a time; singly, with exchanges of rows, what is fewer than eight, too large, or unsafe without.
   !> `lower` and `unseen`: by a nested tableau, as `method_type` has them.
   subroutine gauss_steps(tableau, system, phases, lengths, map, error, lower, unseen)
-    class(tableau_type), intent(in) :: tableau
+    class(tableau_type), intent(inout) :: tableau
     class(periodic_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:), lengths(:)
     real(dp), contiguous, intent(out) :: map(:, :, :)
@@ -70,13 +71,15 @@ contains
     real(dp), allocatable, target :: room(:)
     ! Of the method, and where asked for of the one embedded in it and of the one embedded in that.
     real(dp), allocatable :: maps(:, :, :, :)
-    real(dp) :: units(system%states), of_step(lanes, size(map, 3))
+    real(dp) :: units(system%states), of_step(lanes, size(map, 3)), turn
     logical :: safe(lanes), side_by_side
     integer :: steps, i, k, first, last, border
 
     call sample_coefficients(system, phases, size(map, 3) > system%states, at, units)
     at%lengths = lengths
     steps = size(lengths)
+    turn = pace_of(at) * sum(lengths) / steps
+    call tableau%fit(turn)
     side_by_side = steps >= lanes .and. fits_lanes(size(tableau%c), at%states, at%positions > 0)
     safe = .false.
     allocate(room(merge(of_panel + of_multipliers + 3 * of_stages + lanes, 0, side_by_side)))
@@ -103,6 +106,8 @@ contains
     select type (tableau)
     class is (nested_type)
       call look_beyond(tableau, at, units(:at%f), unseen)
+      unseen%steps = unseen%steps + steps
+      unseen%fitted = unseen%fitted + steps * turn**2
     end select
   end subroutine gauss_steps
 

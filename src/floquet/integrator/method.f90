@@ -16,6 +16,9 @@ module gestell_floquet_integrator_method
   !> the load itself, and what interpolation misses of it, length included.
   type, public :: unseen_type
     real(dp) :: coefficients = 0, loads = 0, turns = 0, load = 0, missed = 0
+    !> Steps, and the squares of the angles that the motion turns by in these to which they are fitted.
+    integer :: steps = 0
+    real(dp) :: fitted = 0
     !> By how much what is missed of the loads may change the last states, the velocities where there are positions.
     real(dp), allocatable :: kicks(:)
   end type unseen_type
@@ -45,7 +48,6 @@ module gestell_floquet_integrator_method
     real(dp) :: longest_turn = huge(1.0_dp)
   contains
     procedure :: prepare => nothing_to_prepare
-    procedure :: fit => prepare_as_it_is
     procedure :: phases => no_phases
     procedure :: steps_at_once => one_step
     procedure(step_maps), deferred :: maps
@@ -88,18 +90,6 @@ contains
     associate (unused => self)
     end associate
   end subroutine nothing_to_prepare
-
-  !> As `prepare`, for this number of steps above all; a method that can be fitted to a motion then follows one exactly that turns by
-  !> `pace` radians in the period.
-  pure subroutine prepare_as_it_is(self, pace, steps)
-    class(method_type), intent(inout) :: self
-    real(dp), intent(in) :: pace
-    integer, intent(in) :: steps
-
-    associate (unused_pace => pace, unused_steps => steps)
-    end associate
-    call self%prepare()
-  end subroutine prepare_as_it_is
 
   !> As `maps`, and the maps of the embedded method and of the one embedded in that: `lower`, shape (steps, n, n or n + 1, 2).
   !> `unseen` is added to.

@@ -13,7 +13,7 @@
 !> and before those of p and q, are their maps.
 module gestell_floquet_integrator_nested
   use gestell_base_kinds, only: dp
-  use gestell_floquet_integrator_tableau, only: find_legendre, tableau_type
+  use gestell_floquet_integrator_tableau, only: add_tail, find_legendre, product_of, tableau_type
   implicit none (type, external)
   private
 
@@ -21,9 +21,12 @@ module gestell_floquet_integrator_nested
 
   !> The tableau in this order of the nodes, with A X, A A X, b X, b A X in the places of A, A A, b, b A. `values`, shape (2, s):
   !> the last two rows of X, the slopes in the last two nodes. `sums`, shape (s, 2): how much of the last two equations is added to
-  !> each. `tails`, shape (s, 4): what of values at the nodes makes the rms of their parts along P_s-4 to P_s-1.
+  !> each. `tails`, shape (s, 4): what of values at the nodes makes the rms of their parts along P_s-4 to P_s-1. `slopes`,
+  !> `weights`: A and b themselves.
   type, extends(tableau_type), public :: nested_type
-    real(dp), allocatable :: values(:, :), sums(:, :), tails(:, :)
+    real(dp), allocatable :: values(:, :), sums(:, :), tails(:, :), slopes(:, :), weights(:)
+  contains
+    procedure :: fit => fit_nested
   end type nested_type
 
 contains
@@ -47,18 +50,18 @@ contains
   pure function nested_tableau(rule) result(nested)
     type(tableau_type), intent(in) :: rule
     type(nested_type) :: nested
-    ! A, A A, b and b A below each other.
-    real(dp) :: factors(2 * size(rule%c) + 2, size(rule%c)), p(size(rule%c), 0:size(rule%c) - 1), next(size(rule%c))
+    ! b and b A below each other.
+    real(dp) :: factors(2, size(rule%c)), p(size(rule%c), 0:size(rule%c) - 1), next(size(rule%c))
     integer :: order(size(rule%c)), s, i, j
 
     s = size(rule%c)
     next = 2 * rule%c - 1
     call find_legendre(s - 1, next, p)
-    allocate(nested%c(s), nested%b(s), nested%a(s, s), nested%aa(s, s), nested%ba(s))
+    allocate(nested%c(s), nested%weights(s), nested%slopes(s, s), nested%high(s), nested%next(s))
     allocate(nested%tails(s, 4), nested%values(2, s), nested%sums(s, 2))
     ! P_s-1, and what P_s-2 is in the equations that do not see P_s-1; each is greatest, b included, at the node that stands for it.
     order = [(i, i = 1, s)]
-    associate (high => p(:, s - 1), b => nested%b, v => nested%values)
+    associate (high => p(:, s - 1), b => nested%weights, v => nested%values)
       call put_last(rule%b * abs(high), order)
       next = p(:, s - 2) - p(order(s), s - 2) / high(order(s)) * high
       call put_last(rule%b * abs(next), order(:s - 1))
@@ -71,11 +74,11 @@ contains
           nested%tails(i, j) = sqrt(2 * (s - 5 + j) + 1.0_dp) * b(i) * p(order(i), s - 5 + j)
         end do
         do j = 1, s
-          factors(i, j) = rule%a(order(i), order(j))
-          factors(s + i, j) = rule%aa(order(i), order(j))
+          nested%slopes(i, j) = rule%a(order(i), order(j))
         end do
-        factors(2 * s + 1, i) = b(i)
-        factors(2 * s + 2, i) = rule%ba(order(i))
+        nested%high(i) = rule%high(order(i))
+        nested%next(i) = rule%next(order(i))
+        factors(:, i) = [b(i), rule%ba(order(i))]
       end do
       do i = 1, s
         v(1, i) = -(b(i) * next(order(i))) / (b(s - 1) * next(order(s - 1)))
@@ -89,11 +92,28 @@ contains
       nested%sums(:s - 1, 2) = v(2, :s - 1) * b(s) / b(:s - 1)
     end associate
     call take_unknowns(nested%values, factors)
-    nested%a = factors(:s, :)
-    nested%aa = factors(s + 1:2 * s, :)
-    nested%b = factors(2 * s + 1, :)
-    nested%ba = factors(2 * s + 2, :)
+    nested%b = factors(1, :)
+    nested%ba = factors(2, :)
+    call put_slopes(nested)
   end function nested_tableau
+
+  !> A X and A A X from A.
+  pure subroutine put_slopes(nested)
+    class(nested_type), intent(inout) :: nested
+
+    nested%a = nested%slopes
+    call take_unknowns(nested%values, nested%a)
+    nested%aa = product_of(nested%slopes, nested%a)
+  end subroutine put_slopes
+
+  !> The method, not the embedded ones, fitted to a motion that turns by `turn` radians in a step: b A X does not change.
+  pure subroutine fit_nested(self, turn)
+    class(nested_type), intent(inout) :: self
+    real(dp), intent(in) :: turn
+
+    call add_tail(self%high, self%next, self%weights, turn, self%slopes)
+    call put_slopes(self)
+  end subroutine fit_nested
 
   !> Factors of the slopes in the nodes, shape (rows, s), become those of the unknowns, Z X.
   pure subroutine take_unknowns(values, z)

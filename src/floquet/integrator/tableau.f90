@@ -1,8 +1,8 @@
 !> Coefficients of Gauss-Legendre collocation with any number of stages s, order 2 s, also fitted to a motion.
 !>
 !> In Legendre's polynomials A is tridiagonal (E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., Section
-!> IV.5): of P_k-1 and P_k each has the part xi_k in the integral of the other, xi_k^2 = 1 / (4 (4 k^2 - 1)), and the step multiplies
-!> the solution of x' = l x, z = h l, by (1 + Psi / 2) / (1 - Psi / 2) with the continued fraction
+!> IV.5): of P_k-1 and P_k each has the part xi_k in the integral of the other, xi_k^2 = 1 / (4 (4 k^2 - 1)), and the step
+!> multiplies the solution of x' = l x, z = h l, by (1 + Psi / 2) / (1 - Psi / 2) with the continued fraction
 !>
 !>     Psi = z / (1 + xi_1^2 z^2 / (1 + xi_2^2 z^2 / (1 + ... + xi_s-1^2 z^2))),
 !>
@@ -14,49 +14,72 @@ module gestell_floquet_integrator_tableau
   implicit none (type, external)
   private
 
-  public :: find_legendre, gauss_tableau
+  public :: add_tail, find_legendre, gauss_tableau, product_of
 
   !> On the unit step: nodes c, weights b of the quadrature, A with A(i, j) = integral of the j-th Lagrange
-  !> polynomial from 0 to c(i), and what integrating twice needs: A A and b A.
+  !> polynomial from 0 to c(i), and what integrating twice needs: A A and b A. Legendre's polynomials of the two highest degrees in
+  !> A, s - 1 and s - 2, at the nodes.
   type, public :: tableau_type
-    real(dp), allocatable :: c(:), b(:), a(:, :), aa(:, :), ba(:)
+    real(dp), allocatable :: c(:), b(:), a(:, :), aa(:, :), ba(:), high(:), next(:)
+  contains
+    procedure :: fit => fit_tableau
   end type tableau_type
+
+  !> With fewer stages other motions would be followed less well, and the loads: a method has the order of the stages but one for
+  !> these.
+  integer, parameter :: fewest_to_fit = 6
 
 contains
 
-  !> The tableau of `stages` stages, fitted to a motion that turns by `turn` radians in a step. Lagrange's polynomial of node j is
-  !> b_j (2 k + 1) P_k(z_j) along Legendre's P_k, whose integral from 0 to c is (P_k+1 - P_k-1) / (2 (2 k + 1)) at z = 2 c - 1, with
-  !> P_-1 = -1. P_s vanishes at the nodes.
-  pure function gauss_tableau(stages, turn) result(tableau)
+  !> The tableau of `stages` stages. Lagrange's polynomial of node j is b_j (2 k + 1) P_k(z_j) along Legendre's P_k, whose integral
+  !> from 0 to c is (P_k+1 - P_k-1) / (2 (2 k + 1)) at z = 2 c - 1, with P_-1 = -1. P_s vanishes at the nodes.
+  pure function gauss_tableau(stages) result(tableau)
     integer, intent(in) :: stages
-    real(dp), intent(in), optional :: turn
     type(tableau_type) :: tableau
-    ! Legendre's polynomials at the nodes, and by what xi_k is more.
-    real(dp) :: p(stages, -1:stages), more(0:stages)
+    real(dp) :: p(stages, -1:stages)
     integer :: j, k
 
-    allocate(tableau%c(stages), tableau%b(stages), tableau%a(stages, stages), tableau%aa(stages, stages), tableau%ba(stages))
+    allocate(tableau%c(stages), tableau%b(stages), tableau%a(stages, stages))
     call find_nodes(stages, tableau%c, tableau%b, p(:, 0:))
     p(:, -1) = -1
     p(:, stages) = 0
-    more = 1
-    if (present(turn)) more(stages - 1) = 1 / sqrt(tail(stages, turn))
-    associate (b => tableau%b, a => tableau%a, aa => tableau%aa, ba => tableau%ba)
+    associate (b => tableau%b, a => tableau%a)
       a = 0
       do j = 1, stages
         do k = 0, stages - 1
-          a(:, j) = a(:, j) + b(j) / 2 * p(j, k) * (more(k + 1) * p(:, k + 1) - more(k) * p(:, k - 1))
+          a(:, j) = a(:, j) + b(j) / 2 * p(j, k) * (p(:, k + 1) - p(:, k - 1))
         end do
-      end do
-      aa = 0
-      do j = 1, stages
-        do k = 1, stages
-          aa(:, j) = aa(:, j) + a(:, k) * a(k, j)
-        end do
-        ba(j) = dot_product(b, a(:, j))
       end do
     end associate
+    tableau%high = p(:, stages - 1)
+    tableau%next = p(:, stages - 2)
+    tableau%aa = product_of(tableau%a, tableau%a)
+    tableau%ba = [(dot_product(tableau%b, tableau%a(:, j)), j = 1, stages)]
   end function gauss_tableau
+
+  !> A tableau of Gauss' fitted to a motion that turns by `turn` radians in a step.
+  pure subroutine fit_tableau(self, turn)
+    class(tableau_type), intent(inout) :: self
+    real(dp), intent(in) :: turn
+
+    if (size(self%c) < fewest_to_fit) return
+    call add_tail(self%high, self%next, self%b, turn, self%a)
+    self%aa = product_of(self%a, self%a)
+  end subroutine fit_tableau
+
+  !> To A, of nodes with weights `b` where Legendre's polynomials P_s-1 and P_s-2 are `high` and `next`, what xi_s-1 is more if the
+  !> tail of the continued fraction is in it.
+  pure subroutine add_tail(high, next, b, turn, a)
+    real(dp), intent(in) :: high(:), next(:), b(:), turn
+    real(dp), intent(inout) :: a(:, :)
+    real(dp) :: more
+    integer :: j
+
+    more = (1 / sqrt(tail(size(b), turn)) - 1) / 2
+    do j = 1, size(b)
+      a(:, j) = a(:, j) + more * b(j) * (next(j) * high - high(j) * next)
+    end do
+  end subroutine add_tail
 
   !> g, between 1/2 and 1. Where the motion turns by more than 2 s radians in a step, which no method with s stages follows, it is
   !> that of 2 s.
@@ -72,6 +95,20 @@ contains
       g = 1 - min(turn, 2 * real(s, dp))**2 / (4 * (4 * real(k, dp)**2 - 1)) / g
     end do
   end function tail
+
+  !> Of small matrices.
+  pure function product_of(a, b) result(product)
+    real(dp), intent(in) :: a(:, :), b(:, :)
+    real(dp) :: product(size(a, 1), size(b, 2))
+    integer :: j, k
+
+    product = 0
+    do j = 1, size(b, 2)
+      do k = 1, size(b, 1)
+        product(:, j) = product(:, j) + a(:, k) * b(k, j)
+      end do
+    end do
+  end function product_of
 
   !> The nodes of s stages on [0, 1], ascending, and their weights, by Halley's iteration on Legendre's polynomial P_s, all nodes at
   !> once, with (1 - z^2) P_s'' = 2 z P_s' - s (s + 1) P_s; `p`: the polynomials of degree 0 to s there. The estimate from which it

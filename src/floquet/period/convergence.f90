@@ -61,10 +61,10 @@ contains
 
   !> The errors of Phi(T) and x_p(T) by a method that is fitted to a motion, from the `change` that it makes of those of the one
   !> embedded in it, that of the one embedded in that, `next`, what these tell of the method wrongly, `rest`, and the part of the
-  !> change by which it misses a motion that it is not fitted to, `missed`: where both have begun to converge the rest and a fiftieth
-  !> of the change, times twice change / next, which counts a 32nd at least, a 16th where all is rest, and half of what is missed;
-  !> else the change. x_p(T) is not taken to converge faster than Phi(T), nor to be told more exactly, from which it has what it does
-  !> not have from the load: its change and its rest may be small by chance.
+  !> change by which it misses a motion that it is not fitted to, `missed`: where both have begun to converge the rest and a
+  !> fiftieth of the change, times twice change / next, which counts a 32nd at least, a 16th where all is rest, and half of what is
+  !> missed; else the change. x_p(T) is not taken to converge faster than Phi(T), nor to be told more exactly, from which it has
+  !> what it does not have from the load: its change and its rest may be small by chance.
   pure function left_by_pair(change, next, rest, missed) result(left)
     real(dp), intent(in) :: change(2), next(2), rest(2), missed
     real(dp) :: left(2), contraction(2), whole(2), part

@@ -11,7 +11,7 @@ module gestell_floquet_period_monodromy
   use gestell_floquet_period_level, only: distance, level_type, roundoff, solve_level
   use gestell_floquet_integrator_method, only: method_type
   use gestell_floquet_choice_cheapest, only: cheapest_method
-  use gestell_floquet_integrator_methods, only: find_method
+  use gestell_floquet_integrator_methods, only: new_method
   use gestell_floquet_choice_prediction, only: first_steps, outlook_type, whole_steps
   use gestell_floquet_period_liouville, only: defect_of
   use gestell_floquet_period_survey, only: survey, survey_type
@@ -54,8 +54,8 @@ module gestell_floquet_period_monodromy
     logical :: known = .true., xp_known = .true.
     !> How much more than Phi(T) a rounding on the way to it is worth: far above 1 where Phi(t) grows and goes down again.
     real(dp) :: transient_growth = 1
-    !> Radians by which the fastest motion turns within the period, at most, and in the mean: what the method is fitted to.
-    real(dp) :: phase_advance = 0, pace = 0
+    !> Radians by which the fastest motion turns within the period.
+    real(dp) :: phase_advance = 0
     !> Steps of the result, evaluations of the coefficients in all.
     integer :: steps = 0, evaluations = 0
     !> Where there is no result: a step or the product failed, as by overflow.
@@ -79,8 +79,7 @@ contains
   !> d12 = |Phi_1 - Phi_2|, d23 = |Phi_2 - Phi_3|; they give the order that the convergence really has,
   !> p from (N1^-p - N2^-p) / (N2^-p - N3^-p) = d12 / d23, never taken above the method's, and the error left in Phi_3,
   !> d23 c / (1 - c) with c = (N2 / N3)^p, or d12 (N1 / N3)^order if that is greater, times the order's unevenness. A method that
-  !> has others embedded, of lower order, is compared with these (gestell_floquet_period_pair). Whatever can be fitted to the fastest
-  !> motion is.
+  !> has others embedded, of lower order, is compared with these (gestell_floquet_period_pair).
   !> Steps given by the user are compared with half and twice as many; where that tells nothing, `monodromy%known` says so.
   !> Errors: a system (`check`) or an accuracy that makes no sense, unknown method, singular equations, overflow,
   !> tolerance out of reach. `seen`: of a system that was surveyed already.
@@ -105,7 +104,6 @@ contains
     if (.not. allocated(error)) call choose_method(system, accuracy, look, monodromy%method, error)
     if (allocated(error)) return
     monodromy%scale = look%scale
-    monodromy%pace = look%pace
     if (accuracy%steps > 0) then
       call with_given_steps(system, accuracy%steps, forced, look%phase_advance, monodromy, error)
     else if (monodromy%method%lower_order > 0) then
@@ -127,8 +125,8 @@ contains
     end if
   end subroutine check_accuracy
 
-  !> The method that was ordered, not prepared; `auto` is the cheapest for the case, unless steps are given. Error: there is none of
-  !> that name.
+  !> The method that was ordered; `auto` is the cheapest for the case, unless steps are given. Error: there is none of that
+  !> name.
   subroutine choose_method(system, accuracy, outlook, method, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -142,7 +140,7 @@ contains
     if (name == "auto" .and. accuracy%steps == 0) then
       call cheapest_method(system, outlook, accuracy%tolerance, method)
     else
-      call find_method(name, method, error)
+      call new_method(name, method, error)
     end if
   end subroutine choose_method
 
@@ -202,7 +200,8 @@ contains
       call try(system, nint(steps), forced, monodromy, level, error, lower)
       if (allocated(error)) return
       angle = outlook%fastest / level%steps
-      call look_at_pair(level, lower, monodromy%scale, angle, monodromy%pace / level%steps, has_positions(system), pair)
+      call look_at_pair(level, lower, monodromy%scale, angle, sqrt(level%unseen%fitted / max(level%unseen%steps, 1)), &
+        & has_positions(system), pair)
       left = left_by_pair(pair%change, pair%next, pair%rest, pair%missed)
       unseen = left_unseen(level%unseen, monodromy%scale, level%xp_peak, angle, level%stages)
       floor = roundoff(system, level, outlook%phase_advance)
@@ -307,7 +306,6 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(level_type), intent(out), optional :: lower(:)
 
-    call monodromy%method%fit(monodromy%pace, steps)
     call solve_level(system, monodromy%method, monodromy%scale, steps, forced, level, error, lower)
     monodromy%broken = allocated(error)
     if (.not. allocated(error)) monodromy%evaluations = monodromy%evaluations + level%steps * monodromy%method%stages

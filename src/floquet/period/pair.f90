@@ -28,17 +28,17 @@ module gestell_floquet_period_pair
   public :: foretell, look_at_pair
 
   !> What the maps of embedded methods tell, of Phi(T), 1, and of x_p(T), 2, relative to these: `change` by the method over the
-  !> first embedded one, D_1, and by that one over the second, `next`, D_2; the `rest`, D_1 - q D_2; q of Phi(T), and the part of D_1 by
-  !> which it misses a motion that it is not fitted to, `missed`, (b).
+  !> first embedded one, D_1, and by that one over the second, `next`, D_2; the `rest`, D_1 - q D_2; q of Phi(T), and the part of
+  !> D_1 by which it misses a motion that it is not fitted to, `missed`, (b).
   type, public :: pair_type
     real(dp) :: change(2) = 0, next(2) = 0, rest(2) = 0, q = 0, missed = 0
   end type pair_type
 
 contains
 
-  !> In units `scale`. Where the embedded methods have begun to converge q is by how much D_1 is less than D_2 in its direction; not
-  !> less than 0, nor much more than the fastest motion makes it, which turns by `angle` (radians) in a step: then something else has
-  !> the error. The method is fitted to a motion that turns by `fitted`; the system has `positions` or not.
+  !> In units `scale`. Where the embedded methods have begun to converge q is by how much D_1 is less than D_2 in its direction;
+  !> not less than 0, nor much more than the fastest motion makes it, which turns by `angle` (radians) in a step: then something
+  !> else has the error. The method is fitted to a motion that turns by `fitted`; the system has `positions` or not.
   pure subroutine look_at_pair(level, lower, scale, angle, fitted, positions, pair)
     type(level_type), intent(in) :: level, lower(2)
     real(dp), intent(in) :: scale(:), angle, fitted

@@ -5,9 +5,8 @@ module gestell_floquet_period_survey
   use gestell_math_lapack, only: balancing
   use gestell_math_matrix, only: balanced
   use gestell_floquet_choice_prediction, only: growth, outlook_type
-  use gestell_floquet_period_pace, only: pace_of
   use gestell_system_periodic, only: periodic_system
-  use gestell_system_second_order, only: has_positions, sample_by_phase
+  use gestell_system_second_order, only: sample_by_phase
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -42,8 +41,6 @@ contains
     type(survey_type), intent(out) :: seen
     type(error_type), allocatable, intent(out) :: error
     logical, intent(in), optional :: forced
-    !> Where P is greatest the motion may turn less than elsewhere, but not much.
-    real(dp), parameter :: most_of_fastest = 1.1_dp
     real(dp), allocatable :: p(:, :, :), f(:, :)
     real(dp), dimension(system%states, system%states) :: greatest, one, power, square
     real(dp) :: sums(points), squares(points), inverse(system%states), size_of_p, unit, part
@@ -96,7 +93,6 @@ contains
       power = matmul(square, square)
     end do
     seen%fastest = min(seen%phase_advance, (norm2(power) / sqrt(2.0_dp))**0.0625_dp * unit * system%period)
-    seen%pace = min(pace_of(p, power, seen%scale, has_positions(system)) * system%period, most_of_fastest * seen%fastest)
     seen%fade = fade_of(one, power, unit * system%period, seen%fastest)
     if (present(forced)) call look_at_changes(p, system%period, seen, f)
   end subroutine survey

@@ -86,7 +86,7 @@ contains
   !> The ladder of one method.
   subroutine climb(frame, method, converged, multipliers, solution, budget, trade)
     class(frame_type), intent(in) :: frame
-    class(method_type), intent(inout) :: method
+    class(method_type), intent(in) :: method
     type(monodromy_type), intent(in) :: converged
     type(multipliers_type), intent(in) :: multipliers
     type(periodic_solution_type), intent(in) :: solution
@@ -105,7 +105,6 @@ contains
     steps = max(frame%least_steps, nint(seen%phase_advance / method%order))
     spent = 0
     do
-      call method%fit(seen%pace, steps)
       call measure_row(frame, method, steps, converged, multipliers, solution, row, wanted, error)
       ! A step that is too long can make the equations singular or the numbers overflow: a longer ladder is the answer.
       spent = spent + wanted

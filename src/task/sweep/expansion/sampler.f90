@@ -288,7 +288,6 @@ contains
     type(survey_type) :: seen
     type(error_type), allocatable :: error
     real(dp) :: maps(size(self%scale), self%parts%columns(), self%parts%parts * (self%parts%between + 1))
-    integer :: steps
 
     fits = .false.
     values = 0
@@ -299,12 +298,9 @@ contains
     if (allocated(system%breaks) .and. size(maps, 3) > 1) return
     self%solutions = self%solutions + 1
     call exchange(self, system)
-    call survey(system, seen, error)
-    if (.not. allocated(error)) then
-      steps = enough(self, seen%fastest, system)
-      call self%method%fit(seen%pace, steps)
-      call motions(system, self%method, mesh(system, steps), self%parts%parts, maps, error)
-    end if
+    if (size(self%steps) > 1) call survey(system, seen, error)
+    if (.not. allocated(error)) call motions(system, self%method, mesh(system, enough(self, seen%fastest, system)), &
+      & self%parts%parts, maps, error)
     call exchange(self, system)
     fits = .not. allocated(error)
     if (fits) values = self%parts%weighted(numbers_of(self, maps))
