@@ -1,8 +1,8 @@
 !> How fast the fastest motion of a system turns.
 !>
 !> In z^2 + 2 d z + k = 0, M z^2 u + B z u + C u = 0, it is the motion of the greatest k: where C is greatest (M^-1 C)^16 is little
-!> but that one. One of its columns, u, is the shape, one of its rows times M^-1, y, what the equations have to be multiplied with.
-!> At other phases the shape is another, but by two-sided Rayleigh quotients with u and y the frequency is wrong by the product of
+!> but that one. One of its columns is the shape u, one of its rows, times M^-1, what the equations are to be multiplied with, y. At
+!> other phases the shape is another, but by two-sided Rayleigh quotients with these two the frequency is wrong by the product of
 !> what both miss only (A. M. Ostrowski, Arch. Rational Mech. Anal. 3 (1959), 325):
 !>
 !>     k = y C u / y M u,   2 d = y B u / y M u,   w^2 = -Re z^2 = k - 2 d^2.
@@ -16,8 +16,7 @@ module gestell_floquet_integrator_pace
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_integrator_step_coefficients, only: coefficients_type
-  use gestell_math_lapack, only: factorise, solve_factored
-  use gestell_math_matrix, only: unit_matrix
+  use gestell_math_lapack, only: factorise, solve_factored, solve_transposed
   implicit none (type, external)
   private
 
@@ -25,17 +24,25 @@ module gestell_floquet_integrator_pace
 
 contains
 
-  !> v, radians in the unit of time, for eight stages, from the coefficients at many points; 0: the motion does not turn, or there
-  !> is no telling.
+  !> v, radians in the unit of time, for eight stages, from the coefficients in one node of some steps; 0: the motion does not turn,
+  !> or there is no telling.
   real(dp) function pace_of(at) result(pace)
     type(coefficients_type), intent(in) :: at
-    real(dp), dimension(size(at%b, 1)) :: square, weight
+    !> Steps that are enough.
+    integer, parameter :: enough = 16
+    real(dp), allocatable :: square(:), weight(:)
     real(dp) :: greatest
+    integer :: every
 
+    ! The first node of each step comes first.
+    every = max(1, size(at%lengths) / enough)
+    associate (points => (size(at%lengths) - 1) / every + 1)
+      allocate(square(points), weight(points))
+    end associate
     if (at%positions > 0) then
-      call square_with_positions(at, square)
+      call square_with_positions(at, every, square)
     else
-      call square_of(at%b, square)
+      call square_of(at%b(:size(at%lengths):every, :, :), square)
     end if
     pace = 0
     greatest = maxval(square)
@@ -46,36 +53,48 @@ contains
     pace = sqrt(greatest * sum(weight * square) / sum(weight))
   end function pace_of
 
-  !> w^2 at each point; zero where M is singular.
-  subroutine square_with_positions(at, square)
+  !> w^2 at every so many steps; zero where M is singular.
+  subroutine square_with_positions(at, every, square)
     type(coefficients_type), intent(in) :: at
+    integer, intent(in) :: every
     real(dp), intent(out) :: square(:)
-    real(dp) :: mass(at%f, at%f), right(at%f, 2 * at%f), power(at%f, at%f), y(at%f), u(at%f)
+    real(dp), dimension(at%f, at%f) :: mass, power
+    real(dp) :: y(at%f, 1)
     real(dp), dimension(size(square)) :: of_mass, damping
     type(error_type), allocatable :: singular
-    integer :: pivots(at%f), point, place(2), i, j
+    integer :: pivots(at%f), last, point, row, column, i, j
 
-    point = point_of_greatest(at%c)
+    last = size(at%lengths)
+    square = 0
+    do i = 1, at%f
+      square = square + at%c(:last:every, i, i)
+    end do
+    point = 1 + every * (maxloc(square, dim=1) - 1)
     mass = at%m(point, :, :)
-    right(:, :at%f) = at%c(point, :, :)
-    right(:, at%f + 1:) = unit_matrix(at%f)
+    power = at%c(point, :, :)
     square = 0
     call factorise(mass, pivots, singular)
     if (allocated(singular)) return
-    call solve_factored(mass, pivots, right)
-    power = high_power(right(:, :at%f), 4)
-    place = maxloc(abs(power))
-    u = power(:, place(2))
-    do i = 1, at%f
-      y(i) = dot_product(power(place(1), :), right(:, at%f + i))
+    call solve_factored(mass, pivots, power)
+    power = high_power(power)
+    row = 1
+    column = 1
+    do j = 1, at%f
+      do i = 1, at%f
+        if (.not. abs(power(i, j)) > abs(power(row, column))) cycle
+        row = i
+        column = j
+      end do
     end do
+    y(:, 1) = power(row, :)
+    call solve_transposed(mass, pivots, y)
     of_mass = 0
     damping = 0
     do j = 1, at%f
       do i = 1, at%f
-        of_mass = of_mass + y(i) * u(j) * at%m(:, i, j)
-        damping = damping + y(i) * u(j) * at%b(:, i, j)
-        square = square + y(i) * u(j) * at%c(:, i, j)
+        of_mass = of_mass + y(i, 1) * power(j, column) * at%m(:last:every, i, j)
+        damping = damping + y(i, 1) * power(j, column) * at%b(:last:every, i, j)
+        square = square + y(i, 1) * power(j, column) * at%c(:last:every, i, j)
       end do
     end do
     square = square / of_mass - (damping / of_mass)**2 / 2
@@ -83,15 +102,18 @@ contains
 
   !> The same from B = -P.
   pure subroutine square_of(b, square)
-    real(dp), contiguous, intent(in) :: b(:, :, :)
+    real(dp), intent(in) :: b(:, :, :)
     real(dp), intent(out) :: square(:)
     real(dp) :: power(size(b, 2), size(b, 2))
     real(dp), dimension(size(square)) :: before, after
     integer :: n, k, i, j
 
     n = size(b, 2)
-    power = high_power(b(point_of_greatest(b), :, :), 4)
-    k = maxloc(abs([(power(i, i), i = 1, n)]), dim=1)
+    power = high_power(b(point_of_greatest(b), :, :))
+    k = 1
+    do i = 2, n
+      if (abs(power(i, i)) > abs(power(k, k))) k = i
+    end do
     square = 0
     do j = 1, n
       before = 0
@@ -106,7 +128,7 @@ contains
   end subroutine square_of
 
   pure integer function point_of_greatest(a) result(point)
-    real(dp), contiguous, intent(in) :: a(:, :, :)
+    real(dp), intent(in) :: a(:, :, :)
     real(dp) :: squares(size(a, 1))
     integer :: i, j
 
@@ -119,17 +141,24 @@ contains
     point = maxloc(squares, dim=1)
   end function point_of_greatest
 
-  !> A^(2^squarings), each square in a unit that is its norm.
-  pure function high_power(a, squarings) result(power)
+  !> A^16, in a unit that is near its norm.
+  pure function high_power(a) result(power)
     real(dp), intent(in) :: a(:, :)
-    integer, intent(in) :: squarings
-    real(dp) :: power(size(a, 1), size(a, 1))
-    integer :: k
+    real(dp) :: power(size(a, 1), size(a, 1)), square(size(a, 1), size(a, 1)), unit
+    integer :: squaring, j, k
 
-    power = a / max(norm2(a), tiny(1.0_dp))
-    do k = 1, squarings
-      power = matmul(power, power)
-      power = power / max(norm2(power), tiny(1.0_dp))
+    power = a
+    do squaring = 0, 4
+      unit = 1 / max(sum(abs(power)), tiny(unit))
+      power = power * unit
+      if (squaring == 4) return
+      square = 0
+      do j = 1, size(a, 1)
+        do k = 1, size(a, 1)
+          square(:, j) = square(:, j) + power(:, k) * power(k, j)
+        end do
+      end do
+      power = square
     end do
   end function high_power
 
