@@ -197,6 +197,7 @@ contains
       real(dp) :: units(system%states)
 
       call sample_coefficients(system, phases, .false., at, units)
+      at%lengths = [(system%period / points, k = 1, points)]
       pace = pace_of(at)
     end function pace
 
