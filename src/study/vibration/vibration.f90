@@ -257,7 +257,7 @@ contains
     allocate(errors%rounding(rows))
     ! Of the accelerations' coefficients and load: the model's, of the mechanism's first and second derivatives, which travel
     ! through several joints, and where forces of links cancel.
-    associate (model => 4 * (sums + frame%rounding) + frame%load_rounding)
+    associate (model => 16 * (sums + frame%rounding) + frame%load_rounding)
       call motion_errors(frame, system, phases, states%rounding + model * maxval(abs(x), dim=2), model, errors%rounding)
     end associate
   end subroutine take_motion_errors
