@@ -90,6 +90,7 @@ contains
     call check_that(error, worst, "<=", rounding, "nodes and weights")
     do s = 1, 12
       rule = gauss_tableau(s)
+      call rule%fit(0.0_dp)
       worst = 0
       do k = 1, 2 * s
         worst = max(worst, abs(dot_product(rule%b, rule%c**(k - 1)) - 1.0_dp / k))

@@ -19,12 +19,12 @@ module gestell_floquet_integrator_nested
 
   public :: fall_over, left_by_embedded, nested_tableau
 
-  !> The tableau in this order of the nodes, with A X, A A X, b X, b A X in the places of A, A A, b, b A. `values`, shape (2, s):
+  !> The tableau in this order of the nodes, with b X, b A X in the places of b, b A, and once it is fitted A X, A A X in those of
+  !> A, A A. `values`, shape (2, s):
   !> the last two rows of X, the slopes in the last two nodes. `sums`, shape (s, 2): how much of the last two equations is added to
-  !> each. `tails`, shape (s, 4): what of values at the nodes makes the rms of their parts along P_s-4 to P_s-1. `slopes`,
-  !> `weights`: A and b themselves.
+  !> each. `tails`, shape (s, 4): what of values at the nodes makes the rms of their parts along P_s-4 to P_s-1. `weights`: b itself.
   type, extends(tableau_type), public :: nested_type
-    real(dp), allocatable :: values(:, :), sums(:, :), tails(:, :), slopes(:, :), weights(:)
+    real(dp), allocatable :: values(:, :), sums(:, :), tails(:, :), weights(:)
   contains
     procedure :: fit => fit_nested
   end type nested_type
@@ -57,7 +57,7 @@ contains
     s = size(rule%c)
     next = 2 * rule%c - 1
     call find_legendre(s - 1, next, p)
-    allocate(nested%c(s), nested%weights(s), nested%slopes(s, s), nested%high(s), nested%next(s))
+    allocate(nested%c(s), nested%weights(s), nested%a(s, s), nested%high(s), nested%next(s))
     allocate(nested%tails(s, 4), nested%values(2, s), nested%sums(s, 2))
     ! P_s-1, and what P_s-2 is in the equations that do not see P_s-1; each is greatest, b included, at the node that stands for it.
     order = [(i, i = 1, s)]
@@ -74,7 +74,7 @@ contains
           nested%tails(i, j) = sqrt(2 * (s - 5 + j) + 1.0_dp) * b(i) * p(order(i), s - 5 + j)
         end do
         do j = 1, s
-          nested%slopes(i, j) = rule%a(order(i), order(j))
+          nested%a(i, j) = rule%a(order(i), order(j))
         end do
         nested%high(i) = rule%high(order(i))
         nested%next(i) = rule%next(order(i))
@@ -94,25 +94,18 @@ contains
     call take_unknowns(nested%values, factors)
     nested%b = factors(1, :)
     nested%ba = factors(2, :)
-    call put_slopes(nested)
   end function nested_tableau
-
-  !> A X and A A X from A.
-  pure subroutine put_slopes(nested)
-    class(nested_type), intent(inout) :: nested
-
-    nested%a = nested%slopes
-    call take_unknowns(nested%values, nested%a)
-    nested%aa = product_of(nested%slopes, nested%a)
-  end subroutine put_slopes
 
   !> The method, not the embedded ones, fitted to a motion that turns by `turn` radians in a step: b A X does not change.
   pure subroutine fit_nested(self, turn)
     class(nested_type), intent(inout) :: self
     real(dp), intent(in) :: turn
+    real(dp) :: slopes(size(self%c), size(self%c))
 
-    call add_tail(self%high, self%next, self%weights, turn, self%slopes)
-    call put_slopes(self)
+    call add_tail(self%high, self%next, self%weights, turn, self%a)
+    slopes = self%a
+    call take_unknowns(self%values, self%a)
+    self%aa = product_of(slopes, self%a)
   end subroutine fit_nested
 
   !> Factors of the slopes in the nodes, shape (rows, s), become those of the unknowns, Z X.

@@ -1,8 +1,8 @@
 !> How fast the fastest motion of a system turns.
 !>
 !> In z^2 + 2 d z + k = 0, M z^2 u + B z u + C u = 0, it is the motion of the greatest k: where C is greatest (M^-1 C)^16 is little
-!> but that one. One of its columns is the shape u, one of its rows, times M^-1, what the equations are to be multiplied with, y. At
-!> other phases the shape is another, but by two-sided Rayleigh quotients with these two the frequency is wrong by the product of
+!> but that one. One of its columns is the shape u, one of its rows, times M^-1, what the equations are to be multiplied with, y,
+!> those of the greatest entry on the diagonal, as the sum of these is not small. At other phases the shape is another, but by two-sided Rayleigh quotients with these two the frequency is wrong by the product of
 !> what both miss only (A. M. Ostrowski, Arch. Rational Mech. Anal. 3 (1959), 325):
 !>
 !>     k = y C u / y M u,   2 d = y B u / y M u,   w^2 = -Re z^2 = k - 2 d^2.
@@ -13,10 +13,9 @@
 !>
 !>     v^2 = sum of w^(2 s + 1) / sum of w^(2 s - 1).
 module gestell_floquet_integrator_pace
-  use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
+  use gestell_math_lanes, only: lanes
   use gestell_floquet_integrator_step_coefficients, only: coefficients_type
-  use gestell_math_lapack, only: factorise, solve_factored, solve_transposed
   implicit none (type, external)
   private
 
@@ -24,25 +23,17 @@ module gestell_floquet_integrator_pace
 
 contains
 
-  !> v, radians in the unit of time, for eight stages, from the coefficients in one node of some steps; 0: the motion does not turn,
-  !> or there is no telling.
-  real(dp) function pace_of(at) result(pace)
+  !> v, radians in the unit of time, for eight stages, from the coefficients in the first node of each step; 0: the motion does not
+  !> turn, or there is no telling.
+  pure real(dp) function pace_of(at) result(pace)
     type(coefficients_type), intent(in) :: at
-    !> Steps that are enough.
-    integer, parameter :: enough = 16
-    real(dp), allocatable :: square(:), weight(:)
+    real(dp), dimension(size(at%lengths)) :: square, weight
     real(dp) :: greatest
-    integer :: every
 
-    ! The first node of each step comes first.
-    every = max(1, size(at%lengths) / enough)
-    associate (points => (size(at%lengths) - 1) / every + 1)
-      allocate(square(points), weight(points))
-    end associate
     if (at%positions > 0) then
-      call square_with_positions(at, every, square)
+      call square_with_positions(at, square)
     else
-      call square_of(at%b(:size(at%lengths):every, :, :), square)
+      call square_of(at%b(:size(at%lengths), :, :), square)
     end if
     pace = 0
     greatest = maxval(square)
@@ -53,48 +44,50 @@ contains
     pace = sqrt(greatest * sum(weight * square) / sum(weight))
   end function pace_of
 
-  !> w^2 at every so many steps; zero where M is singular.
-  subroutine square_with_positions(at, every, square)
+  !> w^2 at every step; zero where M is singular.
+  pure subroutine square_with_positions(at, square)
     type(coefficients_type), intent(in) :: at
-    integer, intent(in) :: every
     real(dp), intent(out) :: square(:)
-    real(dp), dimension(at%f, at%f) :: mass, power
-    real(dp) :: y(at%f, 1)
+    ! [M C E], and M^-1 C; columns as `high_power` has them.
+    real(dp) :: table(full(at%f), 3 * at%f), power(full(at%f), at%f), y(at%f)
     real(dp), dimension(size(square)) :: of_mass, damping
-    type(error_type), allocatable :: singular
-    integer :: pivots(at%f), last, point, row, column, i, j
+    real(dp) :: both
+    logical :: singular
+    integer :: rows(at%f), f, last, point, k, i, j
 
-    last = size(at%lengths)
+    f = at%f
+    last = size(square)
     square = 0
-    do i = 1, at%f
-      square = square + at%c(:last:every, i, i)
+    do i = 1, f
+      square = square + at%c(:last, i, i)
     end do
-    point = 1 + every * (maxloc(square, dim=1) - 1)
-    mass = at%m(point, :, :)
-    power = at%c(point, :, :)
+    point = maxloc(square, dim=1)
     square = 0
-    call factorise(mass, pivots, singular)
-    if (allocated(singular)) return
-    call solve_factored(mass, pivots, power)
-    power = high_power(power)
-    row = 1
-    column = 1
-    do j = 1, at%f
-      do i = 1, at%f
-        if (.not. abs(power(i, j)) > abs(power(row, column))) cycle
-        row = i
-        column = j
-      end do
+    table = 0
+    do j = 1, f
+      table(:f, j) = at%m(point, :, j)
+      table(:f, f + j) = at%c(point, :, j)
+      table(j, 2 * f + j) = 1
     end do
-    y(:, 1) = power(row, :)
-    call solve_transposed(mass, pivots, y)
+    call eliminate(table, f, rows, singular)
+    if (singular) return
+    power = 0
+    do j = 1, f
+      power(:f, j) = table(rows, f + j)
+    end do
+    call high_power(power)
+    k = place_of_greatest(power)
+    do i = 1, f
+      y(i) = dot_product(power(k, :), table(rows, 2 * f + i))
+    end do
     of_mass = 0
     damping = 0
-    do j = 1, at%f
-      do i = 1, at%f
-        of_mass = of_mass + y(i, 1) * power(j, column) * at%m(:last:every, i, j)
-        damping = damping + y(i, 1) * power(j, column) * at%b(:last:every, i, j)
-        square = square + y(i, 1) * power(j, column) * at%c(:last:every, i, j)
+    do j = 1, f
+      do i = 1, f
+        both = y(i) * power(j, k)
+        of_mass = of_mass + both * at%m(:last, i, j)
+        damping = damping + both * at%b(:last, i, j)
+        square = square + both * at%c(:last, i, j)
       end do
     end do
     square = square / of_mass - (damping / of_mass)**2 / 2
@@ -104,16 +97,15 @@ contains
   pure subroutine square_of(b, square)
     real(dp), intent(in) :: b(:, :, :)
     real(dp), intent(out) :: square(:)
-    real(dp) :: power(size(b, 2), size(b, 2))
+    real(dp) :: power(full(size(b, 2)), size(b, 2))
     real(dp), dimension(size(square)) :: before, after
     integer :: n, k, i, j
 
     n = size(b, 2)
-    power = high_power(b(point_of_greatest(b), :, :))
-    k = 1
-    do i = 2, n
-      if (abs(power(i, i)) > abs(power(k, k))) k = i
-    end do
+    power = 0
+    power(:n, :) = b(point_of_greatest(b), :, :)
+    call high_power(power)
+    k = place_of_greatest(power)
     square = 0
     do j = 1, n
       before = 0
@@ -124,7 +116,7 @@ contains
       end do
       square = square - before * after
     end do
-    square = square / dot_product(power(k, :), power(:, k))
+    square = square / dot_product(power(k, :), power(:n, k))
   end subroutine square_of
 
   pure integer function point_of_greatest(a) result(point)
@@ -141,25 +133,87 @@ contains
     point = maxloc(squares, dim=1)
   end function point_of_greatest
 
-  !> A^16, in a unit that is near its norm.
-  pure function high_power(a) result(power)
+  !> The place on the diagonal.
+  pure integer function place_of_greatest(a) result(place)
     real(dp), intent(in) :: a(:, :)
-    real(dp) :: power(size(a, 1), size(a, 1)), square(size(a, 1), size(a, 1)), unit
-    integer :: squaring, j, k
+    integer :: i
 
-    power = a
-    do squaring = 0, 4
-      unit = 1 / max(sum(abs(power)), tiny(unit))
-      power = power * unit
-      if (squaring == 4) return
-      square = 0
-      do j = 1, size(a, 1)
-        do k = 1, size(a, 1)
-          square(:, j) = square(:, j) + power(:, k) * power(k, j)
+    place = 1
+    do i = 2, size(a, 2)
+      if (abs(a(i, i)) > abs(a(place, place))) place = i
+    end do
+  end function place_of_greatest
+
+  !> Rows of so many that count with rows of zeros below them, which are worked on lanes at a time.
+  pure integer function full(rows)
+    integer, intent(in) :: rows
+
+    full = lanes * ((rows + lanes - 1) / lanes)
+  end function full
+
+  !> [M X], with `n` rows that count, becomes [. Y]: Gauss and Jordan's elimination, where row `rows(k)` ends as the row k of
+  !> M^-1 X. (Rows that are exchanged would have to be waited for.)
+  pure subroutine eliminate(table, n, rows, singular)
+    real(dp), contiguous, intent(inout) :: table(:, :)
+    integer, intent(in) :: n
+    integer, intent(out) :: rows(n)
+    logical, intent(out) :: singular
+    real(dp) :: factor(size(table, 1)), greatest, kept
+    logical :: free(n)
+    integer :: pivot, i, j, k
+
+    free = .true.
+    do k = 1, n
+      greatest = 0
+      do i = 1, n
+        if (.not. (free(i) .and. abs(table(i, k)) > greatest)) cycle
+        greatest = abs(table(i, k))
+        pivot = i
+      end do
+      singular = .not. greatest > 0
+      if (singular) return
+      rows(k) = pivot
+      free(pivot) = .false.
+      factor = table(:, k) / table(pivot, k)
+      ! Of the row itself its division leaves that.
+      factor(pivot) = 1 - 1 / table(pivot, k)
+      do j = k + 1, size(table, 2)
+        kept = table(pivot, j)
+        do i = 1, size(table, 1), lanes
+          table(i:i + lanes - 1, j) = table(i:i + lanes - 1, j) - kept * factor(i:i + lanes - 1)
         end do
       end do
-      power = square
     end do
-  end function high_power
+  end subroutine eliminate
+
+  !> A^16 in the place of A, in a unit that is near its norm.
+  pure subroutine high_power(a)
+    real(dp), contiguous, intent(inout) :: a(:, :)
+    real(dp) :: square(size(a, 1), size(a, 2)), sums(lanes), norm
+    integer :: squaring, i, j, k
+
+    do squaring = 0, 4
+      norm = tiny(norm)
+      do i = 1, size(a, 1), lanes
+        sums = 0
+        do j = 1, size(a, 2)
+          sums = sums + abs(a(i:i + lanes - 1, j))
+        end do
+        norm = max(norm, maxval(sums))
+      end do
+      a = a / norm
+      if (squaring == 4) return
+      do j = 1, size(a, 2)
+        do i = 1, size(a, 1), lanes
+          sums = 0
+          do k = 1, size(a, 2)
+            sums = sums + a(i:i + lanes - 1, k) * a(k, j)
+          end do
+          square(i:i + lanes - 1, j) = sums
+        end do
+      end do
+      a = square
+    end do
+  end subroutine high_power
 
 end module gestell_floquet_integrator_pace

@@ -17,8 +17,8 @@ module gestell_floquet_integrator_tableau
   public :: add_tail, find_legendre, gauss_tableau, product_of
 
   !> On the unit step: nodes c, weights b of the quadrature, A with A(i, j) = integral of the j-th Lagrange
-  !> polynomial from 0 to c(i), and what integrating twice needs: A A and b A. Legendre's polynomials of the two highest degrees in
-  !> A, s - 1 and s - 2, at the nodes.
+  !> polynomial from 0 to c(i), and what integrating twice needs: b A, and A A once it is fitted. Legendre's polynomials of the two
+  !> highest degrees in A, s - 1 and s - 2, at the nodes.
   type, public :: tableau_type
     real(dp), allocatable :: c(:), b(:), a(:, :), aa(:, :), ba(:), high(:), next(:)
   contains
@@ -53,17 +53,15 @@ contains
     end associate
     tableau%high = p(:, stages - 1)
     tableau%next = p(:, stages - 2)
-    tableau%aa = product_of(tableau%a, tableau%a)
     tableau%ba = [(dot_product(tableau%b, tableau%a(:, j)), j = 1, stages)]
   end function gauss_tableau
 
-  !> A tableau of Gauss' fitted to a motion that turns by `turn` radians in a step.
+  !> A tableau of Gauss' fitted to a motion that turns by `turn` radians in a step, where its stages are enough.
   pure subroutine fit_tableau(self, turn)
     class(tableau_type), intent(inout) :: self
     real(dp), intent(in) :: turn
 
-    if (size(self%c) < fewest_to_fit) return
-    call add_tail(self%high, self%next, self%b, turn, self%a)
+    if (size(self%c) >= fewest_to_fit) call add_tail(self%high, self%next, self%b, turn, self%a)
     self%aa = product_of(self%a, self%a)
   end subroutine fit_tableau
 
