@@ -48,7 +48,7 @@ class Case:
     def errors(self, method, values):
         """True errors of Phi(T), or of the multipliers, and of x0."""
         n = self.states
-        if n == 12 and method in (*GAUSS, *WHOLE):
+        if n == 12 and method in (*GAUSS, *PLAIN, *WHOLE):
             values = reordered(method, values)
         if method in WHOLE:
             rho = [complex(a, b) for a, b in zip(values[:n], values[n:2 * n])]
@@ -136,13 +136,14 @@ class Program:
 
 # Of the library `auto` is the whole solution, `multipliers` the same without x0.
 GAUSS = {f"gauss{s}": STEPS for s in range(2, 11)}
+PLAIN = {f"gauss{s}-plain": STEPS for s in range(6, 11)}
 WHOLE = ("auto", "multipliers")
 
 
 def programs_in(build, python, ours_only, in_space):
     speed = [str(build / "speed" / "bin" / "speed"), str(BENCH.parent / ("validation/space" if in_space else "data"))]
     found = [Program("Gestell", speed, GAUSS), Program("Gestell, all", speed, {"auto": TOLERANCE}),
-             Program("Gestell, multipliers", speed, {"multipliers": TOLERANCE})]
+             Program("Gestell, multipliers", speed, {"multipliers": TOLERANCE}), Program("Gestell, plain", speed, PLAIN)]
     peers = [("GSL", "gsl", {"rk8pd": TOLERANCE, "rk8pd-steps": STEPS, "msadams": TOLERANCE}),
              ("Boost.odeint", "boost", {"rkf78": TOLERANCE, "rkf78-steps": STEPS, "bulirsch-stoer": TOLERANCE}),
              ("SUNDIALS", "sundials", {"erk8": TOLERANCE, "erk8-steps": STEPS, "adams": TOLERANCE})]
@@ -195,7 +196,7 @@ def explore(case, program, method, accuracies):
     the accuracy for its tolerance, or less where that does not do."""
     kind = program.methods[method]
     trials, worse = [], 0
-    for setting in settings_of(kind, case, 8 if method in GAUSS else 1):
+    for setting in settings_of(kind, case, 8 if method in (*GAUSS, *PLAIN) else 1):
         trials.append(Trial(case, program, method, setting))
         if trials[-1].late:
             break
@@ -256,7 +257,7 @@ def table(case, accuracy, chosen, times, missing):
         setting = f"{trial.setting:.2g}" if kind == TOLERANCE else f"{trial.setting} steps"
         second = "" if trial.method == "multipliers" else f"{trial.errors[1]:.1e}"
         over = [f"{time / rows[name]:.3g}" if name in rows else "" for name in ("Gestell", "Gestell, all")]
-        lines.append(f"| {trial.program.name} | {trial.method.replace('-steps', '')}, {setting} | {in_words(time)} | "
+        lines.append(f"| {trial.program.name} | {re.sub('-(steps|plain)', '', trial.method)}, {setting} | {in_words(time)} | "
                      f"{in_words(shortest)} | {trial.answer.evaluations} | {trial.errors[0]:.1e} | {second} | "
                      f"{over[0]} | {over[1]} |")
     lines += ["", *(f"{name}: {why}." for name, why in missing), ""]

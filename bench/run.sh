@@ -205,6 +205,7 @@ two errors are both small enough. Times are medians over rounds in which the pro
 - **Gestell, all** (row 2) is told a tolerance and nothing else: the method and the steps are chosen, multipliers, x0 and bounds on
   their errors and the verdict computed; its first error is that of the multipliers.
 - **Gestell, multipliers** is the same without x0.
+- **Gestell, plain** is row 1 by Gauss' methods as they are, not fitted to the fastest motion.
 - **SciPy**: DOP853 with the right-hand side in Python, as one writes it with numpy (plain) and as fast as Python gets
   (scalar), and compiled by numba.
 

@@ -5,6 +5,7 @@ module test_pair
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: text
+  use gestell_floquet_integrator_gauss, only: gauss_method
   use gestell_floquet_integrator_method, only: method_type
   use gestell_floquet_integrator_methods, only: new_method
   use gestell_floquet_integrator_pace, only: pace_of
@@ -80,7 +81,7 @@ contains
   !> Of two oscillators, with positions or as x' = P x, a method with s stages follows the faster one, to which it is fitted,
   !> without an error. The slower one, 0.9 times as fast, has the part 1 / 0.81 - 1 of the phase error c_s z^(2 s + 1) of Gauss'
   !> method in N steps, z the angle in a step, as the Pade approximation has it, and the method embedded in it makes that of s - 1
-  !> stages of the faster one, half of it with positions. Oracle: closed forms. In units of 1 and the frequency an error d of the
+  !> stages of the faster one, half of it with positions; that of Gauss itself the one of s stages. Oracle: closed forms. In units of 1 and the frequency an error d of the
   !> phase is sqrt(2) d in Phi(T).
   subroutine test_phase(error)
     type(error_type), allocatable, intent(out) :: error
@@ -130,6 +131,16 @@ contains
         if (allocated(error)) return
         call check_that(error, abs(sqrt(level%unseen%fitted / level%unseen%steps) * steps / (frequencies(1) * period) - 1), "<=", &
           & rounding, "angle, stages " // text(s))
+        if (allocated(error)) return
+        select type (method)
+        class is (gauss_method)
+          method%fitted = .false.
+        end select
+        call solve_level(system, method, scale, steps, .false., level, failure)
+        call check_success(error, failure)
+        if (allocated(error)) return
+        missed(:, 1) = missed_by(level%phi)
+        call check_that(error, abs(missed(1, 1) / phase_error(s, 1) - 1), "<=", leading, "not fitted, stages " // text(s))
         if (allocated(error)) return
       end do
       deallocate(system)

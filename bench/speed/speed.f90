@@ -8,10 +8,11 @@
 !>
 !> Method `auto`: the whole solution to the tolerance `setting`, answered by shortest time, median time, runs, evaluations,
 !> the real and the imaginary parts of the multipliers and x0. `multipliers`: the same without x0, zeros in its place. Every
-!> other method: Phi(T) (rows) and x0 with `setting` steps. The solution is repeated for so many `seconds`, or -`seconds` times
+!> other method: Phi(T) (rows) and x0 with `setting` steps, `gauss9-plain` as Gauss had it, not fitted to the fastest motion. The solution is repeated for so many `seconds`, or -`seconds` times
 !> if that is negative. Reading the file and proving that the mechanism turns come before; all kinematics are timed.
 program speed
   use gestell_door_numerics, only: dp, error_type, frame_type, method_type, new_method
+  use gestell_floquet_integrator_gauss, only: gauss_method
   use gestell_input_schema_check, only: check_document
   use gestell_task_configuration, only: configuration_type
   use gestell_task_registry, only: input_schema, read_configuration
@@ -53,15 +54,20 @@ contains
     integer :: runs, evaluations, numbers, most, n
 
     call read_machine(machine, rpm, frame)
-    n = frame%states
-    allocate(phi(n, n), x0(n), found(n * n + n), rho(n))
     if (method /= "auto" .and. method /= "multipliers") then
-      call new_method(trim(method), prepared, error)
+      n = index(method // "-", "-") - 1
+      call new_method(method(:n), prepared, error)
       if (allocated(error)) then
         print "(2a)", "failed: ", error%message
         return
       end if
+      select type (prepared)
+      class is (gauss_method)
+        prepared%fitted = n == len(method)
+      end select
     end if
+    n = frame%states
+    allocate(phi(n, n), x0(n), found(n * n + n), rho(n))
     call system_clock(begin, rate)
     most = most_runs
     if (seconds < 0) most = min(nint(-seconds), most_runs)

@@ -23,6 +23,8 @@ module gestell_floquet_integrator_gauss
 
   type, extends(method_type), public :: gauss_method
     private
+    !> To the fastest motion, where the stages are enough.
+    logical, public :: fitted = .true.
     !> Where it is prepared, and with the embedded methods.
     type(tableau_type), allocatable :: tableau
     type(nested_type), allocatable :: nested
@@ -131,7 +133,7 @@ contains
     type(tableau_type) :: tableau
 
     tableau = self%tableau
-    call gauss_steps(tableau, system, self%phases(from, to), (to - from) * system%period, map, error)
+    call gauss_steps(tableau, self%fitted, system, self%phases(from, to), (to - from) * system%period, map, error)
   end subroutine maps
 
   subroutine pair(self, system, from, to, map, error, lower, unseen)
@@ -145,7 +147,8 @@ contains
     type(nested_type) :: nested
 
     nested = self%nested
-    call gauss_steps(nested, system, phases_at(nested%c, from, to), (to - from) * system%period, map, error, lower, unseen)
+    call gauss_steps(nested, self%fitted, system, phases_at(nested%c, from, to), (to - from) * system%period, map, error, lower, &
+      & unseen)
   end subroutine pair
 
 end module gestell_floquet_integrator_gauss

@@ -54,11 +54,12 @@ contains
     fits_lanes = padded(max(stages - 2, 0) * f) + 2 * padded(f) + padded(states) <= most_rows
   end function fits_lanes
 
-  !> Maps of steps of these lengths (time), as `method_type` has them, from the coefficients at `phases`: the nodes of one
-  !> stage together. Eight steps at a time; singly, with exchanges of rows, what is fewer than eight, too large, or unsafe without.
-  !> `lower` and `unseen`: by a nested tableau, as `method_type` has them.
-  subroutine gauss_steps(tableau, system, phases, lengths, map, error, lower, unseen)
+  !> Maps of steps of these lengths (time), as `method_type` has them, from the coefficients at `phases`: the nodes of one stage
+  !> together; of a tableau that is to be `fitted` or not. Eight steps at a time; singly, with exchanges of rows, what is fewer
+  !> than eight, too large, or unsafe without. `lower` and `unseen`: by a nested tableau, as `method_type` has them.
+  subroutine gauss_steps(tableau, fitted, system, phases, lengths, map, error, lower, unseen)
     class(tableau_type), intent(inout) :: tableau
+    logical, intent(in) :: fitted
     class(periodic_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:), lengths(:)
     real(dp), contiguous, intent(out) :: map(:, :, :)
@@ -78,7 +79,8 @@ contains
     call sample_coefficients(system, phases, size(map, 3) > system%states, at, units)
     at%lengths = lengths
     steps = size(lengths)
-    turn = pace_of(at) * sum(lengths) / steps
+    turn = 0
+    if (fitted) turn = pace_of(at) * sum(lengths) / steps
     call tableau%fit(turn)
     side_by_side = steps >= lanes .and. fits_lanes(size(tableau%c), at%states, at%positions > 0)
     safe = .false.
