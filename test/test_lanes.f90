@@ -7,7 +7,7 @@ module test_lanes
   use gestell_math_lanes, only: block, eliminate, lanes, padded, reduce, schur_complement, width
   use gestell_floquet_integrator_method, only: method_type, unseen_type
   use gestell_floquet_integrator_methods, only: new_method
-  use gestell_floquet_integrator_tableau, only: gauss_tableau, tableau_type
+  use gestell_floquet_integrator_tableau, only: find_legendre, gauss_tableau, tableau_type
   use gestell_math_lapack, only: factorise, solve_factored
   use gestell_system_mass, only: solve_mass
   use gestell_system_second_order, only: second_order_system
@@ -300,10 +300,8 @@ contains
           end do
           call gauss_turn(8, w * h, fitted, cosine, sine)
           turn = 4.0e-13_dp * max(1.0_dp, (w * h)**2)
-          call check_that(error, abs(maps(k, i, i) - cosine), "<", turn, "turn")
-          call check_that(error, abs(maps(k, f + i, f + i) - cosine), "<", turn, "turn")
-          call check_that(error, abs(maps(k, i, f + i) * w - sine), "<", turn, "turn")
-          call check_that(error, abs(maps(k, f + i, i) / w + sine), "<", turn, "turn")
+          call check_that(error, max(abs(maps(k, i, i) - cosine), abs(maps(k, f + i, f + i) - cosine)), "<", turn, "turn")
+          call check_that(error, max(abs(maps(k, i, f + i) * w - sine), abs(maps(k, f + i, i) / w + sine)), "<", turn, "turn")
           if (allocated(error)) return
           ! The load 1 shifts the middle of the oscillation to 1 / w^2.
           shift = 1 / w**2
@@ -327,15 +325,11 @@ contains
     type(tableau_type) :: rule
     type(gestell_error), allocatable :: failure
     real(dp) :: p(s, terms), left(terms, terms), right(terms, 3)
-    integer :: pivots(terms), k
+    integer :: pivots(terms)
 
     rule = gauss_tableau(s)
     call rule%fit(fitted)
-    p(:, 1) = 1
-    p(:, 2) = 2 * rule%c - 1
-    do k = 2, terms - 1
-      p(:, k + 1) = ((2 * k - 1) * p(:, 2) * p(:, k) - (k - 1) * p(:, k - 1)) / k
-    end do
+    call find_legendre(terms - 1, 2 * rule%c - 1, p)
     left = matmul(transpose(p * spread(rule%b, 2, terms)), p + z**2 * matmul(rule%aa, p))
     right(:, 1) = -z**2 * matmul(rule%b, p)
     right(:, 2) = -z**2 * matmul(rule%b * rule%c, p)

@@ -5,8 +5,8 @@ module test_methods
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: text
   use gestell_floquet_integrator_cooper_verner, only: cooper_verner_tableau
-  use gestell_floquet_integrator_expm, only: expm
   use gestell_floquet_period_period_map, only: period_map
+  use gestell_floquet_integrator_magnus, only: expm
   use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_method, only: method_type, name_length
   use gestell_floquet_integrator_methods, only: method_names, new_method

@@ -81,8 +81,8 @@ contains
   !> Of two oscillators, with positions or as x' = P x, a method with s stages follows the faster one, to which it is fitted,
   !> without an error. The slower one, 0.9 times as fast, has the part 1 / 0.81 - 1 of the phase error c_s z^(2 s + 1) of Gauss'
   !> method in N steps, z the angle in a step, as the Pade approximation has it, and the method embedded in it makes that of s - 1
-  !> stages of the faster one, half of it with positions; that of Gauss itself the one of s stages. Oracle: closed forms. In units of 1 and the frequency an error d of the
-  !> phase is sqrt(2) d in Phi(T).
+  !> stages of the faster one, half of it with positions; that of Gauss itself the one of s stages. Oracle: closed forms. In units
+  !> of 1 and the frequency an error d of the phase is sqrt(2) d in Phi(T).
   subroutine test_phase(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: slower = 0.9_dp, frequencies(2) = 128 * [1.0_dp, slower], period = pi / 1.1_dp, &

@@ -6,10 +6,11 @@
 !>
 !>     machine rpm method setting seconds size unit_1 ... unit_n
 !>
-!> Method `auto`: the whole solution to the tolerance `setting`, answered by shortest time, median time, runs, evaluations,
-!> the real and the imaginary parts of the multipliers and x0. `multipliers`: the same without x0, zeros in its place. Every
-!> other method: Phi(T) (rows) and x0 with `setting` steps, `gauss9-plain` as Gauss had it, not fitted to the fastest motion. The solution is repeated for so many `seconds`, or -`seconds` times
-!> if that is negative. Reading the file and proving that the mechanism turns come before; all kinematics are timed.
+!> Method `auto`: the whole solution to the tolerance `setting`, answered by shortest time, median time, runs, evaluations, the
+!> real and the imaginary parts of the multipliers and x0. `multipliers`: the same without x0, zeros in its place. Every other
+!> method: Phi(T) (rows) and x0 with `setting` steps, `gauss9-plain` as Gauss had it, not fitted to the fastest motion. The
+!> solution is repeated for so many `seconds`, or -`seconds` times if that is negative. Reading the file and proving that the
+!> mechanism turns come before; all kinematics are timed.
 program speed
   use gestell_door_numerics, only: dp, error_type, frame_type, method_type, new_method
   use gestell_floquet_integrator_gauss, only: gauss_method

@@ -57,6 +57,7 @@ contains
   !> Maps of steps of these lengths (time), as `method_type` has them, from the coefficients at `phases`: the nodes of one stage
   !> together; of a tableau that is to be `fitted` or not. Eight steps at a time; singly, with exchanges of rows, what is fewer
   !> than eight, too large, or unsafe without. `lower` and `unseen`: by a nested tableau, as `method_type` has them.
+  !> Nine arguments: as `method_type` has them, with the tableau and how it is used.
   subroutine gauss_steps(tableau, fitted, system, phases, lengths, map, error, lower, unseen)
     class(tableau_type), intent(inout) :: tableau
     logical, intent(in) :: fitted

@@ -20,9 +20,9 @@ module gestell_floquet_integrator_nested
   public :: fall_over, left_by_embedded, nested_tableau
 
   !> The tableau in this order of the nodes, with b X, b A X in the places of b, b A, and once it is fitted A X, A A X in those of
-  !> A, A A. `values`, shape (2, s):
-  !> the last two rows of X, the slopes in the last two nodes. `sums`, shape (s, 2): how much of the last two equations is added to
-  !> each. `tails`, shape (s, 4): what of values at the nodes makes the rms of their parts along P_s-4 to P_s-1. `weights`: b itself.
+  !> A, A A. `values`, shape (2, s): the last two rows of X, the slopes in the last two nodes. `sums`, shape (s, 2): how much of
+  !> the last two equations is added to each. `tails`, shape (s, 4): what of values at the nodes makes the rms of their parts along
+  !> P_s-4 to P_s-1. `weights`: b itself.
   type, extends(tableau_type), public :: nested_type
     real(dp), allocatable :: values(:, :), sums(:, :), tails(:, :), weights(:)
   contains

@@ -2,8 +2,9 @@
 !>
 !> In z^2 + 2 d z + k = 0, M z^2 u + B z u + C u = 0, it is the motion of the greatest k: where C is greatest (M^-1 C)^16 is little
 !> but that one. One of its columns is the shape u, one of its rows, times M^-1, what the equations are to be multiplied with, y,
-!> those of the greatest entry on the diagonal, as the sum of these is not small. At other phases the shape is another, but by two-sided Rayleigh quotients with these two the frequency is wrong by the product of
-!> what both miss only (A. M. Ostrowski, Arch. Rational Mech. Anal. 3 (1959), 325):
+!> those of the greatest entry on the diagonal, as the sum of these is not small. At other phases the shape is another, but by
+!> two-sided Rayleigh quotients with these two the frequency is wrong by the product of what both miss only (A. M. Ostrowski, Arch.
+!> Rational Mech. Anal. 3 (1959), 325):
 !>
 !>     k = y C u / y M u,   2 d = y B u / y M u,   w^2 = -Re z^2 = k - 2 d^2.
 !>
