@@ -15,7 +15,7 @@ module test_pair
   use gestell_floquet_period_level, only: level_type, solve_level
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type, solve_periodic
-  use gestell_math_matrix, only: balanced
+  use gestell_math_matrix, only: balanced, unit_matrix
   use gestell_system_periodic, only: periodic_system
   use systems, only: mathieu_type, oscillators_type, plain_type
   use testdrive, only: error_type, new_unittest, unittest_type
@@ -170,7 +170,7 @@ contains
   end subroutine test_phase
 
   !> Of a damped oscillator the pace v is that of z = -d + i w, v^2 = -Re z^2, zero where it does not turn; of Mathieu's equation it
-  !> is the mean of powers of the coefficient. Oracle: closed forms, and sums.
+  !> is the mean of powers of the coefficient; of coupled oscillators it is that of the fastest. Oracle: closed forms, and sums.
   subroutine test_pace(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: frequency = 50, damping = 0.2_dp, q = 300, rounding = 1.0e-12_dp
@@ -184,10 +184,15 @@ contains
     phases = [(real(k, dp) / points, k = 1, points)]
     oscillators = oscillators_type(states=4, period=2.0_dp, square=[frequency**2, 1.0_dp], &
       & damping=[2 * damping * frequency, 0.1_dp], amplitude=[1.0_dp, 1.0_dp], sharpness=1.0_dp)
-    call check_that(error, abs(pace(oscillators) / (frequency * sqrt(1 - 2 * damping**2)) - 1), "<=", rounding, "damped")
+    plain%states = 4
+    plain%period = 2
+    plain%system = oscillators
+    call check_that(error, abs([pace(oscillators), pace(plain)] / (frequency * sqrt(1 - 2 * damping**2)) - 1), "<=", rounding, &
+      & "damped")
     if (allocated(error)) return
     oscillators%damping(1) = 3 * frequency
-    call check_that(error, pace(oscillators), "<=", 0.0_dp, "without a turn")
+    plain%system = oscillators
+    call check_that(error, [pace(oscillators), pace(plain)], "<=", 0.0_dp, "without a turn")
     if (allocated(error)) return
 
     mathieu = mathieu_type(states=2, period=pi, a=frequency**2, q=q)
@@ -197,10 +202,44 @@ contains
     if (allocated(error)) return
     plain%states = 2
     plain%period = pi
-    allocate(plain%system, source=mathieu)
+    plain%system = mathieu
     call check_that(error, abs(pace(plain) / mean - 1), "<=", rounding, "Mathieu, without positions")
+    if (allocated(error)) return
+    call check_that(error, abs(coupled() / (frequency * sqrt(1 - 2 * damping**2)) - 1), "<=", rounding, "coupled")
 
   contains
+
+    !> Of nine coupled oscillators, C = M X K X^-1, B = M X D X^-1, where M needs exchanges of rows and X = E + x y.
+    real(dp) function coupled()
+      integer, parameter :: f = 9, fastest = 5
+      type(coefficients_type) :: at
+      real(dp), dimension(f, f) :: unit, m, left, right
+      real(dp) :: x(f), y(f), k(f), d(f)
+      integer :: i
+
+      unit = unit_matrix(f)
+      x = [(1 / real(i, dp), i = 1, f)]
+      y = [(cos(real(i, dp)), i = 1, f)]
+      m = cshift(unit + 0.3_dp * spread(y, 2, f) * spread(x, 1, f), 1, dim=1)
+      left = matmul(m, unit + spread(x, 2, f) * spread(y, 1, f))
+      right = unit - spread(x, 2, f) * spread(y, 1, f) / (1 + dot_product(x, y))
+      ! The others are slow: of their 16th powers nothing is left.
+      k = [(frequency**2 / (20 * i), i = 1, f)]
+      d = 0.1_dp * sqrt(k)
+      k(fastest) = frequency**2
+      d(fastest) = 2 * damping * frequency
+      at%f = f
+      at%positions = f
+      at%states = 2 * f
+      allocate(at%m(points, f, f), at%b(points, f, f), at%c(points, f, f))
+      do i = 1, points
+        at%m(i, :, :) = i * m
+        at%b(i, :, :) = i * matmul(left * spread(d, 1, f), right)
+        at%c(i, :, :) = i * matmul(left * spread(k, 1, f), right)
+      end do
+      at%lengths = [(1.0_dp / points, i = 1, points)]
+      coupled = pace_of(at)
+    end function coupled
 
     real(dp) function pace(system)
       class(periodic_system), intent(in) :: system

@@ -8,9 +8,11 @@
 !>
 !>     k = y C u / y M u,   2 d = y B u / y M u,   w^2 = -Re z^2 = k - 2 d^2.
 !>
-!> Without positions, x' = P x, u and y are a column and a row of P^16, and w^2 = -y P P u / y u. In a step of length h a method
-!> with s stages leaves a phase error c (w h)^(2 s + 1), one that is fitted to a motion of frequency v
-!> (gestell_floquet_integrator_tableau) nearly c (w h)^(2 s - 1) (w^2 - v^2) h^2. In a sum over steps nothing is left of these where
+!> Without positions, x' = P x, u and y are a column and a row of P^16, which the conjugate motions z share. So the t_j = y P^j u
+!> obey t_j+2 = 2 Re z t_j+1 - |z|^2 t_j: two equations for both, and w^2 = |z|^2 - 2 (Re z)^2. In a step of length h a method with
+!> s stages leaves a phase error c (w h)^(2 s + 1), one that is fitted to a motion of frequency v
+!> (gestell_floquet_integrator_tableau) nearly c (w h)^(2 s - 1) (w^2 - v^2) h^2. In a sum over steps nothing is left of these
+!> where
 !>
 !>     v^2 = sum of w^(2 s + 1) / sum of w^(2 s - 1).
 module gestell_floquet_integrator_pace
@@ -37,8 +39,9 @@ contains
       call square_of(at%b(:size(at%lengths), :, :), square)
     end if
     pace = 0
+    where (.not. abs(square) <= huge(greatest)) square = 0
     greatest = maxval(square)
-    if (.not. (greatest > 0 .and. greatest <= huge(greatest))) return
+    if (.not. greatest > 0) return
     square = max(square / greatest, 0.0_dp)
     ! Of the squares the powers are halves.
     weight = square**7 * sqrt(square)
@@ -94,12 +97,16 @@ contains
     square = square / of_mass - (damping / of_mass)**2 / 2
   end subroutine square_with_positions
 
-  !> The same from B = -P.
+  !> The same from B = -P; zero where u is little but one motion that does not turn.
   pure subroutine square_of(b, square)
     real(dp), intent(in) :: b(:, :, :)
     real(dp), intent(out) :: square(:)
-    real(dp) :: power(full(size(b, 2)), size(b, 2))
-    real(dp), dimension(size(square)) :: before, after
+    !> det over its terms where a motion turns by a thousandth of a radian while it decays.
+    real(dp), parameter :: least = 1.0e-6_dp
+    real(dp) :: power(full(size(b, 2)), size(b, 2)), t_0
+    ! y P, P u and P P u; y P u, y P P u, y P P P u and t_0 t_2 - t_1^2.
+    real(dp), dimension(size(square), size(b, 2)) :: before, after, twice
+    real(dp), dimension(size(square)) :: t_1, t_2, t_3, det
     integer :: n, k, i, j
 
     n = size(b, 2)
@@ -107,17 +114,29 @@ contains
     power(:n, :) = b(point_of_greatest(b), :, :)
     call high_power(power)
     k = place_of_greatest(power)
-    square = 0
+    before = 0
+    after = 0
     do j = 1, n
-      before = 0
-      after = 0
       do i = 1, n
-        before = before + power(k, i) * b(:, i, j)
-        after = after + b(:, j, i) * power(i, k)
+        before(:, j) = before(:, j) - power(k, i) * b(:, i, j)
+        after(:, i) = after(:, i) - b(:, i, j) * power(j, k)
       end do
-      square = square - before * after
     end do
-    square = square / dot_product(power(k, :), power(:n, k))
+    twice = 0
+    do j = 1, n
+      do i = 1, n
+        twice(:, i) = twice(:, i) - b(:, i, j) * after(:, j)
+      end do
+    end do
+    t_0 = dot_product(power(k, :), power(:n, k))
+    t_1 = matmul(after, power(k, :))
+    t_2 = sum(before * after, dim=2)
+    t_3 = sum(before * twice, dim=2)
+    det = t_0 * t_2 - t_1**2
+    square = 0
+    where (abs(det) > least * (abs(t_0 * t_2) + t_1**2))
+      square = (t_1 * t_3 - t_2**2) / det - ((t_0 * t_3 - t_1 * t_2) / det)**2 / 2
+    end where
   end subroutine square_of
 
   pure integer function point_of_greatest(a) result(point)
