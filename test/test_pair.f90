@@ -194,6 +194,10 @@ contains
     plain%system = oscillators
     call check_that(error, [pace(oscillators), pace(plain)], "<=", 0.0_dp, "without a turn")
     if (allocated(error)) return
+    oscillators%square = 0
+    plain%system = oscillators
+    call check_that(error, [pace(oscillators), pace(plain)], "<=", 0.0_dp, "without stiffness")
+    if (allocated(error)) return
 
     mathieu = mathieu_type(states=2, period=pi, a=frequency**2, q=q)
     square = frequency**2 - 2 * q * cos(2 * pi * phases)

@@ -52,6 +52,7 @@ contains
   pure subroutine square_with_positions(at, square)
     type(coefficients_type), intent(in) :: at
     real(dp), intent(out) :: square(:)
+    real(dp), parameter :: least = 1.0e-6_dp
     ! [M C E], and M^-1 C; columns as `high_power` has them.
     real(dp) :: table(full(at%f), 3 * at%f), power(full(at%f), at%f), y(at%f)
     real(dp), dimension(size(square)) :: of_mass, damping
@@ -94,7 +95,12 @@ contains
         square = square + both * at%c(:last, i, j)
       end do
     end do
-    square = square / of_mass - (damping / of_mass)**2 / 2
+    ! Where y M u vanishes, by chance or as C does, there is no telling.
+    where (abs(of_mass) > least * maxval(abs(of_mass)))
+      square = square / of_mass - (damping / of_mass)**2 / 2
+    elsewhere
+      square = 0
+    end where
   end subroutine square_with_positions
 
   !> The same from B = -P; zero where u is little but one motion that does not turn.
