@@ -50,6 +50,8 @@ module systems
   type, extends(second_order_system), public :: oscillators_type
     real(dp), allocatable :: square(:), damping(:), amplitude(:)
     real(dp) :: sharpness = 0
+    !> Of `square` the parts that change as sin w t; unallocated: none.
+    real(dp), allocatable :: modulation(:)
   contains
     procedure :: matrices => oscillators_matrices
     procedure :: load => oscillators_load
@@ -200,11 +202,10 @@ contains
     real(dp), intent(in) :: t
     real(dp), intent(out) :: m(:, :), b(:, :), c(:, :)
 
-    associate (unused => t)
-    end associate
     m = diagonal(spread(1.0_dp, 1, size(self%square)))
     b = diagonal(self%damping)
     c = diagonal(self%square)
+    if (allocated(self%modulation)) c = c + diagonal(self%square * self%modulation * sin(2 * pi * t / self%period))
   end subroutine oscillators_matrices
 
   subroutine oscillators_load(self, t, h)

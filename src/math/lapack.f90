@@ -5,7 +5,7 @@ module gestell_math_lapack
   implicit none (type, external)
   private
 
-  public :: factorise, solve_factored, solve_transposed, log_abs_determinant, inverse, eigensystem, symmetric_pencil, balancing, &
+  public :: factorise, solve_factored, log_abs_determinant, inverse, eigensystem, symmetric_pencil, balancing, &
     & inverse_factor, constrained_least_squares
 
   interface
@@ -150,16 +150,6 @@ contains
 
     call dgetrs("N", size(a, 1), size(b, 2), a, size(a, 1), pivots, b, size(b, 1), info)
   end subroutine solve_factored
-
-  !> Solves A^T X = B in place of `b(n, columns)` with the factors from `factorise`.
-  subroutine solve_transposed(a, pivots, b)
-    real(dp), contiguous, intent(in) :: a(:, :)
-    integer, intent(in) :: pivots(:)
-    real(dp), contiguous, intent(inout) :: b(:, :)
-    integer :: info
-
-    call dgetrs("T", size(a, 1), size(b, 2), a, size(a, 1), pivots, b, size(b, 1), info)
-  end subroutine solve_transposed
 
   !> ln |det A| of the square matrix `a`. Error: `a` is singular.
   subroutine log_abs_determinant(a, value, error)

@@ -110,7 +110,7 @@ contains
     class is (nested_type)
       call look_beyond(tableau, at, units(:at%f), unseen)
       unseen%steps = unseen%steps + steps
-      unseen%fitted = unseen%fitted + steps * turn**2
+      unseen%fitted = unseen%fitted + steps * [turn**2, turn**4]
     end select
   end subroutine gauss_steps
 

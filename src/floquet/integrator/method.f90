@@ -16,9 +16,9 @@ module gestell_floquet_integrator_method
   !> the load itself, and what interpolation misses of it, length included.
   type, public :: unseen_type
     real(dp) :: coefficients = 0, loads = 0, turns = 0, load = 0, missed = 0
-    !> Steps, and the squares of the angles that the motion turns by in these to which they are fitted.
+    !> Steps, and the squares and fourth powers of the angles that the motion turns by in these to which they are fitted.
     integer :: steps = 0
-    real(dp) :: fitted = 0
+    real(dp) :: fitted(2) = 0
     !> By how much what is missed of the loads may change the last states, the velocities where there are positions.
     real(dp), allocatable :: kicks(:)
   end type unseen_type

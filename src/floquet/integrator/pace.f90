@@ -48,13 +48,14 @@ contains
     pace = sqrt(greatest * sum(weight * square) / sum(weight))
   end function pace_of
 
-  !> w^2 at every step; zero where M is singular.
+  !> w^2 at every step; zero where M is singular, and where forces that circulate make of two motions one that grows.
   pure subroutine square_with_positions(at, square)
     type(coefficients_type), intent(in) :: at
     real(dp), intent(out) :: square(:)
     real(dp), parameter :: least = 1.0e-6_dp
     ! [M C E], and M^-1 C; columns as `high_power` has them.
-    real(dp) :: table(full(at%f), 3 * at%f), power(full(at%f), at%f), y(at%f)
+    real(dp) :: table(full(at%f), 3 * at%f), y(at%f)
+    real(dp), dimension(full(at%f), at%f) :: a, power
     real(dp), dimension(size(square)) :: of_mass, damping
     real(dp) :: both
     logical :: singular
@@ -76,12 +77,14 @@ contains
     end do
     call eliminate(table, f, rows, singular)
     if (singular) return
-    power = 0
+    a = 0
     do j = 1, f
-      power(:f, j) = table(rows, f + j)
+      a(:f, j) = table(rows, f + j)
     end do
+    power = a
     call high_power(power)
     k = place_of_greatest(power)
+    if (is_pair(a(:f, :), power(:f, k), power(k, :))) return
     do i = 1, f
       y(i) = dot_product(power(k, :), table(rows, 2 * f + i))
     end do
@@ -102,6 +105,21 @@ contains
       square = 0
     end where
   end subroutine square_with_positions
+
+  !> Whether a column u and a row y of A^16 are of a conjugate pair of A: t_j = y A^j u obey t_j+2 = p t_j+1 - q t_j with p^2 < 4 q.
+  pure logical function is_pair(a, u, y)
+    real(dp), intent(in) :: a(:, :), u(:), y(:)
+    !> det over its terms where A^16 turns by a thousandth of a radian.
+    real(dp), parameter :: least = 1.0e-8_dp
+    real(dp) :: after(size(u)), before(size(u)), t(0:3), det
+
+    after = matmul(a, u)
+    before = matmul(y, a)
+    t = [dot_product(y, u), dot_product(y, after), dot_product(before, after), dot_product(before, matmul(a, after))]
+    det = t(0) * t(2) - t(1)**2
+    is_pair = abs(det) > least * (abs(t(0) * t(2)) + t(1)**2) &
+      & .and. (t(0) * t(3) - t(1) * t(2))**2 < 4 * det * (t(1) * t(3) - t(2)**2)
+  end function is_pair
 
   !> The same from B = -P; zero where u is little but one motion that does not turn.
   pure subroutine square_of(b, square)

@@ -62,8 +62,8 @@ contains
   !> The errors of Phi(T) and x_p(T) by a method that is fitted to a motion, from the `change` that it makes of those of the one
   !> embedded in it, that of the one embedded in that, `next`, what these tell of the method wrongly, `rest`, and the part of the
   !> change by which it misses a motion that it is not fitted to, `missed`: where both have begun to converge the rest and a
-  !> fiftieth of the change, times twice change / next, which counts a 32nd at least, a 16th where all is rest, and half of what is
-  !> missed; else the change. x_p(T) is not taken to converge faster than Phi(T), nor to be told more exactly, from which it has
+  !> fiftieth of the change, times twice change / next, which counts a 32nd at least, a 16th where all is rest, and what is missed;
+  !> else the change. x_p(T) is not taken to converge faster than Phi(T), nor to be told more exactly, from which it has
   !> what it does not have from the load: its change and its rest may be small by chance.
   pure function left_by_pair(change, next, rest, missed) result(left)
     real(dp), intent(in) :: change(2), next(2), rest(2), missed
@@ -76,7 +76,7 @@ contains
     whole = max(change, contraction * next)
     part = min(rest(1) / max(change(1), tiny(part)), 1.0_dp)
     left = min(max(rest, part * whole) + whole / 50, whole) * min(max(2 * contraction, (1 + part) / 32), 1.0_dp) &
-      & + whole * min(missed / 2, 1.0_dp)
+      & + whole * min(missed, 1.0_dp)
   end function left_by_pair
 
   !> The errors of Phi(T) and x_p(T) by what the nodes do not tell, which all embedded methods share. A

@@ -200,7 +200,7 @@ contains
       call try(system, nint(steps), forced, monodromy, level, error, lower)
       if (allocated(error)) return
       angle = outlook%fastest / level%steps
-      call look_at_pair(level, lower, monodromy%scale, angle, sqrt(level%unseen%fitted / max(level%unseen%steps, 1)), &
+      call look_at_pair(level, lower, monodromy%scale, angle, level%unseen%fitted / max(level%unseen%steps, 1), &
         & has_positions(system), pair)
       left = left_by_pair(pair%change, pair%next, pair%rest, pair%missed)
       unseen = left_unseen(level%unseen, monodromy%scale, level%xp_peak, angle, level%stages)

@@ -16,7 +16,9 @@
 !>
 !>     the error is (z^2 - v^2) / (4 (4 s^2 - 1)) D_1, with positions twice that.                                     (b)
 !>
-!> q is measured, and tells z; what D_1 is beyond q D_2 tells how far all of this holds.
+!> q is measured, and tells z; what D_1 is beyond q D_2 tells how far all of this holds. Steps that are taken together have one v.
+!> Of a motion to which they are not fitted, as where the fastest one dies out, errors of both signs need not cancel though the
+!> mean of v^2 is its z^2: the rms of z^2 - v^2 counts.
 module gestell_floquet_period_pair
   use gestell_base_kinds, only: dp
   use gestell_floquet_integrator_methods, only: pair_begun
@@ -38,10 +40,11 @@ contains
 
   !> In units `scale`. Where the embedded methods have begun to converge q is by how much D_1 is less than D_2 in its direction;
   !> not less than 0, nor much more than the fastest motion makes it, which turns by `angle` (radians) in a step: then something
-  !> else has the error. The method is fitted to a motion that turns by `fitted`; the system has `positions` or not.
+  !> else has the error. The method is fitted to motions whose angles have the mean square and mean fourth power `fitted`; the
+  !> system has `positions` or not.
   pure subroutine look_at_pair(level, lower, scale, angle, fitted, positions, pair)
     type(level_type), intent(in) :: level, lower(2)
-    real(dp), intent(in) :: scale(:), angle, fitted
+    real(dp), intent(in) :: scale(:), angle, fitted(2)
     logical, intent(in) :: positions
     type(pair_type), intent(out) :: pair
     real(dp), parameter :: margin = 1.15_dp
@@ -73,7 +76,8 @@ contains
     if (pair%next(1) < pair_begun) then
       pair%q = min(max(phi(2) / max(phi(3), tiny(1.0_dp)), 0.0_dp), margin * angle**2 / fall_over(level%stages - 1))
     end if
-    pair%missed = abs(pair%q * fall_over(level%stages - 1) - fitted**2) / fall_over(level%stages) / left_by_embedded(positions)
+    pair%missed = sqrt((pair%q * fall_over(level%stages - 1) - fitted(1))**2 + max(fitted(2) - fitted(1)**2, 0.0_dp)) &
+      & / fall_over(level%stages) / left_by_embedded(positions)
     pair%rest = sqrt(max([phi(1) - pair%q * (2 * phi(2) - pair%q * phi(3)), xp(1) - pair%q * (2 * xp(2) - pair%q * xp(3))], 0.0_dp))
   end subroutine look_at_pair
 

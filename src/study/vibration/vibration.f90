@@ -295,7 +295,7 @@ contains
     associate (inner => phases(:size(phases) - 1), series => vibration%motion_series, motion => vibration%motion)
       call motion_errors(frame, system, inner, maxval(abs(x), dim=2), 1.0_dp, terms)
       missed = abs(motion(:, size(phases)) - motion(:, 1))
-      rows_resolved = all([(is_resolved(series(k), max(rounding * terms(k), missed(k)), errors(k)), &
+      rows_resolved = all([(is_resolved(series(k), max(rounding * terms(k), min(missed(k), errors(k))), errors(k)), &
         & k = 2 * frame%dofs() + 1, size(series))])
     end associate
   end function rows_resolved
@@ -316,8 +316,8 @@ contains
     errors = state_errors(frame, vibration)
     associate (series => vibration%series)
       greatest = [(series(states(k))%greatest_term() / floquet%scale(k), k = 1, size(states))]
-      states_resolved = all([(is_resolved(series(states(k)), max(rounding * maxval(greatest) * floquet%scale(k), missed(k)), &
-        & errors(k)), k = 1, size(states))])
+      states_resolved = all([(is_resolved(series(states(k)), &
+        & max(rounding * maxval(greatest) * floquet%scale(k), min(missed(k), errors(k))), errors(k)), k = 1, size(states))])
     end associate
   end function states_resolved
 
