@@ -220,10 +220,7 @@ contains
     type(coefficients_type) function circulatory() result(at)
       real(dp), parameter :: b = 0.15_dp
 
-      at%f = 2
-      at%positions = 2
-      at%states = 4
-      at%m = spread(unit_matrix(2), 1, points)
+      at = coefficients_type(f=2, positions=2, states=4, m=spread(unit_matrix(2), 1, points))
       at%b = b / 2 * at%m
       at%c = at%m + spread(reshape([0.0_dp, -b, b, 0.0_dp], [2, 2]), 1, points)
       at%lengths = [(1.0_dp / points, k = 1, points)]
@@ -248,15 +245,9 @@ contains
       d = 0.1_dp * sqrt(k)
       k(fastest) = frequency**2
       d(fastest) = 2 * damping * frequency
-      at%f = f
-      at%positions = f
-      at%states = 2 * f
-      allocate(at%m(points, f, f), at%b(points, f, f), at%c(points, f, f))
-      do i = 1, points
-        at%m(i, :, :) = i * m
-        at%b(i, :, :) = i * matmul(left * spread(d, 1, f), right)
-        at%c(i, :, :) = i * matmul(left * spread(k, 1, f), right)
-      end do
+      at = coefficients_type(f=f, positions=f, states=2 * f, m=spread(m, 1, points))
+      at%b = spread(matmul(left * spread(d, 1, f), right), 1, points)
+      at%c = spread(matmul(left * spread(k, 1, f), right), 1, points)
       at%lengths = [(1.0_dp / points, i = 1, points)]
       coupled = pace_of(at)
     end function coupled

@@ -101,7 +101,7 @@ contains
     ! Where y M u vanishes, by chance or as C does, there is no telling.
     where (abs(of_mass) > least * maxval(abs(of_mass)))
       square = square / of_mass - (damping / of_mass)**2 / 2
-    elsewhere
+    else where
       square = 0
     end where
   end subroutine square_with_positions
