@@ -285,7 +285,7 @@ contains
       method%fitted = .false.
     end select
     do i = 1, systems
-      square = 40000.0_dp * i
+      square = (100 + 8.0_dp * i)**2
       system = oscillators_type(states=4, period=2 * pi, square=square * [1.0_dp, modulo(0.618_dp * i, 0.5_dp) + 0.5_dp], &
         & damping=[(0.1_dp + modulo(0.3_dp * i, 0.5_dp)) * sqrt(square), 0.02_dp], amplitude=[1.0_dp, 1.0_dp], sharpness=1.0_dp, &
         & modulation=[modulo(0.414_dp * i, 0.6_dp), modulo(0.732_dp * i, 1.4_dp) - 0.7_dp])
