@@ -52,23 +52,23 @@ contains
     real(dp), allocatable :: phi(:, :), x0(:), found(:)
     complex(dp), allocatable :: rho(:)
     integer(int64) :: begin, start, finish, rate
-    integer :: runs, evaluations, numbers, most, n
+    integer :: runs, evaluations, numbers, most, length, n
 
     call read_machine(machine, rpm, frame)
+    n = frame%states
+    allocate(phi(n, n), x0(n), found(n * n + n), rho(n))
     if (method /= "auto" .and. method /= "multipliers") then
-      n = index(method // "-", "-") - 1
-      call new_method(method(:n), prepared, error)
+      length = index(method // "-", "-") - 1
+      call new_method(method(:length), prepared, error)
       if (allocated(error)) then
         print "(2a)", "failed: ", error%message
         return
       end if
       select type (prepared)
       class is (gauss_method)
-        prepared%fitted = n == len(method)
+        prepared%fitted = length == len(method)
       end select
     end if
-    n = frame%states
-    allocate(phi(n, n), x0(n), found(n * n + n), rho(n))
     call system_clock(begin, rate)
     most = most_runs
     if (seconds < 0) most = min(nint(-seconds), most_runs)

@@ -106,31 +106,42 @@ contains
     end where
   end subroutine square_with_positions
 
-  !> Whether a column u and a row y of A^16 are of a conjugate pair of A: t_j = y A^j u obey t_j+2 = p t_j+1 - q t_j with p^2 < 4 q.
+  !> Whether a column u and a row y of A^16 are of a conjugate pair of A.
   pure logical function is_pair(a, u, y)
     real(dp), intent(in) :: a(:, :), u(:), y(:)
-    !> det over its terms where A^16 turns by a thousandth of a radian.
-    real(dp), parameter :: least = 1.0e-8_dp
-    real(dp) :: after(size(u)), before(size(u)), t(0:3), det
+    real(dp) :: after(size(u)), before(size(u)), p, q
 
     after = matmul(a, u)
     before = matmul(y, a)
-    t = [dot_product(y, u), dot_product(y, after), dot_product(before, after), dot_product(before, matmul(a, after))]
-    det = t(0) * t(2) - t(1)**2
-    is_pair = abs(det) > least * (abs(t(0) * t(2)) + t(1)**2) &
-      & .and. (t(0) * t(3) - t(1) * t(2))**2 < 4 * det * (t(1) * t(3) - t(2)**2)
+    call find_pair(dot_product(y, u), dot_product(y, after), dot_product(before, after), &
+      & dot_product(before, matmul(a, after)), p, q)
+    is_pair = p**2 < 4 * q
   end function is_pair
+
+  !> z^2 = p z - q of the two motions z of which t_j = y A^j u is a sum: t_j+2 = p t_j+1 - q t_j. Zeros: it is little but one.
+  elemental subroutine find_pair(t_0, t_1, t_2, t_3, p, q)
+    real(dp), intent(in) :: t_0, t_1, t_2, t_3
+    real(dp), intent(out) :: p, q
+    !> What the determinant is of its terms where a motion turns by a ten thousandth of a radian while it decays.
+    real(dp), parameter :: least = 1.0e-8_dp
+    real(dp) :: det
+
+    det = t_0 * t_2 - t_1**2
+    p = 0
+    q = 0
+    if (.not. abs(det) > least * (abs(t_0 * t_2) + t_1**2)) return
+    p = (t_0 * t_3 - t_1 * t_2) / det
+    q = (t_1 * t_3 - t_2**2) / det
+  end subroutine find_pair
 
   !> The same from B = -P; zero where u is little but one motion that does not turn.
   pure subroutine square_of(b, square)
     real(dp), intent(in) :: b(:, :, :)
     real(dp), intent(out) :: square(:)
-    !> det over its terms where a motion turns by a thousandth of a radian while it decays.
-    real(dp), parameter :: least = 1.0e-6_dp
-    real(dp) :: power(full(size(b, 2)), size(b, 2)), t_0
-    ! y P, P u and P P u; y P u, y P P u, y P P P u and t_0 t_2 - t_1^2.
+    real(dp) :: power(full(size(b, 2)), size(b, 2))
+    ! y P, P u and P P u.
     real(dp), dimension(size(square), size(b, 2)) :: before, after, twice
-    real(dp), dimension(size(square)) :: t_1, t_2, t_3, det
+    real(dp), dimension(size(square)) :: p, q
     integer :: n, k, i, j
 
     n = size(b, 2)
@@ -152,15 +163,9 @@ contains
         twice(:, i) = twice(:, i) - b(:, i, j) * after(:, j)
       end do
     end do
-    t_0 = dot_product(power(k, :), power(:n, k))
-    t_1 = matmul(after, power(k, :))
-    t_2 = sum(before * after, dim=2)
-    t_3 = sum(before * twice, dim=2)
-    det = t_0 * t_2 - t_1**2
-    square = 0
-    where (abs(det) > least * (abs(t_0 * t_2) + t_1**2))
-      square = (t_1 * t_3 - t_2**2) / det - ((t_0 * t_3 - t_1 * t_2) / det)**2 / 2
-    end where
+    call find_pair(dot_product(power(k, :), power(:n, k)), matmul(after, power(k, :)), sum(before * after, dim=2), &
+      & sum(before * twice, dim=2), p, q)
+    square = q - p**2 / 2
   end subroutine square_of
 
   pure integer function point_of_greatest(a) result(point)
