@@ -63,6 +63,7 @@ program main
   use test_namelist_fuzz, only: collect_namelist_fuzz
   use test_newton, only: collect_newton
   use test_orders, only: collect_orders
+  use test_oracle, only: collect_oracle
   use test_pair, only: collect_pair
   use test_parts, only: collect_parts
   use test_period_parts, only: collect_period_parts
@@ -164,6 +165,7 @@ program main
     & new_testsuite("hill", collect_hill), &
     & new_testsuite("invariants", collect_invariants), &
     & new_testsuite("population", collect_population), &
+    & new_testsuite("oracle", collect_oracle), &
     & new_testsuite("prediction", collect_prediction), &
     & new_testsuite("vibration", collect_vibration), &
     & new_testsuite("forces", collect_forces), &

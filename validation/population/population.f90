@@ -1,12 +1,20 @@
 !> Error bounds, verdicts and theorems over a population of random machines, against a solution in quadruple precision
 !> that shares nothing with the library:
 !>
-!>     fpm run population --directory validation --profile release -- [MACHINES [FIRST [weak | strong | steps | gauss]]]
+!>     fpm run population --directory validation --profile release -- [MACHINES [FIRST [KIND]]]
 !>
-!> examines MACHINES machines (default 100) from number FIRST (default 1) on, a tenth of a second each: all kinds, or only weakly or
-!> strongly damped ones, or with given steps, or by Gauss' methods of six to ten stages. Stops with an error where a bound is
-!> beaten, a verdict wrong, a theorem broken beyond the bounds, or two methods disagree by more.
+!> examines MACHINES machines (default 100) from number FIRST (default 1) on, a tenth of a second each: all kinds about rest, or
+!> only weakly or strongly damped ones (KIND weak, strong), or with given steps (steps), or by Gauss' methods of six to ten stages
+!> (gauss). Stops with an error where a bound is beaten, a verdict wrong, a theorem broken beyond the bounds, or two methods
+!> disagree by more.
+!>
+!> KIND exact: other machines by the exact frame, a third of a second each, against an oracle in extended precision (oracle_...):
+!> multipliers, verdicts, and history, peak, root of the mean square and harmonics of displacements, probes, torque and the forces
+!> of every place. Stops with an error where a bound is beaten, a verdict wrong, a vibration that exists is not found, or a solution
+!> takes more than five seconds of the processor. KIND input prints the input files of these machines instead.
 program population
+  use exact_specimens, only: specimen
+  use exact_tally, only: examine_exact => examine, exact_tally_type, exact_line => line_length, text_of
   use gestell_base_kinds, only: dp
   use population_tally, only: examine, line_length, quantile, ratios_type, tally_type
   use, intrinsic :: iso_fortran_env, only: output_unit
@@ -14,7 +22,7 @@ program population
 
   !> In a period the fastest free motion turns by at most this (rad): the reference then takes less than a second.
   real(dp), parameter :: most_turns = 200
-  character(len=*), parameter :: usage = "usage: population [MACHINES [FIRST [weak | strong | steps | gauss]]]"
+  character(len=*), parameter :: usage = "usage: population [MACHINES [FIRST [weak | strong | steps | gauss | exact | input]]]"
   type(tally_type) :: tally
   integer :: machines, first, shown, i
   character(len=20) :: kind
@@ -22,7 +30,17 @@ program population
   machines = argument(1, 100)
   first = argument(2, 1)
   call get_command_argument(3, kind)
-  if (all(kind /= [character(len=6) :: "", "weak", "strong", "steps", "gauss"])) error stop usage
+  if (all(kind /= [character(len=6) :: "", "weak", "strong", "steps", "gauss", "exact", "input"])) error stop usage
+  if (kind == "input") then
+    do i = first, first + machines - 1
+      print "(a)", text_of(specimen(i))
+    end do
+    stop
+  else if (kind == "exact") then
+    call run_exact(shown)
+    if (shown > 0) error stop 1, quiet=.true.
+    stop
+  end if
   print "(a, /)", "Bounds beaten, verdicts wrong, theorems broken, methods at odds:"
   shown = 0
   do i = first, first + machines - 1
@@ -45,6 +63,44 @@ program population
   if (shown > 0) error stop 1, quiet=.true.
 
 contains
+
+  !> The machines by the exact frame; so many failures are `shown`.
+  subroutine run_exact(shown)
+    integer, intent(out) :: shown
+    type(exact_tally_type) :: exact
+    integer :: k
+
+    print "(a, /)", "Bounds beaten, verdicts wrong, vibrations not found, slow solutions:"
+    shown = 0
+    do k = first, first + machines - 1
+      call examine_exact(k, exact)
+      call show_exact(exact%failures(shown + 1:))
+      shown = size(exact%failures)
+    end do
+    print "(a, i0, a, i0)", "in all ", shown, ", in machines ", exact%failed
+    print "(/, a, i0, a, i0, a, i0, a)", "Machines ", first, " to ", first + machines - 1, " by the exact frame; ", &
+      & exact%impossible, " do not turn."
+    print "(a, i0, a, i0, a, f6.3)", "Vibrations: ", exact%vibrations, ", numbers held against bounds: ", exact%numbers, &
+      & "; greatest part of a bound that was kept: ", exact%used
+    print "(a, i0, a, i0, a)", "Without vibration: ", exact%not_found, ", of which the oracle finds none either in ", &
+      & exact%nor_by_oracle, "."
+    print "(a, i0, a, i0, a, i0, a, i0)", "Verdicts: stable ", exact%stable, ", unstable ", exact%unstable, ", undecided ", &
+      & exact%undecided, ", of these not within 1e-5 of the border ", exact%undecided_off_border
+    print "(a, f0.1, a, f0.3, a, f0.1)", "Processor time (s): library ", exact%seconds, ", the slowest ", exact%longest, &
+      & ", oracle ", exact%oracle_seconds
+    print "(/, a, /)", "Remarks:"
+    call show_exact(exact%remarks)
+  end subroutine run_exact
+
+  subroutine show_exact(lines)
+    character(len=exact_line), intent(in) :: lines(:)
+    integer :: k
+
+    do k = 1, size(lines)
+      print "(a)", trim(lines(k))
+    end do
+    flush (output_unit)
+  end subroutine show_exact
 
   integer function argument(place, default)
     integer, intent(in) :: place, default

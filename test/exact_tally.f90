@@ -1,0 +1,204 @@
+!> The population of the exact frame examined, machine by machine, and what is counted on the way.
+module exact_tally
+  use exact_check, only: compare, finding_type, verdict_is_wrong
+  use exact_claims, only: claims_type, solve_text
+  use exact_specimens, only: exact_specimen, specimen
+  use exact_text, only: input_text
+  use oracle_frame, only: frame_type, new_frame
+  use oracle_machine, only: dp, xp
+  use oracle_signals, only: find_signals, list_signals, name_length, signal_type
+  use oracle_vibration, only: find_vibration, orbit_type, search_vibration, start_of
+  implicit none (type, external)
+  private
+
+  public :: examine, find_truth, text_of
+
+  integer, parameter, public :: line_length = 240
+  !> No machine is to take longer (s).
+  real(dp), parameter, public :: most_seconds = 5
+
+  type, public :: exact_tally_type
+    integer :: machines = 0, impossible = 0, vibrations = 0, numbers = 0, failed = 0
+    !> Not found: by the library; of these by the oracle either, or by the oracle though. Beside the library's claim the oracle
+    !> finds none, or is not sharp enough.
+    integer :: not_found = 0, nor_by_oracle = 0, oracle_lost = 0
+    integer :: stable = 0, unstable = 0, undecided = 0, undecided_off_border = 0
+    !> Processor time of the library, in all and the longest (s), and of the oracle.
+    real(dp) :: seconds = 0, longest = 0, oracle_seconds = 0
+    !> The greatest part of a bound that an error took, of those that keep it.
+    real(dp) :: used = 0
+    !> Bounds beaten, verdicts wrong, vibrations missed, machines too slow; and what is only worth a look.
+    character(len=line_length), allocatable :: failures(:), remarks(:)
+  end type exact_tally_type
+
+contains
+
+  !> The input file of machine `number`.
+  function text_of(one) result(text)
+    type(exact_specimen), intent(in) :: one
+    character(len=:), allocatable :: text
+    character(len=60) :: title
+
+    write (title, "('exact ', i0, 1x, a, 1x, a)") one%number, trim(one%linkage), trim(one%trait)
+    text = input_text(one%machine, trim(title), one%tolerance)
+  end function text_of
+
+  !> Machine `number`.
+  subroutine examine(number, tally)
+    integer, intent(in) :: number
+    type(exact_tally_type), intent(inout) :: tally
+    integer :: before
+
+    if (.not. allocated(tally%failures)) allocate(tally%failures(0), tally%remarks(0))
+    before = size(tally%failures)
+    call examine_one(number, tally)
+    if (size(tally%failures) > before) tally%failed = tally%failed + 1
+  end subroutine examine
+
+  subroutine examine_one(number, tally)
+    integer, intent(in) :: number
+    type(exact_tally_type), intent(inout) :: tally
+    type(exact_specimen) :: one
+    type(claims_type) :: claims
+    type(frame_type) :: frame
+    type(orbit_type) :: orbit
+    type(signal_type), allocatable :: signals(:)
+    real(dp) :: before, after
+
+    one = specimen(number)
+    call new_frame(one%machine, frame)
+    call list_signals(frame, 0, signals)
+    call solve_text(text_of(one), signals%name, claims)
+    tally%machines = tally%machines + 1
+    if (claims%impossible) then
+      tally%impossible = tally%impossible + 1
+      call note(tally%remarks, one, "impossible: " // claims%refusal)
+      return
+    end if
+    tally%seconds = tally%seconds + claims%seconds
+    tally%longest = max(tally%longest, claims%seconds)
+    if (claims%seconds > most_seconds) call note(tally%failures, one, "slow (s)", [claims%seconds])
+    call cpu_time(before)
+    call find_truth(frame, claims, orbit, signals)
+    call cpu_time(after)
+    tally%oracle_seconds = tally%oracle_seconds + after - before
+    if (len(claims%refusal) > 0) then
+      tally%not_found = tally%not_found + 1
+      if (orbit%found) then
+        call note(tally%failures, one, "not found: " // claims%refusal)
+      else
+        tally%nor_by_oracle = tally%nor_by_oracle + 1
+        call note(tally%remarks, one, "found by none: " // claims%refusal)
+      end if
+      return
+    end if
+    if (.not. orbit%found) then
+      tally%oracle_lost = tally%oracle_lost + 1
+      call note(tally%failures, one, "no vibration near what is told, Newton's last step:", [real(orbit%last_step, dp)])
+      return
+    end if
+    tally%vibrations = tally%vibrations + 1
+    call count_verdict(one, claims, orbit, tally)
+    call hold_against(one, claims, frame, orbit, signals, tally)
+  end subroutine examine_one
+
+  !> The vibration near the one that is claimed, or any where none is, and its quantities in as many samples as they need.
+  subroutine find_truth(frame, claims, orbit, signals)
+    type(frame_type), intent(in) :: frame
+    type(claims_type), intent(in) :: claims
+    type(orbit_type), intent(out) :: orbit
+    type(signal_type), allocatable, intent(inout) :: signals(:)
+    real(xp), parameter :: settled = 1.0e-17_xp, seen = 1.0e-16_xp
+    integer :: steps, samples, k
+    real(xp) :: unseen, before
+
+    steps = 48 * frame%machine%turns
+    if (.not. allocated(claims%start)) then
+      call search_vibration(frame, steps, orbit)
+      return
+    end if
+    associate (start => real(claims%start, xp))
+      do
+        orbit = orbit_type()
+        call find_vibration(frame, start_of(frame, start(:3), start(4:)), steps, orbit)
+        if (orbit%turn%unsettled < settled .or. steps > 1000) exit
+        steps = 2 * steps
+      end do
+    end associate
+    if (.not. orbit%found) return
+    samples = max(steps, 192 * frame%machine%turns)
+    before = huge(before)
+    do
+      call find_signals(frame, orbit, samples, signals)
+      unseen = maxval([(signals(k)%unknown / max(maxval(abs(signals(k)%samples)), tiny(unseen)), k = 1, size(signals))])
+      ! What more samples do not lessen is rounding.
+      if (unseen < seen .or. unseen > before / 4 .or. samples > 1000 * frame%machine%turns) exit
+      before = unseen
+      samples = 2 * samples
+    end do
+  end subroutine find_truth
+
+  subroutine count_verdict(one, claims, orbit, tally)
+    type(exact_specimen), intent(in) :: one
+    type(claims_type), intent(in) :: claims
+    type(orbit_type), intent(in) :: orbit
+    type(exact_tally_type), intent(inout) :: tally
+    real(dp), parameter :: border = 1.0e-5_dp
+    real(dp) :: excess
+
+    excess = real(maxval(abs(orbit%rho)) - 1, dp)
+    if (verdict_is_wrong(claims, orbit)) call note(tally%failures, one, "wrong: " // claims%verdict // ", rho_max - 1:", [excess])
+    select case (claims%verdict)
+    case ("stable")
+      tally%stable = tally%stable + 1
+    case ("unstable")
+      tally%unstable = tally%unstable + 1
+    case default
+      tally%undecided = tally%undecided + 1
+      if (abs(excess) < border) return
+      tally%undecided_off_border = tally%undecided_off_border + 1
+      call note(tally%remarks, one, "undecided, rho_max - 1, bound:", [excess, claims%rho_error(1)])
+    end select
+  end subroutine count_verdict
+
+  subroutine hold_against(one, claims, frame, orbit, signals, tally)
+    type(exact_specimen), intent(in) :: one
+    type(claims_type), intent(in) :: claims
+    type(frame_type), intent(in) :: frame
+    type(orbit_type), intent(in) :: orbit
+    type(signal_type), intent(in) :: signals(:)
+    type(exact_tally_type), intent(inout) :: tally
+    type(finding_type), allocatable :: findings(:)
+    integer :: k
+
+    call compare(claims, frame, orbit, signals, findings, tally%numbers)
+    do k = 1, size(findings)
+      associate (finding => findings(k))
+        if (finding%used <= 1) then
+          tally%used = max(tally%used, finding%used)
+        else if (all(findings(:k - 1)%what /= finding%what .or. findings(:k - 1)%used <= 1)) then
+          call note(tally%failures, one, trim(finding%what) // ": claimed, true, bound, error/bound", [finding%claimed, &
+            & finding%true, finding%bound, finding%used])
+        end if
+      end associate
+    end do
+  end subroutine hold_against
+
+  subroutine note(lines, one, text, numbers)
+    character(len=line_length), allocatable, intent(inout) :: lines(:)
+    type(exact_specimen), intent(in) :: one
+    character(len=*), intent(in) :: text
+    real(dp), intent(in), optional :: numbers(:)
+    character(len=line_length) :: line
+    character(len=60) :: head
+    character(len=100) :: figures
+
+    figures = ""
+    if (present(numbers)) write (figures, "(*(es25.16e3))") numbers
+    write (head, "(i0, 1x, a, 1x, a, 1x, a, es9.1)") one%number, trim(one%linkage), trim(one%trait), &
+      & trim(one%machine%held_by), one%tolerance
+    line = trim(head) // ": " // text // figures
+    lines = [character(len=line_length) :: lines, line]
+  end subroutine note
+
+end module exact_tally
