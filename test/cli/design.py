@@ -154,6 +154,7 @@ def design_tests():
         if run.done("design, out of reach"):
             check("design, out of reach: said", "DESIGN OUT OF REACH within these ranges: xi peak comes to" in run.out, "out", run.out)
             equal("design, out of reach: state", table(folder / "input", "design_goals")[1]["state"], "violated")
+    limit_tests(reach)
     for what, words, message in REFUSED:
         with Folder(input=SOUND.replace("'stability', 'response'", "'design'") + words) as folder:
             run = Run(folder, "input.nml")
@@ -162,6 +163,67 @@ def design_tests():
             equal(f"design, {what}: nothing written", files(folder), ["input.nml"])
 
 
+def limit_tests(reach):
+    """Lower limits of peaks and bands, equalities, limits that cannot be met."""
+    # the best of other programs (grids of 1e5 discs with a model in NumPy): a lower limit is one on the greatest of all maxima and
+    # directions
+    for quantity, measure, limit, best in (("probe(p).v", "band", 7.7641, 40.3), ("xi", "peak", 2.877e-4, 51.76)):
+        with Folder(input=DISC + DISCS + "&objective quantity='shaking.f' /\n"
+                    + f"&constraint quantity='{quantity}', measure='{measure}', at_least={limit} /\n") as folder:
+            if Run(folder, "-q", "input.nml").done(f"design, {quantity} at least"):
+                goals = table(folder / "input", "design_goals")
+                check(f"design, {quantity} at least: not above the other program's", float(goals[0]["after"]) <= best * 1.001, best,
+                      goals[0]["after"])
+                equal(f"design, {quantity} at least: state", goals[1]["state"], "met")
+    # the disc at (0.15, 0) has 1.4636 N m
+    with Folder(input=DISC + DISCS + "&objective quantity='shaking.f' /\n&constraint quantity='torque', measure='peak', at_least=1.46 /\n") \
+            as folder:
+        if Run(folder, "-q", "input.nml").done("design, torque at least"):
+            equal("design, torque at least: state", table(folder / "input", "design_goals")[1]["state"], "met")
+    # the best radius is 0.05 m; at another one their difference is left
+    for radius in (0.02, 0.07):
+        with Folder(input=ROTOR + PLACES + "&objective quantity='fx' /\n"
+                    + f"&constraint quantity='link(cw).offset', equals={radius} /\n") as folder:
+            if Run(folder, "-q", "input.nml").done(f"design, radius {radius}"):
+                goals = table(folder / "input", "design_goals")
+                near(f"design, radius {radius}: force", float(goals[0]["after"]), force(abs(0.05 - radius)), 1e-5 * force(0.05))
+                near(f"design, radius {radius}: kept", float(goals[1]["after"]), radius, 1e-6 * radius)
+                equal(f"design, radius {radius}: role and state", (goals[1]["role"], goals[1]["state"]), ("equals", "met"))
+    # the corner of the range leaves |u| w^2; half of it is exceeded by 100 %
+    left = math.hypot(0.05 * math.cos(math.pi / 6) - 0.02, 0.05 * math.sin(math.pi / 6) - 0.02) * (SPEED * math.pi / 30)**2
+    with Folder(input=ROTOR + reach + f"&objective quantity='fx' /\n&constraint quantity='shaking.f', at_most={left / 2!r} /\n") \
+            as folder:
+        run = Run(folder, "input.nml")
+        if run.done("design, proved to be out of reach"):
+            said = re.search(r"proved: every machine of these ranges exceeds a limit, by at least ([\d.]+) %", run.out)
+            check("design, proved to be out of reach: said", bool(said), "proved", run.out)
+            near("design, proved to be out of reach: by how much", float(said[1]) if said else 0.0, 100.0, 0.1)
+            check("design, proved to be out of reach: headline", "DESIGN OUT OF REACH within these ranges (proved)" in run.out, "proved",
+                  run.out)
+
+
+# A four-bar with a disc on its crank, on springs with little damping.
+DISC = """\
+&case title = 'a disc on the crank', tasks = 'design' /
+&drive speed_rpm = 240.0 /
+&joint name='A0', type='ground', position=0.0, 0.0 /
+&joint name='B0', type='ground', position=0.40, 0.0 /
+&joint name='A',  type='crank',  pivot='A0', radius=0.07, phase=0.0 /
+&joint name='B',  type='RRR',    ends='A','B0', lengths=0.37,0.16, branch=1 /
+&link name='crank',   from='A0', to='A', mass=0.50, inertia=0.0035, center=0.03,0.0 /
+&link name='coupler', from='A',  to='B', mass=0.60, inertia=0.0070, center=0.18,0.0 /
+&link name='rocker',  from='B0', to='B', mass=0.25, inertia=0.0060, center=0.08,0.0 /
+&link name='disc',    from='A0', to='A', mass=0.50, inertia=0.0004, center=0.0,0.0 /
+&frame mass=18.0, inertia=0.78, origin=-0.20,0.20 /
+&support position=-0.30,-0.20, stiffness=196133.0,196133.0 /
+&support position=-0.10,-0.20, stiffness=196133.0,196133.0 /
+&support position= 0.10,-0.20, stiffness=196133.0,196133.0 /
+&support position= 0.30,-0.20, stiffness=196133.0,196133.0 /
+&foundation damping=0.5,0.5,0.05 /
+&probe name='p', position=0.1,0.2, band_hz=1,1000 /
+"""
+DISCS = ("&design parameter='link(disc).center(1)', from=-0.15, to=0.15 /\n"
+         "&design parameter='link(disc).center(2)', from=-0.15, to=0.15 /\n")
 D = "&design parameter='frame.mass', from=10, to=20 /\n"
 O = "&objective quantity='f' /\n"
 REFUSED = [
@@ -173,8 +235,14 @@ REFUSED = [
     ("twice", D + D.replace("10", "11") + O, "is changed already"),
     ("no such quantity", D + "&objective quantity='g' /\n", "'g' is no quantity.*shaking.fx"),
     ("no band", D + "&objective quantity='f', measure='band' /\n", "'band' is for velocities of probes"),
-    ("no limit", D + O + "&constraint quantity='f' /\n", "needs at_most or at_least, one of them"),
-    ("two limits", D + O + "&constraint quantity='f', at_most=1, at_least=0 /\n", "needs at_most or at_least, one of them"),
+    ("no limit", D + O + "&constraint quantity='f' /\n", "needs one of at_most, at_least and equals"),
+    ("two limits", D + O + "&constraint quantity='f', at_most=1, at_least=0 /\n", "needs one of at_most, at_least and equals"),
+    ("a negative rms", D + O + "&constraint quantity='f', at_most=-1 /\n", "at_most = -1: cannot be met: f rms is never negative"),
+    ("a negative mass", D + O + "&constraint quantity='added_mass', at_most=-1e3 /\n", "cannot be met: the whole machine has"),
+    ("an upper limit below a lower one", D + O + "&constraint quantity='f', at_most=1 /\n&constraint quantity='f', at_least=2 /\n",
+     r"at_least = 2: contradicts line \d+: f rms at_most=1"),
+    ("an rms above the peak", D + O + "&constraint quantity='f', measure='rms', equals=2 /\n"
+     "&constraint quantity='f', measure='peak', at_most=1 /\n", r"at_most = 1: contradicts line \d+: f rms equals=2"),
     ("no gravity", D + O + "&constraint quantity='sag', at_most=1 /\n", "'sag' needs the group &gravity"),
     ("a separation as objective", D + "&objective quantity='separation' /\n", "is limited from below"),
     ("a curve of one", D + "&objective quantity='f', trade_off=5 /\n", "there must be two"),

@@ -18,7 +18,7 @@ module gestell_study_design
   implicit none (type, external)
   private
 
-  public :: halton, is_convex, prove, search_from
+  public :: halton, is_convex, prove, prove_conflict, search_from
 
   !> Stationarity that is asked for.
   real(dp), parameter, public :: usual_tolerance = 1.0e-8_dp
@@ -98,13 +98,17 @@ contains
     optimum%iterations = iterations
   end subroutine minimise_under_all
 
-  !> Whether the problem is convex in the masses and first moments of links.
-  pure logical function is_convex(order)
+  !> Whether the problem is convex in the masses and first moments of links; `limits`: only the set that its limits allow.
+  pure logical function is_convex(order, limits)
     type(design_order_type), intent(in) :: order
-    logical :: places
+    logical, intent(in), optional :: limits
+    logical :: places, all_of_it
 
+    all_of_it = .true.
+    if (present(limits)) all_of_it = .not. limits
     places = any(order%part == place_parts(1)) .or. any(order%part == place_parts(2))
-    is_convex = all(order%part /= other_part) .and. all(goes(order%objectives, .true.)) .and. all(goes(order%constraints, .false.))
+    is_convex = all(order%part /= other_part) .and. all(goes(order%constraints, .false.))
+    if (is_convex .and. all_of_it) is_convex = all(goes(order%objectives, .true.))
 
   contains
 
@@ -118,6 +122,28 @@ contains
     end function goes
 
   end function is_convex
+
+  !> A lower bound on the part of its size by which every machine of the ranges exceeds at least one of the limits, which allow a
+  !> convex set: the least of their greatest excess, from `start`, minus the gap of that optimum. Not positive: nothing is proved.
+  subroutine prove_conflict(family, order, start, excess, error)
+    class(family_type), intent(in) :: family
+    type(design_order_type), intent(in) :: order
+    real(dp), intent(in) :: start(:)
+    real(dp), intent(out) :: excess
+    type(error_type), allocatable, intent(out) :: error
+    type(design_order_type) :: limits
+    type(optimum_type) :: optimum
+
+    limits = order
+    limits%largest = .true.
+    deallocate(limits%objectives, limits%constraints)
+    allocate(limits%objectives(size(order%constraints)), limits%constraints(0))
+    limits%objectives = order%constraints
+    limits%objectives%weight = 1 / order%constraints%scale()
+    excess = 0
+    call search_from(family, limits, start, optimum, error)
+    if (.not. allocated(error)) excess = optimum%objective - prove(limits, optimum)
+  end subroutine prove_conflict
 
   !> By how much the objective of an optimum can be above that of any other machine, of a convex problem.
   pure real(dp) function prove(order, optimum) result(gap)

@@ -42,22 +42,22 @@ contains
       do g = 1, size(goals)
         worst = -huge(worst)
         do c = 1, size(at%value)
-          if (at%group(c) == g) worst(at%condition(c)) = max(worst(at%condition(c)), goals(g)%sense * at%value(c))
+          if (at%group(c) == g) worst(at%condition(c)) = max(worst(at%condition(c)), at%side(c) * (at%value(c) - goals(g)%limit))
         end do
-        call add_tops(worst, threshold(g), any(before), used)
+        call add_tops(worst, threshold(g, maxval(abs(at%value), mask=at%group == g)), any(before), used)
       end do
     end if
     more = any(used .neqv. before)
 
   contains
 
-    !> What a goal may be at a condition that is not used.
-    real(dp) function threshold(g)
+    !> By how much a goal of this size may exceed its limit at a condition that is not used.
+    real(dp) function threshold(g, size_of_goal)
       integer, intent(in) :: g
+      real(dp), intent(in) :: size_of_goal
 
-      threshold = maxval(worst, mask=before)
-      threshold = threshold + inside * abs(threshold) / 1000
-      if (g > n) threshold = max(threshold, goals(g)%sense * goals(g)%limit)
+      threshold = maxval(worst, mask=before) + inside * size_of_goal / 1000
+      if (g > n) threshold = max(threshold, 0.0_dp)
     end function threshold
 
   end subroutine add_worse

@@ -12,6 +12,7 @@ module gestell_study_design_goal
   use gestell_model_mechanism, only: a1_dd, a2_dd, a4_v, drive_columns, energy_d, table_columns
   use gestell_model_mechanism_held, only: part_of_turn
   use gestell_model_mechanism_driving, only: drive_power, power_rows, torque
+  use gestell_study_design_separation, only: separation_type, take_distances
   use gestell_study_measure, only: band_measure, measure_type, new_measure
   use gestell_study_vibration_motion, only: complete_motion
   implicit none (type, external)
@@ -30,10 +31,17 @@ module gestell_study_design_goal
   type, public :: goal_type
     type(measure_type) :: measure
     integer :: about = of_motion
-    !> What it weighs in the objective, or the limit of a constraint and its sense, 1: at most, -1: at least; what is taken from it.
+    !> Its weight in the objective; the limit of a constraint; what is subtracted from the quantity (that of the file's machine).
     real(dp) :: weight = 1, limit = 0, offset = 0
+    !> 1: at most the limit, -1: at least, 0: equal to it.
     integer :: sense = 1
+    !> Of a separation over a range, its least and greatest speed (rad/s); 0: the machine's own.
+    real(dp) :: speeds(2) = 0
   contains
+    procedure :: excess
+    procedure :: scale => scale_of
+    procedure :: sides
+    procedure :: is_least
     procedure :: needs_motion
     procedure :: is_periodic
     procedure :: name => name_of
@@ -104,6 +112,47 @@ contains
     if (named) named = name(:len(head)) == head .and. name(len(name) - len(tail) + 1:) == tail
     if (named) offset = frame%mechanism%link_offset(name(len(head) + 1:len(name) - len(tail)))
   end subroutine find_offset
+
+  !> By how much a value exceeds the limit; of an objective, the value.
+  elemental real(dp) function excess(self, value)
+    class(goal_type), intent(in) :: self
+    real(dp), intent(in) :: value
+
+    excess = self%sense * (value - self%limit)
+    if (self%sense == 0) excess = abs(value - self%limit)
+  end function excess
+
+  !> What an excess is relative to.
+  elemental real(dp) function scale_of(self)
+    class(goal_type), intent(in) :: self
+
+    scale_of = abs(self%limit)
+    if (.not. scale_of > 0) scale_of = abs(self%offset)
+    if (.not. scale_of > 0) scale_of = 1
+  end function scale_of
+
+  !> Whether the goal is the least of its branches, as the distance of the nearest mode, and not the greatest.
+  elemental logical function is_least(self)
+    class(goal_type), intent(in) :: self
+
+    is_least = self%about == of_machine .and. self%measure%quantity == "separation"
+  end function is_least
+
+  !> For each of the goal's branches at one condition, `values`, whether it bounds the goal from above (column 1) and from below
+  !> (column 2): every branch of a maximum has to keep below a limit, but its greatest branch alone has to reach one.
+  pure function sides(self, values)
+    class(goal_type), intent(in) :: self
+    real(dp), intent(in) :: values(:)
+    logical :: sides(size(values), 2)
+    integer :: decisive
+
+    sides = .true.
+    sides(:, merge(1, 2, self%is_least())) = .false.
+    decisive = maxloc(values, dim=1)
+    if (self%is_least()) decisive = minloc(values, dim=1)
+    sides(decisive, :) = .true.
+    if (self%sense /= 0) sides(:, merge(2, 1, self%sense > 0)) = .false.
+  end function sides
 
   !> Whether the vibration has to be known.
   elemental logical function needs_motion(self)
@@ -246,19 +295,14 @@ contains
     end if
   end function shaking_error
 
-  !> A number of the machine, or for the separation one for each natural frequency f and harmonic k of the period, 1/n, that its
-  !> shafts excite, up to four times the drive's speed: 100 |f / (k n) - 1|. Error: as of `natural_frequencies`.
-  subroutine plain_values(goal, frame, values, error)
+  !> A number of the machine; for the separation one for each of the `branches`.
+  subroutine plain_values(goal, frame, branches, values)
     type(goal_type), intent(in) :: goal
     class(frame_type), intent(in) :: frame
+    type(separation_type), intent(in) :: branches
     real(dp), allocatable, intent(out) :: values(:)
-    type(error_type), allocatable, intent(out) :: error
-    integer, parameter :: orders = 4
-    real(dp), allocatable :: frequencies(:)
-    integer, allocatable :: harmonics(:)
     real(dp) :: offset
     logical :: named
-    integer :: k
 
     select case (goal%measure%quantity)
     case ("added_mass")
@@ -266,10 +310,7 @@ contains
     case ("sag")
       values = [norm2(sag_of(frame))]
     case ("separation")
-      call frame%natural_frequencies(frequencies, error)
-      if (allocated(error)) return
-      harmonics = frame%mechanism%harmonics(orders)
-      values = [(100 * abs(frequencies / (harmonics(k) * abs(frame%speed)) - 1), k = 1, size(harmonics))]
+      call take_distances(frame, goal%speeds, branches, values)
     case default
       call find_offset(frame, trim(goal%measure%quantity), offset, named)
       values = [offset]

@@ -12,7 +12,8 @@ module gestell_study_design_problem
     & take_samples
   use gestell_study_design_moments, only: moments_type
   use gestell_study_design_motion, only: beside, coarse, motion_type, solve_motion, solve_slopes, usual_phases
-  use gestell_study_design_neighbours, only: condition_type, find_neighbours, neighbours_type, remember, step_type
+  use gestell_study_design_neighbours, only: at_condition, condition_type, find_neighbours, neighbours_type, remember, step_type
+  use gestell_study_design_separation, only: find_branches, separation_type
   use gestell_study_family, only: family_type
   use gestell_study_measure, only: rms_measure
   implicit none (type, external)
@@ -43,9 +44,9 @@ module gestell_study_design_problem
   !> By so much, relative to it, the search stays within a limit, so that it is met when the search ends within its tolerance.
   real(dp), parameter, public :: inside = 2.0e-6_dp
 
-  !> Branches of goals, each at a condition, shape (branches).
+  !> Branches of goals, each at a condition, shape (branches); `side`: 1: it keeps below a limit, -1: above.
   type, extends(branches_type), public :: goal_branches_type
-    integer, allocatable :: condition(:)
+    integer, allocatable :: condition(:), side(:)
   end type goal_branches_type
 
   !> Groups of branches: the objectives, or one where the largest counts, then the constraints, whose zero is their limit, and those
@@ -89,15 +90,17 @@ contains
       associate (goal => goals(g))
         if (g <= n) then
           at%group(i) = merge(1, g, self%order%largest)
-          at%value(i) = goal%weight * own%value(i)
-          if (gradients) at%slope(:, i) = goal%weight * own%slope(:, i)
+          ! an objective has no limit, unless it stands for what a limit is exceeded by
+          at%value(i) = goal%weight * own%side(i) * (own%value(i) - goal%limit)
+          if (gradients) at%slope(:, i) = goal%weight * own%side(i) * own%slope(:, i)
           if (.not. self%squared) cycle
           if (gradients) at%slope(:, i) = 2 * at%value(i) * at%slope(:, i)
           at%value(i) = at%value(i)**2
         else
           at%group(i) = g - n + self%objectives
-          at%value(i) = goal%sense * (own%value(i) - goal%limit) + inside * abs(goal%limit)
-          if (gradients) at%slope(:, i) = goal%sense * own%slope(:, i)
+          at%value(i) = own%side(i) * (own%value(i) - goal%limit)
+          if (goal%sense /= 0) at%value(i) = at%value(i) + inside * abs(goal%limit)
+          if (gradients) at%slope(:, i) = own%side(i) * own%slope(:, i)
         end if
       end associate
     end do
@@ -126,7 +129,8 @@ contains
     type(design_order_type), intent(in) :: order
 
     is_squared = size(order%objectives) == 1
-    if (is_squared) is_squared = order%objectives(1)%is_periodic() .and. order%objectives(1)%measure%kind == rms_measure
+    if (is_squared) is_squared = order%objectives(1)%is_periodic() .and. order%objectives(1)%measure%kind == rms_measure &
+      & .and. .not. abs(order%objectives(1)%limit) > 0
   end function is_squared
 
   !> The branches of `goals`, whose numbers are their groups, at x, over all conditions; not known where there is no such machine,
@@ -181,7 +185,7 @@ contains
     subroutine begin(branches)
       type(goal_branches_type), intent(out) :: branches
 
-      allocate(branches%group(0), branches%condition(0), branches%value(0), branches%slope(size(x), 0))
+      allocate(branches%group(0), branches%condition(0), branches%side(0), branches%value(0), branches%slope(size(x), 0))
     end subroutine begin
 
   end subroutine evaluate_goals
@@ -194,15 +198,16 @@ contains
     integer, intent(in) :: conditions
     logical :: counts(conditions)
     real(dp), parameter :: near = 0.25_dp
-    real(dp) :: worst
+    real(dp) :: worst, excess(size(values%value))
     integer :: g, i
 
     counts = .false.
     do g = 1, size(goals)
-      worst = maxval(goals(g)%sense * values%value, mask=values%group == g)
-      do i = 1, size(values%value)
-        if (values%group(i) /= g .or. goals(g)%sense * values%value(i) < worst - near * abs(worst)) cycle
-        counts(values%condition(i)) = .true.
+      excess = values%side * (values%value - goals(g)%limit)
+      i = maxloc(excess, dim=1, mask=values%group == g)
+      worst = excess(i) - near * abs(values%value(i))
+      do i = 1, size(excess)
+        if (values%group(i) == g .and. excess(i) >= worst) counts(values%condition(i)) = .true.
       end do
     end do
   end function near_the_greatest
@@ -218,7 +223,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: samples(size(motion%phases), components(motion%frame), size(goals))
     real(dp), allocatable :: slopes(:, :, :, :), values(:), changes(:, :)
-    integer :: g
+    logical, allocatable :: sides(:, :)
+    integer :: g, i, s
 
     allocate(slopes(size(samples, 1), size(samples, 2), size(goals), motion%parameters()), source=0.0_dp)
     if (any(goals%is_periodic())) then
@@ -237,25 +243,30 @@ contains
           & slopes(:, :, g, :), values, changes)
       end select
       if (allocated(error)) return
-      call append(at, g, condition, values, changes)
+      sides = goals(g)%sides(values)
+      do s = 1, 2
+        call append(at, g, condition, 3 - 2 * s, pack([(i, i = 1, size(values))], sides(:, s)), values, changes)
+      end do
     end do
   end subroutine add_condition
 
-  subroutine append(at, group, condition, values, changes)
+  !> Adds the `chosen` ones of a goal's branches at a condition.
+  pure subroutine append(at, group, condition, side, chosen, values, changes)
     type(goal_branches_type), intent(inout) :: at
-    integer, intent(in) :: group, condition
+    integer, intent(in) :: group, condition, side, chosen(:)
     real(dp), intent(in) :: values(:), changes(:, :)
     real(dp), allocatable :: slope(:, :)
     integer :: n, i
 
     n = size(at%value)
-    allocate(slope(size(at%slope, 1), n + size(values)), source=0.0_dp)
+    allocate(slope(size(at%slope, 1), n + size(chosen)), source=0.0_dp)
     slope(:, :n) = at%slope
-    slope(:size(changes, 1), n + 1:) = changes
+    slope(:size(changes, 1), n + 1:) = changes(:, chosen)
     call move_alloc(slope, at%slope)
-    at%group = [at%group, [(group, i = 1, size(values))]]
-    at%condition = [at%condition, [(condition, i = 1, size(values))]]
-    at%value = [at%value, values]
+    at%group = [at%group, [(group, i = 1, size(chosen))]]
+    at%condition = [at%condition, [(condition, i = 1, size(chosen))]]
+    at%side = [at%side, [(side, i = 1, size(chosen))]]
+    at%value = [at%value, values(chosen)]
   end subroutine append
 
   !> Derivatives of the goals' samples, shape (phases, components, goals, parameters), by the neighbours with their motions.
@@ -283,26 +294,28 @@ contains
     end do
   end subroutine differentiate_samples
 
-  !> A number of the machine and its derivatives, shape (parameters, values).
+  !> A number of the machine and its derivatives, shape (parameters, values). Error: as of `find_branches`.
   subroutine differentiate_plain(neighbours, motion, goal, values, changes, error)
     type(neighbours_type), intent(in) :: neighbours
     type(motion_type), intent(in) :: motion
     type(goal_type), intent(in) :: goal
     real(dp), allocatable, intent(out) :: values(:), changes(:, :)
     type(error_type), allocatable, intent(out) :: error
-    class(frame_type), allocatable :: frame
+    type(frame_type) :: run
+    type(separation_type) :: branches
     real(dp), allocatable :: other(:)
     integer :: i, k
 
-    call plain_values(goal, motion%frame, values, error)
+    call at_condition(neighbours%frame, motion%condition, run)
+    if (goal%is_least()) call find_branches(run, goal%speeds, branches, error)
     if (allocated(error)) return
+    call plain_values(goal, run, branches, values)
     allocate(changes(motion%parameters(), size(values)))
     do k = 1, size(changes, 1)
       changes(k, :) = neighbours%weight(0, k) * values
       do i = 1, 2
-        call beside(neighbours, motion%frame, motion, motion%q, k, i, frame)
-        call plain_values(goal, frame, other, error)
-        if (allocated(error)) return
+        call at_condition(neighbours%beside(i, k), motion%condition, run)
+        call plain_values(goal, run, branches, other)
         changes(k, :) = changes(k, :) + neighbours%weight(i, k) * other
       end do
     end do

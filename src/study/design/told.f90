@@ -13,6 +13,7 @@ module gestell_study_design_told
     & plain_values, shaking_error, take_samples
   use gestell_study_design_neighbours, only: at_condition
   use gestell_study_design_problem, only: design_order_type
+  use gestell_study_design_separation, only: find_branches, separation_type
   use gestell_study_frame_model, only: settle
   use gestell_study_measure, only: rows_of, take_measures
   use gestell_study_vibration, only: solve_vibration, vibration_type
@@ -34,12 +35,13 @@ module gestell_study_design_told
 
 contains
 
-  !> The condition at which a goal is the worst for its sense; 0: none is told.
-  pure integer function worst(self, g, sense)
+  !> The condition at which goal number `g` exceeds its limit most; 0: its value is not known at any.
+  pure integer function worst(self, g, goal)
     class(told_type), intent(in) :: self
-    integer, intent(in) :: g, sense
+    integer, intent(in) :: g
+    type(goal_type), intent(in) :: goal
 
-    worst = maxloc(sense * self%values(g, :), dim=1, mask=ieee_is_finite(self%values(g, :)))
+    worst = maxloc(goal%excess(self%values(g, :)), dim=1, mask=ieee_is_finite(self%values(g, :)))
   end function worst
 
   !> That on all conditions.
@@ -86,6 +88,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: roundings = 16
     type(goal_type) :: one(1)
+    type(separation_type) :: branches
     real(dp), allocatable :: phases(:), samples(:, :, :), slopes(:, :, :), found(:), unused(:, :)
     integer :: g, k, n
 
@@ -94,9 +97,11 @@ contains
       one = goals(g)
       select case (goals(g)%about)
       case (of_machine)
-        call plain_values(goals(g), run, found, error)
+        if (goals(g)%is_least()) call find_branches(run, goals(g)%speeds, branches, error)
         if (allocated(error)) return
-        values(g) = goals(g)%sense * maxval(goals(g)%sense * found)
+        call plain_values(goals(g), run, branches, found)
+        values(g) = maxval(found)
+        if (goals(g)%is_least()) values(g) = max(minval(found), 0.0_dp)
         errors(g) = roundings * epsilon(1.0_dp) * maxval(abs(found + goals(g)%offset))
       case (of_shaking)
         phases = [(real(k, dp) / n, k = 0, n - 1)]

@@ -31,7 +31,11 @@ module gestell_task_design_keys
     & key_type("constraint", "quantity", text_key, "what is limited, as for `&objective`"), &
     & key_type("constraint", "measure", text_key, "what of it, as for `&objective`", word="rms", words="peak, rms, band"), &
     & key_type("constraint", "at_most", real_key, "its greatest value, in its unit", otherwise="none"), &
-    & key_type("constraint", "at_least", real_key, "its least value", otherwise="none")]
+    & key_type("constraint", "at_least", real_key, "its least value", otherwise="none"), &
+    & key_type("constraint", "equals", real_key, "the value that it is to have", otherwise="none")]
+
+  !> The keys of a limit by its sense (gestell_study_design_goal).
+  character(len=8), parameter, public :: limit_keys(-1:1) = [character(len=8) :: "at_least", "equals", "at_most"]
 
   type(key_type), parameter, public :: robust_keys(*) = [ &
     & key_type("robust", "speed_percent", real_key, "by how much the speed may differ, up and down", default=0.0_dp, symbol="%", &

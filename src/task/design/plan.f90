@@ -22,6 +22,7 @@ module gestell_task_design_plan
   use gestell_system_periodic, only: periodic_system
   use gestell_task_configuration, only: configuration_type, read_plan
   use gestell_task_design_keys, only: constraint_keys, design_keys, fewest_of_curve, objective_keys, robust_keys
+  use gestell_task_design_limits, only: read_limit, refuse_contradictions
   use gestell_task_sweep_plan, only: find_number, overlap
   implicit none (type, external)
   private
@@ -248,7 +249,7 @@ contains
     end do
   end subroutine try_values
 
-  !> The goals of the groups of this name. Errors: no objective; as of `new_goal`; a constraint without limit, or with two.
+  !> The goals of the groups of this name. Errors: no objective; as of `new_goal`, `read_limit` and `refuse_contradictions`.
   subroutine read_goals(configuration, name, keys, goals, error)
     type(configuration_type), intent(in) :: configuration
     character(len=*), intent(in) :: name
@@ -284,14 +285,12 @@ contains
         call read(groups(i), keys, "weight", goals(i)%weight, error)
         if (.not. allocated(error) .and. goals(i)%measure%quantity == "separation") call input_error(groups(i), "quantity", &
           & "a separation is limited from below: &constraint at_least", error)
-      else if (has(groups(i), "at_most") .eqv. has(groups(i), "at_least")) then
-        call input_error(groups(i), "", "needs at_most or at_least, one of them", error)
       else
-        goals(i)%sense = merge(1, -1, has(groups(i), "at_most"))
-        call read(groups(i), keys, trim(merge("at_most ", "at_least", has(groups(i), "at_most"))), goals(i)%limit, error)
+        call read_limit(groups(i), goals(i), error)
       end if
       if (allocated(error)) return
     end do
+    if (name == "constraint") call refuse_contradictions(groups, goals, error)
   end subroutine read_goals
 
   !> What stands in any of several groups.

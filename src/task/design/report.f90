@@ -18,6 +18,8 @@ module gestell_task_design_report
   character, parameter :: newline = new_line("a")
   !> A gap below which the objective is called the least there is.
   real(dp), parameter :: proved = 1.0e-6_dp
+  !> What an equality may miss its limit by, relative to it.
+  real(dp), parameter :: equality = 1.0e-6_dp
 
 contains
 
@@ -30,7 +32,7 @@ contains
     real(dp) :: numbers(3)
     integer :: c
 
-    c = told%worst(g, goal%sense)
+    c = told%worst(g, goal)
     numbers = [told%values(g, max(c, 1)), told%errors(g, max(c, 1)), 0.0_dp]
     if (c > 0) numbers(3) = plan%order%conditions(c)%speed * plan%order%conditions(c)%speed_factor * plan%turns * 30 / pi
   end function worst_of
@@ -41,9 +43,13 @@ contains
     real(dp), intent(in) :: value, error
     character(len=9) :: state
 
+    real(dp) :: allowed
+
+    allowed = 0
+    if (goal%sense == 0) allowed = equality * goal%scale()
     state = "undecided"
-    if (goal%sense * (value - goal%limit) + error <= 0) state = "met"
-    if (goal%sense * (value - goal%limit) - error > 0) state = "violated"
+    if (goal%excess(value) + error <= allowed) state = "met"
+    if (goal%excess(value) - error > allowed) state = "violated"
   end function limit_state
 
   !> global, or best of n starts.
@@ -52,7 +58,10 @@ contains
     character(len=:), allocatable :: words
 
     associate (best => design%found(design%best))
-      if (best%feasible .and. design%gap <= proved) then
+      if (.not. best%feasible .and. design%conflict > 0) then
+        words = "proved: every machine of these ranges exceeds a limit, by at least " // concise(100 * design%conflict, 3) &
+          & // " % of it"
+      else if (best%feasible .and. design%gap <= proved) then
         words = "global: no machine of these ranges is better by more than " // concise(100 * max(design%gap, 0.0_dp), 2) &
           & // " % of before"
       else
@@ -80,7 +89,8 @@ contains
       after = worst_of(design%after, design%goals(g), g, plan)
       if (limit_state(design%goals(g), after(1), after(2)) == "met") cycle
       state = "unstable"
-      words = "DESIGN OUT OF REACH within these ranges: " // design%goals(g)%name() // " comes to " // concise(after(1), 4) // " " &
+      words = "DESIGN OUT OF REACH within these ranges" // trim(merge(" (proved)", "         ", design%conflict > 0)) // ": " &
+        & // design%goals(g)%name() // " comes to " // concise(after(1), 4) // " " &
         & // trim(design%goals(g)%measure%unit) // ", limit " // concise(design%goals(g)%limit, 4)
       return
     end do
@@ -124,6 +134,7 @@ contains
     type(design_plan_type), intent(in) :: plan
     type(design_type), intent(in) :: design
     character(len=:), allocatable :: lines
+    character(len=2), parameter :: signs(-1:1) = [">=", "= ", "<="]
     real(dp) :: before(3), after(3), worth
     integer :: g, n
 
@@ -139,7 +150,7 @@ contains
           lines = lines // "objective" // tab
         else
           worth = limit_worth(design, g - n)
-          lines = lines // trim(merge("<= ", ">= ", goal%sense > 0)) // " " // concise(goal%limit, 5) // " " &
+          lines = lines // trim(signs(goal%sense)) // " " // concise(goal%limit, 5) // " " &
             & // trim(limit_state(goal, after(1), after(2))) // tab
           if (worth > 0) lines = lines // concise(worth, 2) // " %"
         end if

@@ -4,7 +4,7 @@ module gestell_task_design_search
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
   use gestell_math_optimum_minimax, only: optimum_type
-  use gestell_study_design, only: halton, prove, search_from
+  use gestell_study_design, only: halton, is_convex, prove, prove_conflict, search_from
   use gestell_model_frame, only: frame_type
   use gestell_study_design_goal, only: goal_type
   use gestell_study_design_neighbours, only: find_neighbours, neighbours_type
@@ -18,6 +18,9 @@ module gestell_task_design_search
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private
+
+  !> A conflict of limits that rounding errors may feign.
+  real(dp), parameter :: negligible = 1.0e-9_dp
 
   public :: find_curve, find_design, is_there, value_of
 
@@ -36,6 +39,8 @@ module gestell_task_design_search
     real(dp), allocatable :: x(:)
     !> By how much the objective may be above the least, relative to that of the machine of the file.
     real(dp) :: gap = huge(1.0_dp)
+    !> The part of it by which every machine is proved to exceed one of the limits; 0: nothing is proved.
+    real(dp) :: conflict = 0
     !> Objectives, then constraints, of the machine of the file and of the design.
     type(goal_type), allocatable :: goals(:)
     type(told_type) :: before, after
@@ -96,6 +101,11 @@ contains
     if (.not. allocated(error)) call tell_goals(found%frame, plan%order, design%goals, design%after, error)
     if (allocated(error)) return
     call find_gap(plan, design)
+    if (.not. design%found(design%best)%feasible .and. is_convex(plan%order, limits=.true.)) then
+      call prove_conflict(family, plan%order, design%found(design%best)%x, design%conflict, error)
+      if (allocated(error)) return
+      if (design%conflict < negligible) design%conflict = 0
+    end if
     call find_shares(family, plan, design, error)
   end subroutine find_design
 
@@ -107,7 +117,7 @@ contains
     integer :: c, g
 
     do g = 1, size(values)
-      c = max(1, design%before%worst(g, 1))
+      c = max(1, design%before%worst(g, plan%order%objectives(g)))
       values(g) = plan%order%objectives(g)%weight * design%before%values(g, c)
     end do
     before = merge(maxval(values), sum(values), plan%order%largest)

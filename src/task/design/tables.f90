@@ -5,6 +5,7 @@ module gestell_task_design_tables
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: new_unit, plain, rpm, unit_type
   use gestell_study_measure, only: measure_names
+  use gestell_task_design_keys, only: limit_keys
   use gestell_task_design_plan, only: design_plan_type
   use gestell_task_design_report, only: limit_state, limit_worth, worst_of
   use gestell_task_design_search, only: design_type, is_there
@@ -66,7 +67,7 @@ contains
         role(g) = "objective"
         if (goal%is_periodic()) measure(g) = measure_names(goal%measure%kind)
         if (g <= n) cycle
-        role(g) = merge("at_most ", "at_least", goal%sense > 0)
+        role(g) = limit_keys(goal%sense)
         limit(g) = goal%limit
         worth(g) = limit_worth(design, g - n)
         state(g) = limit_state(goal, after(1, g), after(2, g))

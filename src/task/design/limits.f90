@@ -1,0 +1,73 @@
+!> The limits of a design as the user gives them: which there are, which no machine can meet, which contradict each other.
+module gestell_task_design_limits
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, text
+  use gestell_input_namelist_document, only: group_type, has
+  use gestell_input_namelist_message, only: input_error
+  use gestell_input_schema_read, only: read
+  use gestell_study_design_goal, only: goal_type
+  use gestell_study_measure, only: peak_measure, rms_measure
+  use gestell_task_design_keys, only: constraint_keys, limit_keys
+  implicit none (type, external)
+  private
+
+  public :: read_limit, refuse_contradictions
+
+contains
+
+  !> The limit of a group &constraint. Errors: none, or several; one that no machine can meet.
+  subroutine read_limit(group, goal, error)
+    type(group_type), intent(in) :: group
+    type(goal_type), intent(inout) :: goal
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: key
+    integer :: sense
+
+    if (count([(has(group, trim(limit_keys(sense))), sense = -1, 1)]) /= 1) then
+      call input_error(group, "", "needs one of at_most, at_least and equals", error)
+      return
+    end if
+    do sense = -1, 1
+      if (has(group, trim(limit_keys(sense)))) goal%sense = sense
+    end do
+    key = trim(limit_keys(goal%sense))
+    call read(group, constraint_keys, key, goal%limit, error)
+    if (allocated(error) .or. goal%sense < 0) return
+    if (goal%offset > 0) then
+      if (goal%limit <= -goal%offset) call input_error(group, key, "cannot be met: the whole machine has " &
+        & // concise(goal%offset, 5) // " kg", error)
+    else if (goal%limit < 0) then
+      call input_error(group, key, "cannot be met: " // goal%name() // " is never negative", error)
+    end if
+  end subroutine read_limit
+
+  !> Error: a lower limit lies above an upper one of the same quantity; the peak is at least the rms.
+  subroutine refuse_contradictions(groups, goals, error)
+    type(group_type), intent(in) :: groups(:)
+    type(goal_type), intent(in) :: goals(:)
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i, k
+
+    do k = 1, size(goals)
+      do i = 1, k - 1
+        if (.not. (contradict(goals(i), goals(k)) .or. contradict(goals(k), goals(i)))) cycle
+        call input_error(groups(k), trim(limit_keys(goals(k)%sense)), "contradicts line " // text(groups(i)%line) // ": " &
+          & // goals(i)%name() // " " // trim(limit_keys(goals(i)%sense)) // "=" // concise(goals(i)%limit, 6), error)
+        return
+      end do
+    end do
+  end subroutine refuse_contradictions
+
+  !> Whether `low` has to be greater than `high` may be, but cannot be greater.
+  pure logical function contradict(low, high)
+    type(goal_type), intent(in) :: low, high
+
+    contradict = low%sense <= 0 .and. high%sense >= 0 .and. low%limit > high%limit &
+      & .and. low%measure%quantity == high%measure%quantity
+    if (.not. contradict .or. .not. low%is_periodic()) return
+    contradict = low%measure%kind == high%measure%kind &
+      & .or. (low%measure%kind == rms_measure .and. high%measure%kind == peak_measure)
+  end function contradict
+
+end module gestell_task_design_limits
