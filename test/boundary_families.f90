@@ -1,6 +1,6 @@
 !> Families of systems with known borders, and machines of data/, for the tests of borders.
 module boundary_families
-  use gestell_base_error, only: error_type, impossible_mechanism
+  use gestell_base_error, only: error_type, failed_computation, fatal_error, impossible_mechanism
   use gestell_base_kinds, only: dp, pi
   use gestell_input_schema_check, only: check_document
   use gestell_task_configuration, only: configuration_type
@@ -25,7 +25,7 @@ module boundary_families
   end type mathieu_family
 
   !> x' = height(p) x with the period 1: rho = exp(height), real, one state. The kinds:
-  !> of one parameter 'gap' (p - 1) (p - 3), impossible for 1.5 < p < 2.5; of two
+  !> of one parameter 'gap' (p - 1) (p - 3), impossible for 1.5 < p < 2.5; 'lost' p - 2, cannot be solved for |p - 2| < 0.3; of two
   !> 'circle' |p|**2 - 1; 'circles' two of them, of radius 1 about -+1.5 on the first axis; 'saddle' p1 p2 - offset;
   !> 'stripes' cos(2 pi (p1 + p2 / 4)) - 0.3; 'hole' |p|**2 - 1, impossible for |p - (1, 0)| < 0.4; 'corner' p1, beside a pair
   !> exp(p2 +- 2i) of two more states.
@@ -104,10 +104,16 @@ contains
         own%height = cos(2 * pi * (p(1) + p(2) / 4)) - 0.3_dp
       case ("gap")
         own%height = (p(1) - 1) * (p(1) - 3)
+      case ("lost")
+        own%height = p(1) - 2
       case default
         own%height = p(1) * p(2) - self%offset
       end select
     end associate
+    if (self%kind == "lost" .and. abs(parameters(1) - 2) < 0.3_dp) then
+      call fatal_error(error, "this one cannot be solved", failed_computation)
+      return
+    end if
     impossible = .false.
     if (self%kind == "hole") impossible = norm2(parameters - [1.0_dp, 0.0_dp]) < 0.4_dp
     if (self%kind == "gap") impossible = abs(parameters(1) - 2) < 0.5_dp

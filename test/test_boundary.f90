@@ -6,7 +6,7 @@ module test_boundary
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_monodromy, only: accuracy_type
-  use gestell_task_boundary, only: border_accuracy, border_type, find_borders, nearest_stable, nearest_type
+  use gestell_task_boundary, only: border_accuracy, border_rest_type, border_type, find_borders, nearest_stable, nearest_type
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type
   use slow_tests, only: new_slow
@@ -32,6 +32,7 @@ contains
       & new_unittest("flutter with damping", test_flutter), &
       & new_unittest("flutter without damping", test_krein), &
       & new_unittest("an impossible range between two borders", test_gap), &
+      & new_unittest("systems that cannot be solved between two verdicts: an open place", test_lost), &
       & new_unittest("a logarithmic axis", test_logarithmic), &
       & new_unittest("a range that descends", test_descending), &
       & new_unittest("nearest stable system", test_nearest)]
@@ -250,6 +251,31 @@ contains
     call check(error, borders(1)%below // borders(1)%above, "undecided unstable")
   end subroutine test_krein
 
+  !> Stable below 1.7 and unstable above 2.3; what lies between cannot be solved. No border is found, and the place is open.
+  subroutine test_lost(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(border_type), allocatable :: borders(:)
+    type(border_rest_type) :: rest
+    type(nearest_type) :: nearest
+    type(gestell_error), allocatable :: failure
+    type(axis_type), parameter :: range = axis_type(0.0_dp, 4.0_dp, 5)
+
+    call find_borders(height_family(kind="lost"), range, accuracy_type(), 1.0e-10_dp, borders, failure, rest)
+    call check_success(error, failure)
+    if (.not. allocated(error)) call check(error, size(borders), 0, more="borders")
+    if (.not. allocated(error)) call check_that(error, size(rest%places), ">=", 1, "open places")
+    if (allocated(error)) return
+    ! all of them together hold the range without systems, and no more than 1e-4 of the range beside it
+    associate (low => minval(rest%places%value - rest%places%width / 2), high => maxval(rest%places%value + rest%places%width / 2))
+      call check(error, low, 1.7_dp, thr=4.0e-4_dp, more="from")
+      if (.not. allocated(error)) call check(error, high, 2.3_dp, thr=4.0e-4_dp, more="to")
+    end associate
+    if (.not. allocated(error)) call nearest_stable(height_family(kind="lost"), [3.0_dp], 1, [range], accuracy_type(), 1.0e-10_dp, &
+      & nearest, failure)
+    if (.not. allocated(error)) call check(error, nearest%value, 1.7_dp, thr=4.0e-4_dp, more="the nearest that is known")
+    if (.not. allocated(error)) call check_that(error, nearest%open, ">=", 1, "open on the way")
+  end subroutine test_lost
+
   !> (p - 1)(p - 3) with nothing between 1.5 and 2.5; four search points see that range as one of theirs.
   subroutine test_gap(error)
     type(error_type), allocatable, intent(out) :: error
@@ -310,6 +336,7 @@ contains
     if (allocated(error)) return
     ! Tolerance times the range, and the distance of the side that was verified.
     call check(error, nearest%value, 3.0_dp, thr=3.0e-9_dp)
+    if (.not. allocated(error)) call check_that(error, abs(nearest%value - 3), "<=", nearest%error, "the border within its error")
     if (allocated(error)) return
     call check(error, nearest%distance, -1.0_dp, thr=3.0e-9_dp)
     if (allocated(error)) return

@@ -7,7 +7,8 @@ module test_boundary_tongues
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_task_boundary, only: border_accuracy, border_rest_type, border_type, find_borders
   use gestell_task_boundary_line, only: line_type
-  use gestell_task_boundary_line_search, only: range_nodes, search_line, search_type
+  use gestell_task_boundary_line_found, only: search_type
+  use gestell_task_boundary_line_search, only: range_nodes, search_line
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type, grid_type, tile_type
   use gestell_study_point, only: sweep_order_type

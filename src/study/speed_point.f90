@@ -8,6 +8,7 @@ module gestell_study_speed_point
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_frame_of, only: frame_of
   use gestell_model_frame_quantity, only: find_quantity
+  use gestell_model_frame_varied_frame, only: varied_frame_type
   use gestell_model_frame_rows, only: probe_type, quantity_type
   use gestell_study_family, only: family_type
   use gestell_study_measure, only: measure_type, take_measures
@@ -63,6 +64,11 @@ module gestell_study_speed_point
     integer :: drive_turns = 1
     !> How far the frame moves; nowhere where there is no vibration.
     type(moved_type) :: moved
+    !> Whether the vibration obeys linear equations. Only then can it grow without bounds; that of the exact frame stays finite, but
+    !> may be one of several.
+    logical :: linear = .true.
+    !> How near the nearest multiplier comes to 1, at which a vibration of the exact frame ceases to exist.
+    real(dp) :: from_fold = huge(1.0_dp)
   end type speed_point_type
 
   !> Rows that solve_vibration is asked for; the harmonics it is asked for at least.
@@ -152,6 +158,11 @@ contains
     if (.not. allocated(error)) call member%multipliers(.true., multipliers, error)
     if (allocated(error) .or. .not. member%is_sound()) return
     call take_turns(frame, multipliers, point)
+    select type (frame)
+    class is (varied_frame_type)
+      point%linear = .not. frame%newton
+    end select
+    if (.not. point%linear) point%from_fold = minval(abs(multipliers%rho - 1))
     call solve_vibration(member%system, member%floquet, history, maxval([harmonics, split]), vibration, error, &
       & maxval([(quantities(i)%rows(), i = 1, size(quantities))]))
     if (allocated(error)) then

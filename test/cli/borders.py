@@ -79,6 +79,52 @@ def test_two_parameters():
         equal("curves: the same bytes on three threads", (folder / "input" / "boundary.csv").read_bytes() == bytes_of, True)
 
 
+# An inline twin, throws at 180 degrees, both pistons on one line: it repeats after half a turn, so that twice a frequency meets twice the
+# crank's speed in a tongue at +1.
+TWIN = """\
+&case tasks='boundary' /
+&drive speed_rpm=344.0 /
+&joint name='O', type='ground', position=0.0,0.0 /
+&joint name='A1', type='crank', pivot='O', radius=0.05 /
+&joint name='A2', type='rigid', ends='O','A1', offset=-0.05,0.0 /
+&joint name='B1', type='RRP', ends='A1', lengths=0.13, guide_point=0.0,0.0, guide_angle=90.0, branch=1 /
+&joint name='B2', type='RRP', ends='A2', lengths=0.13, guide_point=0.0,0.0, guide_angle=90.0, branch=1 /
+&link name='crank', from='O', to='A1', mass=2.5, inertia=0.004 /
+&link name='rod 1', from='A1', to='B1', mass=0.5, inertia=0.0016, center=0.05,0.0 /
+&link name='rod 2', from='A2', to='B2', mass=0.5, inertia=0.0016, center=0.05,0.0 /
+&link name='piston 1', from='B1', mass=1.6, inertia=0.0008 /
+&link name='piston 2', from='B2', mass=1.6, inertia=0.0008 /
+&frame mass=20.0, inertia=0.55, origin=0.04,0.06 /
+&support position=-0.21,-0.22, stiffness=3.0e4,7.0e4, damping=1.0,2.0 /
+&support position=0.23,-0.24, stiffness=2.5e4,8.0e4, damping=1.0,2.5 /
+&model frame='exact' /
+"""
+# By a program of its own in quadruple precision; the digits that it tells.
+TWIN_BORDERS = (342.3752, 345.2946, 1244.8146, 1251.0103)
+
+
+def test_half_period():
+    """Wherever the middle of the range lies, in the tongue, below or above it, its borders are found, and the way out of it ends at the
+    border."""
+    with Folder() as folder:
+        for first, last in ((340.5, 347.5), (343.0, 347.5), (340.5, 345.0), (1238.0, 1258.0)):
+            what = f"twin from {first} to {last}"
+            (folder / "input.nml").write_text(
+                TWIN + f"&sweep parameter='drive.speed_rpm', from={first}, to={last}, count=20 /\n")
+            run = Run(folder, "input.nml")
+            if not run.done(what):
+                return
+            table = rows(folder / "input")[1]
+            inside = [border for border in TWIN_BORDERS if first < border < last]
+            equal(f"{what}: kinds", [row[3] for row in table], ["divergence"] * len(inside))
+            for row, border in zip(table, inside):
+                near(f"{what}: {border}", float(row[1]), border, 1e-4)
+                check(f"{what}: sides of {border}", {row[5], row[6]} == {"stable", "unstable"}, "both", row)
+            if first < 344 < last and 345.2946 < last:
+                way = re.search(r"along drive.speed_rpm: (\S+) \+- (\S+) \(more by \S+\), stable", run.flat)
+                check(f"{what}: nearest", way and abs(float(way[1]) - 345.2945613) <= min(float(way[2]), 1e-3), 345.2945613, run.flat[-300:])
+
+
 def test_undamped():
     with Folder(input=SIEVE + SPEED) as folder:
         run = Run(folder, "-s", "foundation.damping(3)=0", "-s", "sweep.from=40", "input.nml")
@@ -128,4 +174,4 @@ def test_within_range():
         Run(folder, "input.nml").done("borders: a machine close to where a range begins")
 
 
-BORDER_TESTS = (test_one_parameter, test_two_parameters, test_undamped, test_within_range, test_refused)
+BORDER_TESTS = (test_one_parameter, test_two_parameters, test_half_period, test_undamped, test_within_range, test_refused)

@@ -92,6 +92,56 @@ def test_states():
         check("states: report", "  UNSTABLE at " in run.out and "grows without bounds at 2 speeds" in run.out, "", run.out)
 
 
+# A crank-rocker on two mounts of unlike stiffness with weak damping. At 486.93 rpm its vibration meets another one, and both cease to
+# exist: the machine jumps to a third.
+FOLD = """\
+&case tasks='resonance' /
+&drive speed_rpm=1000.0 /
+&joint name='A0', type='ground', position=0.0,0.0 /
+&joint name='B0', type='ground', position=0.26,0.05 /
+&joint name='A', type='crank', pivot='A0', radius=0.06, phase=15.0 /
+&joint name='B', type='RRR', ends='A','B0', lengths=0.22,0.17, branch=1 /
+&link name='crank', from='A0', to='A', mass=0.8, inertia=0.0011, center=0.018,0.0 /
+&link name='coupler', from='A', to='B', mass=1.1, inertia=0.0062, center=0.10,0.02 /
+&link name='rocker', from='B0', to='B', mass=1.3, inertia=0.0055, center=0.09,-0.01 /
+&frame mass=24.0, inertia=0.85, origin=-0.09,0.12 /
+&support position=-0.30,-0.22, stiffness=5.0e4,9.0e4, damping=2.0,3.0 /
+&support position=0.34,-0.20, stiffness=4.0e4,1.1e5, damping=1.5,4.0 /
+&model frame='exact' /
+&accuracy tolerance=1e-12 /
+&resonance quantities='psi','f' /
+&sweep parameter='drive.speed_rpm', from=486.9314, to=486.94, count=2 /
+"""
+# The greatest psi (rad) of a program of its own at multiples of 5 degrees, at both ends of the range.
+FOLD_PSI = (0.688158, 0.865882)
+
+
+def test_fold():
+    """The exact frame's vibration stays finite: where it jumps at a fold peaks.csv has the jump, with the values on both sides."""
+    with Folder(input=FOLD) as folder:
+        run = Run(folder, "input.nml")
+        if not run.done("fold"):
+            return
+        header, table = rows(folder / "input", "resonance.csv")
+        psi = [float(row[header.index("psi_peak_rad")]) for row in table]
+        speeds = [float(row[0]) for row in table]
+        for value, sampled in zip((psi[0], psi[-1]), FOLD_PSI):
+            # between samples of 5 degrees a motion of order 2 rises by 1 - cos(2 * 2.5 deg) at most
+            check(f"fold: psi of {sampled} at samples", 0 <= value / sampled - 1 < 4e-3, sampled, value)
+        header, peaks = rows(folder / "input", "peaks.csv")
+        equal("fold: rows", [(row[0], row[7]) for row in peaks], [("psi", "jump"), ("f", "jump")])
+        check("fold: finite", all(math.isfinite(float(row[3])) for row in peaks), "finite", peaks)
+        at, value, other = (float(peaks[0][header.index(name)]) for name in ("speed_rpm", "value", "other_side"))
+        equal("fold: the greatest of the curve", value, max(psi))
+        # next to each other, 4e-10 of the speed apart
+        low = psi[speeds.index(at) - 1]
+        equal("fold: both sides", other, low)
+        near("fold: how near", at - speeds[speeds.index(at) - 1], 0.0, 4e-10 * at)
+        check("fold: both sides lie between the ends", FOLD_PSI[0] < other < 0.7 and value > FOLD_PSI[1], FOLD_PSI, (other, value))
+        check("fold: report", "0 maxima, 1 jump" in run.out and "jump at a fold, other side 0.69" in run.flat
+              and "without bounds" not in run.out, "a jump", run.out)
+
+
 def test_refused():
     for name, line, message in (
         ("two sweeps", SPEEDS + SPEEDS.replace("drive.speed_rpm", "frame.mass"), "input.nml:17: &sweep 2: is one too many: "
@@ -122,4 +172,4 @@ def test_refused():
             equal(f"resonance refused, {name}: no files", files(folder / "input"), [])
 
 
-RESONANCE_TESTS = (test_curve, test_directions, test_states, test_refused)
+RESONANCE_TESTS = (test_curve, test_directions, test_states, test_fold, test_refused)

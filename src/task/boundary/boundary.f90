@@ -6,7 +6,8 @@ module gestell_task_boundary
   use gestell_task_boundary_line_functions, only: kind_names
   use gestell_task_boundary_line, only: coordinate, line_type, parameter_at, probe_line, probe_type, sensitivity
   use gestell_task_boundary_order, only: border_order_type, check_search
-  use gestell_task_boundary_line_search, only: range_nodes, search_line, search_type
+  use gestell_task_boundary_line_found, only: search_type
+  use gestell_task_boundary_line_search, only: range_nodes, search_line
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type
   use gestell_study_tile_results, only: verdict_names
@@ -49,14 +50,18 @@ module gestell_task_boundary
     integer :: left_out = 0
   end type border_rest_type
 
-  !> The stable system nearest to a given one along a parameter: itself if it is not unstable.
+  !> The nearest system along a parameter that is not unstable: the given system itself if it is not unstable.
   type, public :: nearest_type
     !> Verdict on the given system.
     character(len=10) :: verdict = ""
-    !> Whether there is one in the range that is not unstable; its value, the way there (with its sign) and verdict.
+    !> Whether the range has such a system; its value, the distance to it (with its sign) and its verdict.
     logical :: found = .false.
     real(dp) :: value = 0, distance = 0
     character(len=10) :: there = ""
+    !> Where `value` is a border: on the far side of it the systems have the verdict `there` from this distance on. Else 0.
+    real(dp) :: error = 0
+    !> Number of places on the way at which a border could not be excluded.
+    integer :: open = 0
   end type nearest_type
 
 contains
@@ -132,9 +137,9 @@ contains
   end function rest_of
 
   !> From the system at `base` (all parameters) along parameter `which`, over the range of its axis, to the nearest one that
-  !> is not unstable: 'stable', or where there is no damping 'undecided'. Of another axis only its place counts. A stable
-  !> `base` is its own nearest. Errors: as of `check_search` for that axis; `base`, `which` and `axes` do not fit together; the
-  !> parameters make no sense.
+  !> is not unstable: 'stable', or where there is no damping 'undecided'. That is a border, with its error, or an end of the
+  !> range. Of another axis only its place counts. A stable `base` is its own nearest. Errors: as of `check_search` for that
+  !> axis; `base`, `which` and `axes` do not fit together; the parameters make no sense.
   subroutine nearest_stable(family, base, which, axes, accuracy, tolerance, nearest, error)
     class(family_type), intent(in), target :: family
     real(dp), intent(in) :: base(:)
@@ -189,23 +194,22 @@ contains
     if (home > 0 .and. home < 1) u = [pack(u, u < home), home, pack(u, u > home)]
     call search_line(line, u, search, error)
     if (allocated(error)) return
-    do i = 1, size(search%marks)
-      if (.not. search%marks(i)%is_unstable()) call consider(search%marks(i)%t, search%marks(i)%verdict)
-    end do
-    do i = 1, size(search%found%list)
-      associate (crossing => search%found%list(i))
-        if (crossing%unstable_above) then
-          call consider(crossing%t - crossing%error, crossing%verdicts(1))
-        else
-          call consider(crossing%t + crossing%error, crossing%verdicts(2))
-        end if
-      end associate
-    end do
+    associate (borders => search%found%list)
+      do i = 1, size(search%marks)
+        ! Within a border's error a system shows neither side of it.
+        if (search%marks(i)%is_unstable() .or. any(abs(search%marks(i)%t - borders%t) <= borders%error)) cycle
+        call consider(search%marks(i)%t, search%marks(i)%verdict, 0.0_dp)
+      end do
+      do i = 1, size(borders)
+        call consider(borders(i)%t, borders(i)%verdicts(merge(1, 2, borders(i)%unstable_above)), borders(i)%error)
+      end do
+    end associate
+    if (nearest%found) nearest%open = count([(between(search%doubts(i)%t), i = 1, size(search%doubts))])
 
   contains
 
-    subroutine consider(t, verdict)
-      real(dp), intent(in) :: t
+    subroutine consider(t, verdict, error_of_t)
+      real(dp), intent(in) :: t, error_of_t
       integer, intent(in) :: verdict
       real(dp) :: value
 
@@ -215,7 +219,15 @@ contains
       nearest%value = value
       nearest%distance = value - base(which)
       nearest%there = verdict_names(verdict)
+      nearest%error = abs(sensitivity(axes(which), t)) * error_of_t
     end subroutine consider
+
+    !> Whether t lies nearer to the given system than the nearest that was found.
+    logical function between(t)
+      real(dp), intent(in) :: t
+
+      between = abs(parameter_at(axes(which), t) - base(which)) < abs(nearest%distance)
+    end function between
 
   end subroutine find_nearest
 

@@ -10,17 +10,18 @@ module gestell_task_boundary_branches
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_varied_frame, only: varied_frame, varied_frame_type
+  use gestell_task_boundary_branch, only: branch_type
   use gestell_task_boundary, only: border_rest_type, border_type, borders_on, line_along, open_border_type, rest_of
-  use gestell_task_boundary_line, only: coordinate, line_type, parameter_at, probe_line, probe_type, sensitivity
-  use gestell_task_boundary_line_search, only: merged, range_nodes, search_line, search_type
+  use gestell_task_boundary_line, only: coordinate, line_type, parameter_at, sensitivity
+  use gestell_task_boundary_line_found, only: search_type
+  use gestell_task_boundary_line_search, only: merged, range_nodes, search_line
   use gestell_task_boundary_order, only: border_order_type
-  use gestell_task_boundary_vibration_path, only: bare_frame, line_path_type
-  use gestell_task_boundary_vibrations, only: branch_type, trace_branches
+  use gestell_task_boundary_vibration_path, only: bare_frame
+  use gestell_task_boundary_vibrations, only: trace_branches
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type
   use gestell_study_frame_model_newton, only: iterate, values_of
-  use gestell_study_frame_model_path, only: between, cubic, motion_of
-  use gestell_study_tile_results, only: verdict_names
+  use gestell_study_tile_results, only: undecided, verdict_names
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
@@ -44,10 +45,10 @@ module gestell_task_boundary_branches
 
 contains
 
-  !> Of the vibrations of the frames of `bare`, which no model has settled: what `find_borders` finds on each branch, and the
-  !> turning points; `vibration` numbers the branches. Those with an odd number of real multipliers above 1,
-  !> to which no machine keeps, are left out. Errors: as
-  !> of `find_borders`.
+  !> Finds the borders on every branch of the vibrations of the frames of `bare`, which no model has settled, as `find_borders`
+  !> does, and the turning points. `vibration` numbers the branches. A branch from a turning point on which an odd number of
+  !> real multipliers is above 1 from end to end has no borders, and no machine keeps to it: it has no number, and its turning
+  !> points are those of its neighbours. Errors: as of `find_borders`.
   subroutine find_branch_borders(bare, axis, order, borders, error, rest, followed)
     class(family_type), intent(in), target :: bare
     type(axis_type), intent(in) :: axis
@@ -62,7 +63,6 @@ contains
     type(line_type) :: line
     type(search_type) :: search
     type(border_rest_type) :: own
-    type(probe_type) :: middle
     real(dp) :: ends(2)
     integer :: i, side, number
 
@@ -84,22 +84,24 @@ contains
     do i = 1, size(branches)
       family%branch = branches(i)
       ends = branches(i)%ends() + merge(beside_turn, 0.0_dp, branches(i)%turns) * [1, -1]
-      if (.not. ends(2) > ends(1)) cycle
+      if (.not. ends(2) > ends(1)) then
+        ends = branches(i)%ends()
+        call add_open(axis, ends(1), ends(2), rest)
+        cycle
+      end if
       call line_along(family, [axis], 1, [axis%from], order, line)
       line%start = ends(1)
       line%way = ends(2) - ends(1)
-      call probe_line(line, 0.5_dp, middle, error)
-      if (allocated(error)) return
-      if (between_turns(middle)) cycle
-      number = number + 1
       call search_line(line, nodes_of(branches(i), line, axis%count), search, error)
       if (allocated(error)) return
-      borders = [borders, borders_on(axis, line, search, number)]
       own = rest_of(axis, line, search)
       rest%meetings = rest%meetings + own%meetings
       rest%thin = rest%thin + own%thin
       rest%left_out = rest%left_out + own%left_out
       rest%places = [rest%places, own%places]
+      if (any(branches(i)%turns) .and. is_never_kept(search)) cycle
+      number = number + 1
+      borders = [borders, borders_on(axis, line, search, number)]
       call add_turns(family, order%tolerance, number, search, borders)
     end do
     borders = borders(ascending(sign(1.0_dp, axis%to - axis%from) * borders%value))
@@ -128,40 +130,92 @@ contains
     nodes = merged(range_nodes(count), pack(t, taken))
   end function nodes_of
 
-  !> What no branch passes is open.
-  pure subroutine add_gaps(axis, branches, rest)
+  !> Lists as open what no branch passes, and what lies behind the place at which a path was lost, unless another branch goes on
+  !> there: as far as another one is lost on the way back, or to the end of the range.
+  subroutine add_gaps(axis, branches, rest)
     type(axis_type), intent(in) :: axis
     type(branch_type), intent(in) :: branches(:)
     type(border_rest_type), intent(inout) :: rest
     !> Of the range: ends of paths, and the turning points' errors.
     real(dp), parameter :: narrow = 1.0e-5_dp
     real(dp) :: ends(2, size(branches)), t, next
-    integer :: i
+    logical :: lost(2, size(branches))
+    integer :: i, side
 
     do i = 1, size(branches)
       ends(:, i) = branches(i)%ends()
+      lost(:, i) = branches(i)%lost .and. [ends(1, i) > narrow, ends(2, i) < 1 - narrow]
     end do
     t = 0
-    do
+    do while (t < 1 - narrow)
       next = max(t, maxval(ends(2, :), mask=ends(1, :) <= t + narrow))
       if (.not. next > t) then
         next = min(1.0_dp, minval(ends(1, :), mask=ends(1, :) > t + narrow))
-        rest%places = [rest%places, open_border_type(parameter_at(axis, (t + next) / 2), &
-          & abs(parameter_at(axis, next) - parameter_at(axis, t)))]
+        call add_open(axis, t, next, rest)
+        ! Both ends of the gap are told of.
+        where (abs(ends(2, :) - t) <= narrow) lost(2, :) = .false.
+        where (abs(ends(1, :) - next) <= narrow) lost(1, :) = .false.
       end if
       t = next
-      if (t > 1 - narrow) return
+    end do
+    do i = 1, size(branches)
+      do side = 1, 2
+        if (.not. lost(side, i)) cycle
+        if (goes_on(branches, i, side)) cycle
+        if (side == 1) then
+          next = max(0.0_dp, maxval(ends(2, :), mask=lost(2, :) .and. ends(2, :) < ends(1, i)))
+          call add_open(axis, next, ends(1, i), rest)
+        else
+          next = min(1.0_dp, minval(ends(1, :), mask=lost(1, :) .and. ends(1, :) > ends(2, i)))
+          call add_open(axis, ends(2, i), next, rest)
+        end if
+      end do
     end do
   end subroutine add_gaps
 
-  !> Whether an odd number of real multipliers is greater than 1.
-  pure logical function between_turns(probe)
-    type(probe_type), intent(in) :: probe
+  !> Whether another branch passes through the end `side` of branch `i`.
+  logical function goes_on(branches, i, side)
+    type(branch_type), intent(in) :: branches(:)
+    integer, intent(in) :: i, side
+    real(dp) :: ends(2)
+    integer :: k
 
-    between_turns = .false.
-    if (probe%missing()) return
-    between_turns = modulo(count(real(probe%z) > probe%noise .and. .not. abs(aimag(probe%z)) > 0), 2) == 1
-  end function between_turns
+    ends = branches(i)%ends()
+    goes_on = .false.
+    do k = 1, size(branches)
+      if (k /= i) goes_on = goes_on .or. branches(k)%passes(ends(side), branches(i)%motion_at(ends(side)))
+    end do
+  end function goes_on
+
+  !> Lists the part of the range from one coordinate to another as open.
+  pure subroutine add_open(axis, from, to, rest)
+    type(axis_type), intent(in) :: axis
+    real(dp), intent(in) :: from, to
+    type(border_rest_type), intent(inout) :: rest
+
+    rest%places = [rest%places, open_border_type(parameter_at(axis, (from + to) / 2), &
+      & abs(parameter_at(axis, to) - parameter_at(axis, from)))]
+  end subroutine add_open
+
+  !> Whether an odd number of real multipliers is above 1 all along a branch. In the middle alone that says nothing: a branch may
+  !> also be unstable there in a tongue at +1, as a machine that repeats after half a turn is where 2 w = 2 Omega. Beside a turning
+  !> point, where a multiplier comes to 1 within its error, the number is not known.
+  pure logical function is_never_kept(search)
+    type(search_type), intent(in) :: search
+    integer :: i, above, known
+
+    known = 0
+    is_never_kept = .true.
+    do i = 1, size(search%marks)
+      associate (mark => search%marks(i), is_real => .not. abs(aimag(search%marks(i)%z)) > 0)
+        if (any(is_real .and. abs(real(mark%z)) <= mark%noise)) cycle
+        known = known + 1
+        above = count(is_real .and. real(mark%z) > 0)
+        is_never_kept = is_never_kept .and. modulo(above, 2) == 1
+      end associate
+    end do
+    is_never_kept = is_never_kept .and. known > 0
+  end function is_never_kept
 
   !> The place of the turning point at end `side` of two branches, in which they meet. Beside it the square of their difference is a
   !> smooth function of the parameter, so the parameter is one of that; it is extrapolated to zero (Neville).
@@ -169,7 +223,7 @@ contains
     type(branch_family_type), intent(inout) :: family
     type(branch_type), intent(inout) :: pair(2)
     integer, intent(in) :: side
-    integer, parameter :: levels = 6
+    integer, parameter :: levels = 6, fewest = 4
     real(dp), parameter :: first = 0.02_dp, path_error = 1.0e-4_dp
     real(dp) :: t(levels), square(levels), table(levels), ends(2, 2), before, distance
     type(error_type), allocatable :: error
@@ -187,14 +241,15 @@ contains
     do k = 1, levels
       t(k) = ends(side, 1) + distance / 2**(k - 1) * merge(1, -1, side == 1)
       call difference_at(family, pair, t(k), square(k), error)
-      if (allocated(error)) return
+      ! So near to the turning point Newton's method may not tell the vibrations apart.
+      if (allocated(error)) exit
       before = table(1)
       table(k) = t(k)
       do i = k - 1, 1, -1
         table(i) = (square(k) * table(i) - square(i) * table(i + 1)) / (square(k) - square(i))
       end do
     end do
-    if (.not. abs(table(1) - ends(side, 1)) < distance) return
+    if (k <= fewest .or. .not. abs(table(1) - ends(side, 1)) < distance) return
     do i = 1, 2
       pair(i)%points(at(i))%lambda = table(1)
       pair(i)%errors(side) = abs(table(1) - before)
@@ -242,10 +297,9 @@ contains
     integer :: side
 
     ends = family%branch%ends()
-    if (size(search%marks) == 0) return
     do side = 1, 2
       if (.not. family%branch%turns(side)) cycle
-      verdict = verdict_names(search%marks(merge(1, size(search%marks), side == 1))%verdict)
+      verdict = verdict_at_end(search, side)
       border%value = parameter_at(family%axis, ends(side))
       border%error = abs(sensitivity(family%axis, ends(side))) * max(family%branch%errors(side), tolerance)
       border%kind = turning_point
@@ -261,6 +315,19 @@ contains
     end do
   end subroutine add_turns
 
+  !> The verdict on the vibrations beside an end of a branch: that of the nearest system whose multipliers tell one. At the turning
+  !> point itself a multiplier comes to 1 within its error.
+  pure function verdict_at_end(search, side) result(verdict)
+    type(search_type), intent(in) :: search
+    integer, intent(in) :: side
+    character(len=:), allocatable :: verdict
+    integer, allocatable :: decided(:)
+
+    decided = pack(search%marks%verdict, search%marks%verdict /= undecided)
+    verdict = trim(verdict_names(undecided))
+    if (size(decided) > 0) verdict = trim(verdict_names(decided(merge(1, size(decided), side == 1))))
+  end function verdict_at_end
+
   !> The frame varied about its vibration on the branch. Error: Newton's method does not come to it.
   subroutine member(self, parameters, system, error)
     class(branch_family_type), intent(in) :: self
@@ -268,16 +335,14 @@ contains
     class(periodic_system), allocatable, intent(out) :: system
     type(error_type), allocatable, intent(out) :: error
     type(varied_frame_type), allocatable :: varied
-    type(line_path_type) :: path
     class(frame_type), allocatable :: frame
     real(dp), allocatable :: steps(:)
     real(dp), parameter :: greatest_step = 0.1_dp
 
     call bare_frame(self%bare, parameters, frame, error)
     if (allocated(error)) return
-    path%units = self%branch%units
     allocate(varied)
-    varied = varied_frame(frame, motion_on(path, self%branch, coordinate(self%axis, parameters(1))))
+    varied = varied_frame(frame, self%branch%motion_at(coordinate(self%axis, parameters(1))))
     call iterate(frame, self%accuracy, .false., varied, steps, error)
     if (allocated(error)) return
     if (steps(1) > greatest_step) then
@@ -286,34 +351,5 @@ contains
     end if
     call move_alloc(varied, system)
   end subroutine member
-
-  !> The motion (m, m, rad) of a branch at lambda = t, by cubics along the arc.
-  function motion_on(family, branch, t) result(motion)
-    type(line_path_type), intent(in) :: family
-    type(branch_type), intent(in) :: branch
-    real(dp), intent(in) :: t
-    type(series_type) :: motion
-    integer, parameter :: halvings = 50
-    real(dp) :: low, high, x
-    integer :: i, k
-
-    k = 1
-    do i = 2, size(branch%points) - 1
-      if (branch%points(i)%lambda <= t) k = i
-    end do
-    associate (l => branch%points(k), r => branch%points(k + 1), h => branch%arcs(k))
-      low = 0
-      high = 1
-      do i = 1, halvings
-        x = (low + high) / 2
-        if (cubic(x, l%lambda, r%lambda, h * l%rise, h * r%rise) < t) then
-          low = x
-        else
-          high = x
-        end if
-      end do
-      motion = motion_of(family, between(x, l, r, h))
-    end associate
-  end function motion_on
 
 end module gestell_task_boundary_branches

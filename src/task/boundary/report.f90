@@ -27,8 +27,8 @@ contains
       & // axes_lines(plan)
     if (plan%order%model /= "exact") return
     if (size(plan%grid%axes) == 1) then
-      report = report // "  of every vibration met when the one at the start of the range is followed; at a turning point a " &
-        & // "vibration ceases to exist" // newline
+      report = report // "  The vibrations found at the search points are followed through the range; at a turning point a " &
+        & // "vibration ceases to exist." // newline
     else
       report = report // "  of the vibration found: a jump to another one counts as a boundary, and a tongue beside it can be " &
         & // "missed" // newline
@@ -61,7 +61,7 @@ contains
     if (allocated(results%map)) then
       report = report // curve_lines(results%map, plan%paths)
     else
-      if (size(results%values) == 0) report = report // "  no boundary in the range" // newline
+      if (size(results%values) == 0) report = report // "  no boundary " // where_none(results%rest) // newline
       rows = ""
       do i = 1, size(results%values)
         associate (v => results%values(i))
@@ -96,7 +96,7 @@ contains
       return
     end if
     line = "Stability boundaries over " // trim(plan%paths(1)) // ": "
-    if (size(results%values) == 0) line = line // "none in the range"
+    if (size(results%values) == 0) line = line // "none " // where_none(results%rest)
     do i = 1, min(size(results%values), most)
       line = line // trim(merge(", ", "  ", i > 1)) // repeat(" ", merge(1, 0, i > 1)) // concise(results%values(i)%value, 7)
     end do
@@ -111,6 +111,16 @@ contains
 
     line = "The nearest machine that is not unstable along " // path // ": " // way_to(nearest)
   end function way_to_stable
+
+  !> Where there is no boundary: in the whole range only if the search leaves no place open.
+  pure function where_none(rest) result(words)
+    type(border_rest_type), intent(in) :: rest
+    character(len=:), allocatable :: words
+
+    words = "in the range"
+    if (.not. allocated(rest%places)) return
+    if (size(rest%places) > 0) words = "found, but the search is not complete"
+  end function where_none
 
   !> What the search leaves open.
   pure function rest_of(rest, tolerance) result(report)
@@ -134,8 +144,11 @@ contains
     character(len=:), allocatable :: sentence
 
     if (nearest%found) then
-      sentence = concise(nearest%value, 12) // " (" // trim(merge("less", "more", nearest%distance < 0)) // " by " &
+      sentence = concise(nearest%value, 12)
+      if (nearest%error > 0) sentence = sentence // " +- " // concise(nearest%error, 2)
+      sentence = sentence // " (" // trim(merge("less", "more", nearest%distance < 0)) // " by " &
         & // concise(abs(nearest%distance), 6) // "), " // trim(nearest%there)
+      if (nearest%open > 0) sentence = sentence // "; on the way " // counted(nearest%open, "place") // " left open"
     else
       sentence = "none in the range"
     end if

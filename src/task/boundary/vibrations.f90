@@ -2,8 +2,10 @@
 module gestell_task_boundary_vibrations
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
+  use gestell_math_trigonometric, only: series_type
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_varied_frame, only: varied_frame_type
+  use gestell_task_boundary_branch, only: branch_type
   use gestell_task_boundary_line, only: parameter_at
   use gestell_task_boundary_order, only: border_order_type
   use gestell_task_boundary_vibration_path, only: bare_frame, line_path_type
@@ -11,30 +13,19 @@ module gestell_task_boundary_vibrations
   use gestell_study_frame_model, only: settle
   use gestell_study_grid, only: axis_type
   use gestell_study_frame_model_newton, only: first_samples, values_of
-  use gestell_study_frame_model_path, only: advance, first_point, furthest_turn, point_type, units_of
+  use gestell_study_frame_model_path, only: advance, first_point, furthest_turn, motion_of, point_type, units_of
   implicit none (type, external)
   private
 
   public :: trace_branches
-
-  !> A part of a path on which lambda does not turn back.
-  type, public :: branch_type
-    !> Points, lambda ascending, tangents that way, and the arcs between them.
-    type(point_type), allocatable :: points(:)
-    real(dp), allocatable :: arcs(:)
-    !> Whether the ends are turning points, and the errors of their lambda.
-    logical :: turns(2) = .false.
-    real(dp) :: errors(2) = 0
-    real(dp), allocatable :: units(:)
-  contains
-    procedure :: ends
-  end type branch_type
 
   !> Points of a path in its order, with the arcs behind each.
   type :: trail_type
     integer :: count = 0
     type(point_type), allocatable :: points(:)
     real(dp), allocatable :: arcs(:), errors(:)
+    !> Whether it ends neither at an end of the range nor on a branch that is known.
+    logical :: lost = .true.
   contains
     procedure :: add
   end type trail_type
@@ -48,15 +39,8 @@ module gestell_task_boundary_vibrations
 
 contains
 
-  pure function ends(self)
-    class(branch_type), intent(in) :: self
-    real(dp) :: ends(2)
-
-    ends = self%points([1, size(self%points)])%lambda
-  end function ends
-
-  !> Branches over the range of `axis`: from each of `starts`, ascending, that no branch passes yet, the vibration that is found
-  !> there is followed both ways, round turning points, until the path leaves the range or is lost.
+  !> Branches over the range of `axis`: the vibration that is found at each of `starts`, ascending, unless it lies on a branch that
+  !> is known, is followed both ways, round turning points, until the path leaves the range, comes to such a branch or is lost.
   subroutine trace_branches(bare, axis, order, starts, branches)
     class(family_type), intent(in), target :: bare
     type(axis_type), intent(in) :: axis
@@ -69,6 +53,7 @@ contains
     type(trail_type) :: down, up
     real(dp), allocatable :: q(:, :)
     integer :: i, samples
+    logical :: known
 
     allocate(branches(0))
     family%bare => bare
@@ -81,7 +66,6 @@ contains
     family%close = 1.0e-5_dp
     family%last_lambda = 1
     do i = 1, size(starts)
-      if (passed(branches, starts(i))) cycle
       call bare_frame(bare, [parameter_at(axis, starts(i))], frame, error)
       if (.not. allocated(error)) call settle(frame, "exact", order%accuracy, settled, error)
       if (allocated(error)) cycle
@@ -90,34 +74,37 @@ contains
       select type (settled)
       class is (varied_frame_type)
         if (.not. settled%newton) cycle
+        known = passed(branches, starts(i), settled%motion)
+        if (known) cycle
         samples = max(first_samples, 2 * ubound(settled%motion%cosine, 1) + 2)
         q = values_of(settled%motion, samples) / spread(family%units, 1, samples)
       end select
-      call walk(family, q, starts(i), -1, down)
-      call walk(family, q, starts(i), 1, up)
+      call walk(family, q, starts(i), -1, branches, down)
+      call walk(family, q, starts(i), 1, branches, up)
       call split(family, down, up, branches)
     end do
     if (associated(order%executor)) call order%executor%show(following, 1.0_dp)
   end subroutine trace_branches
 
-  pure logical function passed(branches, t)
+  !> Whether a branch has this motion (m, m, rad) at lambda = t.
+  logical function passed(branches, t, motion)
     type(branch_type), intent(in) :: branches(:)
     real(dp), intent(in) :: t
+    type(series_type), intent(in) :: motion
     integer :: i
 
     passed = .false.
     do i = 1, size(branches)
-      associate (ends => branches(i)%ends())
-        passed = passed .or. (t >= ends(1) .and. t <= ends(2))
-      end associate
+      passed = passed .or. branches(i)%passes(t, motion)
     end do
   end function passed
 
-  !> The path from q at `start`, at first up or down.
-  subroutine walk(family, q, start, way, trail)
+  !> The path from q at `start`, at first up or down, as far as one of `branches`.
+  subroutine walk(family, q, start, way, branches, trail)
     type(line_path_type), intent(inout) :: family
     real(dp), intent(in) :: q(:, :), start
     integer, intent(in) :: way
+    type(branch_type), intent(in) :: branches(:)
     type(trail_type), intent(out) :: trail
     type(point_type) :: at, next
     type(error_type), allocatable :: error
@@ -155,6 +142,8 @@ contains
       if (at%rise * next%rise < 0) call add_turn(family, at, next, rest, trail)
       call trail%add(next, rest, 0.0_dp)
       at = next
+      trail%lost = .not. passed(branches, at%lambda, motion_of(family, at%q))
+      if (.not. trail%lost) return
       arc = min(merge(2 * arc, arc, easy), long_arc, allowed)
       if (family%turn(at%q) > furthest_turn) return
     end do
@@ -230,10 +219,12 @@ contains
     type(error_type), allocatable :: error
     real(dp) :: arc
 
-    if (.not. abs(target - at%lambda) > 0) return
+    trail%lost = abs(target - at%lambda) > 0
+    if (.not. trail%lost) return
     arc = (target - at%lambda) / at%rise
     call first_point(family, at%q + arc * at%along, target, merge(1, -1, at%rise > 0), next, error)
-    if (.not. allocated(error)) call trail%add(next, arc, 0.0_dp)
+    trail%lost = allocated(error)
+    if (.not. trail%lost) call trail%add(next, arc, 0.0_dp)
   end subroutine finish
 
   pure subroutine add(self, point, arc, error)
@@ -266,6 +257,7 @@ contains
     type(trail_type) :: whole
     type(point_type) :: point
     integer :: first, i, k
+    logical :: lost(2)
 
     do k = down%count, 2, -1
       point = down%points(k)
@@ -277,6 +269,7 @@ contains
       call whole%add(up%points(k), up%arcs(k), up%errors(k))
     end do
     if (min(down%count - 1, up%count) > 0) whole%arcs(down%count) = down%arcs(2)
+    lost = [down%lost, up%lost]
     first = 1
     do k = 2, whole%count
       if (k < whole%count .and. .not. turns_at(whole, k)) cycle
@@ -284,7 +277,7 @@ contains
       do i = 1, size(branches)
         longer(i) = branches(i)
       end do
-      longer(size(longer)) = branch_of(family, whole, first, k)
+      longer(size(longer)) = branch_of(family, whole, first, k, lost)
       call move_alloc(longer, branches)
       first = k
     end do
@@ -308,11 +301,12 @@ contains
     turns_at = (flat(0) .and. any(back)) .or. (back(0) .and. .not. any(flat))
   end function turns_at
 
-  !> The part of a path from one point to another, lambda ascending.
-  pure function branch_of(family, whole, first, last) result(branch)
+  !> The part of a path from one point to another, lambda ascending; `lost`: whether both ends of the path are.
+  pure function branch_of(family, whole, first, last, lost) result(branch)
     type(line_path_type), intent(in) :: family
     type(trail_type), intent(in) :: whole
     integer, intent(in) :: first, last
+    logical, intent(in) :: lost(2)
     type(branch_type) :: branch
     integer :: i, k, n
     logical :: back
@@ -328,7 +322,9 @@ contains
       if (i < n) branch%arcs(i) = whole%arcs(merge(k, k + 1, back))
     end do
     branch%turns = [first > 1, last < whole%count]
+    branch%lost = lost .and. .not. branch%turns
     if (back) branch%turns = branch%turns([2, 1])
+    if (back) branch%lost = branch%lost([2, 1])
     branch%errors = merge(whole%errors([last, first]), whole%errors([first, last]), back)
     branch%units = family%units
   end function branch_of

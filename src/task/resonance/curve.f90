@@ -14,7 +14,7 @@
 module gestell_task_resonance_curve
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_task_resonance_points, only: curve_point_type, curve_points_type
+  use gestell_task_resonance_points, only: curve_point_type, curve_points_type, same, straight
   use gestell_study_family, only: family_type
   use gestell_task_resonance_maxima, only: find_maxima, half_power_speeds, maximum_type, top_speeds
   use gestell_task_resonance_seeds, only: crossing_speeds
@@ -56,10 +56,6 @@ module gestell_task_resonance_curve
 
   !> Speeds that are added to those of the grid, and rounds, at the most.
   integer, parameter, public :: most_refined = 6000, most_rounds = 100
-  !> Two speeds closer than this, relative to themselves, are one.
-  real(dp), parameter :: same = 1.0e-10_dp
-  !> What a straight line between neighbours, in the logarithm of the peak, may miss of the curve.
-  real(dp), parameter, public :: straight = 0.01_dp
   !> Maxima that are listed stand out of both flanks by this, in the logarithm.
   real(dp), parameter, public :: standing_out = 0.05_dp
   !> Where the state changes it is known to this part of the speed.
@@ -145,17 +141,18 @@ contains
   !> its other end, misses the point that was computed there by h times the change of slope, and so does the line from behind.
   !> Between the ends a bend at any one place, as where two maxima over the turn are equal, misses at most half of the greater
   !> one, a curve of constant curvature a quarter and less. Where one side is not known the other one counts twice; where
-  !> neither is the interval is divided.
+  !> neither is the interval is divided. No line goes across a jump.
   subroutine bent_intervals(self, level, known, bent)
     class(resonance_curve_type), intent(in) :: self
     real(dp), intent(in) :: level(:)
     logical, intent(in) :: known(:)
     logical, allocatable, intent(out) :: bent(:)
     real(dp) :: slope(size(level) - 1), change(size(level)), h(size(level) - 1)
-    logical :: defined(size(level))
+    logical :: defined(size(level)), jump(size(level) - 1)
     integer :: i, n
 
     n = size(level)
+    jump = self%jumps(level, known)
     allocate(bent(n - 1), source=.false.)
     h = abs(self%points(2:)%speed - self%points(:n - 1)%speed)
     slope = 0
@@ -163,11 +160,11 @@ contains
     change = 0
     defined = .false.
     do i = 2, n - 1
-      defined(i) = all(known(i - 1:i + 1))
+      defined(i) = all(known(i - 1:i + 1)) .and. .not. any(jump(i - 1:i))
       if (defined(i)) change(i) = abs(slope(i) - slope(i - 1))
     end do
     do i = 1, n - 1
-      if (.not. (known(i) .and. known(i + 1))) cycle
+      if (jump(i) .or. .not. (known(i) .and. known(i + 1))) cycle
       bent(i) = h(i) * maxval(change(i:i + 1)) > merge(2, 1, all(defined(i:i + 1))) * straight .or. .not. any(defined(i:i + 1))
     end do
   end subroutine bent_intervals
@@ -178,7 +175,7 @@ contains
     real(dp) :: least
 
     least = 4 * same
-    if (a%state /= b%state .or. a%state == marginal) least = coarsest
+    if ((a%linear .or. b%linear) .and. (a%state /= b%state .or. a%state == marginal)) least = coarsest
     divisible = abs(a%speed - b%speed) > least * abs(a%speed)
   end function divisible
 

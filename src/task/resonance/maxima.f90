@@ -26,7 +26,14 @@ module gestell_task_resonance_maxima
     logical :: resolved = .true., unbounded = .false.
     !> Whether the motion is small enough there for linear equations.
     logical :: small = .true.
+    !> Whether the exact frame jumps to another vibration there, so that the value is that of the greater one, whether the vibration
+    !> on one side ceases to exist there (a fold), and the value on the other side; NaN elsewhere.
+    logical :: jump = .false., fold = .false.
+    real(dp) :: other_side = 0
   end type maximum_type
+
+  !> A vibration with a multiplier so near 1, this near to a jump, ends there.
+  real(dp), parameter :: at_fold = 1.0e-3_dp
 
   !> A maximum is found where the next step is less than this part of the speed and wins no more than this part of the
   !> value; a half-power speed where (P_0 / P)^2 - 1 is as near to 1 as this.
@@ -35,9 +42,10 @@ module gestell_task_resonance_maxima
 
 contains
 
-  !> The maxima of quantity `q`, whose ln(peak) is `level`, that stand out of both flanks by more than
-  !> `least` in it. `bent`: the intervals that are not
-  !> resolved; where they cannot be and the stability changes, or is in doubt, the vibration grows without bounds.
+  !> The maxima of quantity `q`, whose ln(peak) is `level`, that stand out of both flanks by more than `least` in it, and the
+  !> jumps of the exact frame by more than that, whether or not the greater side is a maximum. `bent`: the intervals that are
+  !> not resolved; where linear equations hold, and the stability changes there or is in doubt, the vibration grows without
+  !> bounds.
   subroutine find_maxima(curve, q, level, known, bent, least, maxima)
     class(curve_points_type), intent(in) :: curve
     integer, intent(in) :: q
@@ -45,47 +53,119 @@ contains
     logical, intent(in) :: known(:), bent(:)
     real(dp), intent(in) :: least
     type(maximum_type), allocatable, intent(out) :: maxima(:)
-    type(maximum_type) :: found(size(level) / 2 + 1)
+    type(maximum_type) :: found(size(level))
+    logical :: jump(0:size(level)), listed(size(level))
     integer :: i, n, last
 
     n = 0
-    do i = 2, size(level) - 1
-      if (known(i - 1) .and. .not. known(i)) then
+    jump = .false.
+    jump(1:size(level) - 1) = curve%jumps(level, known)
+    listed = [(is_top(curve, level, known, i, least), i = 1, size(level))]
+    do i = 1, size(level) - 1
+      if (.not. jump(i) .or. any(listed(i:i + 1))) cycle
+      if (abs(level(i + 1) - level(i)) > least) listed(merge(i + 1, i, level(i + 1) > level(i))) = .true.
+    end do
+    do i = 1, size(level)
+      if (i > 1 .and. .not. known(i)) then
         last = end_of_gap(known, i)
-        if (rises_into(curve, level, known, i, last, least)) then
+        if (known(i - 1) .and. rises_into(curve, level, known, i, last, least)) then
           n = n + 1
-          associate (point => curve%points((i + last) / 2))
-            found(n) = maximum_type(q, (i + last) / 2, point%state, curve%points(i - 1)%strongest(q), point%speed)
-          end associate
-          found(n)%value = ieee_value(1.0_dp, ieee_positive_inf)
-          found(n)%half = ieee_value(1.0_dp, ieee_quiet_nan)
-          found(n)%width = found(n)%half(1)
-          found(n)%damping_ratio = found(n)%half(1)
-          found(n)%resolved = .false.
-          found(n)%unbounded = .true.
-          found(n)%small = .false.
+          found(n) = without_bounds(curve, q, i, last)
         end if
       end if
-      if (.not. all(known(i - 1:i + 1))) cycle
-      if (.not. (level(i) > level(i - 1) .and. level(i) >= level(i + 1))) cycle
-      if (min(fall(level, known, i, -1), fall(level, known, i, 1)) <= least) cycle
+      if (.not. listed(i)) cycle
       n = n + 1
-      associate (point => curve%points(i), maximum => found(n), states => curve%points(i - 1:i + 1)%state)
+      associate (point => curve%points(i), maximum => found(n))
         maximum = maximum_type(q, i, point%state, point%strongest(q), point%speed, point%values(1, q))
-        maximum%rise = min(fall(level, known, i, -1), fall(level, known, i, 1))
-        maximum%resolved = .not. any(bent(i - 1:i))
+        maximum%rise = min(fall(curve, level, known, i, -1), fall(curve, level, known, i, 1))
+        maximum%resolved = .not. any(bent(max(i - 1, 1):min(i, size(bent))))
         maximum%half = [half_of(curve, level, known, i, -1), half_of(curve, level, known, i, 1)]
         if (.not. maximum%resolved) maximum%half = ieee_value(1.0_dp, ieee_quiet_nan)
         maximum%width = abs(maximum%half(2) - maximum%half(1))
         maximum%damping_ratio = maximum%width / (2 * abs(point%speed))
-        maximum%unbounded = .not. maximum%resolved .and. (any(states /= point%state) .or. point%state == marginal)
+        maximum%unbounded = point%linear .and. .not. maximum%resolved .and. (point%state == marginal &
+          & .or. any(curve%points(max(i - 1, 1):min(i + 1, size(level)))%state /= point%state))
         maximum%small = point%moved%small() .and. .not. maximum%unbounded
         if (maximum%unbounded) maximum%value = ieee_value(1.0_dp, ieee_positive_inf)
+        call tell_jump(curve, known, jump, maximum)
       end associate
     end do
     allocate(maxima(n))
     maxima = found(:n)
   end subroutine find_maxima
+
+  !> Whether point `i` is higher than both neighbours and stands out of both flanks by more than `least`. Where none of the
+  !> exact frame's vibrations was found the neighbour is the next point at which one was.
+  pure logical function is_top(curve, level, known, i, least)
+    class(curve_points_type), intent(in) :: curve
+    real(dp), intent(in) :: level(:), least
+    logical, intent(in) :: known(:)
+    integer, intent(in) :: i
+    integer :: l, r
+
+    is_top = .false.
+    if (.not. known(i)) return
+    l = neighbour(known, i, -1)
+    r = neighbour(known, i, 1)
+    if (l == 0 .or. r == 0) return
+    if (any(curve%points(l + 1:i - 1)%state <= unreached) .or. any(curve%points(i + 1:r - 1)%state <= unreached)) return
+    if (curve%points(i)%linear .and. r - l > 2) return
+    if (.not. (level(i) > level(l) .and. level(i) >= level(r))) return
+    is_top = min(fall(curve, level, known, i, -1), fall(curve, level, known, i, 1)) > least
+  end function is_top
+
+  !> The next point on one side of point `i` that is known; 0: none.
+  pure integer function neighbour(known, i, step) result(k)
+    logical, intent(in) :: known(:)
+    integer, intent(in) :: i, step
+
+    k = i + step
+    do while (k >= 1 .and. k <= size(known))
+      if (known(k)) return
+      k = k + step
+    end do
+    k = 0
+  end function neighbour
+
+  !> Says of a maximum of the exact frame whether it lies at a jump, or where no vibration is found, and what is on the other side.
+  pure subroutine tell_jump(curve, known, jump, maximum)
+    class(curve_points_type), intent(in) :: curve
+    logical, intent(in) :: known(:), jump(0:)
+    type(maximum_type), intent(inout) :: maximum
+    integer :: step, k
+
+    maximum%other_side = ieee_value(1.0_dp, ieee_quiet_nan)
+    associate (i => maximum%point, q => maximum%quantity)
+      if (curve%points(i)%linear) return
+      do step = -1, 1, 2
+        k = neighbour(known, i, step)
+        if (k == 0) cycle
+        if (abs(k - i) == 1 .and. .not. jump(min(i, k))) cycle
+        if (maximum%jump .and. curve%points(k)%values(1, q) > maximum%other_side) cycle
+        maximum%jump = .true.
+        maximum%other_side = curve%points(k)%values(1, q)
+        maximum%fold = min(curve%points(i)%from_fold, curve%points(k)%from_fold) < at_fold
+      end do
+    end associate
+  end subroutine tell_jump
+
+  !> The resonance between points `first` and `last`, which have no value, of linear equations.
+  type(maximum_type) function without_bounds(curve, q, first, last) result(maximum)
+    class(curve_points_type), intent(in) :: curve
+    integer, intent(in) :: q, first, last
+
+    associate (point => curve%points((first + last) / 2))
+      maximum = maximum_type(q, (first + last) / 2, point%state, curve%points(first - 1)%strongest(q), point%speed)
+    end associate
+    maximum%value = ieee_value(1.0_dp, ieee_positive_inf)
+    maximum%half = ieee_value(1.0_dp, ieee_quiet_nan)
+    maximum%width = maximum%half(1)
+    maximum%damping_ratio = maximum%half(1)
+    maximum%other_side = maximum%half(1)
+    maximum%resolved = .false.
+    maximum%unbounded = .true.
+    maximum%small = .false.
+  end function without_bounds
 
   !> The last of the points from `first` on that are not known.
   pure integer function end_of_gap(known, first) result(last)
@@ -108,15 +188,17 @@ contains
     integer, intent(in) :: first, last
 
     rises_into = .false.
-    if (last == size(known)) return
+    if (last == size(known) .or. .not. curve%points(first - 1)%linear) return
     associate (states => curve%points(first:last)%state)
       if (.not. all(states == in_resonance .or. states == marginal .or. states == unreached)) return
     end associate
-    rises_into = min(fall(level, known, first - 1, -1), fall(level, known, last + 1, 1)) > least
+    rises_into = min(fall(curve, level, known, first - 1, -1), fall(curve, level, known, last + 1, 1)) > least
   end function rises_into
 
-  !> How far the curve falls on one side of point `i` before it is higher than there.
-  pure real(dp) function fall(level, known, i, step)
+  !> How far the curve falls on one side of point `i` before it is higher than there, or is not known; points at which none of the
+  !> exact frame's vibrations was found are passed over.
+  pure real(dp) function fall(curve, level, known, i, step)
+    class(curve_points_type), intent(in) :: curve
     real(dp), intent(in) :: level(:)
     logical, intent(in) :: known(:)
     integer, intent(in) :: i, step
@@ -125,9 +207,9 @@ contains
     fall = 0
     k = i + step
     do while (k >= 1 .and. k <= size(level))
-      if (.not. known(k)) return
-      if (level(k) > level(i)) return
-      fall = max(fall, level(i) - level(k))
+      if (.not. known(k) .and. (curve%points(i)%linear .or. curve%points(k)%state <= unreached)) return
+      if (known(k) .and. level(k) > level(i)) return
+      if (known(k)) fall = max(fall, level(i) - level(k))
       k = k + step
     end do
   end function fall
@@ -176,7 +258,7 @@ contains
 
     allocate(speeds(0))
     do m = 1, size(maxima)
-      if (.not. maxima(m)%resolved) cycle
+      if (.not. maxima(m)%resolved .or. maxima(m)%jump) cycle
       call step_to_top(curve, maxima(m), step, won)
       associate (errors => curve%points(maxima(m)%point)%values(2, maxima(m)%quantity))
         if (abs(step) <= position * abs(maxima(m)%speed) .and. won <= max(gain, errors / maxima(m)%value)) cycle
@@ -235,7 +317,7 @@ contains
             if (abs(curve%points(k)%speed - maxima(m)%speed) >= abs(half - maxima(m)%speed)) exit
             k = k + merge(-1, 1, side == 1)
           end do
-          if (any(bent(min(i, k):max(i, k) - 1))) cycle
+          if (any(bent(min(i, k):max(i, k) - 1)) .or. is_across_jump(curve, maxima(m)%quantity, i, k)) cycle
           if (abs(rest(curve, maxima(m)%quantity, i, k) - 1) <= half_power) cycle
           if (abs(rest(curve, maxima(m)%quantity, i, k - merge(-1, 1, side == 1)) - 1) <= half_power) cycle
           speeds = [speeds, half]
@@ -243,5 +325,17 @@ contains
       end do
     end do
   end function half_power_speeds
+
+  !> Whether a jump lies between points `i` and `k`.
+  logical function is_across_jump(curve, q, i, k)
+    class(curve_points_type), intent(in) :: curve
+    integer, intent(in) :: q, i, k
+    real(dp), allocatable :: level(:)
+    logical, allocatable :: known(:), jump(:)
+
+    call curve%levels(q, level, known)
+    jump = curve%jumps(level, known)
+    is_across_jump = any(jump(min(i, k):max(i, k) - 1))
+  end function is_across_jump
 
 end module gestell_task_resonance_maxima

@@ -20,7 +20,13 @@ module gestell_task_resonance_points
     procedure :: new_ones
     procedure :: levels
     procedure :: has_values
+    procedure :: jumps
   end type curve_points_type
+
+  !> Two speeds closer than this, relative to themselves, are one; intervals of less than four times that are not divided.
+  real(dp), parameter, public :: same = 1.0e-10_dp
+  !> What a straight line between neighbours, in the logarithm of the peak, may miss of the curve.
+  real(dp), parameter, public :: straight = 0.01_dp
 
 contains
 
@@ -106,6 +112,23 @@ contains
       if (known(i)) level(i) = log(self%points(i)%values(1, q))
     end do
   end subroutine levels
+
+  !> The intervals across which the exact frame jumps from one vibration to another: their ends are too near to each other to be
+  !> divided further, and ln(peak) still changes by more than a straight line may miss; shape (points - 1).
+  pure function jumps(self, level, known)
+    class(curve_points_type), intent(in) :: self
+    real(dp), intent(in) :: level(:)
+    logical, intent(in) :: known(:)
+    logical :: jumps(max(size(level) - 1, 0))
+    integer :: i
+
+    do i = 1, size(jumps)
+      associate (a => self%points(i), b => self%points(i + 1))
+        jumps(i) = known(i) .and. known(i + 1) .and. .not. (a%linear .or. b%linear) &
+          & .and. abs(a%speed - b%speed) <= 4 * same * abs(a%speed) .and. abs(level(i + 1) - level(i)) > straight
+      end associate
+    end do
+  end function jumps
 
   !> Where there is a vibration.
   pure function has_values(self) result(known)

@@ -19,6 +19,8 @@ contains
 
     call record%pass(point%speed)
     call record%pass(point%state)
+    call record%pass(point%linear)
+    call record%pass(point%from_fold)
     call record%pass(point%values)
     if (allocated(point%strongest)) words = int(point%strongest, int64)
     call record%pass_words(words)

@@ -86,14 +86,16 @@ contains
     character(len=*), intent(in) :: model
     character(len=:), allocatable :: report, rows, unit
     logical :: left(size(curve%maxima))
-    integer :: i, k, n, least, most
+    integer :: i, k, n, jumps, least, most
 
     report = ""
     unit = trim(quantity%unit)
     if (.not. any(curve%has_values())) return
     left = curve%maxima%quantity == q .and. .not. curve%maxima%unbounded
     n = count(left)
-    report = "  " // trim(quantity%name) // ": " // text(n) // trim(merge(" maximum", " maxima ", n == 1))
+    jumps = count(left .and. curve%maxima%jump)
+    report = "  " // trim(quantity%name) // ": " // text(n - jumps) // trim(merge(" maximum", " maxima ", n - jumps == 1))
+    if (jumps > 0) report = report // ", " // counted(jumps, "jump")
     if (n > most_listed) report = report // ", the greatest"
     report = report // newline
     rows = ""
@@ -142,6 +144,8 @@ contains
       row = row // concise(maximum%width, 4) // tab // concise(maximum%damping_ratio, 4)
     end if
     row = row // tab // order_of(maximum%strongest_order, turns) // tab
+    if (maximum%jump) row = row // "jump" // trim(merge(" at a fold", "          ", maximum%fold)) // ", other side " &
+      & // concise(maximum%other_side, 6) // "  "
     if (maximum%state /= reached) row = row // trim(state_names(maximum%state)) // "  "
     if (.not. maximum%small .and. model /= "exact") row = row // "not small"
   end function row_of

@@ -166,8 +166,10 @@ contains
       call table%add("damping_ratio", plain, "width / (2 speed)", (maxima%damping_ratio))
       call add_order_column(table, "strongest_order", "order of the crank with the greatest amplitude", &
         & (maxima%strongest_order), turns)
-      call table%add("state", "as in resonance.csv; unbounded", merge("unbounded ", state_names(maxima%state), maxima%unbounded))
+      call table%add("state", "as in resonance.csv; unbounded; jump", merge("jump      ", merge("unbounded ", &
+        & state_names(maxima%state), maxima%unbounded), maxima%jump))
       call table%add("small_motion", "as in resonance.csv", (maxima%small))
+      call table%add("other_side", plain, "at a jump the peak on its other side", (maxima%other_side))
     end associate
   end function peaks_table
 

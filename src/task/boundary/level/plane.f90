@@ -9,7 +9,7 @@ module gestell_task_boundary_level_plane
   use gestell_task_boundary_level_search, only: find_levels, level_results_type
   use gestell_task_boundary_line, only: line_type, probe_type
   use gestell_task_boundary_line_crossing, only: crossing_type
-  use gestell_task_boundary_line_search, only: doubt_type, search_type
+  use gestell_task_boundary_line_found, only: doubt_type, search_type
   use gestell_task_boundary_map_vertex, only: plane_type
   implicit none (type, external)
   private

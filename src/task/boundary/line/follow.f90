@@ -4,6 +4,7 @@ module gestell_task_boundary_line_follow
   use gestell_base_kinds, only: dp
   use gestell_task_boundary_line_exponents, only: connect, node_type, solve_node, stretch_type
   use gestell_task_boundary_line, only: line_type
+  use gestell_study_tile_results, only: impossible
   use gestell_task_executor, only: spread_over, work_type
   use gestell_task_record, only: record_type
   implicit none (type, external)
@@ -11,12 +12,15 @@ module gestell_task_boundary_line_follow
 
   public :: follow_multipliers
 
-  !> Stretches one after the other; where there are no systems there are none.
+  !> Stretches one after the other. Where there are no systems there are no stretches; `holes`, shape (2, n): from where to where
+  !> a system exists but could not be solved, or systems of different size meet, so that nothing is known of what lies between.
   type, public :: way_type
     integer :: count = 0
     type(stretch_type), allocatable :: list(:)
+    real(dp), allocatable :: holes(:, :)
   contains
     procedure :: add
+    procedure :: add_hole
   end type way_type
 
   !> A piece is a node.
@@ -52,6 +56,7 @@ contains
     integer, allocatable :: state(:), more_state(:)
     integer :: i, n
 
+    allocate(way%holes(2, 0))
     work%line => line
     work%ends = t([1, size(t)])
     associate (span => t(size(t)) - t(1))
@@ -83,7 +88,11 @@ contains
         call move_alloc(more_state, state)
       end do
       do i = 1, size(state)
-        if (alike(nodes(i), nodes(i + 1))) call way%add(stretch_between(nodes(i), nodes(i + 1)))
+        if (alike(nodes(i), nodes(i + 1))) then
+          call way%add(stretch_between(nodes(i), nodes(i + 1)))
+        else if (.not. any([nodes(i)%at%verdict, nodes(i + 1)%at%verdict] == impossible)) then
+          call way%add_hole(nodes(i)%at%t, nodes(i + 1)%at%t)
+        end if
       end do
     end associate
   end subroutine follow_multipliers
@@ -149,6 +158,22 @@ contains
     alike = .not. (l%at%missing() .or. r%at%missing())
     if (alike) alike = size(l%at%z) == size(r%at%z)
   end function alike
+
+  !> Adds a hole; neighbouring holes become one.
+  pure subroutine add_hole(self, from, to)
+    class(way_type), intent(inout) :: self
+    real(dp), intent(in) :: from, to
+    integer :: n
+
+    n = size(self%holes, 2)
+    if (n > 0) then
+      if (self%holes(2, n) >= from) then
+        self%holes(2, n) = to
+        return
+      end if
+    end if
+    self%holes = reshape([self%holes, from, to], [2, n + 1])
+  end subroutine add_hole
 
   pure subroutine add(self, stretch)
     class(way_type), intent(inout) :: self

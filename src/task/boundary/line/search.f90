@@ -2,8 +2,8 @@
 module gestell_task_boundary_line_search
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_math_sorting, only: ascending
   use gestell_task_boundary_line_crossing, only: add_named, crossing_type, crossings_type, separate, verify
+  use gestell_task_boundary_line_found, only: doubt_type, search_type
   use gestell_task_boundary_line_exponents, only: stretch_type
   use gestell_task_boundary_line_follow, only: follow_multipliers, way_type
   use gestell_task_boundary_line, only: line_type, probe_type, skewed
@@ -12,31 +12,10 @@ module gestell_task_boundary_line_search
   use gestell_task_boundary_line_places, only: fastest_within, find_meetings, place_type, places_type
   use gestell_task_executor, only: spread_over, work_type
   use gestell_task_record, only: record_type
-  use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
   public :: merged, range_nodes, search_line
-
-  !> A place where a border could not be excluded, and how wide it is, in t.
-  type, public :: doubt_type
-    real(dp) :: t = 0, width = 0
-  end type doubt_type
-
-  type, public :: search_type
-    type(crossings_type) :: found
-    type(doubt_type), allocatable :: doubts(:)
-    !> Places where multipliers meet; those of them without damping where nothing grows at a distance of the tolerance.
-    integer :: meetings = 0, thin = 0
-    !> Meetings beyond those that a line allows: they were not looked at.
-    integer :: left_out = 0
-    !> Systems along the line, ascending, of which each side of each border was seen.
-    type(probe_type), allocatable :: marks(:)
-    integer, private :: seen = 0
-  contains
-    procedure :: exchange
-    procedure :: forget_marks
-  end type search_type
 
   !> A piece is a place where multipliers meet.
   type, extends(work_type) :: meetings_type
@@ -95,8 +74,8 @@ contains
     if (allocated(error)) return
     do i = 1, way%count
       associate (stretch => way%list(i))
-        call add_mark(search, stretch%ends(1))
-        call add_mark(search, stretch%ends(2))
+        call search%add_mark(stretch%ends(1))
+        call search%add_mark(stretch%ends(2))
         if (stretch%rough) search%doubts = [search%doubts, doubt_type(sum(stretch%ends%t) / 2, stretch%length())]
         call find_meetings(stretch, i, places)
       end associate
@@ -110,39 +89,30 @@ contains
       call spread_over(work, size(work%places), error, line%executor)
       if (allocated(error)) return
       do i = 1, size(work%found)
-        call take(search, work%found(i))
+        call search%take(work%found(i))
       end do
     end if
     call name_left_out(places, fastest, way, search)
-    call sort_marks(search)
+    call search%sort_marks()
     call close_gaps(line, search, error)
-    if (.not. allocated(error)) call search%found%sort(2 * line%step())
+    if (allocated(error)) return
+    call name_unsolved(way, search)
+    ! What is too narrow to be told is left out afterwards: it explains verdicts too.
+    call search%found%sort(0.0_dp)
+    call search%name_unexplained()
+    call search%found%sort(2 * line%step())
   end subroutine search_line
 
-  !> Adds what was found at one place.
-  pure subroutine take(search, part)
+  !> Where systems could not be solved nothing is known.
+  pure subroutine name_unsolved(way, search)
+    type(way_type), intent(in) :: way
     type(search_type), intent(inout) :: search
-    type(search_type), intent(in) :: part
     integer :: i
 
-    do i = 1, part%seen
-      call add_mark(search, part%marks(i))
+    do i = 1, size(way%holes, 2)
+      search%doubts = [search%doubts, doubt_type(sum(way%holes(:, i)) / 2, way%holes(2, i) - way%holes(1, i))]
     end do
-    search%meetings = search%meetings + part%meetings
-    search%thin = search%thin + part%thin
-    search%doubts = [search%doubts, part%doubts]
-    if (.not. allocated(part%found%list)) return
-    do i = 1, size(part%found%list)
-      call search%found%add(part%found%list(i))
-    end do
-  end subroutine take
-
-  pure subroutine forget_marks(self)
-    class(search_type), intent(inout) :: self
-
-    self%marks = [probe_type ::]
-    self%seen = 0
-  end subroutine forget_marks
+  end subroutine name_unsolved
 
   !> The stretches with places that were left out, neighbours together, are doubts.
   pure subroutine name_left_out(places, fastest, way, search)
@@ -220,30 +190,6 @@ contains
     call self%found(k)%exchange(record)
   end subroutine exchange_place
 
-  !> Passes what was found to a record, or takes it from there.
-  subroutine exchange(self, record)
-    class(search_type), intent(inout) :: self
-    type(record_type), intent(inout) :: record
-    integer(int64), allocatable :: words(:)
-    integer :: i
-
-    call self%found%exchange(record)
-    if (allocated(self%doubts)) words = transfer(self%doubts, [0_int64])
-    call record%pass_words(words)
-    if (record%reads) self%doubts = transfer(words, [doubt_type ::])
-    call record%pass(self%meetings)
-    call record%pass(self%thin)
-    call record%pass(self%left_out)
-    call record%pass(self%seen)
-    if (record%reads) then
-      if (allocated(self%marks)) deallocate(self%marks)
-      allocate(self%marks(max(self%seen, 0)))
-    end if
-    do i = 1, self%seen
-      call self%marks(i)%exchange(record)
-    end do
-  end subroutine exchange
-
   !> Searches for a tongue where two multipliers meet.
   subroutine look(line, stretch, place, search, error)
     type(line_type), intent(in) :: line
@@ -284,18 +230,18 @@ contains
     logical :: missing, success
     integer :: side
 
-    call add_mark(search, meeting%top%at)
+    call search%add_mark(meeting%top%at)
     do side = 1, 2
       if (.not. meeting%outside(side)) cycle
-      call add_mark(search, meeting%sides(side)%at)
+      call search%add_mark(meeting%sides(side)%at)
       call tongue_end(line, stretch, name, meeting%sides(side), meeting%top, t, missing, error)
       if (allocated(error)) return
       if (missing) cycle
       if (side == 1) call verify(line, meeting%sides(1)%at, meeting%top%at, t, crossing, below, above, success, error)
       if (side == 2) call verify(line, meeting%top%at, meeting%sides(2)%at, t, crossing, below, above, success, error)
       if (allocated(error)) return
-      call add_mark(search, below)
-      call add_mark(search, above)
+      call search%add_mark(below)
+      call search%add_mark(above)
       if (success) call add_named(search%found, crossing, below, above)
     end do
   end subroutine add_tongue
@@ -353,39 +299,5 @@ contains
 
     call self%found(k)%exchange(record)
   end subroutine exchange_gap
-
-  !> Adds a system to the others.
-  pure subroutine add_mark(search, mark)
-    type(search_type), intent(inout) :: search
-    type(probe_type), intent(in) :: mark
-    type(probe_type), allocatable :: longer(:)
-
-    if (mark%missing()) return
-    if (search%seen == size(search%marks)) then
-      allocate(longer(2 * search%seen + 64))
-      longer(:search%seen) = search%marks
-      call move_alloc(longer, search%marks)
-    end if
-    search%seen = search%seen + 1
-    search%marks(search%seen) = mark
-  end subroutine add_mark
-
-  !> Ascending, each once.
-  pure subroutine sort_marks(search)
-    type(search_type), intent(inout) :: search
-    type(probe_type), allocatable :: sorted(:)
-    integer, allocatable :: order(:)
-    integer :: i
-
-    associate (t => search%marks(:search%seen)%t)
-      order = ascending((t))
-      order = pack(order, [(i == 1 .or. t(order(i)) > t(order(max(i - 1, 1))), i = 1, size(order))])
-    end associate
-    allocate(sorted(size(order)))
-    do i = 1, size(order)
-      sorted(i) = search%marks(order(i))
-    end do
-    call move_alloc(sorted, search%marks)
-  end subroutine sort_marks
 
 end module gestell_task_boundary_line_search

@@ -8,8 +8,9 @@ module gestell_task_boundary_map
   use gestell_task_boundary_line, only: line_type, parameter_at, sensitivity, skewed
   use gestell_task_boundary_order, only: check_search
   use gestell_task_boundary_map_refine, only: refine_stretches
-  use gestell_task_boundary_line_search, only: range_nodes, search_type
-  use gestell_task_boundary_map_vertex, only: plane_type, vertex_type, vertices_type
+  use gestell_task_boundary_line_found, only: search_type
+  use gestell_task_boundary_line_search, only: range_nodes
+  use gestell_task_boundary_map_vertex, only: open_spot_type, plane_type, vertex_type, vertices_type
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: check_grid, grid_type
   use gestell_task_executor, only: executor_type, spread_over, work_type
@@ -137,7 +138,28 @@ contains
     end do
     first(size(first)) = vertices%count + 1
     call connect_cells(plane, u1, u2, first(size(u2) + 1:), first(:size(u2) + 1), vertices, error)
+    if (.not. allocated(error)) call name_isolated(first(size(first)) - 1, vertices)
   end subroutine search_grid
+
+  !> Lists as open those of the first `number` vertices, on the lines of the grid, that no curve passes: a border was found there,
+  !> but in the cells on both sides it could not be followed.
+  pure subroutine name_isolated(number, vertices)
+    integer, intent(in) :: number
+    type(vertices_type), intent(inout) :: vertices
+    logical :: passed(vertices%count)
+    integer :: k
+
+    passed = vertices%list(:vertices%count)%next > 0
+    do k = 1, vertices%count
+      if (vertices%list(k)%next > 0) passed(vertices%list(k)%next) = .true.
+    end do
+    do k = 1, number
+      if (passed(k)) cycle
+      associate (v => vertices%list(k))
+        vertices%open = [vertices%open, open_spot_type(v%u, 2 * v%error * abs(v%unstable_side))]
+      end associate
+    end do
+  end subroutine name_isolated
 
   recursive subroutine compute(self, k, error)
     class(lines_type), intent(inout) :: self

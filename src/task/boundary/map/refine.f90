@@ -3,7 +3,8 @@ module gestell_task_boundary_map_refine
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_task_boundary_line, only: line_type, probe_type
-  use gestell_task_boundary_line_search, only: search_type, short_nodes
+  use gestell_task_boundary_line_found, only: search_type
+  use gestell_task_boundary_line_search, only: short_nodes
   use gestell_task_boundary_map_vertex, only: plane_type, vertex_of, vertex_type, vertices_type
   use gestell_task_executor, only: spread_over, work_type
   use gestell_task_record, only: record_type

@@ -5,7 +5,8 @@ module gestell_task_boundary_map_vertex
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_task_boundary_line_crossing, only: crossing_type
   use gestell_task_boundary_line, only: line_type, probe_line, probe_type
-  use gestell_task_boundary_line_search, only: search_line, search_type
+  use gestell_task_boundary_line_found, only: search_type
+  use gestell_task_boundary_line_search, only: search_line
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type
   use gestell_task_executor, only: executor_type

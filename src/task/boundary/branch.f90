@@ -1,0 +1,102 @@
+!> A branch of the exact frame's vibrations over one parameter: one vibration for each value, a smooth function of it.
+module gestell_task_boundary_branch
+  use gestell_base_kinds, only: dp
+  use gestell_math_trigonometric, only: series_through, series_type
+  use gestell_study_frame_model_path, only: between, cubic, point_type
+  implicit none (type, external)
+  private
+
+  !> A part of a path on which lambda does not turn back.
+  type, public :: branch_type
+    !> Points, lambda ascending, tangents that way, and the arcs between them.
+    type(point_type), allocatable :: points(:)
+    real(dp), allocatable :: arcs(:)
+    !> Whether the ends are turning points, and the errors of their lambda; whether the path was lost there.
+    logical :: turns(2) = .false., lost(2) = .false.
+    real(dp) :: errors(2) = 0
+    real(dp), allocatable :: units(:)
+  contains
+    procedure :: ends
+    procedure :: motion_at
+    procedure :: passes
+  end type branch_type
+
+contains
+
+  pure function ends(self)
+    class(branch_type), intent(in) :: self
+    real(dp) :: ends(2)
+
+    ends = self%points([1, size(self%points)])%lambda
+  end function ends
+
+  !> The motion (m, m, rad) at lambda = t, by cubics along the arc.
+  function motion_at(self, t) result(motion)
+    class(branch_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    type(series_type) :: motion
+    integer, parameter :: halvings = 50
+    real(dp), allocatable :: q(:, :)
+    real(dp) :: low, high, x
+    integer :: i, k
+
+    k = 1
+    do i = 2, size(self%points) - 1
+      if (self%points(i)%lambda <= t) k = i
+    end do
+    associate (l => self%points(k), r => self%points(k + 1), h => self%arcs(k))
+      low = 0
+      high = 1
+      do i = 1, halvings
+        x = (low + high) / 2
+        if (cubic(x, l%lambda, r%lambda, h * l%rise, h * r%rise) < t) then
+          low = x
+        else
+          high = x
+        end if
+      end do
+      q = between(x, l, r, h)
+    end associate
+    motion = series_through(spread(self%units, 1, size(q, 1)) * q)
+  end function motion_at
+
+  !> Whether the branch has this motion (m, m, rad) at lambda = t, as nearly as its cubics tell.
+  logical function passes(self, t, motion)
+    class(branch_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    type(series_type), intent(in) :: motion
+    real(dp), parameter :: alike = 1.0e-3_dp
+    type(series_type) :: own
+    real(dp) :: ends(2), difference, size_of_both
+    integer :: j, k
+
+    ends = self%ends()
+    passes = t >= ends(1) .and. t <= ends(2)
+    if (.not. passes) return
+    own = self%motion_at(t)
+    difference = 0
+    size_of_both = 0
+    do j = 1, size(self%units)
+      do k = 0, max(ubound(own%cosine, 1), ubound(motion%cosine, 1))
+        associate (a => [coefficient(own%cosine), coefficient(own%sine)], &
+          & b => [coefficient(motion%cosine), coefficient(motion%sine)])
+          difference = difference + sum((a - b)**2) / self%units(j)**2
+          size_of_both = size_of_both + sum(a**2 + b**2) / self%units(j)**2
+        end associate
+      end do
+    end do
+    passes = difference <= alike**2 * size_of_both
+
+  contains
+
+    !> Of order k and state j; 0 beyond the orders that a series has.
+    pure real(dp) function coefficient(of)
+      real(dp), intent(in) :: of(0:, :)
+
+      coefficient = 0
+      if (k <= ubound(of, 1)) coefficient = of(k, j)
+    end function coefficient
+
+  end function passes
+
+end module gestell_task_boundary_branch
