@@ -179,6 +179,7 @@ contains
           claims%places(k)%least = number(n, "least_compression_N", k)
           claims%places(k)%least_error = number(n, "least_compression_error_N", k)
         end do
+      case default
       end select
     end do
 

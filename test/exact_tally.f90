@@ -7,6 +7,7 @@ module exact_tally
   use oracle_frame, only: frame_type, new_frame
   use oracle_machine, only: dp, xp
   use oracle_signals, only: find_signals, list_signals, name_length, signal_type
+  use oracle_turn, only: units_of
   use oracle_vibration, only: find_vibration, orbit_type, search_vibration, start_of
   implicit none (type, external)
   private
@@ -63,7 +64,9 @@ contains
     type(frame_type) :: frame
     type(orbit_type) :: orbit
     type(signal_type), allocatable :: signals(:)
-    real(dp) :: before, after
+    !> A frame that turns by more has fallen over: no search from rest is to find that.
+    real(dp), parameter :: far = 1.5_dp
+    real(dp) :: before, after, turn
 
     one = specimen(number)
     call new_frame(one%machine, frame)
@@ -85,7 +88,10 @@ contains
     if (len(claims%refusal) > 0) then
       tally%not_found = tally%not_found + 1
       if (orbit%found) then
-        call note(tally%failures, one, "not found: " // claims%refusal)
+        turn = greatest_turn(frame, orbit)
+        if (turn < far) call note(tally%failures, one, "not found: " // claims%refusal // ", psi, rho_max:", [turn, &
+          & real(maxval(abs(orbit%rho)), dp)])
+        if (turn >= far) call note(tally%remarks, one, "fallen over: " // claims%refusal // ", psi:", [turn])
       else
         tally%nor_by_oracle = tally%nor_by_oracle + 1
         call note(tally%remarks, one, "found by none: " // claims%refusal)
@@ -101,6 +107,20 @@ contains
     call count_verdict(one, claims, orbit, tally)
     call hold_against(one, claims, frame, orbit, signals, tally)
   end subroutine examine_one
+
+  !> The greatest size of psi.
+  real(dp) function greatest_turn(frame, orbit)
+    type(frame_type), intent(in) :: frame
+    type(orbit_type), intent(in) :: orbit
+    integer :: k
+
+    greatest_turn = 0
+    associate (units => units_of(frame))
+      do k = 1, size(frame%free)
+        if (frame%free(k) == 3) greatest_turn = real(maxval(abs(orbit%turn%x(k, :))) * units(3), dp)
+      end do
+    end associate
+  end function greatest_turn
 
   !> The vibration near the one that is claimed, or any where none is, and its quantities in as many samples as they need.
   subroutine find_truth(frame, claims, orbit, signals)

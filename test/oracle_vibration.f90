@@ -39,7 +39,7 @@ contains
     real(xp), intent(in) :: start(:)
     integer, intent(in) :: steps
     type(orbit_type), intent(inout) :: orbit
-    integer, parameter :: most = 14
+    integer, parameter :: most = 10
     real(xp) :: x(size(start)), matrix(size(start) + 1, size(start) + 1), right(size(start) + 1), change(size(start) + 1), before
     real(xp) :: torque_unit, motion
     integer :: k, n, step
@@ -72,8 +72,10 @@ contains
       motion = max(maxval(norm2(orbit%turn%x, dim=1)), tiny(1.0_xp))
       orbit%last_step = norm2(change) / motion
       if (.not. orbit%last_step < huge(1.0_xp)) return
-      ! The next one would be about its square, or all rounding.
-      if (orbit%last_step < 100 * epsilon(1.0_xp) .or. (orbit%last_step < 1.0e-13_xp .and. orbit%last_step > before / 8)) exit
+      ! The next one would be all rounding.
+      if (orbit%last_step < 1000 * epsilon(1.0_xp) .or. (orbit%last_step < 1.0e-13_xp .and. orbit%last_step > before / 8)) exit
+      ! Where steps grow far away from a vibration there is none to be found from here.
+      if (orbit%last_step > max(before, 1.0_xp) .and. step > 4) return
       x = x + change(:n)
       orbit%motor = orbit%motor + change(n + 1) * torque_unit
       before = orbit%last_step
@@ -141,7 +143,7 @@ contains
       else
         step = step / 2
         orbit%found = .false.
-        if (step < 1.0_xp / 64) return
+        if (step < 1.0_xp / 16) return
       end if
     end do
   end subroutine by_load
@@ -171,7 +173,7 @@ contains
       else
         step = step / 2
         orbit%found = .false.
-        if (abs(step) < abs(1 - factor) / 256) return
+        if (abs(step) < abs(1 - factor) / 32) return
       end if
     end do
   end subroutine by_speed
