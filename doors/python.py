@@ -5,7 +5,10 @@ The last line is "N passed, M failed".
 import contextlib
 import csv
 import difflib
+import faulthandler
+import gc
 import io
+import multiprocessing
 import os
 import pathlib
 import pickle
@@ -111,6 +114,135 @@ def built_in_code():
     check("built and set", machine["support(3).stiffness(1)"] == 1e5, machine["support(3).stiffness"])
 
 
+def kinds_of_numbers():
+    """Whole numbers, words and flags are set as Python has them."""
+    machine = gestell.Machine(ROOT / "data/khang_four_bar.nml")
+    for path, value, wanted in (("response.points", 7, 7), ("response.points", numpy.int64(8), 8), ("response.points", 9.0, 9),
+                                ("joint(B).branch", -1, -1), ("drive.speed_rpm", numpy.float32(0.1), float(numpy.float32(0.1))),
+                                ("drive.speed_rpm", numpy.uint8(200), 200), ("drive.speed_rpm", 10**200, 1e200)):
+        machine[path] = value
+        check(f"{path} = {value!r}", machine[path] == wanted, machine[path])
+    machine["frame.origin"] = numpy.array([1, -2])
+    check("whole numbers as a list", list(machine["frame.origin"]) == [1, -2], machine["frame.origin"])
+    machine["case.tasks"] = ["stability", "response"]
+    again = gestell.Machine(ROOT / "data/khang_four_bar.nml")
+    again["response.points"] = 12
+    check("points by number", again.solve(["response"]).table("response").rows == 13, again["response.points"])
+    for value in (7.5, True, 10**12, 10**400, "seven"):
+        refused(f"points {value!r:.20}", 2, "", lambda: machine.__setitem__("response.points", value))
+
+
+def names():
+    """A Path is a path; names that are no UTF-8 are those of files, or refused where they are those of a machine."""
+    text = (ROOT / "data/khang_four_bar.nml").read_text()
+    with tempfile.TemporaryDirectory() as place:
+        folder = pathlib.Path(place)
+        for name in (b"a&b.nml", b"two\nlines.nml", b"\xff.nml"):
+            path = os.fsencode(folder) + b"/" + name
+            with open(path, "w") as file:
+                file.write(text)
+            for given in (pathlib.Path(os.fsdecode(path)), path):
+                verdict = gestell.Machine(given).solve("stability").verdict
+                check(f"a file {given!r}", verdict == "stable", verdict)
+        refused("no file", 2, "no such file", lambda: gestell.Machine(folder / "&none.nml"))
+        solution = gestell.Machine(text).solve("response")
+        solution.write(os.fsencode(folder) + b"/\xfe")
+        check("a folder", b"response.csv" in os.listdir(os.fsencode(folder) + b"/\xfe"), os.listdir(folder))
+        (folder / "latin.nml").write_bytes(text.encode() + b"\n&probe name='a\xff' position=0.1,0.1 /\n")
+        solution = gestell.Machine(folder / "latin.nml").solve("response")
+        refused("a name", 2, "UTF-8", lambda: solution.table("probes"))
+        machine = gestell.Machine(text)
+        for what, call in (("text", lambda: gestell.Machine("&case title='\udcff' /")), ("path", lambda: machine["link(\udcff).mass"]),
+                           ("value", lambda: machine.__setitem__("case.title", "\udcff")),
+                           ("added", lambda: machine.add("probe", name="\udcff", position=[0, 0]))):
+            refused(f"surrogates: {what}", 1, "UTF-8", call)
+        own_input(folder)
+
+
+def own_input(folder):
+    """What was read is not replaced, also when the working directory has changed meanwhile."""
+    text = (ROOT / "data/khang_four_bar.nml").read_text()
+    (folder / "response.csv").write_text(text)
+    here = os.getcwd()
+    os.chdir(folder)
+    solution = gestell.Machine("response.csv").solve()
+    os.chdir(here)
+    refused("the input is a result", 1, "response.csv: the results would replace the input", lambda: solution.write(folder))
+    check("the input stays", (folder / "response.csv").read_text() == text, "another text")
+
+
+def refused(name, code, words, call):
+    try:
+        call()
+        check(name, False, "no error")
+    except gestell.Error as error:
+        check(name, error.code == code and words in error.message and "\n" not in error.message, (error.code, error.message))
+
+
+class Cycle:
+    """What only the garbage collector deletes."""
+
+    def __init__(self):
+        self.machine, self.self = gestell.Machine(), self
+
+
+def garbage():
+    """The collector deletes machines at any moment: within a call of its own thread, and while another thread is in the library."""
+    base = gestell.Machine()
+    limits = gc.get_threshold()
+    gc.set_threshold(1)
+    for _ in range(300):
+        Cycle()
+        refused("a mass below zero", 2, "no machine yet", lambda: base.__setitem__("frame.mass", -1.0))
+    gc.set_threshold(*limits)
+    held, done = threading.Event(), threading.Event()
+
+    def hold():
+        with gestell._library._lock:
+            held.set()
+            done.wait()
+
+    other = threading.Thread(target=hold)
+    machine = gestell.Machine()
+    other.start()
+    held.wait()
+    del machine
+    gc.collect()
+    check("deleted while another thread is in the library", len(gestell._library._dropped) > 0, "it waits for that thread")
+    done.set()
+    other.join()
+    gestell.Machine()
+    check("nothing is forgotten", len(gestell._library._dropped) == 0, gestell._library._dropped)
+
+
+def swept(_=None):
+    machine = gestell.Machine((ROOT / "data/khang_chart.nml").read_text())
+    machine["sweep.count"] = 3
+    table = machine.solve("sweep").table("sweep")
+    return b"".join(column.tobytes() for column in table.values())
+
+
+def forks():
+    """A sweep in children of fork, also while another thread of the parent computes."""
+    if not hasattr(os, "fork"):
+        return
+    alone, stop = swept(), threading.Event()
+
+    def work():
+        while not stop.wait(0.01):
+            swept()
+
+    for busy in (False, True):
+        other = threading.Thread(target=work)
+        if busy:
+            other.start()
+        with multiprocessing.get_context("fork").Pool(2) as pool:
+            found = pool.map(swept, [1, 2, 3])
+        check(f"children of fork, parent busy: {busy}", found == [alone] * 3, "other bytes")
+    stop.set()
+    other.join()
+
+
 def files(program):
     """write leaves the program's files, report its words."""
     for name in FILES:
@@ -204,8 +336,14 @@ def pandas():
 
 
 def main():
+    # A deadlock ends with the place where every thread stands.
+    faulthandler.dump_traceback_later(1200, exit=True)
     tables(sys.argv[1])
     paths()
+    kinds_of_numbers()
+    names()
+    garbage()
+    forks()
     built_in_code()
     files(sys.argv[1])
     page()

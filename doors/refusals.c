@@ -79,6 +79,11 @@ int main(int argc, char **argv) {
   expect("unknown path", gestell_set(machine, "drive.speed_rp", 1, error), GESTELL_INPUT, "did you mean 'speed_rpm'");
   expect("NaN", gestell_set(machine, "drive.speed_rpm", nan(""), error), GESTELL_INPUT, "finite");
   expect("infinite", gestell_set(machine, "drive.speed_rpm", 1 / (0.0 * parameters[0]), error), GESTELL_INPUT, "finite");
+  expect("whole number", gestell_set(machine, "response.points", 7, error), 0, NULL);
+  expect("negative whole number", gestell_set(machine, "joint(B).branch", -1, error), 0, NULL);
+  expect("no whole number", gestell_set(machine, "response.points", 7.5, error), GESTELL_INPUT, "whole number");
+  expect("too large a whole number", gestell_set(machine, "response.points", 1e12, error), GESTELL_INPUT, "too large");
+  expect("as it was", gestell_set(machine, "joint(B).branch", 1, error), 0, NULL);
   expect("null path", gestell_set(machine, NULL, 1, error), GESTELL_USAGE, "null");
   expect("null value", gestell_set_text(machine, "model.frame", NULL, error), GESTELL_USAGE, "null");
   expect("a word", gestell_set_text(machine, "model.frame", "round", error), 0, NULL);
@@ -112,6 +117,15 @@ int main(int argc, char **argv) {
   expect("null folder", gestell_write(solution, NULL, 0, error), GESTELL_USAGE, "null");
   gestell_delete_solution(&solution);
   expect("null solution", gestell_write(solution, "there", 0, error), GESTELL_USAGE, "null");
+  expect("a probe", gestell_add(machine, "&probe name='outlet', position=0.1,0.1 /", error), 0, NULL);
+  expect("response", gestell_solve(machine, "response", &solution, error), 0, NULL);
+  expect("its name", gestell_describe_column(solution, "probes", 0, 64, text, text, text, &kind, &count, error), 0, NULL);
+  for (int width = -1; width < count; width++)
+    expect("too narrow for a word", gestell_get_words(solution, "probes", 0, 1, width, text, error), GESTELL_USAGE, "there are 6 elements");
+  expect("words", gestell_get_words(solution, "probes", 0, 1, count, text, error), 0, NULL);
+  if (count == 6 && strncmp(text, "outlet", 6) == 0) passed++;
+  else failed++, printf("FAIL  the probe's name: %d characters, %.6s\n", count, text);
+  gestell_delete_solution(&solution);
   expect("deleted", gestell_count_tables(solution, &count, error), GESTELL_USAGE, "null");
   gestell_delete_solution(&solution);
   gestell_delete_solution(NULL);

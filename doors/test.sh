@@ -49,7 +49,7 @@ compile() {
   flags=$(PKG_CONFIG_PATH=$prefix-$1/lib/pkgconfig:$prefix-$1/lib64/pkgconfig:$(echo "$prefix-$1"/lib/*/pkgconfig) \
     pkg-config --cflags --libs $([ "$1" = shared ] || echo --static) gestell) || return
   # shellcheck disable=SC2086 # flags are words
-  "${compiler[@]}" -Wall -Wextra -Werror "$home/$2" $flags -lm -o "$temporary/$3-$1"
+  "${compiler[@]}" -Wall -Wextra -Werror "$home/$2" $flags -lm -ldl -o "$temporary/$3-$1"
 }
 
 libraries() { for folder in "$prefix-shared"/lib*/ "$prefix-shared"/lib/*/; do printf '%s:' "$folder"; done; }
@@ -121,6 +121,10 @@ numbers() {
 }
 
 refusals() { compile "$1" doors/refusals.c refusals && run "$1" refusals "$home/data/khang_four_bar.nml"; }
+
+# What is counted in memory asked for, and what a child of fork computes with more than one thread.
+adding() { compile "$1" doors/adding.c adding && run "$1" adding; }
+forked() { compile "$1" doors/fork.c forked && OMP_NUM_THREADS=2 run "$1" forked "$home/data/khang_chart.nml"; }
 
 example() {
   compile "$1" example/c/verdict.c verdict && run "$1" verdict "$home/data/khang_four_bar.nml" | grep -x stable &&
@@ -269,6 +273,8 @@ check 'CMake, shared' install_as shared
 check 'symbols of the shared library, header in C++' symbols
 check 'pkg-config, shared: the numbers of the command line' numbers shared
 check 'pkg-config, shared: what is refused' refusals shared
+check 'groups added one by one' adding shared
+check 'sweeps after fork' forked shared
 check 'example' example shared
 check 'doc/c.md' page
 check 'Python' python

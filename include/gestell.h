@@ -32,6 +32,7 @@ int gestell_read(gestell_machine machine, const char *file, gestell_error error)
 int gestell_parse(gestell_machine machine, const char *text, gestell_error error);
 /* Groups, as "&joint name='B', type='RRR', ends='A','B0', lengths=0.37,0.16 /", to a machine that is there or to a new one. */
 int gestell_add(gestell_machine machine, const char *groups, gestell_error error);
+/* A whole number is set as one, so that keys of whole numbers take it. */
 int gestell_set(gestell_machine machine, const char *path, double value, gestell_error error);
 int gestell_set_text(gestell_machine machine, const char *path, const char *value, gestell_error error);
 int gestell_count_values(gestell_machine machine, const char *path, int *count, gestell_error error);
@@ -65,7 +66,8 @@ int gestell_write(gestell_solution solution, const char *folder, int pictures, g
 int gestell_count_tables(gestell_solution solution, int *count, gestell_error error);
 int gestell_name_table(gestell_solution solution, int index, int size, char *name, gestell_error error);
 int gestell_shape_table(gestell_solution solution, const char *table, int *rows, int *columns, gestell_error error);
-/* key, unit and error_key (the column with the errors) take size characters each; width: the longest of the words. */
+/* key, unit and error_key (the column with the errors) take size characters each; width: the longest of the words, at least 1, and
+ * what gestell_get_words needs for each. */
 int gestell_describe_column(gestell_solution solution, const char *table, int column, int size, char *key, char *unit,
                             char *error_key, int *kind, int *width, gestell_error error);
 int gestell_get_numbers(gestell_solution solution, const char *table, int column, int rows, double *values, gestell_error error);

@@ -1,6 +1,7 @@
 """The library behind the package, by its functions for C (gestell.h)."""
 from __future__ import annotations
 
+import collections
 import ctypes
 import os
 import sys
@@ -38,8 +39,11 @@ _SIGNATURES = {
 }
 _LONGEST_MESSAGE = 4096
 
-# What the library does with texts is for one thread at a time; without OpenMP it has no lock of its own.
-_lock = threading.Lock()
+# What the library does with texts is for one thread at a time; without OpenMP it has no lock of its own. The garbage collector runs
+# in any thread at any moment, so what it deletes never waits: the thread that holds the lock may be its own, and what is called
+# while the lock is held may call again.
+_lock = threading.RLock()
+_dropped: collections.deque = collections.deque()
 
 
 class Error(Exception):
@@ -75,36 +79,93 @@ _deleters = {what: getattr(_library, f"gestell_delete_{what}") for what in ("mac
 for _deleter in _deleters.values():
     _deleter.argtypes = [POINTER(c_void_p)]
     _deleter.restype = None
-# One is enough for all that comes one after the other; it lives as long as the library.
-_error = c_void_p(_library.gestell_new_error())
+# Handles for errors that no call is using. Each call has its own: what the garbage collector runs within it may call too.
+_errors: list = []
 
 
 def call(function, *arguments) -> None:
     """Calls one of `functions`; what it reports is raised."""
+    try:
+        error = _errors.pop()
+    except IndexError:
+        error = c_void_p(_locked(_library.gestell_new_error))
+    code = _locked(function, *arguments, error)
+    message = b""
+    if code != 0:
+        place = ctypes.create_string_buffer(_LONGEST_MESSAGE)
+        functions.get_error(error, _LONGEST_MESSAGE, place)
+        message = place.value
+    _errors.append(error)
+    if code != 0:
+        raise Error(message.decode("utf-8", "replace"), code)
+
+
+def _locked(function, *arguments):
+    """What a function of the library gives, called by one thread at a time."""
     with _lock:
-        code = function(*arguments, _error)
-        if code == 0:
-            return
-        message = ctypes.create_string_buffer(_LONGEST_MESSAGE)
-        functions.get_error(_error, _LONGEST_MESSAGE, message)
-    raise Error(message.value.decode("utf-8", "replace"), code)
+        result = function(*arguments)
+    _delete_dropped()
+    return result
 
 
 def new_machine() -> c_void_p:
-    with _lock:
-        return c_void_p(_library.gestell_new_machine())
+    return c_void_p(_locked(_library.gestell_new_machine))
 
 
 def delete(what: str, handle: c_void_p) -> None:
-    with _lock:
-        _deleters[what](byref(handle))
+    """Deletes a handle, now or when the thread that is in the library comes back."""
+    _dropped.append((what, handle))
+    _delete_dropped()
+
+
+def _delete_dropped() -> None:
+    # Who holds the lock comes here when it is free again: nothing is forgotten.
+    while _dropped and _lock.acquire(blocking=False):
+        try:
+            what, handle = _dropped.popleft()
+            _deleters[what](byref(handle))
+        except IndexError:
+            pass
+        finally:
+            _lock.release()
+
+
+def _go_on_alone() -> None:
+    """In a child of fork: one thread. Those of OpenMP, which others may have started, do not survive fork."""
+    _lock.release()
+    if hasattr(_library, "omp_set_num_threads"):
+        _library.omp_set_num_threads(1)
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(before=_lock.acquire, after_in_parent=_lock.release, after_in_child=_go_on_alone)
 
 
 def encoded(text: str) -> bytes:
     """A text for the library, which ends at a zero."""
-    if "\0" in text:
+    try:
+        return _without_zero(text.encode("utf-8"))
+    except UnicodeEncodeError:
+        raise Error(f"{ascii(text)}: has characters that UTF-8 does not have", 1) from None
+
+
+def encoded_path(path) -> bytes:
+    """The name of a file or folder, as str, bytes or Path: any bytes but zeros, as the system has them."""
+    return _without_zero(os.fsencode(path))
+
+
+def _without_zero(text: bytes) -> bytes:
+    if b"\0" in text:
         raise Error("a text must not hold the character zero", 1)
-    return text.encode("utf-8")
+    return text
+
+
+def decoded(text: bytes) -> str:
+    """A text of the library's. Error: bytes that are no UTF-8, as a name in an input of another encoding has."""
+    try:
+        return text.decode("utf-8")
+    except UnicodeDecodeError:
+        raise Error(f"{ascii(text)[1:]}: is no UTF-8; save the input as UTF-8 text", 2) from None
 
 
 def version() -> str:

@@ -7,8 +7,11 @@ from ctypes import byref, c_double, c_int, c_void_p
 
 import numpy
 
-from ._library import call, delete, encoded, functions, new_machine
+from ._library import Error, call, delete, encoded, encoded_path, functions, new_machine
 from ._solution import Solution
+
+
+_LONGEST_WHOLE = 1e15
 
 
 def _spelled(value) -> str:
@@ -17,29 +20,32 @@ def _spelled(value) -> str:
         return "'" + value.replace("'", "''") + "'"
     if isinstance(value, (bool, numpy.bool_)):
         return ".true." if value else ".false."
-    if isinstance(value, (int, numpy.integer)):
-        return str(int(value))
     if numpy.ndim(value) == 0:
-        return repr(float(value))
-    return ", ".join(_spelled(one) for one in value)
+        number = _number(value)
+        return str(int(number)) if number.is_integer() and abs(number) < _LONGEST_WHOLE else repr(number)
+    return ",".join(_spelled(one) for one in value)
+
+
+def _number(value) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        raise Error("a number is too large", 2) from None
 
 
 class Machine:
     """A machine from an input file, given by its path, from a text in the same language, or built by `add`.
 
-    What contains an & or a line break is a text. `machine["drive.speed_rpm"]` reads and sets what a path names, in the units of
+    A str that contains an & or a line break is a text; a Path, or bytes, is a path whatever it contains. `machine["drive.speed_rpm"]` reads and sets what a path names, in the units of
     the input (an array where there are several numbers); words are set too: `machine["model.frame"] = "rest"`.
     """
 
-    def __init__(self, path_or_text: str | os.PathLike | None = None):
+    def __init__(self, path_or_text: str | bytes | os.PathLike | None = None):
         self._handle = new_machine()
-        if path_or_text is None:
-            return
-        source = os.fspath(path_or_text)
-        if "&" in source or "\n" in source:
-            call(functions.parse, self._handle, encoded(source))
-        else:
-            call(functions.read, self._handle, encoded(source))
+        if isinstance(path_or_text, str) and ("&" in path_or_text or "\n" in path_or_text):
+            call(functions.parse, self._handle, encoded(path_or_text))
+        elif path_or_text is not None:
+            call(functions.read, self._handle, encoded_path(path_or_text))
 
     def add(self, group: str, **values) -> "Machine":
         """Adds a group of the input's language: add("joint", name="B", type="RRR", ends=["A", "B0"], lengths=[0.37, 0.16]).
@@ -57,13 +63,13 @@ class Machine:
         call(functions.get_values, self._handle, encoded(path), count.value, values)
         return values[0] if count.value == 1 else numpy.array(values)
 
-    def __setitem__(self, path: str, value: float | str | Sequence[float]) -> None:
+    def __setitem__(self, path: str, value: float | str | bool | Sequence) -> None:
         if isinstance(value, str):
             call(functions.set_text, self._handle, encoded(path), encoded(value))
-        elif isinstance(value, (int, float)) or numpy.ndim(value) == 0:
-            call(functions.set, self._handle, encoded(path), float(value))
+        elif isinstance(value, (bool, numpy.bool_)) or numpy.ndim(value) != 0:
+            call(functions.set_text, self._handle, encoded(path), encoded(_spelled(value)))
         else:
-            call(functions.set_text, self._handle, encoded(path), encoded(",".join(repr(float(v)) for v in value)))
+            call(functions.set, self._handle, encoded(path), _number(value))
 
     def solve(self, tasks: str | Sequence[str] | None = None) -> Solution:
         """Does what the input orders, or these tasks: "stability", or ["stability", "response"]. Writes no files."""

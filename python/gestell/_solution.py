@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy
 
 from ._array import Array, Value
-from ._library import Error, call, delete, encoded, functions
+from ._library import Error, call, decoded, delete, encoded, encoded_path, functions
 
 _LONGEST_NAME = 256
 _LONGEST_UNIT = 64
@@ -81,7 +81,7 @@ class Solution:
         """"stable", "unstable", "undecided"; empty where no task has a verdict."""
         text = ctypes.create_string_buffer(_LONGEST_UNIT)
         call(functions.get_text, self._handle, b"verdict", _LONGEST_UNIT, text)
-        return text.value.decode()
+        return decoded(text.value)
 
     @property
     def report(self) -> str:
@@ -112,12 +112,12 @@ class Solution:
         call(functions.get_response, self._handle, encoded(quantity), numbers.ctypes.data, orders.value, amplitudes.ctypes.data,
              points.value, history.ctypes.data)
         peak, rms, peak_error, rms_error = numbers
-        unit = text.value.decode()
+        unit = decoded(text.value)
         return Response(quantity, unit, Value(peak, peak_error, unit), Value(rms, rms_error, unit), amplitudes, history)
 
-    def write(self, folder: str | os.PathLike, pictures: bool = False) -> None:
+    def write(self, folder: str | bytes | os.PathLike, pictures: bool = False) -> None:
         """Writes the program's files: tables, the scripts of their pictures and, with gnuplot, the pictures."""
-        call(functions.write, self._handle, encoded(os.fspath(folder)), int(pictures))
+        call(functions.write, self._handle, encoded_path(folder), int(pictures))
 
     def pictures(self) -> dict[str, str]:
         """All pictures by the names of their tables, as SVG. Error: there is no gnuplot."""
@@ -134,7 +134,7 @@ class Solution:
         names = []
         for index in range(count.value):
             call(functions.name_table, self._handle, index, _LONGEST_NAME, name)
-            names.append(name.value.decode())
+            names.append(decoded(name.value))
         return names
 
     def table(self, name: str) -> Table:
@@ -155,12 +155,12 @@ class Solution:
         texts = [ctypes.create_string_buffer(_LONGEST_NAME) for _ in range(3)]
         kind, width = c_int(), c_int()
         call(functions.describe_column, self._handle, encoded(table), index, _LONGEST_NAME, *texts, byref(kind), byref(width))
-        key, unit, error = (text.value.decode() for text in texts)
+        key, unit, error = (decoded(text.value) for text in texts)
         where = (self._handle, encoded(table), index, rows)
         if kind.value == _WORDS:
-            words = numpy.zeros(rows, dtype=f"S{max(width.value, 1)}")
-            call(functions.get_words, *where, max(width.value, 1), words.ctypes.data)
-            return key, numpy.char.decode(words, "utf-8"), error
+            words = numpy.zeros(rows, dtype=f"S{width.value}")
+            call(functions.get_words, *where, width.value, words.ctypes.data)
+            return key, numpy.array([decoded(word) for word in words.tolist()], dtype=str), error
         if kind.value == _INTEGERS:
             integers = numpy.empty(rows, dtype=numpy.intc)
             call(functions.get_integers, *where, integers.ctypes.data)

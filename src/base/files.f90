@@ -12,8 +12,8 @@ module gestell_base_files
   !> LOCK_SH, LOCK_EX and LOCK_NB of flock, O_WRONLY, the rights of a file and a folder that are made.
   integer(c_int), parameter :: together = 1, exclusive = 2, without_waiting = 4, only_to_write = 1
   integer(c_int), parameter :: rights = int(o"666", c_int), folder_rights = int(o"777", c_int)
-  !> EEXIST; EINTR; EWOULDBLOCK of Linux and of BSD.
-  integer(c_int), parameter :: exists_already = 17, interrupted = 4, would_block(2) = [11, 35]
+  !> ENOENT; EEXIST; EINTR; EWOULDBLOCK of Linux and of BSD.
+  integer(c_int), parameter :: not_there = 2, exists_already = 17, interrupted = 4, would_block(2) = [11, 35]
 
   interface
     integer(c_int) function c_rename(old, new) bind(c, name="rename")
@@ -169,11 +169,16 @@ contains
     is_there = c_access(name // c_null_char, 0_c_int) == 0
   end function is_there
 
-  !> Begins a file, empty; `handle` is negative where that fails.
+  !> Begins a file, empty, in place of the file or link of this name, which is removed first: what a link points to, and what has
+  !> other names too, stays as it is. `handle` is negative where that fails.
   subroutine create_file(name, handle)
     character(len=*), intent(in) :: name
     integer(c_int), intent(out) :: handle
 
+    handle = -1
+    if (c_unlink(name // c_null_char) /= 0) then
+      if (errno() /= not_there) return
+    end if
     handle = c_creat(name // c_null_char, rights)
   end subroutine create_file
 
@@ -313,15 +318,16 @@ contains
     if (present(done)) done = status == 0
   end subroutine remove_folder
 
-  !> Waits until no other process holds the empty file `name`, and holds it; `shared`: as others may who share it too. The system
-  !> lets go of it when the process ends, however it does. Where there are no locks nothing is held.
+  !> Waits until no other process holds the file `name`, which is made if need be, and holds it; `shared`: as others may who share
+  !> it too. The system lets go of it when the process ends, however it does. Where there are no locks nothing is held.
   subroutine lock_file(name, handle, shared)
     character(len=*), intent(in) :: name
     integer(c_int), intent(out) :: handle
     logical, intent(in) :: shared
     integer(c_int) :: status
 
-    handle = c_creat(name // c_null_char, rights)
+    call open_to_write(name, handle)
+    if (handle < 0) handle = c_creat(name // c_null_char, rights)
     if (handle >= 0) status = c_flock(handle, merge(together, exclusive, shared))
   end subroutine lock_file
 

@@ -4,12 +4,14 @@ module gestell_door_machine
   use gestell_base_kinds, only: dp
   use gestell_door_solution, only: order_type, solution_type, solve_order
   use gestell_input_namelist, only: parse_document, read_document
-  use gestell_input_namelist_document, only: document_type
-  use gestell_input_schema, only: schema_type
+  use gestell_input_namelist_document, only: document_type, group_type
+  use gestell_input_schema, only: find_group_rule, schema_type
   use gestell_input_schema_check, only: check_document, normalise
   use gestell_input_schema_path, only: get_path, set_path_real, set_path_text
   use gestell_output_head, only: setting_type
   use gestell_task_registry, only: input_schema
+  use, intrinsic :: iso_fortran_env, only: int64
+  !$ use omp_lib, only: omp_pause_resource_all, omp_pause_soft
   implicit none (type, external)
   private
 
@@ -18,9 +20,14 @@ module gestell_door_machine
   !> keeps the lengths of texts that functions give in static memory, whatever the flags.
   type, public :: machine_type
     private
+    !> Without groups: there is no machine yet.
     type(document_type) :: document
-    !> Not allocated: there is no machine yet.
     type(schema_type), allocatable :: schema
+    !> Groups that were added since and are not yet in the document: the first `waiting` of these. So to add n groups costs n steps.
+    type(group_type), allocatable :: added(:)
+    integer :: waiting = 0
+    !> How many groups of each name of the schema there are; allocated where some were added.
+    integer, allocatable :: counts(:)
     !> Whether the document has been checked since it was changed.
     logical :: checked = .false.
     !> What was set.
@@ -38,6 +45,8 @@ module gestell_door_machine
 
   !> Stands in messages for the name of a file.
   character(len=*), parameter :: text_name = "text"
+  !> Whole numbers below it are set without point and exponent, as keys of whole numbers want them.
+  real(dp), parameter :: longest_whole = 1.0e15_dp
 
 contains
 
@@ -47,9 +56,11 @@ contains
     character(len=*), intent(in) :: file
     type(error_type), allocatable, intent(out) :: error
 
+    type(document_type) :: document
+
     !$omp critical (gestell_door)
-    call read_document(file, self%document, error)
-    if (.not. allocated(error)) call accept(self, error)
+    call read_document(file, document, error)
+    if (.not. allocated(error)) call accept(self, document, error)
     !$omp end critical (gestell_door)
   end subroutine read_file
 
@@ -59,22 +70,24 @@ contains
     character(len=*), intent(in) :: text
     type(error_type), allocatable, intent(out) :: error
 
+    type(document_type) :: document
+
     !$omp critical (gestell_door)
-    call parse_document(text, text_name, self%document, error)
-    if (.not. allocated(error)) call accept(self, error)
+    call parse_document(text, text_name, document, error)
+    if (.not. allocated(error)) call accept(self, document, error)
     !$omp end critical (gestell_door)
   end subroutine parse
 
-  !> Error: the document says what the language does not know, or lacks what it needs.
-  subroutine accept(self, error)
+  !> Takes a document. Error: it says what the language does not know, or lacks what it needs.
+  subroutine accept(self, document, error)
     class(machine_type), intent(inout) :: self
+    type(document_type), intent(inout) :: document
     type(error_type), allocatable, intent(out) :: error
-    type(schema_type) :: schema
 
-    schema = input_schema()
-    call check_document(self%document, schema, error)
+    self%schema = input_schema()
+    call check_document(document, self%schema, error)
     if (allocated(error)) return
-    self%schema = schema
+    self%document = document
     self%checked = .true.
     allocate(self%settings(0))
   end subroutine accept
@@ -95,29 +108,76 @@ contains
     class(machine_type), intent(inout) :: self
     character(len=*), intent(in) :: groups
     type(error_type), allocatable, intent(out) :: error
-    type(document_type) :: more, all
-    type(schema_type) :: schema
+    type(document_type) :: more
+    type(group_type), allocatable :: longer(:)
     integer :: i, n
 
     call parse_document(groups, text_name, more, error)
     if (allocated(error)) return
-    schema = input_schema()
-    n = 0
-    if (allocated(self%schema)) n = size(self%document%groups)
-    all%file = more%file
-    if (n > 0) all%file = self%document%file
-    allocate(all%groups(n + size(more%groups)))
-    do i = 1, size(all%groups)
-      if (i <= n) all%groups(i) = self%document%groups(i)
-      if (i > n) all%groups(i) = more%groups(i - n)
-    end do
-    call normalise(all, schema, error)
+    if (.not. allocated(self%schema)) self%schema = input_schema()
+    if (.not. allocated(self%counts)) then
+      allocate(self%counts(size(self%schema%groups)), source=0)
+      if (allocated(self%document%groups)) call count_names(self, self%document%groups)
+    end if
+    call normalise(more, self%schema, error, self%counts)
     if (allocated(error)) return
-    self%document = all
+    n = self%waiting + size(more%groups)
+    if (.not. allocated(self%added)) allocate(self%added(n))
+    if (n > size(self%added)) then
+      allocate(longer(2 * n))
+      do i = 1, self%waiting
+        longer(i) = self%added(i)
+      end do
+      call move_alloc(longer, self%added)
+    end if
+    do i = 1, size(more%groups)
+      self%added(self%waiting + i) = more%groups(i)
+    end do
+    self%waiting = n
+    call count_names(self, more%groups)
     if (.not. allocated(self%settings)) allocate(self%settings(0))
-    self%schema = schema
     self%checked = .false.
   end subroutine append
+
+  !> Counts groups by their names, which the schema has.
+  subroutine count_names(self, groups)
+    class(machine_type), intent(inout) :: self
+    type(group_type), intent(in) :: groups(:)
+    integer :: i, rule
+
+    do i = 1, size(groups)
+      rule = find_group_rule(self%schema, groups(i)%name)
+      self%counts(rule) = self%counts(rule) + 1
+    end do
+  end subroutine count_names
+
+  !> The document with all groups that were added. Error: there is no machine yet.
+  subroutine put_together(self, document, error)
+    class(machine_type), intent(in) :: self
+    type(document_type), intent(out) :: document
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i, n
+
+    n = 0
+    if (allocated(self%document%groups)) n = size(self%document%groups)
+    if (n + self%waiting == 0) then
+      call fatal_error(error, "there is no machine yet: read one first", invalid_input)
+      return
+    end if
+    if (self%waiting == 0) then
+      document = self%document
+      return
+    end if
+    document%file = text_name
+    if (n > 0) document%file = self%document%file
+    if (n > 0 .and. allocated(self%document%path)) document%path = self%document%path
+    allocate(document%groups(n + self%waiting))
+    do i = 1, size(document%groups)
+      if (i <= n) document%groups(i) = self%document%groups(i)
+      if (i > n) document%groups(i) = self%added(i - n)
+    end do
+    call normalise(document, self%schema, error)
+  end subroutine put_together
 
   !> Gives a path a number, to all its digits. Error: there is no such path, or the number makes no sense there.
   subroutine set_number(self, path, value, error)
@@ -128,7 +188,11 @@ contains
 
     character(len=24) :: digits
 
-    write(digits, "(es24.16e3)") value
+    if (value == aint(value) .and. abs(value) < longest_whole) then
+      write(digits, "(i0)") int(value, int64)
+    else
+      write(digits, "(es24.16e3)") value
+    end if
     call self%set_text(path, trim(adjustl(digits)), error)
   end subroutine set_number
 
@@ -137,9 +201,16 @@ contains
     class(machine_type), intent(inout) :: self
     character(len=*), intent(in) :: path, value
     type(error_type), allocatable, intent(out) :: error
+    type(document_type) :: document
 
     !$omp critical (gestell_door)
-    call require(self, error)
+    if (self%waiting > 0 .or. .not. allocated(self%document%groups)) then
+      call put_together(self, document, error)
+      if (.not. allocated(error)) then
+        self%document = document
+        self%waiting = 0
+      end if
+    end if
     if (.not. allocated(error)) call set_path_text(self%document, self%schema, path, value, error)
     if (.not. allocated(error)) call remember(self, path, value)
     !$omp end critical (gestell_door)
@@ -171,11 +242,8 @@ contains
     type(document_type) :: document
 
     !$omp critical (gestell_door)
-    call require(self, error)
-    if (.not. allocated(error)) then
-      document = self%document
-      call get_path(document, self%schema, path, values, error)
-    end if
+    call put_together(self, document, error)
+    if (.not. allocated(error)) call get_path(document, self%schema, path, values, error)
     !$omp end critical (gestell_door)
   end subroutine get
 
@@ -189,25 +257,22 @@ contains
     character(len=*), intent(in), optional :: tasks
     real(dp), intent(in), optional :: tolerance
     type(order_type) :: order
+    !$ integer :: status
 
     !$omp critical (gestell_door)
-    call require(self, error)
+    call put_together(self, order%document, error)
     if (.not. allocated(error)) then
-      order = order_type(self%document, self%schema, self%settings)
+      order%schema = self%schema
+      order%settings = self%settings
       if (present(tasks)) call set_path_text(order%document, order%schema, "case.tasks", tasks, error)
     end if
     if (present(tolerance) .and. .not. allocated(error)) call set_path_real(order%document, order%schema, "accuracy.tolerance", &
       & tolerance, error)
     if (.not. (allocated(error) .or. self%checked)) call check_document(order%document, order%schema, error)
     if (.not. allocated(error)) call solve_order(order, solution, error)
+    ! Threads do not survive fork, and a child that has inherited a team would wait for its threads for ever. So none is kept.
+    !$ status = omp_pause_resource_all(omp_pause_soft)
     !$omp end critical (gestell_door)
   end subroutine solve
-
-  subroutine require(self, error)
-    class(machine_type), intent(in) :: self
-    type(error_type), allocatable, intent(out) :: error
-
-    if (.not. allocated(self%schema)) call fatal_error(error, "there is no machine yet: read one first", invalid_input)
-  end subroutine require
 
 end module gestell_door_machine

@@ -153,7 +153,7 @@ contains
     type(error_type), allocatable :: undrawn
     character(len=:), allocatable :: drawn
 
-    call open_staging(staging, folder, all_tables(), error)
+    call open_staging(staging, folder, all_tables(), error, self%context%configuration%document%path)
     if (allocated(error)) return
     call self%result%write(staging%path, self%context%head, error)
     if (present(pictures) .and. .not. allocated(error)) then

@@ -6,6 +6,8 @@ module gestell_run_input
   use gestell_input_schema, only: schema_type
   use gestell_input_schema_check, only: check_document
   use gestell_input_schema_path, only: set_value
+  use gestell_output_file_result_files, only: longest_table, result_files
+  use gestell_output_file_staging, only: spare_input
   use gestell_run_command_line, only: options_type
   use gestell_task, only: any_task_type
   use gestell_task_configuration, only: configuration_type
@@ -13,7 +15,7 @@ module gestell_run_input
   implicit none (type, external)
   private
 
-  public :: check_options, folder_name, read_input
+  public :: check_folder, check_options, folder_name, read_input
 
 contains
 
@@ -63,6 +65,22 @@ contains
       call fatal_error(error, "--fail-if-unstable needs a task with a verdict: " // one_of(tasks, judges), wrong_usage)
     end if
   end subroutine check_options
+
+  !> Error: what the tasks can leave in `folder` would replace the file `path` that was read.
+  subroutine check_folder(tasks, folder, path, error)
+    type(any_task_type), intent(in) :: tasks(:)
+    character(len=*), intent(in) :: folder, path
+    type(error_type), allocatable, intent(out) :: error
+    character(len=longest_table), allocatable :: tables(:)
+    integer :: i
+
+    allocate(tables(0))
+    do i = 1, size(tasks)
+      if (tasks(i)%task%ordered .and. allocated(tasks(i)%task%tables)) &
+        & tables = [character(len=longest_table) :: tables, tasks(i)%task%tables]
+    end do
+    call spare_input(folder, result_files(tables), path, error)
+  end subroutine check_folder
 
   !> "'a', 'b' or 'c'".
   pure function one_of(tasks, chosen) result(words)

@@ -3,7 +3,7 @@ module gestell_run
   use gestell_run_command_line, only: options_type
   use gestell_run_console, only: console_type, tell
   use gestell_run_files, only: write_files
-  use gestell_run_input, only: check_options, folder_name, read_input
+  use gestell_run_input, only: check_folder, check_options, folder_name, read_input
   use gestell_base_error, only: error_type
   use gestell_output_file_staging, only: open_staging, staging_type
   use gestell_output_result, only: result_type
@@ -59,7 +59,9 @@ contains
       if (allocated(error)) return
     end do
     if (.not. (options%one_line .or. options%in_parts .or. options%check .and. .not. options%plot)) then
-      if (leads) call open_staging(staging, context%folder, all_tables(), error)
+      if (leads .and. .not. options%check) call check_folder(tasks, context%folder, context%configuration%document%path, error)
+      if (leads .and. .not. allocated(error)) call open_staging(staging, context%folder, all_tables(), error, &
+        & context%configuration%document%path)
       call context%executor%share_error(error)
       if (allocated(error)) return
       if (leads) context%staging = staging%path

@@ -57,6 +57,7 @@ from space_balance import SPACE_BALANCE_TESTS  # noqa: E402
 from space_looks import SPACE_LOOKS_TESTS  # noqa: E402
 from space_studies import SPACE_STUDIES_TESTS  # noqa: E402
 from spread import SPREAD_TESTS  # noqa: E402
+from staging import STAGING_TESTS  # noqa: E402
 from sweeps import SWEEP_TESTS, write_sweep_golden  # noqa: E402
 from told import TOLD_TESTS  # noqa: E402
 from verdicts import VERDICT_TESTS  # noqa: E402
@@ -624,7 +625,7 @@ def main():
              *FINDINGS_TESTS, *PLOT_TESTS, *REPORT_TESTS, *MODEL_TESTS, *AXES_TESTS, *CRITICAL_TESTS, *RESONANCE_TESTS,
              *BALANCE_TESTS, *DESIGN_TESTS, *SENSITIVITY_TESTS, *SEPARATION_TESTS, *SEVERAL_TESTS, *SPACE_TESTS,
              *SPACE_LOOKS_TESTS, *SPACE_STUDIES_TESTS, *SPACE_BALANCE_TESTS, *RATIO_TESTS, *TOLD_TESTS, *VERDICT_TESTS,
-             *FAULT_TESTS, *WEIGHT_TESTS, *HELD_TESTS, *JSON_TESTS, *LINES_TESTS)
+             *FAULT_TESTS, *STAGING_TESTS, *WEIGHT_TESTS, *HELD_TESTS, *JSON_TESTS, *LINES_TESTS)
     files_of = {test: Path(inspect.getfile(test)).stem for test in tests}
     unknown = set(names) - set(files_of.values())
     if unknown:

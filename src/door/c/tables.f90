@@ -81,7 +81,7 @@ contains
     integer(c_int), intent(out), optional :: kind, width
     type(column_type), pointer :: column
     type(error_type), allocatable :: error
-    integer :: i, rows, holds, longest
+    integer :: rows, holds, longest
 
     holds = numbers_kind
     longest = 0
@@ -90,11 +90,7 @@ contains
       if (allocated(column%integers)) holds = integers_kind
       if (allocated(column%words)) then
         holds = words_kind
-        !$omp critical (gestell_door)
-        do i = 1, rows
-          longest = max(longest, len(column%word(i)))
-        end do
-        !$omp end critical (gestell_door)
+        longest = room_for_words(column, rows)
       end if
       call give_text(column%key, size, key, error)
       if (.not. allocated(error)) call give_text(trim(column%unit%words), size, unit, error)
@@ -140,7 +136,7 @@ contains
     code = code_of(error, failure)
   end function get_integers
 
-  !> The words of a column, `rows` of them with `width` characters each, zeros behind them.
+  !> The words of a column, `rows` of them with `width` characters each, zeros behind them. Error: one is longer.
   integer(c_int) function get_words(handle, name, index, rows, width, values, failure) result(code) &
     & bind(c, name="gestell_get_words")
     type(c_ptr), value :: handle, name, values, failure
@@ -149,10 +145,14 @@ contains
     type(column_type), pointer :: column
     type(error_type), allocatable :: error
     character(len=:), allocatable :: word
-    integer :: i, k
+    integer :: i, k, longest
 
     call find_values(handle, name, index, rows, values, column, error)
     if (.not. allocated(error)) call require(allocated(column%words), "words", error)
+    if (.not. allocated(error)) then
+      longest = room_for_words(column, int(rows))
+      if (width < longest) call too_small("the place for a word", int(width), longest, error)
+    end if
     if (.not. allocated(error)) then
       call c_f_pointer(values, place, [width, rows])
       place = c_null_char
@@ -167,6 +167,20 @@ contains
     end if
     code = code_of(error, failure)
   end function get_words
+
+  !> Characters of the longest word of a column, at least 1.
+  integer function room_for_words(column, rows) result(longest)
+    type(column_type), intent(in) :: column
+    integer, intent(in) :: rows
+    integer :: i
+
+    longest = 1
+    !$omp critical (gestell_door)
+    do i = 1, rows
+      longest = max(longest, len(column%word(i)))
+    end do
+    !$omp end critical (gestell_door)
+  end function room_for_words
 
   !> Error: the column does not hold `what`.
   pure subroutine require(holds, what, error)

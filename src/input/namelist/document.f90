@@ -51,6 +51,8 @@ module gestell_input_namelist_document
   !> All groups of a file, in the file's order.
   type :: document_type
     character(len=:), allocatable :: file
+    !> The full path of the file that was read; not allocated where none was.
+    character(len=:), allocatable :: path
     !> All that was typed, comments too, where the document is that of a text.
     character(len=:), allocatable :: text
     type(group_type), allocatable :: groups(:)

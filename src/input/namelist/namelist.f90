@@ -1,6 +1,7 @@
 !> Namelist files: text to groups, keys and values, each with its line.
 module gestell_input_namelist
   use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_paths, only: full_path
   use gestell_input_namelist_document, only: document_type, group_type, entry_type
   use gestell_input_namelist_entry, only: parse_entry, is_name
   use gestell_input_namelist_message, only: label, location
@@ -24,6 +25,7 @@ contains
     call read_text(file, text, error)
     if (allocated(error)) return
     call parse_document(text, file, doc, error)
+    doc%path = full_path(file)
   end subroutine read_document
 
   !> Reads a namelist file's content, its lines divided by new_line('a'); `file` is its name in messages.

@@ -38,15 +38,17 @@ contains
   end subroutine check_document
 
   !> Brings a document into the schema's form: known groups and keys only, subscripts and repeat counts resolved,
-  !> values of the right kind. Nothing is asked about what is missing.
-  pure subroutine normalise(doc, schema, error)
+  !> values of the right kind. Nothing is asked about what is missing. `before`: how many groups of each name of the
+  !> schema stand before the document's.
+  pure subroutine normalise(doc, schema, error, before)
     type(document_type), intent(inout) :: doc
     type(schema_type), intent(in) :: schema
     type(error_type), allocatable, intent(out) :: error
+    integer, intent(in), optional :: before(:)
     integer :: i
 
     if (doc%normalised) return
-    call number_groups(doc, schema, error)
+    call number_groups(doc, schema, error, before)
     if (allocated(error)) return
     do i = 1, size(doc%groups)
       call merge_entries(doc%groups(i), schema, error)
@@ -56,14 +58,16 @@ contains
   end subroutine normalise
 
   !> Counts the groups of each name; unknown ones and forbidden repetitions are refused.
-  pure subroutine number_groups(doc, schema, error)
+  pure subroutine number_groups(doc, schema, error, before)
     type(document_type), intent(inout) :: doc
     type(schema_type), intent(in) :: schema
     type(error_type), allocatable, intent(out) :: error
+    integer, intent(in), optional :: before(:)
     integer :: found(size(schema%groups)), first(size(schema%groups))
     integer :: i, rule
 
     found = 0
+    if (present(before)) found = before
     first = 0
     do i = 1, size(doc%groups)
       associate (group => doc%groups(i))
@@ -73,9 +77,10 @@ contains
           return
         end if
         found(rule) = found(rule) + 1
-        if (found(rule) == 1) first(rule) = i
+        if (first(rule) == 0) first(rule) = i
         if (found(rule) > 1 .and. .not. schema%groups(rule)%repeatable) then
-          call input_error(group, "", "may stand only once (first in line " &
+          if (first(rule) == i) call input_error(group, "", "may stand only once, and was added before", error)
+          if (first(rule) /= i) call input_error(group, "", "may stand only once (first in line " &
             // decimal(doc%groups(first(rule))%line) // ")", error)
           return
         end if
@@ -83,7 +88,7 @@ contains
       end associate
     end do
     do rule = 1, size(found)
-      if (found(rule) == 1) doc%groups(first(rule))%number = 0
+      if (found(rule) == 1 .and. first(rule) > 0) doc%groups(first(rule))%number = 0
     end do
   end subroutine number_groups
 

@@ -2,10 +2,11 @@
 module gestell_output_file_folder
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_files, only: is_there, last_reason, make_directory, remove_folder
+  use gestell_base_paths, only: is_link
   implicit none (type, external)
   private
 
-  public :: make_folder, remove_made
+  public :: is_foreign, make_folder, remove_made
 
 contains
 
@@ -47,6 +48,23 @@ contains
       if (ends_a_name(folder, i)) call remove_folder(folder(:i))
     end do
   end subroutine remove_made
+
+  !> Whether a folder, or one of these files in it, is a link, or there are such files without the file `mark`, which whoever makes
+  !> the folder makes first.
+  logical function is_foreign(folder, files, mark)
+    character(len=*), intent(in) :: folder, files(:), mark
+    logical :: there
+    integer :: i
+
+    is_foreign = is_link(folder) .or. is_link(folder // "/" // mark)
+    there = .false.
+    do i = 1, size(files)
+      is_foreign = is_foreign .or. is_link(folder // "/" // trim(files(i)))
+      there = there .or. is_there(folder // "/" // trim(files(i)))
+    end do
+    ! looked for last: another process may be about to begin
+    if (there) is_foreign = is_foreign .or. .not. is_there(folder // "/" // mark)
+  end function is_foreign
 
   !> Whether a folder's name ends with the i-th character of a path.
   pure logical function ends_a_name(path, i)

@@ -5,12 +5,14 @@ module gestell_output_file_result_files
 
   public :: result_files
 
-  !> Characters of a table's name, at the most. Its files are NAME.csv or NAME.npy, its script NAME.gp, its pictures NAME.svg
-  !> and NAME.png, and an input of that name, NAME.nml.
+  !> Maximum number of characters of a table's name. Its files are NAME.csv or NAME.npy, its script NAME.gp, its pictures NAME.svg
+  !> and NAME.png.
   integer, parameter, public :: longest_table = 18
   !> Endings of a picture, and of what goes with a table.
   character(len=*), parameter, public :: picture_endings(*) = [character(len=4) :: ".svg", ".png"]
-  character(len=*), parameter :: endings(*) = [character(len=4) :: ".csv", ".npy", ".gp", picture_endings, ".nml"]
+  character(len=*), parameter :: endings(*) = [character(len=4) :: ".csv", ".npy", ".gp", picture_endings]
+  !> Files that belong to no table: the page and all results; the improved machine goes with the table of that name.
+  character(len=*), parameter :: others(*) = [character(len=12) :: "report.html", "results.json"], improved = "design"
   integer, parameter, public :: longest_file = longest_table + len(endings)
 
 contains
@@ -18,15 +20,17 @@ contains
   !> All names, where these tables can be left.
   pure function result_files(tables) result(names)
     character(len=longest_table), intent(in) :: tables(:)
-    character(len=longest_file) :: names(size(endings) * size(tables) + 2)
+    character(len=longest_file), allocatable :: names(:)
     integer :: i, k
 
+    allocate(names(size(endings) * size(tables) + size(others)))
     do i = 1, size(tables)
       do k = 1, size(endings)
         names(size(endings) * (i - 1) + k) = trim(tables(i)) // endings(k)
       end do
     end do
-    names(size(names) - 1:) = [character(len=longest_file) :: "report.html", "results.json"]
+    names(size(endings) * size(tables) + 1:) = others
+    if (any(tables == improved)) names = [character(len=longest_file) :: names, improved // ".nml"]
   end function result_files
 
 end module gestell_output_file_result_files

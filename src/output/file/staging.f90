@@ -1,11 +1,13 @@
 !> Where the files of a run stand until all are complete: a folder .gestell-1, .gestell-2, ... of its own within that of the
 !> results. They are published together, when the run ends; a run that cannot write leaves what was there as it was. Runs
-!> at the same time take folders of different numbers, and one that was left by a run that was killed is taken and emptied.
+!> at the same time take folders of different numbers. A folder that a killed run has left is taken and emptied; it is known by
+!> the file `mark` in it. A link, or a folder of anybody else, is left alone. The file that the run has read is never replaced.
 module gestell_output_file_staging
   use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
   use gestell_base_text, only: text
-  use gestell_base_files, only: is_there, last_reason, link_file, make_directory, open_to_read, remove_file, remove_folder, &
-    & rename_file, try_lock, unlock_file
+  use gestell_base_files, only: create_file, is_there, last_reason, link_file, make_directory, open_to_read, remove_file, &
+    & remove_folder, rename_file, try_lock, unlock_file
+  use gestell_base_paths, only: is_link, is_same
   use gestell_output_file_folder, only: make_folder, remove_made
   use gestell_output_file_output, only: growing
   use gestell_output_file_result_files, only: longest_file, longest_table, picture_endings, result_files
@@ -13,13 +15,15 @@ module gestell_output_file_staging
   implicit none (type, external)
   private
 
-  public :: open_staging
+  public :: open_staging, spare_input
 
   type, public :: staging_type
     !> Where the files are written.
     character(len=:), allocatable :: path
     !> Where they will stand.
     character(len=:), allocatable, private :: folder
+    !> The full path of the file that the run has read; empty: none.
+    character(len=:), allocatable, private :: input
     !> Holds `path` as long as the process lives.
     integer(c_int), private :: handle = -1
     !> The tables that any run can leave, also one that was killed.
@@ -35,6 +39,8 @@ module gestell_output_file_staging
   !> Within it: what a run has computed that is not complete (gestell_task_journal). It outlives the run only where that is
   !> killed.
   character(len=*), parameter, public :: journal_name = "journal"
+  !> Within it: the file that says that a run has made the folder.
+  character(len=*), parameter :: mark = "made_by_gestell"
   !> Runs that can write to one folder at the same time.
   integer, parameter :: most = 1000
   !> What the old file is called within `path` until all new ones have their names.
@@ -42,34 +48,36 @@ module gestell_output_file_staging
 
 contains
 
-  !> Makes `folder` and within it a staging folder for this run's files, those of `tables`, page and JSON. Error: it cannot be
-  !> made, or nothing can be written there.
-  subroutine open_staging(staging, folder, tables, error)
+  !> Makes `folder` and within it a staging folder for this run's files, those of `tables`, page and JSON. `input`: the full path of
+  !> the file that was read, if one was. Error: it cannot be made, or nothing can be written there.
+  subroutine open_staging(staging, folder, tables, error, input)
     type(staging_type), intent(out) :: staging
     character(len=*), intent(in) :: folder
     character(len=longest_table), intent(in) :: tables(:)
     type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable, intent(in) :: input
+    character(len=:), allocatable :: reason
     integer(c_int) :: guard
-    logical :: made, there, mine
+    logical :: mine
     integer :: k
 
     staging%folder = folder
     staging%tables = tables
+    staging%input = ""
+    if (allocated(input)) staging%input = input
     call make_folder(folder, error, staging%made)
     if (allocated(error)) return
     call take_turn(folder, guard)
     mine = .false.
+    reason = ""
     do k = 1, most
       staging%path = folder // "/.gestell-" // text(k)
-      call make_directory(staging%path, made, there)
-      if (.not. there) exit
-      call take(staging, made, mine)
-      if (.not. mine) cycle
-      if (.not. made) call empty(staging)
-      exit
+      call take(staging, mine, reason)
+      if (mine .or. reason /= "") exit
     end do
+    if (.not. mine .and. reason == "") reason = "there is something else of each of the names .gestell-1 to .gestell-" // text(most)
     if (.not. mine) call fatal_error(error, "the folder '" // folder // "' for the results cannot be written: " &
-      & // last_reason() // "; name another with --output", wrong_usage)
+      & // reason // "; name another with --output", wrong_usage)
     call unlock_file(guard)
     if (.not. mine) call remove_made(folder, staging%made)
   end subroutine open_staging
@@ -84,20 +92,59 @@ contains
     if (guard >= 0) call try_lock(guard, .true., held, busy)
   end subroutine take_turn
 
-  !> Takes a staging folder unless another process has it. Where there are no locks it must be new.
-  subroutine take(staging, made, mine)
+  !> Makes the staging folder, or takes and empties that of a run that was killed. Not `mine`: another process has it, no run has
+  !> made it, or, for this `reason`, none can be made. Where there are no locks it must be new.
+  subroutine take(staging, mine, reason)
     type(staging_type), intent(inout) :: staging
-    logical, intent(in) :: made
     logical, intent(out) :: mine
-    logical :: held, busy
+    character(len=:), allocatable, intent(inout) :: reason
+    integer(c_int) :: handle
+    logical :: made, there, held, busy
 
-    mine = made
+    mine = .false.
+    call make_directory(staging%path, made, there)
+    if (.not. there) reason = last_reason()
+    if (there .and. .not. made) then
+      if (is_link(staging%path)) return
+      if (.not. is_there(staging%path // "/" // mark)) then
+        ! Only an empty folder goes: that of a run that was killed before it could mark it.
+        call remove_folder(staging%path, there)
+        if (there) call make_directory(staging%path, made, there)
+        there = made
+      end if
+    end if
+    if (.not. there) return
     call open_to_read(staging%path, staging%handle)
-    if (staging%handle < 0) return
-    call try_lock(staging%handle, .false., held, busy)
-    mine = held .or. made .and. .not. busy
+    if (staging%handle >= 0) call try_lock(staging%handle, .false., held, busy)
+    mine = made
+    if (staging%handle >= 0) mine = held .or. made .and. .not. busy
+    if (mine .and. made) then
+      call create_file(staging%path // "/" // mark, handle)
+      mine = handle >= 0
+      if (.not. mine) reason = last_reason()
+      if (.not. mine) call remove_folder(staging%path)
+      call unlock_file(handle)
+    else if (mine) then
+      call empty(staging)
+    end if
     if (.not. mine) call unlock_file(staging%handle)
   end subroutine take
+
+  !> Error: one of the files `names` in `folder` is the `input` itself, which would be replaced.
+  subroutine spare_input(folder, names, input, error)
+    character(len=*), intent(in) :: folder, names(:), input
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i
+
+    if (input == "") return
+    do i = 1, size(names)
+      if (.not. is_same(folder // "/" // trim(names(i)), input)) cycle
+      call fatal_error(error, folder // "/" // trim(names(i)) // ": the results would replace the input; name another folder " &
+        & // "with --output", wrong_usage)
+      error%unwritten = .true.
+      return
+    end do
+  end subroutine spare_input
 
   !> Moves all files, which are those of `tables`, page and JSON, to their folder, or none, and ends. Pictures that belong to older
   !> tables are removed.
@@ -113,7 +160,12 @@ contains
 
     names = result_files(tables)
     names = pack(names, [(is_there(self%path // "/" // trim(names(i))), i = 1, size(names))])
-    replaces = [(is_there(self%folder // "/" // trim(names(i))), i = 1, size(names))]
+    call spare_input(self%folder, names, self%input, error)
+    if (allocated(error)) then
+      call self%discard()
+      return
+    end if
+    replaces = [(is_old(self%folder // "/" // trim(names(i))), i = 1, size(names))]
     do i = 1, size(names)
       if (replaces(i)) call link_file(self%folder // "/" // trim(names(i)), self%path // "/" // trim(names(i)) // old, done)
     end do
@@ -136,6 +188,14 @@ contains
     if (.not. (done .or. allocated(error))) call fatal_error(error, self%path // ": cannot be removed: " // last_reason(), &
       & failed_computation)
   end subroutine publish
+
+  !> Whether something is there, a link that points nowhere too.
+  logical function is_old(name)
+    character(len=*), intent(in) :: name
+
+    is_old = is_there(name)
+    if (.not. is_old) is_old = is_link(name)
+  end function is_old
 
   !> Brings back what was there before these files; not `done` where the file system knows no second names.
   subroutine restore(staging, names, replaces, done)
@@ -168,7 +228,9 @@ contains
       if (all(names /= trim(tables(i)) // ".gp")) cycle
       do k = 1, size(picture_endings)
         picture = trim(tables(i)) // picture_endings(k)
-        if (all(names /= picture)) call remove_file(staging%folder // "/" // picture)
+        if (any(names == picture)) cycle
+        picture = staging%folder // "/" // picture
+        if (.not. is_same(picture, staging%input)) call remove_file(picture)
       end do
     end do
   end subroutine remove_old_pictures
@@ -188,11 +250,12 @@ contains
     integer(c_int) :: guard
 
     call take_turn(staging%folder, guard)
+    call remove_file(staging%path // "/" // journal_name)
+    call remove_file(staging%path // "/" // mark)
     ! Hundreds of files could stand there, as a rule none does.
     call remove_folder(staging%path, done)
     if (.not. done) then
       call empty(staging)
-      call remove_file(staging%path // "/" // journal_name)
       call remove_file(staging%path // "/" // journal_name // growing)
       call remove_folder(staging%path, done)
     end if

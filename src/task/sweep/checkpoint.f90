@@ -2,7 +2,8 @@
 !> (gestell_task_sweep_layout), and `marks`, which say what is done. Whoever computes tiles, in one process or many, now or after an
 !> interruption, gives them to `store`; `finish` makes a table of `rows` by giving it its head and its name. A mark is written when
 !> the rows are; rows without one are of no account. `origin` is the note that says what all belongs to, with the table's head;
-!> whoever changes the folder holds `lock`, those who store share it.
+!> whoever changes the folder holds `lock`, those who store share it. `lock` is there first and goes last: files of these names
+!> without it are not those of a sweep, and are left alone.
 module gestell_task_sweep_checkpoint
   use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
   use gestell_base_files, only: close_file, create_file, file_size, link_file, lock_file, open_to_read, &
@@ -11,7 +12,7 @@ module gestell_task_sweep_checkpoint
   use gestell_base_kinds, only: dp
   use gestell_base_version, only: version
   use gestell_input_wording, only: decimal
-  use gestell_output_file_folder, only: make_folder
+  use gestell_output_file_folder, only: is_foreign, make_folder
   use gestell_output_file_output, only: write_file
   use gestell_study_grid, only: tile_type
   use gestell_study_tile_results, only: sweep_columns, tile_results_type
@@ -131,7 +132,11 @@ contains
     character(len=:), allocatable :: note
     integer :: first, second
 
-    if (.not. campaign%has_begun()) return
+    if (is_foreign(campaign%folder // "/sweep.blocks", [character(len=6) :: "origin", "rows", "marks"], "lock")) then
+      call fatal_error(error, campaign%folder // "/sweep.blocks: is a link, or has files that no sweep has written; name another " &
+        & // "folder with --output", wrong_usage)
+    end if
+    if (allocated(error) .or. .not. campaign%has_begun()) return
     call read_note(campaign, note)
     if (index(note, first_lines(campaign)) == 1) then
       campaign%head = len(note) - len(first_lines(campaign))

@@ -1,0 +1,78 @@
+!> Which file a name stands for: names of POSIX, without blanks at the end.
+module gestell_base_paths
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_intptr_t, c_null_char, c_ptr, c_size_t
+  implicit none (type, external)
+  private
+
+  public :: full_path, is_link, is_same
+
+  !> Bytes of a path at most (PATH_MAX); bytes that hold a struct stat; those at its begin that tell one file from another: device
+  !> and number of the file, on macOS with its rights and the number of its names between them.
+  integer, parameter :: longest_path = 4096, stat_bytes = 1024, identity_bytes = 16
+
+  interface
+    integer(c_int) function c_stat(path, status) bind(c, name="stat")
+      import :: c_char, c_int
+      implicit none (type, external)
+      character(kind=c_char), intent(in) :: path(*)
+      ! allow(C072)
+      character(kind=c_char), intent(inout) :: status(*)
+    end function c_stat
+
+    integer(c_intptr_t) function c_readlink(path, target, room) bind(c, name="readlink")
+      import :: c_char, c_intptr_t, c_size_t
+      implicit none (type, external)
+      character(kind=c_char), intent(in) :: path(*)
+      ! allow(C072)
+      character(kind=c_char), intent(inout) :: target(*)
+      integer(c_size_t), value :: room
+    end function c_readlink
+
+    type(c_ptr) function c_realpath(path, full) bind(c, name="realpath")
+      import :: c_char, c_ptr
+      implicit none (type, external)
+      character(kind=c_char), intent(in) :: path(*)
+      ! allow(C072)
+      character(kind=c_char), intent(inout) :: full(*)
+    end function c_realpath
+  end interface
+
+contains
+
+  !> Whether this name is a symbolic link, wherever it points.
+  logical function is_link(name)
+    character(len=*), intent(in) :: name
+    character(kind=c_char) :: target(1)
+
+    is_link = c_readlink(name // c_null_char, target, 1_c_size_t) >= 0
+  end function is_link
+
+  !> Whether two names, links followed, are those of one file that is there.
+  logical function is_same(one, another)
+    character(len=*), intent(in) :: one, another
+    character(kind=c_char) :: status(stat_bytes, 2)
+
+    is_same = .false.
+    if (c_stat(one // c_null_char, status(:, 1)) /= 0) return
+    if (c_stat(another // c_null_char, status(:, 2)) /= 0) return
+    is_same = all(status(:identity_bytes, 1) == status(:identity_bytes, 2))
+  end function is_same
+
+  !> The path of a file from the root, links followed: it holds when the working directory changes. The name itself where there is
+  !> no such file.
+  function full_path(name) result(path)
+    character(len=*), intent(in) :: name
+    character(len=:), allocatable :: path
+    character(kind=c_char) :: letters(longest_path)
+    integer :: i, n
+
+    path = name
+    if (.not. c_associated(c_realpath(name // c_null_char, letters))) return
+    n = findloc(letters, c_null_char, dim=1) - 1
+    path = repeat(" ", n)
+    do i = 1, n
+      path(i:i) = letters(i)
+    end do
+  end function full_path
+
+end module gestell_base_paths
