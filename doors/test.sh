@@ -239,7 +239,8 @@ tool() {
 wheel() {
   local environment=$temporary/environment
   SKBUILD_CMAKE_BUILD_TYPE=Debug CMAKE_BUILD_PARALLEL_LEVEL=2 bash "$home/python/wheel.sh" "$temporary/wheels" && python3 -m venv "$environment" &&
-    "$environment/bin/pip" -q install numpy pandas "$temporary"/wheels/gestell-*.whl || return
+    "$environment/bin/pip" -q install --require-hashes --only-binary :all: -r "$home/.ci/pinned/pandas.txt" &&
+    "$environment/bin/pip" -q install --no-index "$temporary"/wheels/gestell-*.whl || return
   (cd "$temporary" && mkdir -p nothing && cd nothing &&
     env -i PATH="$environment/bin" "$environment/bin/python" "$home/doors/python.py" "$prefix-static/bin/gestell")
 }

