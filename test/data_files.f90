@@ -3,7 +3,8 @@ module data_files
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_input_schema_check, only: check_document
-  use gestell_input_namelist_document, only: document_type, group_names, group_type, groups_named, has, the_group, word_length
+  use gestell_base_words, only: word_length
+  use gestell_input_namelist_document, only: document_type, group_names, group_type, groups_named, has, the_group
   use gestell_base_key, only: key_type
   use gestell_input_machine_frame, only: drive_keys, foundation_keys, frame_keys, support_keys
   use gestell_input_machine_groups, only: read_units

@@ -2,10 +2,11 @@
 module test_base
   use checks, only: check_failure, check_success, check_that
   use gestell_math_cosine_sine, only: cosine_sine
-  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_error, only: fatal_error, gestell_error => error_type
   use gestell_math_fourier, only: fourier_series, fourier_type
   use gestell_math_jet, only: cos, jet, operator(*), operator(+), operator(-), operator(/), sin, sqrt
   use gestell_base_kinds, only: dp, pi
+  use gestell_base_words, only: character_count
   use gestell_math_lapack, only: eigensystem, inverse, log_abs_determinant, symmetric_pencil
   use gestell_math_trigonometric, only: series_through, series_type
   use reference_linear, only: qp
@@ -21,6 +22,7 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
+      & new_unittest("a message is one line of bounded length", test_messages), &
       & new_unittest("jets: every operation by hand", test_jets), &
       & new_unittest("cosine and sine to the last place", test_circle), &
       & new_unittest("Fourier series: orders below half the samples, even and odd", test_orders), &
@@ -32,6 +34,26 @@ contains
       & new_unittest("singular matrices", test_singular), &
       & new_unittest("eigenvectors, right and left", test_eigenvectors)]
   end subroutine collect_base
+
+  !> Of any text: ends of lines and control characters, long words, many words, characters cut in the middle.
+  subroutine test_messages(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(gestell_error), allocatable :: failure
+    character(len=*), parameter :: newline = new_line("a")
+    integer, parameter :: longest = 970
+    integer :: i, k
+
+    call fatal_error(failure, "a" // newline // "b" // achar(27) // "c: there is no such file", 2)
+    call check_that(error, failure%message, "==", "a?b?c: there is no such file", "two lines")
+    do i = 0, 3
+      ! é has two bytes: whatever stands before it moves the place where the text is cut
+      call fatal_error(failure, repeat("x", i) // repeat("é", 50000) // repeat(" é", 50000), 2)
+      call check_that(error, len(failure%message), "<=", longest, "a long message")
+      call check_that(error, verify(failure%message, "xé. "), "==", 0, "whole characters")
+      call check_that(error, character_count(failure%message), "==", (len(failure%message) + count([(failure%message(k:k) == " " &
+        & .or. failure%message(k:k) == "." .or. failure%message(k:k) == "x", k = 1, len(failure%message))])) / 2, "characters")
+    end do
+  end subroutine test_messages
 
   !> Of t = 3 as values, with first derivatives 1 and second derivatives 0 or not: f(t) = t, g(t) = t^2 / 4.
   subroutine test_jets(error)

@@ -7,7 +7,8 @@ module test_namelist
   use gestell_base_key, only: positive, nonnegative, nonzero
   use gestell_base_kinds, only: dp
   use gestell_input_schema_read, only: count_values, read
-  use gestell_input_namelist_document, only: document_type, group_type, the_group, groups_named, group_names, has, word_length
+  use gestell_base_words, only: word_length
+  use gestell_input_namelist_document, only: document_type, group_type, the_group, groups_named, group_names, has
   use gestell_input_namelist, only: read_document
   use namelist_helpers, only: key, read_checked, refused, check_message, check_passed, nl, file, rest, one_joint
   implicit none (type, external)

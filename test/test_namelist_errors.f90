@@ -5,7 +5,8 @@ module test_namelist_errors
   use gestell_base_key, only: positive, nonnegative, nonzero, range_type
   use gestell_base_kinds, only: dp
   use gestell_input_schema_read, only: read
-  use gestell_input_namelist_document, only: document_type, group_type, the_group, groups_named, group_names, word_length
+  use gestell_base_words, only: word_length
+  use gestell_input_namelist_document, only: document_type, group_type, the_group, groups_named, group_names
   use gestell_input_namelist_message, only: input_error
   use gestell_input_namelist_suggest, only: suggestion
   use namelist_helpers, only: key, read_checked, refused, check_message, check_passed, nl, rest, one_joint
@@ -113,8 +114,10 @@ contains
     call refused(error, rest // "&frame/" // nl // "&link name='k'" // nl // "/", &
       "in.nml:2: &link 'k': from: must be given")
     call refused(error, "&joint name='' /", "in.nml:1: &joint: name = '': must not be blank")
-    call refused(error, "&case tasks='" // repeat("x", 65) // "'/", "in.nml:1: &case: tasks(1) = '" // repeat("x", 57) &
-      // "...': must not be longer than 64 characters")
+    call refused(error, "&case tasks='" // repeat("x", 129) // "'/", "in.nml:1: &case: tasks(1) = '" // repeat("x", 57) &
+      // "...': must not be longer than 128 characters")
+    call refused(error, "&joint name='" // repeat("é", 65) // "'/", "in.nml:1: &joint '" // repeat("é", 28) // "...': name = '" &
+      // repeat("é", 28) // "...': must not be longer than 64 characters")
   end subroutine test_schema
 
   subroutine test_wrong_values(error)

@@ -7,7 +7,8 @@ module test_set
   use gestell_base_kinds, only: dp
   use gestell_input_schema_check, only: check_document
   use gestell_input_schema_read, only: read
-  use gestell_input_namelist_document, only: document_type, group_type, the_group, groups_named, word_length
+  use gestell_base_words, only: word_length
+  use gestell_input_namelist_document, only: document_type, group_type, the_group, groups_named
   use gestell_input_namelist, only: parse_document
   use gestell_input_schema_path, only: set_value, get_path, set_path_real
   use gestell_task_registry, only: input_schema

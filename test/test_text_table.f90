@@ -3,7 +3,8 @@ module test_text_table
   use checks, only: check_that
   use gestell_base_growing_text, only: growing_text_type
   use gestell_output_report_text_table, only: tab, tabulated
-  use gestell_output_report_wrapping, only: columns_of, wrapped
+  use gestell_base_words, only: character_count
+  use gestell_output_report_wrapping, only: wrapped
   use testdrive, only: error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
@@ -34,6 +35,9 @@ contains
     call check_that(error, tabulated("lr", "", "all" // tab // "3" // newline), "==", "  all   3" // newline, "without heads")
     call check_that(error, tabulated("ll", "", "a" // tab // "b" // tab // "c" // newline), "==", "  a   b" // tab // "c" &
       & // newline, "a cell too many")
+    call check_that(error, tabulated("lrl", "foot,peak,remark" // newline // ",N,", "a" // tab // "12.5" // newline // "b" // tab &
+      & // "3" // tab // newline), "==", "  foot   peak" // newline // "            N" // newline // "  a      12.5" // newline &
+      & // "  b         3" // newline, "a column without anything")
   end subroutine test_columns
 
   !> A name and a remark too long for their columns.
@@ -85,7 +89,7 @@ contains
           first = 1
           do while (first <= len(lines))
             last = first + index(lines(first:), newline) - 2
-            call check_that(error, columns_of(lines(first:last)), "<=", 80, lines(first:last))
+            call check_that(error, character_count(lines(first:last)), "<=", 80, lines(first:last))
             first = last + 2
           end do
           if (allocated(error)) return

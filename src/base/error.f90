@@ -1,5 +1,6 @@
 !> The one way in which the library reports a failure: the last, allocatable argument of a procedure.
 module gestell_base_error
+  use gestell_base_words, only: put_on_one_line
   implicit none (type, external)
   private
 
@@ -7,7 +8,7 @@ module gestell_base_error
 
   !> What went wrong: unallocated where all is well.
   type :: error_type
-    !> One line for the user, without a final full stop.
+    !> One line for the user, of bounded length and without a final full stop.
     character(len=:), allocatable :: message
     !> Kind of the failure; the driver's exit code.
     integer :: code = 0
@@ -38,7 +39,7 @@ contains
     character(len=*), intent(in), optional :: subject
 
     allocate(error)
-    error%message = message
+    call put_on_one_line(message, error%message)
     error%code = code
     if (present(subject)) error%subject = subject
   end subroutine fatal_error

@@ -1,7 +1,7 @@
 !> What heads every table: where its numbers come from.
 module gestell_output_head
   use gestell_base_version, only: version
-  use gestell_input_wording, only: on_one_line
+  use gestell_base_words, only: on_one_line
   use gestell_output_report_verdict, only: verdict_line
   use gestell_output_table, only: table_type
   implicit none (type, external)
@@ -54,14 +54,13 @@ contains
   pure function line(words)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: line
-    character(len=len(words)) :: safe
     integer :: k
 
-    safe = words
-    do k = 1, len(words)
-      if (safe(k:k) < " ") safe(k:k) = " "
+    line = words
+    do k = 1, len(line)
+      if (line(k:k) < " ") line(k:k) = " "
     end do
-    line = "# " // trim(on_one_line(safe)) // newline
+    line = "# " // trim(on_one_line(line)) // newline
   end function line
 
 end module gestell_output_head

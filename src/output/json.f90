@@ -1,8 +1,9 @@
 !> Everything that was found as one object of JSON (RFC 8259), as doc/output.md describes it.
 module gestell_output_json
+  use gestell_base_growing_text, only: growing_text_type
   use gestell_base_text, only: text
   use gestell_base_version, only: version
-  use gestell_input_wording, only: printable
+  use gestell_base_words, only: printable
   use gestell_output_file_output, only: output_type
   use gestell_output_head, only: head_type
   use gestell_output_result, only: result_type
@@ -127,19 +128,21 @@ contains
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: quoted
     character(len=:), allocatable :: safe
+    type(growing_text_type) :: pieces
     integer :: i
 
     safe = printable(words)
-    quoted = """"
+    call pieces%append("""")
     do i = 1, len(safe)
       if (safe(i:i) == newline) then
-        quoted = quoted // "\n"
+        call pieces%append("\n")
       else
-        if (scan(safe(i:i), """\") > 0) quoted = quoted // "\"
-        quoted = quoted // safe(i:i)
+        if (scan(safe(i:i), """\") > 0) call pieces%append("\")
+        call pieces%append(safe(i:i))
       end if
     end do
-    quoted = quoted // """"
+    call pieces%append("""")
+    quoted = pieces%whole()
   end function string
 
 end module gestell_output_json

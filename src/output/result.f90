@@ -1,13 +1,16 @@
 !> What a run found: tables with their pictures, what heads a page, and the report for people.
 module gestell_output_result
+  use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type
+  use gestell_base_growing_text, only: growing_text_type
+  use gestell_base_words, only: character_count
   use gestell_input_wording, only: counted
   use gestell_output_file_output, only: write_file
   use gestell_output_picture_script, only: figure_type, write_figure
   use gestell_output_file_result_files, only: longest_table
   use gestell_output_head, only: head_type
   use gestell_output_report_verdict, only: alarm
-  use gestell_output_report_wrapping, only: columns_of, widest, wrapped
+  use gestell_output_report_wrapping, only: widest, wrapped
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_csv, only: write_csv
   implicit none (type, external)
@@ -28,6 +31,7 @@ module gestell_output_result
     type(table_type), allocatable :: tables(:)
     type(figure_type), allocatable :: figures(:)
     type(headline_type), allocatable :: headlines(:)
+    type(dictionary_type), private :: warned
     type(attachment_type), allocatable, private :: attachments(:)
     !> The report, and what of it was not yet said.
     character(len=:), allocatable :: report
@@ -182,16 +186,16 @@ contains
   !> Puts the headlines where room was left: the verdict first, with what is wrong below it.
   pure subroutine lead(self)
     class(result_type), intent(inout) :: self
-    character(len=:), allocatable :: lines
+    type(growing_text_type) :: lines
     integer :: i
 
     if (self%room < 0 .or. self%verdict == "") return
-    lines = newline // "VERDICT  "
+    call lines%append(newline // "VERDICT  ")
     do i = 1, size(self%headlines)
-      if (i > 1) lines = lines // "  "
-      lines = lines // self%headlines(i)%words // newline
+      if (i > 1) call lines%append("  ")
+      call lines%append(self%headlines(i)%words // newline)
     end do
-    self%report = self%report(:self%room) // wrapped(lines) // self%report(self%room + 1:)
+    self%report = self%report(:self%room) // wrapped(lines%whole()) // self%report(self%room + 1:)
     self%room = -1
   end subroutine lead
 
@@ -213,7 +217,7 @@ contains
       associate (headline => self%headlines(i))
         if (any(headline%state == [character(len=9) :: "stable", ""]) .or. self%verdict == "" .and. headline%words &
           & == self%judgement) cycle
-        if (left == 0 .and. columns_of(line) + columns_of(headline%words) + 2 <= widest) then
+        if (left == 0 .and. character_count(line) + character_count(headline%words) + 2 <= widest) then
           line = line // "; " // headline%words
         else
           left = left + 1
@@ -245,16 +249,24 @@ contains
   pure subroutine warn(self, state, lines)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: state, lines
-    type(headline_type) :: headline
-    integer :: i
+    type(headline_type), allocatable :: longer(:)
+    character(len=:), allocatable :: words
+    integer :: i, n
 
     if (len_trim(lines) == 0) return
-    headline%state = state
-    headline%words = trim(adjustl(lines(:index(lines // newline, newline) - 1)))
-    do i = 1, size(self%headlines)
-      if (self%headlines(i)%words == headline%words) return
+    words = trim(adjustl(lines(:index(lines // newline, newline) - 1)))
+    if (self%warned%position(words) > 0) return
+    call self%warned%add(words)
+    ! the words move: copies of all would cost more than the rest
+    n = size(self%headlines)
+    allocate(longer(n + 1))
+    do i = 1, n
+      longer(i)%state = self%headlines(i)%state
+      call move_alloc(self%headlines(i)%words, longer(i)%words)
     end do
-    self%headlines = [self%headlines, headline]
+    longer(n + 1)%state = state
+    call move_alloc(words, longer(n + 1)%words)
+    call move_alloc(longer, self%headlines)
   end subroutine warn
 
   !> The verdict on a range of machines, "stable" or a sentence that begins UNSTABLE or UNDECIDED: what is not stable is a headline.

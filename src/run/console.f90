@@ -3,7 +3,7 @@
 module gestell_run_console
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_files, only: last_reason, write_whole
-  use gestell_input_wording, only: one_line_of, printable
+  use gestell_base_words, only: printable, put_on_one_line
   use gestell_output_result, only: result_type
   use gestell_task_run, only: listener_type
   use, intrinsic :: iso_c_binding, only: c_int
@@ -68,9 +68,11 @@ contains
   !> Writes one line to standard error; where that fails there is nobody to tell.
   subroutine tell(words)
     character(len=*), intent(in) :: words
+    character(len=:), allocatable :: line
     logical :: done
 
-    call write_whole(standard_error, one_line_of(words) // new_line("a"), done)
+    call put_on_one_line(words, line)
+    call write_whole(standard_error, line // new_line("a"), done)
   end subroutine tell
 
 end module gestell_run_console

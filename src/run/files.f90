@@ -2,7 +2,7 @@
 module gestell_run_files
   use gestell_base_error, only: error_type
   use gestell_input_schema_path, only: position_of_equals
-  use gestell_input_wording, only: on_one_line
+  use gestell_base_words, only: on_one_line
   use gestell_output_file_output, only: open_output, open_standard_output, output_type
   use gestell_output_json, only: append_json
   use gestell_output_picture_gnuplot, only: draw_pictures

@@ -51,6 +51,7 @@ contains
     call context%executor%share_error(error)
     if (.not. allocated(error)) call context%executor%compare(context%configuration%content, options%input, error)
     if (allocated(error)) return
+    if (options%report) call context%configuration%want_forces()
     call prepare(options, context, result)
     leads = context%executor%leads()
     do i = 1, size(tasks)

@@ -3,6 +3,7 @@
 module gestell_study_measure
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
+  use gestell_base_words, only: word_length
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_frame_of, only: frame_of
   use gestell_model_frame_quantity, only: find_quantity, look_up_quantity
@@ -21,7 +22,7 @@ module gestell_study_measure
 
   type, public :: measure_type
     !> By the user's name (gestell_model_frame_quantity), and what is told of it.
-    character(len=80) :: quantity = ""
+    character(len=word_length) :: quantity = ""
     integer :: kind = peak_measure
     !> Of the number.
     character(len=8) :: unit = ""

@@ -30,6 +30,8 @@ module gestell_study_point
     character(len=9) :: engine = "auto"
     !> The model of the frame (gestell_study_frame_model), by which the family's members are.
     character(len=11) :: model = "exact"
+    !> Whether the input names the columns: then all of them are drawn.
+    logical :: names_columns = .false.
   contains
     procedure :: measured
     procedure :: one_by_one

@@ -3,6 +3,7 @@
 module gestell_study_speed_point
   use gestell_base_error, only: error_type, fatal_error, invalid_input, resonance
   use gestell_base_kinds, only: dp, pi
+  use gestell_base_words, only: word_length
   use gestell_floquet_period_monodromy, only: accuracy_type, check_accuracy
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_model_frame, only: frame_type
@@ -26,7 +27,7 @@ module gestell_study_speed_point
   !> What is wanted at every speed.
   type, public :: speed_order_type
     !> Quantities by the user's names (gestell_model_frame_quantity), and the probes that they may name.
-    character(len=80), allocatable :: names(:)
+    character(len=word_length), allocatable :: names(:)
     type(probe_type), allocatable :: probes(:)
     !> How many harmonics of the period are split off, which are orders of the crank where it turns once in the period: 1, 2, ...,
     !> or `harmonics` where they are given.

@@ -18,7 +18,7 @@ module gestell_task_configuration
   use gestell_task_response_keys, only: response_keys
   use gestell_model_frame, only: frame_type
   use gestell_model_mechanism, only: mechanism_type
-  use gestell_model_frame_rows, only: probe_type
+  use gestell_model_frame_rows, only: guide_forces, probe_type, velocities
   use gestell_study_vibration_analysis, only: tasks_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
@@ -51,6 +51,7 @@ module gestell_task_configuration
     procedure :: speeds
     procedure :: harmonics
     procedure :: turns
+    procedure :: want_forces
   end type configuration_type
 
 contains
@@ -186,5 +187,13 @@ contains
       end if
     end associate
   end subroutine read_model
+
+  !> A vibration that is computed gets all forces on the ground, those of guides too: a page tells them.
+  pure subroutine want_forces(self)
+    class(configuration_type), intent(inout) :: self
+
+    if (allocated(self%impossible) .or. .not. self%tasks%vibration()) return
+    self%tasks%rows = max(self%tasks%rows, merge(velocities, guide_forces, size(self%frame%free) == self%frame%dofs()))
+  end subroutine want_forces
 
 end module gestell_task_configuration

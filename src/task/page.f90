@@ -5,13 +5,14 @@ module gestell_task_page
   use gestell_base_kinds, only: pi
   use gestell_base_text, only: concise, text
   use gestell_base_version, only: version
+  use gestell_base_words, only: on_one_line
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
+  use gestell_task_forces_reactions, only: along_x, along_y, along_z, find_reactions, reaction_type, whole_force
   use gestell_task_machine_report, only: frequency_list
   use gestell_output_head, only: setting_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: table_type
-  use gestell_input_wording, only: on_one_line
   use gestell_input_namelist_document, only: group_type, name_of
   use gestell_base_files, only: file_size
   use gestell_output_page_html, only: cell, escaped, head, row, tail
@@ -72,21 +73,21 @@ contains
     words = "<details><summary>" // summary // "</summary>" // newline // "<pre>" // escaped(lines) // "</pre></details>" // newline
   end function folded
 
-  !> Speed, natural frequencies and the greatest force on the ground, as far as they are known.
+  !> Speed, natural frequencies and the greatest force on the ground, that of guides with it, as far as they are known.
   function key_figures(context) result(words)
     type(context_type), intent(in) :: context
     character(len=:), allocatable :: words
+    type(reaction_type), allocatable :: reactions(:)
+    type(error_type), allocatable :: unknown
 
     associate (frame => context%configuration%frame)
       words = "<dl>" // figure("speed of the crank", concise(abs(frame%speed) * frame%mechanism%turns * 30 / pi, 6) // " 1/min")
       if (frequency_list(frame) /= "") words = words // figure("natural frequencies", frequency_list(frame))
-      if (allocated(context%analysis%vibration)) then
-        associate (peak => context%analysis%vibration%peak(2 * frame%dofs() + 1:))
-          if (any(frame%free < 3)) words = words // figure("peak force on the ground", "x " // concise(peak(1), 4) // " N, y " &
-            & // concise(peak(2), 4) // " N")
-        end associate
-      end if
     end associate
+    if (allocated(context%analysis%vibration)) then
+      call find_reactions(context%analysis%frame, context%analysis%vibration, reactions, unknown)
+      if (.not. allocated(unknown)) words = words // figure("peak force on the ground", force_peaks(reactions(size(reactions))))
+    end if
     words = words // "</dl>" // newline
 
   contains
@@ -99,6 +100,16 @@ contains
     end function figure
 
   end function key_figures
+
+  !> Peaks along the axes, and that of the whole vector.
+  pure function force_peaks(total) result(words)
+    type(reaction_type), intent(in) :: total
+    character(len=:), allocatable :: words
+
+    words = "x " // concise(total%statistics(along_x)%peak, 4) // " N, y " // concise(total%statistics(along_y)%peak, 4) // " N"
+    if (size(total%position) == 3) words = words // ", z " // concise(total%statistics(along_z)%peak, 4) // " N"
+    words = words // ", whole " // concise(total%statistics(whole_force)%peak, 4) // " N"
+  end function force_peaks
 
   !> A headline; one that begins with its state as a verdict, with that in bold.
   pure function banner(state, words) result(line)

@@ -1,7 +1,8 @@
 !> All tasks, in the order in which they are run and told. A new one is a line here.
 module gestell_task_registry
   use gestell_base_error, only: error_type
-  use gestell_input_namelist_document, only: document_type, the_group, word_length
+  use gestell_base_words, only: word_length
+  use gestell_input_namelist_document, only: document_type, the_group
   use gestell_input_schema, only: schema_type
   use gestell_input_schema_fingerprint, only: content_of
   use gestell_input_schema_read, only: read

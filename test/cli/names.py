@@ -1,6 +1,7 @@
 """Names of files, references and ends of lines as no one should write them: one line that is safe to show, each."""
 
 import re
+import resource
 
 from broken_inputs import SOUND, changed
 from harness import Folder, Run, check, equal
@@ -46,6 +47,26 @@ def test_long_references():
                         re.compile(rf"input\.nml:\d+: &\w+ '\w+': {key} = '.{{57}}\.\.\.': must not be longer than 64 characters"))
 
 
+def test_characters():
+    """Names have 64 characters, however many bytes these take."""
+    for letter in ("x", "\u00e9", "\u65e5", "\U0001d6a8"):
+        probe = "&probe name='{0}', position=0.1,0.1 /\n&response quantities='probe({0}).v' /\n"
+        with Folder(input=SOUND + probe.format(letter * 64)) as folder:
+            if Run(folder, "-q", "input.nml").done(f"64 times {letter}"):
+                for table in ("probes", "quantities"):
+                    check(f"64 times {letter}, {table}", letter * 64 in (folder / "input" / f"{table}.csv").read_text(), "whole", "cut")
+        with Folder(input=SOUND + probe.format(letter * 65)) as folder:
+            Run(folder, "input.nml").refused(f"65 times {letter}", 2, re.compile("input.nml:16: &probe '.*must not be longer than 64 characters"))
+
+
+def test_long_title():
+    """A title of any length, with the least stack that is enough."""
+    with Folder(input=SOUND.replace("'four-bar'", f"'{'T' * 300000}'")) as folder:
+        run = Run(folder, "--json", "input.nml", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_STACK, (2**18, resource.RLIM_INFINITY)))
+        run.done("a long title")
+        check("a long title, report", "T" * 300000 in run.out, "whole", run.out[-200:])
+
+
 def test_controls_of_two_bytes():
     with Folder(input=SOUND + "&probe name='a\u0085b', position=0,0 /\n") as folder:
         Run(folder, "input.nml").refused("a control character of two bytes in a name", 2, "input.nml:16: &probe 'a??b': name = 'a??b': "
@@ -82,4 +103,4 @@ def test_standstill():
                                              "-125.0: the range goes through standstill: from and to need the same sign")
 
 
-NAME_TESTS = [test_names_of_files, test_long_references, test_controls_of_two_bytes, test_carriage_return, test_remark, test_standstill]
+NAME_TESTS = [test_names_of_files, test_long_references, test_characters, test_long_title, test_controls_of_two_bytes, test_carriage_return, test_remark, test_standstill]

@@ -352,6 +352,33 @@ def test_plot_option():
             equal(f"{option[0]} --plot", (run.code, "exclude each other" in run.err, bare(folder / "none")), (1, True, []))
 
 
+def test_names():
+    """Names of parts are text in every picture, and gnuplot reads none of them from tables."""
+    text = """&case tasks='design','drawing','sensitivity','resonance' /
+&drive speed_rpm=300.0 /
+&joint name='O', type='ground', position=0.0,0.0 /
+&joint name='A', type='crank', pivot='O', radius=0.05 /
+&link name='{0}', from='O', to='A', mass=2.0, inertia=0.01, center=0.01,0.0 /
+&frame mass=40.0, inertia=1.5, origin=0.0,0.1 /
+&support position=-0.3,-0.2, stiffness=1e5,2e5, damping=200.,300. /
+&support position=0.3,-0.2, stiffness=1e5,2e5, damping=200.,300. /
+&probe name='{0}', position=0.1,0.1 /
+&design parameter='link({0}).center(1)', from=-0.1, to=0.1 /
+&objective quantity='probe({0}).v', measure='rms' /
+&constraint quantity='probe({0}).v', measure='band', at_most=1000 /
+&resonance quantities='probe({0}).v' /
+&sweep parameter='drive.speed_rpm', from=200, to=300, count=3 /
+"""
+    for name in ("\\1", "a]]>b", "\u00e9" * 64):
+        with Folder(input=text.format(name)) as folder:
+            if not Run(folder, "-q", "input.nml").done(f"names {name[:5]}"):
+                continue
+            shown = name.replace("]]>", "]] >")
+            for picture, texts in drawn(f"names {name[:5]}", folder / "input").items():
+                if picture in ("design", "design_goals", "sensitivity", "mechanism", "resonance", "peaks"):
+                    check(f"names {name[:5]}, {picture}", not GNUPLOT or shown in texts, shown, texts[:300])
+
+
 def test_no_gnuplot():
     with Folder(input=SOUND) as folder:
         (folder / "empty").mkdir()
@@ -379,4 +406,4 @@ def test_trade():
 
 
 PLOT_TESTS = (test_scripts, test_titles, test_nothing_to_plot, test_sweeps, test_borders, test_findings, test_over_speed,
-              test_sensitivity, test_sensitivity_order, test_probes_drawn, test_drawing, test_plot_option, test_no_gnuplot, test_trade)
+              test_sensitivity, test_sensitivity_order, test_probes_drawn, test_drawing, test_plot_option, test_names, test_no_gnuplot, test_trade)

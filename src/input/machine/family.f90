@@ -36,7 +36,9 @@ module gestell_input_machine_family
     type(units_type) :: units
     !> Of all types of joints.
     type(form_type), allocatable :: forms(:)
+    !> With room for more than are there.
     type(location_type), allocatable :: locations(:)
+    integer :: located = 0
     !> Whether the parameters are changes of the numbers in their locations, relative to what the document says.
     logical :: relative = .false.
     !> Where no parameter touches the mechanism: it, turned once, and why it cannot turn.
@@ -105,7 +107,7 @@ contains
     logical :: moves
 
     family%units = units
-    allocate(family%locations(0))
+    allocate(family%locations(8))
     call joint_forms(family%forms)
     moves = any([(about(schema, lower(paths(k)(:scan(paths(k) // ".", "(.") - 1))) == mechanism_group, k = 1, size(paths))])
     if (.not. moves) then
@@ -176,10 +178,29 @@ contains
         if (target%element > 0 .and. v /= target%element) cycle
         ! of a variable: gfortran 12 does not free what a constructor within a list has allocated
         location = location_type(k, target%groups(i), e, v, path)
-        family%locations = [family%locations, location]
+        if (family%located == size(family%locations)) call double(family%locations)
+        family%located = family%located + 1
+        family%locations(family%located) = location
       end do
     end do
   end subroutine add_locations
+
+  !> Makes room for as many again.
+  pure subroutine double(locations)
+    type(location_type), allocatable, intent(inout) :: locations(:)
+    type(location_type), allocatable :: longer(:)
+    integer :: i
+
+    allocate(longer(2 * size(locations)))
+    do i = 1, size(locations)
+      call move_alloc(locations(i)%path, longer(i)%path)
+      longer(i)%parameter = locations(i)%parameter
+      longer(i)%group = locations(i)%group
+      longer(i)%entry = locations(i)%entry
+      longer(i)%element = locations(i)%element
+    end do
+    call move_alloc(longer, locations)
+  end subroutine double
 
   subroutine member(self, parameters, system, error)
     class(document_family_type), intent(in) :: self
@@ -246,7 +267,7 @@ contains
     integer :: i
 
     doc = self%doc
-    do i = 1, size(self%locations)
+    do i = 1, self%located
       associate (p => self%locations(i))
         associate (number => doc%groups(p%group)%entries(p%entry)%values(p%element)%number)
           if (self%relative) then
@@ -269,7 +290,7 @@ contains
     integer :: i
 
     call set_numbers(self, parameters, doc)
-    do i = 1, size(self%locations)
+    do i = 1, self%located
       associate (p => self%locations(i))
         associate (value => doc%groups(p%group)%entries(p%entry)%values(p%element))
           value%text = concise(value%number)

@@ -5,7 +5,8 @@ module gestell_input_machine_frame
     & positive, real_key, text_key
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: text
-  use gestell_input_namelist_document, only: document_type, group_type, groups_named, indices_named, the_group, word_length
+  use gestell_base_words, only: word_length
+  use gestell_input_namelist_document, only: document_type, group_type, groups_named, indices_named, the_group
   use gestell_input_schema_read, only: count_values, read, read_place
   use gestell_input_machine_loads, only: foundation_keys, gravity_keys, read_foundation, read_gravity
   use gestell_input_machine_mechanisms, only: read_planes

@@ -5,7 +5,8 @@ module gestell_input_machine_joints
   use gestell_base_key, only: find_key, joined, key_type, text_key, unset
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
-  use gestell_input_namelist_document, only: group_names, group_type, has, name_of, word_length
+  use gestell_base_words, only: word_length
+  use gestell_input_namelist_document, only: group_names, group_type, has, name_of
   use gestell_input_machine_mechanisms, only: membership_key
   use gestell_input_namelist_message, only: in_group, input_error
   use gestell_input_namelist_suggest, only: suggestion

@@ -8,7 +8,8 @@ module gestell_input_machine_mechanism
   use gestell_input_namelist_document, only: count_groups, document_type, group_type, has, name_of, the_group
   use gestell_input_schema_read, only: count_values, read
   use gestell_input_machine_joints, only: check_known, read_joint, type_of_joint
-  use gestell_input_machine_mechanisms, only: members_type, membership_key, read_parts
+  use gestell_input_machine_copies, only: members_type
+  use gestell_input_machine_mechanisms, only: membership_key, read_parts
   use gestell_input_namelist_message, only: in_group, input_error, location
   use gestell_input_schema_units, only: units_type
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism

@@ -1,11 +1,13 @@
 !> Several mechanisms on one frame: where each stands, how its crank turns with the drive, and copies of it.
 module gestell_input_machine_mechanisms
+  use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type
   use gestell_base_key, only: key_type, nonzero, of_angle, of_length, real_key, text_key
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
-  use gestell_input_namelist_document, only: document_type, group_names, group_type, groups_named, has, name_of, &
-    & word_length
+  use gestell_base_words, only: word_length
+  use gestell_input_machine_copies, only: add_copies, list_names, members_type
+  use gestell_input_namelist_document, only: document_type, group_names, group_type, groups_named, has, name_of
   use gestell_input_namelist_message, only: input_error
   use gestell_input_namelist_suggest, only: suggestion
   use gestell_input_schema_read, only: count_values, read, read_place
@@ -50,12 +52,6 @@ module gestell_input_machine_mechanisms
 
   type(key_type), parameter :: from_key = key_type("link", "from", text_key, "")
 
-  !> Groups of joints or links, copies among them, and the mechanism each belongs to.
-  type, public :: members_type
-    type(group_type), allocatable :: groups(:)
-    integer, allocatable :: mechanism(:)
-  end type members_type
-
   !> A mechanism or a copy: its name, the first one of its kind, where it stands; in a plane of its own the origin and the axes of
   !> that, x, y and normal.
   type :: part_type
@@ -96,16 +92,14 @@ contains
     allocate(links%groups, source=groups_named(doc, "link"))
     call take_links(joints, links)
     originals = joints
-    do i = n + 1, n + size(copies)
-      call add_copies(links, parts(i), i, originals, copies(i - n), error)
-      if (.not. allocated(error)) call add_copies(joints, parts(i), i, originals, copies(i - n), error)
-      if (allocated(error)) return
-    end do
-    call take_links(joints, links)
     allocate(names(size(parts)))
     do i = 1, size(parts)
       names(i) = parts(i)%name
     end do
+    call add_copies(links, names, parts%original, originals, copies, error)
+    if (.not. allocated(error)) call add_copies(joints, names, parts%original, originals, copies, error)
+    if (allocated(error)) return
+    call take_links(joints, links)
     call check_links(links, names, error)
     if (allocated(error)) return
     placements = parts%placement
@@ -294,16 +288,18 @@ contains
     type(group_type), intent(in) :: groups(:), mechanisms(:)
     type(members_type), intent(out) :: joints
     type(error_type), allocatable, intent(out) :: error
+    type(dictionary_type) :: names
     character(len=:), allocatable :: name
     integer :: i
 
     allocate(joints%groups, source=groups)
     allocate(joints%mechanism(size(groups)), source=1)
+    call list_names(mechanisms, names)
     do i = 1, size(groups)
       if (has(groups(i), "mechanism")) then
         call read(groups(i), membership_key(1:1), "mechanism", name, error)
         if (allocated(error)) return
-        joints%mechanism(i) = findloc(group_names(mechanisms) == name, .true., dim=1)
+        joints%mechanism(i) = names%position(name)
         if (joints%mechanism(i) > 0) cycle
         if (size(mechanisms) == 0) then
           call input_error(groups(i), "mechanism", "needs a group &mechanism of this name", error)
@@ -323,16 +319,18 @@ contains
   subroutine take_links(joints, links)
     type(members_type), intent(in) :: joints
     type(members_type), intent(inout) :: links
+    type(dictionary_type) :: names
     character(len=:), allocatable :: from
     type(error_type), allocatable :: none
     integer :: i, k
 
     if (.not. allocated(links%mechanism)) allocate(links%mechanism(size(links%groups)), source=0)
+    call list_names(joints%groups, names)
     do i = 1, size(links%groups)
       if (links%mechanism(i) > 0) cycle
       call read(links%groups(i), [from_key], "from", from, none)
       if (allocated(none)) cycle
-      k = findloc(group_names(joints%groups) == from, .true., dim=1)
+      k = names%position(from)
       if (k > 0) links%mechanism(i) = joints%mechanism(k)
     end do
   end subroutine take_links
@@ -356,45 +354,5 @@ contains
       return
     end do
   end subroutine check_links
-
-  !> Adds copies of the joints or links of the original, called PART.name; joints of the original that they name become those of
-  !> the part. Error: a name becomes too long.
-  subroutine add_copies(members, part, number, joints, group, error)
-    type(members_type), intent(inout) :: members
-    type(part_type), intent(in) :: part
-    integer, intent(in) :: number
-    type(members_type), intent(in) :: joints
-    type(group_type), intent(in) :: group
-    type(error_type), allocatable, intent(out) :: error
-    type(group_type), allocatable :: longer(:)
-    integer, allocatable :: chosen(:)
-    integer :: i, e, v, n
-
-    chosen = pack([(i, i = 1, size(members%groups))], members%mechanism == part%original)
-    n = size(members%groups)
-    allocate(longer(n + size(chosen)))
-    longer(:n) = members%groups
-    do i = 1, size(chosen)
-      longer(n + i) = members%groups(chosen(i))
-      do e = 1, size(longer(n + i)%entries)
-        associate (entry => longer(n + i)%entries(e))
-          if (entry%key == "mechanism") entry%values(1)%text = trim(part%name)
-          if (entry%key == "type" .or. entry%key == "mechanism") cycle
-          do v = 1, size(entry%values)
-            if (.not. entry%values(v)%quoted) cycle
-            if (entry%key /= "name" .and. .not. any(group_names(joints%groups) == entry%values(v)%text &
-              & .and. joints%mechanism == part%original)) cycle
-            entry%values(v)%text = trim(part%name) // "." // entry%values(v)%text
-            if (len(entry%values(v)%text) <= word_length) cycle
-            call input_error(group, "name", "is too long: '" // entry%values(v)%text // "' has more than " // text(word_length) &
-              & // " characters", error)
-            return
-          end do
-        end associate
-      end do
-    end do
-    call move_alloc(longer, members%groups)
-    members%mechanism = [members%mechanism, spread(number, 1, size(chosen))]
-  end subroutine add_copies
 
 end module gestell_input_machine_mechanisms

@@ -1,9 +1,11 @@
 !> Probes, and quantities by their names, of an input file.
 module gestell_input_machine_quantities
+  use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type
   use gestell_base_key, only: key_type, nonnegative, of_length, positive, real_key, text_key
   use gestell_base_kinds, only: dp
-  use gestell_input_namelist_document, only: document_type, group_type, groups_named, has, name_of, the_group, word_length
+  use gestell_base_words, only: character_count, longest_name, word_length
+  use gestell_input_namelist_document, only: document_type, group_type, groups_named, has, name_of, the_group
   use gestell_input_schema_read, only: read, read_place
   use gestell_input_namelist_message, only: input_error, label
   use gestell_input_schema_units, only: units_type
@@ -33,6 +35,7 @@ contains
     type(probe_type), allocatable, intent(out) :: probes(:)
     type(error_type), allocatable, intent(out) :: error
     type(group_type), allocatable :: groups(:)
+    type(dictionary_type) :: names
     real(dp) :: place(3)
     integer :: i, k
 
@@ -41,15 +44,17 @@ contains
     do i = 1, size(groups)
       associate (probe => probes(i), group => groups(i))
         probe%name = name_of(group)
-        if (len_trim(name_of(group)) == 0 .or. scan(name_of(group), "()") > 0 .or. len(name_of(group)) > len(probe%name)) then
+        if (len_trim(name_of(group)) == 0 .or. scan(name_of(group), "()") > 0 .or. &
+          & character_count(name_of(group)) > longest_name) then
           call input_error(group, "name", "a name has 1 to 64 characters and no parentheses", error)
           return
         end if
-        do k = 1, i - 1
-          if (probes(k)%name /= probe%name) cycle
+        k = names%position(probe%name)
+        if (k > 0) then
           call input_error(group, "name", "is the name of " // label(groups(k)) // " already", error)
           return
-        end do
+        end if
+        call names%add(probe%name)
         call read_place(group, probe_keys, "position", units, place, error)
         probe%position = place(:2)
         probe%z = place(3)
@@ -90,7 +95,8 @@ contains
     type(error_type), allocatable :: reason
     type(group_type) :: group
     character(len=word_length), allocatable :: given(:)
-    character(len=80), allocatable :: names(:)
+    type(dictionary_type) :: seen
+    character(len=word_length), allocatable :: names(:)
     integer :: i, n
 
     group = the_group(doc, trim(keys(1)%group))
@@ -99,7 +105,7 @@ contains
       if (allocated(error)) return
       names = given
     else if (coordinates) then
-      names = [character(len=80) :: dof_names(frame%free), "f"]
+      names = [character(len=word_length) :: dof_names(frame%free), "f"]
     else
       allocate(names(1 + count(probes%limit > 0)))
       names(1) = "f"
@@ -115,10 +121,11 @@ contains
       call find_quantity(frame, probes, trim(adjustl(names(i))), quantities(i), reason)
       if (allocated(reason)) then
         call input_error(group, "quantities", reason%message, error)
-      else if (any(names(:i - 1) == names(i))) then
+      else if (seen%position(names(i)) > 0) then
         call input_error(group, "quantities", "names '" // trim(names(i)) // "' twice", error)
       end if
       if (allocated(error)) return
+      call seen%add(names(i))
     end do
   end subroutine read_quantities
 

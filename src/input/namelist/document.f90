@@ -1,14 +1,12 @@
 !> The content of an input file: groups with their keys, and where each value came from.
 module gestell_input_namelist_document
   use gestell_base_kinds, only: dp
+  use gestell_base_words, only: word_length
   implicit none (type, external)
   private
 
   public :: value_type, entry_type, group_type, document_type
   public :: the_group, count_groups, groups_named, indices_named, group_names, name_of, has, find_entry
-
-  !> Longest name, and longest text in a list of texts.
-  integer, parameter, public :: word_length = 64
 
   !> One value as it was typed.
   type :: value_type

@@ -90,9 +90,9 @@ contains
     integer, intent(in) :: group
     integer, allocatable, intent(out) :: first(:), last(:)
     integer, intent(out) :: ending
-    type(scanner_type) :: scanner, ahead
+    type(scanner_type) :: scanner
     type(token_type) :: token
-    integer :: number, start, value_end
+    integer :: number, start, behind, value_end
     logical :: inside, wanted
 
     allocate(first(0), last(0))
@@ -106,6 +106,7 @@ contains
       call skip_blanks(scanner)
       start = scanner%position
       call next_token(scanner, token)
+      behind = scanner%position - 1
       if (token%kind == end_of_text) return
       if (token%kind == mark .and. token%text == "&" .and. .not. inside) then
         number = number + 1
@@ -123,15 +124,14 @@ contains
       end if
       if (number /= group) cycle
       if (token%kind == bare) then
-        ahead = scanner
-        call skip_blanks(ahead)
-        if (is_key(ahead)) then
+        call skip_blanks(scanner)
+        if (is_key(scanner)) then
           if (wanted) last = [last, value_end]
           wanted = lower(token%text) == key
           if (wanted) first = [first, start]
         end if
       end if
-      if (token%kind /= mark .or. token%text /= ",") value_end = scanner%position - 1
+      if (token%kind /= mark .or. token%text /= ",") value_end = behind
     end do
   end subroutine find_entries
 

@@ -1,6 +1,7 @@
 !> One-line messages that point into the user's file.
 module gestell_input_namelist_message
   use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_words, only: put_on_one_line
   use gestell_input_namelist_document, only: value_type, entry_type, group_type, find_entry, name_of
   use gestell_input_wording, only: shown, decimal, longest_shown
   implicit none (type, external)
@@ -37,7 +38,8 @@ contains
     type(error_type), allocatable, intent(inout) :: error
     character(len=:), allocatable :: own
 
-    if (index(error%message, group%file // ":") == 1 .or. index(error%message, "--") == 1) return
+    own = location(group%file, 0)
+    if (index(error%message, own(:len(own) - 1)) == 1 .or. index(error%message, "--") == 1) return
     own = label(group) // ": "
     if (index("&" // error%message, own) == 1) error%message = error%message(len(own):)
     error%message = location(group%file, group%line) // own // error%message
@@ -144,8 +146,10 @@ contains
     integer, intent(in) :: line
     character(len=:), allocatable :: text
 
-    text = file // ": "
-    if (line > 0) text = file // ":" // decimal(line) // ": "
+    ! as it stands in messages, where it may be found again
+    call put_on_one_line(file, text)
+    if (line > 0) text = text // ":" // decimal(line)
+    text = text // ": "
   end function location
 
   !> What messages call a group: "&joint 'B'", "&support 2", "&drive".

@@ -2,7 +2,8 @@
 module gestell_input_schema_locate
   use gestell_base_error, only: error_type, fatal_error, invalid_input, wrong_usage
   use gestell_input_schema_check, only: unknown_group
-  use gestell_input_namelist_document, only: document_type, name_of, has, word_length
+  use gestell_base_words, only: word_length
+  use gestell_input_namelist_document, only: document_type, name_of, has
   use gestell_input_namelist_number, only: is_digits, read_integer
   use gestell_input_schema_rule, only: element_of, subscript_words, extent_words, unknown_key
   use gestell_input_schema, only: schema_type, find_group_rule, find_key_rule
@@ -80,7 +81,7 @@ contains
     logical, intent(in) :: repeatable
     integer, allocatable, intent(out) :: chosen(:)
     character(len=:), allocatable, intent(out) :: reason
-    character(len=word_length) :: names(size(doc%groups))
+    character(len=word_length), allocatable :: names(:)
     integer :: i, number
 
     reason = ""
@@ -97,8 +98,8 @@ contains
     if (.not. allocated(path%which)) return
 
     do i = 1, size(chosen)
-      names(i) = name_of(doc%groups(chosen(i)))
-      if (path%which /= "" .and. names(i) == path%which) then
+      if (.not. has(doc%groups(chosen(i)), "name") .or. path%which == "") cycle
+      if (name_of(doc%groups(chosen(i))) == path%which) then
         chosen = chosen(i:i)
         return
       end if
@@ -111,8 +112,12 @@ contains
       end if
     end if
     if (has(doc%groups(chosen(1)), "name") .and. .not. is_digits(path%which)) then
+      allocate(names(size(chosen)))
+      do i = 1, size(chosen)
+        names(i) = name_of(doc%groups(chosen(i)))
+      end do
       reason = "unknown " // path%group // " '" // shown(path%which) // "'" &
-        // suggestion(path%which, names(:size(chosen)))
+        // suggestion(path%which, names)
     else
       reason = "there is no &" // path%group // " " // shown(path%which) // ": they are numbered from 1 to " &
         // decimal(size(chosen))

@@ -5,7 +5,8 @@ module gestell_input_schema_read
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
   use gestell_input_wording, only: decimal
-  use gestell_input_namelist_document, only: entry_type, find_entry, group_type, word_length
+  use gestell_base_words, only: word_length
+  use gestell_input_namelist_document, only: entry_type, find_entry, group_type
   use gestell_input_namelist_message, only: input_error
   use gestell_input_namelist_suggest, only: suggestion
   use gestell_input_schema_units, only: units_type

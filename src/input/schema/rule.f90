@@ -2,13 +2,14 @@
 module gestell_input_schema_rule
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_input_namelist_document, only: group_type, entry_type, value_type, word_length
+  use gestell_base_words, only: character_count, has_control, longest_name, longest_word
+  use gestell_input_namelist_document, only: group_type, entry_type, value_type
   use gestell_input_namelist_message, only: refuse_entry
   use gestell_input_namelist_number, only: read_real, read_integer, is_digits
   use gestell_base_key, only: integer_key, key_type, real_key, text_key
   use gestell_input_schema, only: schema_type, names_of_keys
   use gestell_input_namelist_suggest, only: nearest_of, listed
-  use gestell_input_wording, only: decimal, has_control, shown
+  use gestell_input_wording, only: decimal, shown
   implicit none (type, external)
   private
 
@@ -52,9 +53,10 @@ contains
     if (rule%kind == text_key) then
       if (.not. value%quoted) reason = "must stand in quotes: '" // shown(value%text) // "'"
       if (rule%name == "name" .and. value%text == "") reason = "must not be blank"
-      if ((any(rule%name == names) .or. rule%rank > 0) .and. len_trim(value%text) > word_length) then
-        reason = "must not be longer than " // decimal(word_length) // " characters"
-      end if
+      n = huge(n)
+      if (rule%rank > 0) n = longest_word
+      if (any(rule%name == names)) n = longest_name
+      if (character_count(trim(value%text)) > n) reason = "must not be longer than " // decimal(n) // " characters"
       if (rule%name == "name" .and. has_control(value%text)) reason = "must have no control characters, as the end of a line"
     else if (value%quoted) then
       reason = "must be a number, without quotes"

@@ -8,7 +8,7 @@ module gestell_model_frame_quantity
   use gestell_model_frame_mounting, only: damping_matrix, load_rounding, matrix_rounding, stiffness_matrix, support_type, &
     & turned_loads
   use gestell_model_frame_quantity_in_space, only: look_up_in_space, point_in_space
-  use gestell_model_frame_rows, only: accelerations, cosine, exact_rows, moment_excess, probe_type, quantity_type, sine
+  use gestell_model_frame_rows, only: accelerations, cosine, exact_rows, is_of_probe, moment_excess, probe_type, quantity_type, sine
   implicit none (type, external)
   private
 
@@ -70,7 +70,7 @@ contains
       call take_forces(forces, rounding, name, quantity)
     else if (dot > 1 .and. index(name, "probe(") == 1) then
       do k = 1, size(probes)
-        if (name(:dot - 1) /= "probe(" // trim(probes(k)%name) // ")") cycle
+        if (.not. is_of_probe(name(:dot - 1), probes(k))) cycle
         if (any(point_parts == name(dot + 1:))) call point_quantity(frame, probes(k), name(dot + 1:), quantity)
       end do
     else if (dot > 1) then

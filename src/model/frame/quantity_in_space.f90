@@ -5,7 +5,7 @@ module gestell_model_frame_quantity_in_space
   use gestell_base_text, only: text
   use gestell_model_frame, only: dof_names, frame_type
   use gestell_model_frame_mounting, only: matrix_rounding
-  use gestell_model_frame_rows, only: accelerations, exact_rows, moments_excess, probe_type, quantity_type, rows_of, &
+  use gestell_model_frame_rows, only: accelerations, exact_rows, is_of_probe, moments_excess, probe_type, quantity_type, rows_of, &
     & supports_excess, turn_excess
   use gestell_model_space, only: in_frame, is_rotation
   use gestell_model_space_mounting, only: space_support_type, support_matrix, turned_loads
@@ -60,7 +60,7 @@ contains
       if (name == "f") call add_guides(frame, forces)
     else if (dot > 1) then
       do k = 1, size(probes)
-        if (name(:dot - 1) /= "probe(" // trim(probes(k)%name) // ")") cycle
+        if (.not. is_of_probe(name(:dot - 1), probes(k))) cycle
         if (any(point_parts == name(dot + 1:))) call point_in_space(frame, probes(k), name(dot + 1:), quantity)
       end do
       call take_part(frame, name(:dot - 1), number, forces)

@@ -15,11 +15,12 @@
 !> the three forces of each support have whose axes turn.
 module gestell_model_frame_rows
   use gestell_base_kinds, only: dp
+  use gestell_base_words, only: word_length
   use gestell_model_frame, only: frame_type
   implicit none (type, external)
   private
 
-  public :: exact_rows, rows_of
+  public :: exact_rows, is_of_probe, rows_of
 
   !> Rows of the motion in the plane: the last of q, q', q'' and the guides' forces.
   integer, parameter, public :: displacements = 3, velocities = 6, accelerations = 9, guide_forces = 12, &
@@ -31,7 +32,7 @@ module gestell_model_frame_rows
   !> A measuring point on the frame, in its system (m); the greatest vibration velocity (m/s, rms in the band of frequencies, Hz,
   !> in any direction) that is allowed, 0: no limit.
   type, public :: probe_type
-    character(len=64) :: name = ""
+    character(len=word_length) :: name = ""
     real(dp) :: position(2) = 0, z = 0, limit = 0, band(2) = [10.0_dp, 1000.0_dp]
   end type probe_type
 
@@ -39,7 +40,7 @@ module gestell_model_frame_rows
     !> Of the frame whose motion it is of.
     integer :: dofs = 3
     !> As the user names it, and its unit.
-    character(len=80) :: name = ""
+    character(len=word_length) :: name = ""
     character(len=8) :: unit = ""
     !> Shape (rows, 1), or (rows, 2) of a magnitude, in space (rows, 3), whose components along x, y and z the columns give; rows:
     !> those of the exact frame's motion.
@@ -51,6 +52,17 @@ module gestell_model_frame_rows
   end type quantity_type
 
 contains
+
+  !> Whether a part of the machine, as the user names it, is this probe: probe(NAME).
+  pure logical function is_of_probe(part, probe)
+    character(len=*), intent(in) :: part
+    type(probe_type), intent(in) :: probe
+    integer :: n
+
+    n = len(part)
+    is_of_probe = n > len("probe()")
+    if (is_of_probe) is_of_probe = part(:6) == "probe(" .and. part(n:n) == ")" .and. part(7:n - 1) == probe%name
+  end function is_of_probe
 
   !> How many rows the exact frame's motion has.
   pure integer function exact_rows(frame)

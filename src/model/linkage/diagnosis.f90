@@ -200,30 +200,32 @@ contains
   subroutine count_links(linkage, diagnosis)
     class(linkage_type), intent(in) :: linkage
     type(diagnosis_type), intent(inout) :: diagnosis
+    type(point_type) :: at(size(linkage%joints))
     type(form_type) :: form
     integer :: i
 
+    call linkage%points(0.0_dp, at)
     diagnosis%links = 1
     do i = 1, size(linkage%joints)
-      if (on_shaft(linkage, i)) cycle
+      if (on_shaft(linkage, at, i)) cycle
       call linkage%joints(i)%joint%describe(form)
       diagnosis%links = diagnosis%links + form%links
       diagnosis%pairs = diagnosis%pairs + form%pairs
       diagnosis%higher_pairs = diagnosis%higher_pairs + form%higher_pairs
     end do
-    diagnosis%higher_pairs = diagnosis%higher_pairs + shafts(linkage) - 1
+    diagnosis%higher_pairs = diagnosis%higher_pairs + shafts(linkage, at) - 1
     diagnosis%mobility = 3 * (diagnosis%links - 1) - 2 * diagnosis%pairs - diagnosis%higher_pairs
   end subroutine count_links
 
   !> Whether a joint is a crank pin on a shaft that carries an earlier one: about the same place, with the same ratio.
-  pure logical function on_shaft(linkage, i)
+  pure logical function on_shaft(linkage, at, i)
     class(linkage_type), intent(in) :: linkage
+    !> All joints, at any crank angle
+    type(point_type), intent(in) :: at(:)
     integer, intent(in) :: i
-    type(point_type) :: at(size(linkage%joints))
     integer :: k
 
     on_shaft = .false.
-    call linkage%points(0.0_dp, at)
     select type (pin => linkage%joints(i)%joint)
     class is (crank_joint)
       do k = 1, i - 1
@@ -238,15 +240,16 @@ contains
   end function on_shaft
 
   !> How many shafts turn with the drive; a pair of gears joins each but the first to another.
-  pure integer function shafts(linkage)
+  pure integer function shafts(linkage, at)
     class(linkage_type), intent(in) :: linkage
+    type(point_type), intent(in) :: at(:)
     integer :: i
 
     shafts = 0
     do i = 1, size(linkage%joints)
       select type (pin => linkage%joints(i)%joint)
       class is (crank_joint)
-        if (.not. on_shaft(linkage, i)) shafts = shafts + 1
+        if (.not. on_shaft(linkage, at, i)) shafts = shafts + 1
       end select
     end do
   end function shafts

@@ -1,6 +1,7 @@
 !> Pieces of a page of HTML.
 module gestell_output_page_html
-  use gestell_input_wording, only: printable
+  use gestell_base_growing_text, only: growing_text_type
+  use gestell_base_words, only: printable
   implicit none (type, external)
   private
 
@@ -56,6 +57,7 @@ contains
   pure function escaped(words) result(safe)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: safe, text
+    type(growing_text_type) :: pieces
     integer :: i
 
     text = words
@@ -63,21 +65,21 @@ contains
       if (text(i:i) < " " .and. text(i:i) /= newline) text(i:i) = " "
     end do
     text = printable(text)
-    safe = ""
     do i = 1, len(text)
       select case (text(i:i))
       case ("&")
-        safe = safe // "&amp;"
+        call pieces%append("&amp;")
       case ("<")
-        safe = safe // "&lt;"
+        call pieces%append("&lt;")
       case (">")
-        safe = safe // "&gt;"
+        call pieces%append("&gt;")
       case ("""")
-        safe = safe // "&quot;"
+        call pieces%append("&quot;")
       case default
-        safe = safe // text(i:i)
+        call pieces%append(text(i:i))
       end select
     end do
+    safe = pieces%whole()
   end function escaped
 
   !> A row of a table.

@@ -4,13 +4,13 @@ module gestell_output_picture_script
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
+  use gestell_base_words, only: length_of_character
   use gestell_output_file_output, only: write_file
-  use gestell_input_wording, only: length_of_character
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
-  public :: new_figure, panel_heading, pick_unit, quoted, span, tic, write_figure
+  public :: new_figure, panel_heading, pick_unit, plotted, quoted, span, tic, write_figure
 
   !> The picture of the table of the same name.
   type, public :: figure_type
@@ -157,11 +157,26 @@ contains
   pure function tic(words) result(string)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: string
-    character(len=*), parameter :: sign = "\045"
+
+    string = doubled(quoted(words), "\045")
+  end function tic
+
+  !> The same for a text that is plotted `with labels`, whose escapes gnuplot reads once more.
+  pure function plotted(words) result(string)
+    character(len=*), intent(in) :: words
+    character(len=:), allocatable :: string
+
+    string = doubled(quoted(words), "\134")
+  end function plotted
+
+  !> A text in which `sign` stands twice wherever it stood once.
+  pure function doubled(words, sign) result(string)
+    character(len=*), intent(in) :: words, sign
+    character(len=:), allocatable :: string
     character(len=:), allocatable :: rest
     integer :: i
 
-    rest = quoted(words)
+    rest = words
     string = ""
     do
       i = index(rest, sign)
@@ -170,7 +185,7 @@ contains
       rest = rest(i + len(sign):)
     end do
     string = string // rest
-  end function tic
+  end function doubled
 
   pure logical function ends_with(words, ending)
     character(len=*), intent(in) :: words, ending

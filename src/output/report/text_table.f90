@@ -1,7 +1,8 @@
 !> A table of a report: columns as wide as what stands in them, together no wider than a terminal.
 module gestell_output_report_text_table
   use gestell_base_growing_text, only: growing_text_type
-  use gestell_output_report_wrapping, only: columns_of, widest
+  use gestell_base_words, only: character_count
+  use gestell_output_report_wrapping, only: widest
   implicit none (type, external)
   private
 
@@ -18,22 +19,90 @@ contains
 
   !> The lines of a table. `align`: l or r for each column; `heads`: with commas between them, perhaps in two lines; `rows`:
   !> complete lines, their cells set apart by tabs. Where it is too wide, long names in the first column and remarks in the last,
-  !> if these are flush left, come to stand on lines of their own.
+  !> if these are flush left, come to stand on lines of their own. A column without anything in its rows is left out.
   pure function tabulated(align, heads, rows) result(text)
     character(len=*), intent(in) :: align, heads, rows
-    character(len=:), allocatable :: text, all
-    type(growing_text_type) :: lines
-    integer :: widths(len(align)), n, body, gap, first, last, k
+    character(len=:), allocatable :: text
+    character(len=:), allocatable :: all, kinds
+    logical :: kept(len(align))
+    integer :: k
 
     all = rows
     if (heads /= "") all = with_tabs(heads) // newline // rows
+    call find_filled(rows, kept)
+    if (all_or_none(kept)) then
+      text = laid_out(align, all)
+    else
+      kinds = ""
+      do k = 1, len(align)
+        if (kept(k)) kinds = kinds // align(k:k)
+      end do
+      text = laid_out(kinds, with_columns(all, kept))
+    end if
+  end function tabulated
+
+  pure logical function all_or_none(flags)
+    logical, intent(in) :: flags(:)
+
+    all_or_none = all(flags) .or. .not. any(flags)
+  end function all_or_none
+
+  !> Which columns have anything in these lines.
+  pure subroutine find_filled(lines, filled)
+    character(len=*), intent(in) :: lines
+    logical, intent(out) :: filled(:)
+    integer :: first, last, k
+
+    filled = .false.
+    first = 1
+    do while (first <= len(lines) .and. .not. all(filled))
+      last = first + index(lines(first:), newline) - 2
+      do k = 1, size(filled)
+        if (.not. filled(k)) filled(k) = cell(lines(first:last), k, size(filled)) /= ""
+      end do
+      first = last + 2
+    end do
+  end subroutine find_filled
+
+  !> The lines with these of their columns.
+  pure function with_columns(lines, kept) result(some)
+    character(len=*), intent(in) :: lines
+    logical, intent(in) :: kept(:)
+    character(len=:), allocatable :: some
+    type(growing_text_type) :: all
+    integer :: first, last, k
+    logical :: begun
+
+    first = 1
+    do while (first <= len(lines))
+      last = first + index(lines(first:), newline) - 2
+      begun = .false.
+      do k = 1, size(kept)
+        if (.not. kept(k)) cycle
+        if (begun) call all%append(tab)
+        call all%append(cell(lines(first:last), k, size(kept)))
+        begun = .true.
+      end do
+      call all%append(newline)
+      first = last + 2
+    end do
+    some = all%whole()
+  end function with_columns
+
+  !> Complete lines of cells, the heads among them, below each other.
+  pure function laid_out(align, all) result(text)
+    character(len=*), intent(in) :: align, all
+    character(len=:), allocatable :: text
+    type(growing_text_type) :: lines
+    integer :: widths(len(align)), n, body, gap, first, last, k
+
     n = len(align)
     widths = 0
     first = 1
     do while (first <= len(all))
       last = first + index(all(first:), newline) - 2
       do k = 1, n
-        widths(k) = max(widths(k), columns_of(cell(all(first:last), k, n)))
+        widths(k) = max(widths(k), character_count(cell(all(first:last), k, n)))
       end do
       first = last + 2
     end do
@@ -62,13 +131,13 @@ contains
       line = repeat(" ", indent)
       do k = 1, n
         word = cell(cells, k, n)
-        if (k == 1 .and. columns_of(word) > widths(1)) then
+        if (k == 1 .and. character_count(word) > widths(1)) then
           line = line // word // newline // repeat(" ", indent)
           word = ""
-        else if (k > body .and. word /= "" .and. indent + sum(widths(:body) + gap) + columns_of(word) > widest) then
+        else if (k > body .and. word /= "" .and. indent + sum(widths(:body) + gap) + character_count(word) > widest) then
           line = trim(line) // newline // repeat(" ", 2 * indent)
         end if
-        filling = max(0, widths(k) - columns_of(word))
+        filling = max(0, widths(k) - character_count(word))
         if (align(k:k) == "r") line = line // repeat(" ", filling)
         line = line // word // repeat(" ", gap)
         if (align(k:k) == "l") line = line // repeat(" ", filling)
@@ -76,7 +145,7 @@ contains
       line = trim(line)
     end function row
 
-  end function tabulated
+  end function laid_out
 
   !> Cell `k` of `n`, the last with all that is left; empty where there is none.
   pure function cell(line, k, n) result(word)

@@ -91,8 +91,7 @@ contains
         do b = 1, n
           if (by_place .and. (linkage%links(bodies(b)%link)%plane /= link%plane .or. abs(linkage%links(bodies(b)%link)%z &
             & - link%z) > same * bodies(b)%length)) cycle
-          if (constant(turn * conjg(turns(:, b)), 1.0_dp) .and. constant((origin - origins(:, b)) * conjg(turns(:, b)), &
-            & bodies(b)%length)) exit
+          if (turns_with(turn, turns(:, b), 1.0_dp) .and. turns_with(origin - origins(:, b), turns(:, b), bodies(b)%length)) exit
         end do
         own(k) = b
         if (b <= n) cycle
@@ -118,13 +117,20 @@ contains
     end if
   end subroutine find_bodies
 
-  !> Whether values stay where they are, beside a size.
-  pure logical function constant(values, size)
-    complex(dp), intent(in) :: values(:)
-    real(dp), intent(in) :: size
+  !> Whether vectors keep their place in axes that turn with `turn`, beside a size. (Most bodies part at the second angle.)
+  pure logical function turns_with(vectors, turn, length)
+    complex(dp), intent(in) :: vectors(:), turn(:)
+    real(dp), intent(in) :: length
+    complex(dp) :: first
+    integer :: k
 
-    constant = maxval(abs(values - values(1))) <= same * size
-  end function constant
+    turns_with = .false.
+    first = vectors(1) * conjg(turn(1))
+    do k = 2, size(vectors)
+      if (.not. abs(vectors(k) * conjg(turn(k)) - first) <= same * length) return
+    end do
+    turns_with = .true.
+  end function turns_with
 
   !> A point c of the body rests where origin + c turn does: the least squares of its motion tell c.
   pure subroutine find_pivot(origin, turn, body)

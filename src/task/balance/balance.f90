@@ -2,6 +2,7 @@
 module gestell_task_balance
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
+  use gestell_base_words, only: word_length
   use gestell_input_namelist_document, only: the_group
   use gestell_input_namelist_message, only: input_error
   use gestell_input_schema, only: group_rule, schema_type
@@ -39,7 +40,7 @@ module gestell_task_balance
   character, parameter :: newline = new_line("a")
   type(unit_type), parameter :: kilogram = unit_type("kg", "kg"), kilogram_metre = unit_type("kg_m", "kg m")
   !> Longest name of a variant's links, and of a link or a joint.
-  integer, parameter :: longest = 200
+  integer, parameter :: longest = 4 * word_length
 
 contains
 

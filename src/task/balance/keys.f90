@@ -3,7 +3,8 @@ module gestell_task_balance_keys
   use gestell_base_error, only: error_type
   use gestell_base_key, only: key_type, of_length, positive, range_type, real_key, text_key
   use gestell_base_kinds, only: dp
-  use gestell_input_namelist_document, only: document_type, group_type, has, the_group, word_length
+  use gestell_base_words, only: word_length
+  use gestell_input_namelist_document, only: document_type, group_type, has, the_group
   use gestell_input_namelist_message, only: input_error
   use gestell_input_schema_read, only: count_values, read
   use gestell_input_schema_units, only: units_type

@@ -2,6 +2,7 @@
 module gestell_task_balance_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, exact, text
+  use gestell_base_words, only: character_count
   use gestell_output_picture_script, only: figure_type, new_figure, tic
   use gestell_task_balance_variants, only: force, moment, variant_type
   implicit none (type, external)
@@ -28,7 +29,7 @@ contains
       if (i > 1) tics = tics // ", "
       tics = tics // tic(trim(labels(i))) // " " // text(i - 1)
     end do
-    longest = min(32, maxval(len_trim(labels)))
+    longest = min(32, maxval([(character_count(trim(labels(i))), i = 1, size(labels))]))
     height = 560 + 6 * longest
     lines = "set multiplot layout 2,1 margins 0.11,0.975," // concise((60 + 4.2_dp * longest) / height, 3) // "," &
       & // concise(1 - 60.0_dp / height, 3) // " spacing 0.1," // concise(34.0_dp / height, 3) // " title heading noenhanced" &

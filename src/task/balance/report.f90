@@ -3,12 +3,13 @@ module gestell_task_balance_report
   use gestell_base_key, only: of_length, of_mass
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
+  use gestell_base_words, only: character_count
   use gestell_input_schema_units, only: unit_type, units_type
   use gestell_model_linkage, only: linkage_type
   use gestell_output_report_orders, only: order_of
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_verdict, only: section
-  use gestell_output_report_wrapping, only: columns_of, widest, wrapped
+  use gestell_output_report_wrapping, only: widest, wrapped
   use gestell_study_balance, only: rigid_ground_type
   use gestell_study_balance_complete, only: balanced, balanced_already, no_pivots
   use gestell_task_balance_keys, only: balance_order_type
@@ -296,7 +297,7 @@ contains
               place = typed(place, units%of(of_length))
               joints = "from=" // quoted(linkage%joints(link%from)%name) // ", to=" // quoted(linkage%joints(link%to)%name) // ","
               line = "  &link name=" // quoted(trim(name_of_weight(one, k, rigid, linkage))) // ","
-              if (columns_of(line // joints) < widest) then
+              if (character_count(line // joints) < widest) then
                 line = line // " " // joints
               else
                 line = line // newline // "    " // joints

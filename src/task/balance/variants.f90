@@ -3,6 +3,7 @@ module gestell_task_balance_variants
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
+  use gestell_base_words, only: word_length
   use gestell_input_machine_frame, only: read_frame
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_quantity, only: find_quantity
@@ -30,7 +31,6 @@ module gestell_task_balance_variants
   integer, parameter, public :: force = 1, moment = 2
   character(len=1), parameter :: names(2) = ["f", "m"]
   !> Of a counterweight.
-  integer, parameter, public :: longest_name = 80
 
   !> The machine on its mounts.
   type, public :: mounted_type
@@ -148,7 +148,7 @@ contains
     integer, intent(in) :: k
     type(rigid_ground_type), intent(in) :: rigid
     class(linkage_type), intent(in) :: linkage
-    character(len=longest_name) :: name
+    character(len=word_length) :: name
     integer :: i, number
 
     name = "counterweight_" // linkage%links(rigid%bodies(variant%weights(k)%body)%link)%name
@@ -166,7 +166,7 @@ contains
     type(rigid_ground_type), intent(in) :: rigid
     type(variant_type), intent(inout) :: variant
     class(linkage_type), allocatable :: other
-    character(len=longest_name) :: links(size(variant%weights))
+    character(len=word_length) :: links(size(variant%weights))
     type(frame_type) :: frame
     type(tasks_type) :: tasks
     type(analysis_type) :: analysis

@@ -5,7 +5,8 @@ module gestell_task_design_plan
   use gestell_base_kinds, only: dp, pi
   use gestell_input_machine_family, only: document_family_type, new_document_family
   use gestell_input_machine_quantities, only: kind_of_measure
-  use gestell_input_namelist_document, only: count_groups, document_type, group_type, groups_named, has, the_group, word_length
+  use gestell_base_words, only: word_length
+  use gestell_input_namelist_document, only: count_groups, document_type, group_type, groups_named, has, the_group
   use gestell_input_namelist_message, only: in_group, input_error
   use gestell_input_schema_locate, only: target_type
   use gestell_input_schema_path, only: get_path

@@ -2,7 +2,8 @@
 module gestell_task_design_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
-  use gestell_output_picture_script, only: figure_type, new_figure
+  use gestell_base_words, only: character_count
+  use gestell_output_picture_script, only: figure_type, new_figure, quoted, tic
   use gestell_task_design_plan, only: design_plan_type
   use gestell_task_design_report, only: worst_of
   use gestell_task_design_search, only: design_type
@@ -19,17 +20,23 @@ contains
   function plot_parameters(plan) result(figure)
     type(design_plan_type), intent(in) :: plan
     type(figure_type) :: figure
-    character(len=:), allocatable :: lines
-    integer :: n
+    character(len=:), allocatable :: lines, tics
+    integer :: n, i
 
     n = size(plan%paths)
+    tics = ""
+    do i = 1, n
+      if (i > 1) tics = tics // ", "
+      tics = tics // tic(trim(plan%paths(i))) // " " // text(i)
+    end do
     lines = "set title heading noenhanced" // newline // "set xrange [-0.05:1.05]; set yrange [" // text(n) // ".5:0.5]" &
       & // newline &
-      & // "set xlabel 'place in the range, from its least (0) to its greatest (1)'; set ytics noenhanced" // newline &
+      & // "set xlabel 'place in the range, from its least (0) to its greatest (1)'; set ytics noenhanced (" // tics // ")" &
+      & // newline &
       & // "set key at screen 0.5,screen 0.01 bottom center horizontal; set bmargin 6; set lmargin " &
-      & // text(4 + maxval(len_trim(plan%paths))) // newline &
+      & // text(min(44, 4 + maxval([(character_count(trim(plan%paths(i))), i = 1, n)]))) // newline &
       & // "place(x) = (column(x) - column('lower')) / (column('upper') - column('lower'))" // newline &
-      & // "plot 'design.csv' using (0):($0 + 1):(1):(0):ytic(stringcolumn('parameter')) with vectors nohead lt 8 notitle, " &
+      & // "plot 'design.csv' using (0):($0 + 1):(1):(0) with vectors nohead lt 8 notitle, " &
       & // "'' using (place('before')):($0 + 1) with points lt 8 pt 6 ps 1.5 lw 2 title 'before', " &
       & // "'' using (place('after')):($0 + 1) with points lt 1 pt 7 ps 1.3 title 'after'" // newline
     figure = new_figure("design", "The parameters of the design within their ranges", lines, width=800, height=160 + 34 * n)
@@ -53,17 +60,19 @@ contains
     type(design_plan_type), intent(in) :: plan
     type(design_type), intent(in) :: design
     type(figure_type) :: figure
-    character(len=:), allocatable :: block, lines
+    character(len=:), allocatable :: block, lines, tics
     real(dp) :: before(3), after(3), top
     integer :: g
 
     block = ""
+    tics = ""
     top = 110
     do g = 1, size(design%goals)
       before = worst_of(design%before, design%goals(g), g, plan)
       after = worst_of(design%after, design%goals(g), g, plan)
       if (.not. abs(before(1)) > 0) cycle
-      block = block // text(g) // ",""" // design%goals(g)%name() // """," // concise(100 * after(1) / before(1), 6) // ","
+      tics = tics // ", " // tic(design%goals(g)%name()) // " " // text(g)
+      block = block // text(g) // "," // concise(100 * after(1) / before(1), 6) // ","
       if (g > size(plan%order%objectives)) then
         block = block // concise(100 * design%goals(g)%limit / before(1), 6)
         top = max(top, 110 * design%goals(g)%limit / before(1))
@@ -73,14 +82,14 @@ contains
       block = block // newline
       top = max(top, 110 * after(1) / before(1))
     end do
-    lines = "set title heading noenhanced" // newline // "$goals << END" // newline // "g,name,after,limit" // newline // block &
+    lines = "set title heading noenhanced" // newline // "$goals << END" // newline // "g,after,limit" // newline // block &
       & // "END" // newline // "set boxwidth 0.6; set style fill solid 0.6" // newline &
       & // "set bmargin 5; set key at screen 0.5,screen 0.01 bottom center horizontal" // newline &
       & // "set xrange [0.3:" // concise(size(design%goals) + 0.7_dp, 4) // "]; set yrange [0:" // concise(top, 5) // "]" &
       & // newline &
-      & // "set ylabel 'after the design (% of before)'; set xtics noenhanced" // newline &
-      & // "plot 100 with lines lt 8 dt 2 title 'before', $goals using 1:3:xtic(2) with boxes lt 1 title 'after', " &
-      & // "'' using ($1 - 0.35):4:(0.7):(0) with vectors nohead lt 2 lw 2 title 'limit'" // newline
+      & // "set ylabel 'after the design (% of before)'; set xtics noenhanced (" // tics(3:) // ")" // newline &
+      & // "plot 100 with lines lt 8 dt 2 title 'before', $goals using 1:2 with boxes lt 1 title 'after', " &
+      & // "'' using ($1 - 0.35):3:(0.7):(0) with vectors nohead lt 2 lw 2 title 'limit'" // newline
     figure = new_figure("design_goals", "Objectives and limits before and after the design", lines, width=800, height=480)
   end function plot_goals
 
@@ -92,8 +101,9 @@ contains
 
     ! the corners of a scatter are no curve
     style = trim(merge("points     ", "linespoints", plan%robust))
-    lines = "set title heading noenhanced" // newline // "set xlabel 'crank speed (rpm)'; set ylabel '" &
-      & // plan%order%objectives(1)%name() // " (" // trim(plan%order%objectives(1)%measure%unit) // ")' noenhanced" // newline &
+    lines = "set title heading noenhanced" // newline // "set xlabel 'crank speed (rpm)'; set ylabel " &
+      & // quoted(plan%order%objectives(1)%name() // " (" // trim(plan%order%objectives(1)%measure%unit) // ")") // " noenhanced" &
+      & // newline &
       & // "set yrange [0:*]; set key top left" // newline &
       & // "plot 'design_range.csv' using (abs($1)):5 with " // style // " lt 8 pt 7 ps 0.4 title 'before', " &
       & // "'' using (abs($1)):7 with " // style // " lt 1 pt 7 ps 0.4 title 'after'" // newline
@@ -127,8 +137,8 @@ contains
       integer, intent(in) :: k
       character(len=:), allocatable :: line
 
-      line = "set " // which // "label '" // plan%order%objectives(k)%name() // " (" &
-        & // trim(plan%order%objectives(k)%measure%unit) // ")' noenhanced" // newline
+      line = "set " // which // "label " // quoted(plan%order%objectives(k)%name() // " (" &
+        & // trim(plan%order%objectives(k)%measure%unit) // ")") // " noenhanced" // newline
     end function axis
 
     function point(name, k) result(line)

@@ -3,7 +3,7 @@ module gestell_task_drawing_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_output_report_orders, only: turns_in_words
-  use gestell_output_picture_script, only: figure_type, new_figure, quoted, span
+  use gestell_output_picture_script, only: figure_type, new_figure, plotted, quoted, span
   use gestell_task_drawing_guides, only: body_functions, element, guides, sliders
   use gestell_task_drawing_mounts, only: append, draw_mount, drawing_type, outline, pair
   use gestell_model_frame, only: frame_type
@@ -278,7 +278,7 @@ contains
     do i = 1, size(probes)
       at = "(" // concise(probes(i)%position(1), 7) // "):(" // concise(probes(i)%position(2), 7) // ")"
       words = words // element("::0::0", at, "points lt 1 pt 12 ps 1.6 lw 2 lc rgb '#CC0000' notitle")
-      if (size(probes) <= most_marks) words = words // element("::0::0", at // ":(" // quoted(trim(probes(i)%name)) // ")", &
+      if (size(probes) <= most_marks) words = words // element("::0::0", at // ":(" // plotted(trim(probes(i)%name)) // ")", &
         & "labels " // merge("left  offset  0.9", "right offset -0.9", probes(i)%position(1) < middle) &
         & // ",1.8 font ',12' textcolor rgb '#CC0000' noenhanced notitle")
     end do
@@ -334,7 +334,7 @@ contains
       aside = diagram%joints(:, i, bold + 1) - middle
       name = linkage%joints(i)%name
       if (at_origin(i)) name = trim(name) // merge(" = O", "    ", name /= "O")
-      words = words // element("::row::row", text(2 * i) // ":" // text(2 * i + 1) // ":(" // quoted(trim(name)) // ")", &
+      words = words // element("::row::row", text(2 * i) // ":" // text(2 * i + 1) // ":(" // plotted(trim(name)) // ")", &
         & "labels " // merge("left ", "right", aside(1) >= 0) // " offset " // merge(" 0.8", "-0.8", aside(1) >= 0) &
         & // "," // merge(" 0.6", "-0.6", aside(2) >= 0) // " font '," // text(merge(10, 13, n > many_joints)) &
         & // "' noenhanced notitle")

@@ -9,7 +9,7 @@ module gestell_task_drawing_views
   use gestell_model_linkage_diagram, only: diagram_type
   use gestell_model_space_mounting, only: space_support_type
   use gestell_output_report_orders, only: turns_in_words
-  use gestell_output_picture_script, only: figure_type, new_figure, quoted
+  use gestell_output_picture_script, only: figure_type, new_figure, plotted, quoted
   use gestell_task_drawing_mounts, only: append, drawing_type, outline, pair
   use gestell_task_drawing_placed, only: placed_type
   implicit none (type, external)
@@ -204,7 +204,7 @@ contains
         on_the_right = place(seen(1)) > sum(hull(1, :)) / size(hull, 2)
       end associate
       words = words // element("::0::0", columns, "points lt 1 pt 12 ps 1.4 lw 2 lc rgb '#CC0000' notitle") &
-        & // element("::0::0", columns // ":(" // quoted(trim(probes(i)%name)) // ")", "labels " &
+        & // element("::0::0", columns // ":(" // plotted(trim(probes(i)%name)) // ")", "labels " &
         & // merge("right offset -0.8", "left offset 0.8  ", on_the_right) // ",0.8 font ',11' textcolor rgb '#CC0000' " &
         & // "noenhanced notitle")
     end do

@@ -71,6 +71,7 @@ contains
       end if
       peak = ieee_value(peak, ieee_quiet_nan)
       if (allocated(reactions)) peak = reactions(size(reactions))%statistics(whole_force)%peak
+      call result%brief%expect(1 + size(support_places(frame), 2))
       call result%brief%add("f_peak", newton, "peak of the whole force on the ground", [peak])
       do i = 1, size(support_places(frame), 2)
         if (allocated(reactions)) peak = reactions(i)%statistics(whole_force)%peak

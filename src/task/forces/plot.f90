@@ -3,7 +3,7 @@ module gestell_task_forces_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_output_report_orders, only: turns_in_words
-  use gestell_output_picture_script, only: figure_type, new_figure
+  use gestell_output_picture_script, only: figure_type, new_figure, tic
   use gestell_output_picture_panels, only: height_of, history_panel, key_line, layout_line, order_axis, order_panel, turn_axis
   use gestell_task_forces_reactions, only: reaction_type
   implicit none (type, external)
@@ -58,7 +58,7 @@ contains
     width = 0.84_dp / size(bars)
     tics = ""
     do i = 1, size(names)
-      tics = tics // ", '" // trim(names(i)) // "' " // text(i - 1)
+      tics = tics // ", " // tic(trim(names(i))) // " " // text(i - 1)
     end do
     lines = "set title heading noenhanced" // newline &
       & // "set xrange [-0.6:" // text(size(names) - 1) // ".6]; set boxwidth " // concise(width - 0.01_dp, 3) // "; set xtics (" &

@@ -8,7 +8,8 @@ module gestell_task_machine_report
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_solution, only: evidence, evidence_type, liouville_defect
   use gestell_task_configuration, only: configuration_type
-  use gestell_input_wording, only: counted, on_one_line
+  use gestell_base_words, only: on_one_line
+  use gestell_input_wording, only: counted
   use gestell_output_report_orders, only: order_of, turns_in_words
   use gestell_output_report_plausibility, only: implausible_lines
   use gestell_output_report_text_table, only: tab, tabulated

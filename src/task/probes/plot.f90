@@ -3,6 +3,7 @@ module gestell_task_probes_plot
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
+  use gestell_base_words, only: word_length
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_picture_script, only: figure_type, new_figure, tic
   use gestell_output_picture_panels, only: height_of, history_panel, key_line, layout_line, order_axis, order_panel, turn_axis
@@ -25,7 +26,7 @@ contains
     real(dp), intent(in) :: speed
     integer, intent(in) :: harmonics, turns
     type(figure_type) :: figures(3)
-    character(len=64) :: names(size(responses))
+    character(len=word_length) :: names(size(responses))
     integer :: i, axes
 
     do i = 1, size(names)

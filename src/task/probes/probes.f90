@@ -71,6 +71,7 @@ contains
             & failed_computation)
         end if
       end if
+      call result%brief%expect(size(probes))
       do i = 1, size(probes)
         velocity = ieee_value(velocity, ieee_quiet_nan)
         if (allocated(responses)) velocity = mm * responses(i)%greatest
@@ -161,8 +162,8 @@ contains
     character(len=*), intent(in) :: verdict
     integer :: i, k
 
-    table = new_table("probes_history", "Probes over " // turns_in_words(frame%mechanism%turns), "Velocity at the probes over " &
-      & // turns_in_words(frame%mechanism%turns) // ".", verdict)
+    table = new_table("probes_history", "Probes over " // turns_in_words(frame%mechanism%turns), &
+      & "Displacement, velocity and acceleration at the probes over " // turns_in_words(frame%mechanism%turns) // ".", verdict)
     call add_turn(table, frame%speed, frame%period, size(responses(1)%history, 1) - 1, frame%mechanism%turns)
     call table%expect(sum([(size(responses(i)%parts), i = 1, size(responses))]))
     do i = 1, size(responses)

@@ -2,6 +2,7 @@
 module gestell_task_resonance_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
+  use gestell_base_words, only: character_count
   use gestell_output_picture_script, only: figure_type, new_figure, quoted, tic
   use gestell_output_picture_marks, only: apart, beyond_colour, chart_marks, marks_type
   use gestell_output_picture_axis, only: decade_lines, extent_lines
@@ -223,10 +224,11 @@ contains
       if (i > 1) lines = lines // ", "
       lines = lines // tic(label_of(quantities(i))) // " " // text(i)
     end do
-    lines = lines // ")" // newline // "set bmargin 6; set key at screen 0.5,screen 0.01 bottom center horizontal samplen 2" &
-      & // newline // marks%lines // values(curve, range) // "plot NaN notitle"
+    lines = lines // ")" // newline // "set lmargin " // text(min(44, 2 + maxval([(character_count(label_of(quantities(i))), &
+      & i = 1, size(quantities))]))) // "; set bmargin 6; set key at screen 0.5,screen 0.01 bottom center horizontal samplen 2" &
+      & // newline // marks%lines // values(curve, range) // rows_of(curve) // "plot NaN notitle"
     do i = 1, size(quantities)
-      mine = "strcol(1) eq " // quoted(trim(quantities(i)%name))
+      mine = "of($0) == " // text(i)
       if (any(curve%maxima%quantity == i)) lines = lines // dots(mine, i, "")
       if (any(curve%maxima%quantity == i .and. .not. curve%maxima%small)) lines = lines &
         & // dots(mine // " && strcol('small_motion') eq '0'", i, " lc rgb '#" // beyond_colour // "'")
@@ -246,6 +248,19 @@ contains
     words = ", 'peaks.csv' using (" // condition // " ? column(3) : 1e290):(" // text(i) // ") with points lt " &
       & // text(1 + mod(i - 1, 8)) // " ps 1.2" // colour // " notitle"
   end function dots
+
+  !> The number of the quantity of each row of the file.
+  pure function rows_of(curve) result(line)
+    type(resonance_curve_type), intent(in) :: curve
+    character(len=:), allocatable :: line
+    integer :: i
+
+    line = "of(row) = int(word('"
+    do i = 1, size(curve%maxima)
+      line = line // text(curve%maxima(i)%quantity) // " "
+    end do
+    line = line // "', int(row) + 1))" // newline
+  end function rows_of
 
   !> The values of the maxima, in rows with room for them.
   pure function values(curve, range) result(lines)

@@ -1,7 +1,9 @@
 !> What the task `sensitivity` is about: the parameters, and the machines in which they are changed a little.
 module gestell_task_sensitivity_plan
   use gestell_base_error, only: error_type
-  use gestell_input_namelist_document, only: document_type, find_entry, group_type, has, name_of, the_group, word_length
+  use gestell_base_words, only: word_length
+  use gestell_input_namelist_document, only: count_groups, document_type, find_entry, group_type, has, name_of, &
+    & the_group
   use gestell_input_machine_family, only: document_family_type, new_relative_family
   use gestell_base_key, only: real_key
   use gestell_input_schema_read, only: read
@@ -21,6 +23,9 @@ module gestell_task_sensitivity_plan
     character(len=word_length), allocatable :: paths(:)
     type(document_family_type) :: family
   end type sensitivity_plan_type
+
+  !> More supports are changed together alone, unless the input names them.
+  integer, parameter :: most_supports = 100
 
 contains
 
@@ -99,9 +104,11 @@ contains
     character(len=*), parameter :: single(*) = [character(len=20) :: "drive.speed_rpm", "frame.mass", "frame.inertia"]
     character(len=*), parameter :: mounting(*) = [character(len=20) :: "support.stiffness", "support.damping", &
       & "foundation.stiffness", "foundation.damping"]
-    integer :: i, n, supports
+    integer :: i, n, used, supports
 
-    allocate(paths(0))
+    supports = count_groups(doc, "support")
+    allocate(paths(size(single) + 2 * count_groups(doc, "link") + size(mounting) + 2 * supports))
+    used = 0
     do i = 1, size(single)
       call add(trim(single(i)))
     end do
@@ -110,17 +117,14 @@ contains
       call add("link(" // name_of(doc%groups(i)) // ").mass")
       call add("link(" // name_of(doc%groups(i)) // ").inertia")
     end do
-    supports = 0
-    do i = 1, size(doc%groups)
-      if (doc%groups(i)%name == "support") supports = supports + 1
-    end do
     do i = 1, size(mounting)
       call add(trim(mounting(i)))
-      if (index(mounting(i), "support.") /= 1 .or. supports < 2) cycle
+      if (index(mounting(i), "support.") /= 1 .or. supports < 2 .or. supports > most_supports) cycle
       do n = 1, supports
         call add("support(" // decimal(n) // ")" // trim(mounting(i)(8:)))
       end do
     end do
+    paths = paths(:used)
 
   contains
 
@@ -133,7 +137,8 @@ contains
       call find_target(doc, schema, path, "", target, none)
       if (allocated(none)) return
       if (.not. is_there(doc, target)) return
-      paths = [character(len=word_length) :: paths, path]
+      used = used + 1
+      paths(used) = path
     end subroutine add
 
   end subroutine usual_paths

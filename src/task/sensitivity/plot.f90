@@ -2,6 +2,7 @@
 module gestell_task_sensitivity_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
+  use gestell_base_words, only: character_count
   use gestell_output_picture_script, only: figure_type, new_figure, quoted, span, tic
   use gestell_model_frame_rows, only: quantity_type
   use gestell_task_sensitivity, only: sensitivity_type
@@ -44,7 +45,7 @@ contains
       left(order(i)) = .false.
       rows(order(i)) = i
     end do
-    longest = maxval([10, len_trim(paths)])
+    longest = maxval([10, (character_count(trim(paths(i))), i = 1, size(paths))])
     lines = "set title heading noenhanced" &
       & // newline // "set xrange " // span([0.0_dp, reshape(changes, [size(changes)])]) // newline &
       & // "set yrange [" // text(size(paths)) // ".6:0.4]" // newline // "set xlabel 'change of the peak (%)'" // newline &

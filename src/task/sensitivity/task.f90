@@ -4,6 +4,7 @@ module gestell_task_sensitivity_task
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
   use gestell_input_machine_quantities, only: read_quantities
+  use gestell_input_namelist_document, only: count_groups
   use gestell_input_schema, only: group_rule, schema_type
   use gestell_model_frame_rows, only: quantity_type
   use gestell_output_report_warnings, only: beyond_small
@@ -56,6 +57,8 @@ contains
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
 
+    ! what is not ordered is read for its faults alone
+    if (.not. (self%ordered .or. count_groups(configuration%document, "sensitivity") > 0)) return
     call read_quantities(configuration%document, sensitivity_keys, configuration%frame, configuration%probes, .false., &
       & self%quantities, error)
     if (allocated(error) .or. .not. self%ordered) return

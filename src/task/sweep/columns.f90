@@ -2,7 +2,8 @@
 module gestell_task_sweep_columns
   use gestell_base_error, only: error_type
   use gestell_input_machine_quantities, only: read_measures
-  use gestell_input_namelist_document, only: group_type, has, word_length
+  use gestell_base_words, only: word_length
+  use gestell_input_namelist_document, only: group_type, has
   use gestell_input_namelist_message, only: input_error, label
   use gestell_input_namelist_suggest, only: listed, nearest_of
   use gestell_input_schema_read, only: read
@@ -49,6 +50,7 @@ contains
       if (allocated(error)) return
       quantities = pack(columns, [(is_quantity(columns(i)), i = 1, size(columns))])
       order%columns = wanted(columns)
+      order%names_columns = .true.
     end if
     i = group_with(groups, "measures")
     call read_measures(groups(i), sweep_keys, frame, probes, quantities, order%measures, error)

@@ -2,6 +2,7 @@
 !> memory.
 module gestell_task_sweep_csv
   use gestell_base_kinds, only: dp
+  use gestell_base_words, only: word_length
   use gestell_model_space, only: is_rotation
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_csv, only: field
@@ -83,7 +84,8 @@ contains
   !> What the columns of a table without names mean, one row each.
   pure type(table_type) function columns_of(table)
     type(table_type), intent(in) :: table
-    character(len=100) :: names(size(table%columns)), meanings(size(table%columns))
+    character(len=word_length + 16) :: names(size(table%columns))
+    character(len=100) :: meanings(size(table%columns))
     character(len=16) :: units(size(table%columns))
     integer :: k
 

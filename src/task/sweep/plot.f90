@@ -2,6 +2,7 @@
 module gestell_task_sweep_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
+  use gestell_base_words, only: word_length
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_picture_script, only: figure_type, new_figure, quoted
   use gestell_output_picture_axis, only: coordinate, decade_lines, extent_lines, parameter_axis, with_unit
@@ -11,7 +12,7 @@ module gestell_task_sweep_plot
   use gestell_study_grid, only: axis_type
   use gestell_study_measure, only: measure_names
   use gestell_study_point, only: sweep_order_type
-  use gestell_study_tile_results, only: failed, impossible, last_peak, log_rho_max, rho_max, stable, sweep_columns, &
+  use gestell_study_tile_results, only: failed, impossible, last_peak, log_rho_max, rho_error, rho_max, stable, sweep_columns, &
     & undecided, unstable, verdict, verdict_behind, verdict_names, xi_peak
   implicit none (type, external)
   private
@@ -21,7 +22,7 @@ module gestell_task_sweep_plot
   character, parameter :: newline = new_line("a")
   !> Beyond any picture, but finite.
   character(len=*), parameter :: nowhere = "1e290"
-  !> Of what is measured that many are drawn.
+  !> Of what is measured that many are drawn in one panel.
   integer, parameter :: most_measures = 4
 
 contains
@@ -56,13 +57,14 @@ contains
     type(figure_type) :: figure
     type(marks_type) :: marks
     character(len=:), allocatable :: lines, x, style, axis_lines, half, unstable_rows
-    logical :: growth, peaks
-    integer :: column(sweep_columns), panels, i
+    logical :: growth, peaks, bounds
+    integer :: column(sweep_columns), panels, i, n
 
     column = column_numbers(order%columns, size(plan%paths))
     growth = any(order%columns([rho_max, log_rho_max, verdict, verdict_behind]))
     peaks = any(order%columns(xi_peak:last_peak))
-    panels = count([growth, peaks, order%measured() > 0])
+    bounds = order%columns(rho_error) .and. order%names_columns
+    panels = count([growth, peaks, bounds]) + (order%measured() + most_measures - 1) / most_measures
     x = "(X(column(" // text(k) // ")))"
     style = "with lines"
     if (plan%grid%axes(k)%count < 30) style = "with linespoints ps 0.5"
@@ -80,14 +82,28 @@ contains
       & // "set key at graph 1,graph 1.02 bottom right horizontal samplen 2 font ',12'" // newline
     if (panels > 1) lines = lines // "unset xlabel" // newline
     if (growth) lines = lines // growth_panel(column, x, style, label, summary, shades("low", "high"))
-    if (peaks .and. order%measured() == 0) lines = lines // axis_lines
-    if (peaks) lines = lines // peaks_panel(column, x, style, shades("bottom", "top"))
-    if (order%measured() > 0) lines = lines // axis_lines // measures_panel(order, size(plan%paths), x, style, shades("bottom", &
-      & "top"))
+    n = count([growth])
+    if (bounds) call add(logarithmic_panel([column(rho_error)], ["error of |ρ|"], "1", "bound on the error", x, style, &
+      & shades("bottom", "top")))
+    if (peaks) call add(peaks_panel(column, x, style, shades("bottom", "top")))
+    do i = 1, order%measured(), most_measures
+      call add(measures_panel(order, i, size(plan%paths), x, style, shades("bottom", "top")))
+    end do
     if (panels == 0) lines = lines // "set yrange [0:1]; plot NaN notitle" // newline
     figure = new_figure("sweep", "Sweep over " // trim(plan%paths(k)) // tally(summary), lines // "unset multiplot" // newline, &
       & width=800, height=200 + 240 * max(panels, 1))
+
   contains
+
+    !> Adds a panel; the last of several tells of the axis.
+    subroutine add(panel)
+      character(len=*), intent(in) :: panel
+
+      n = n + 1
+      if (n == panels .and. panels > 1) lines = lines // axis_lines
+      lines = lines // panel
+    end subroutine add
+
     !> What is unstable, and entries of the key.
     pure function shades(low, high) result(words)
       character(len=*), intent(in) :: low, high
@@ -166,21 +182,22 @@ contains
       & "rot ξ (mrad)", "rot η (mrad)"], "1e3", "peak of the vibration", x, style, shades)
   end function peaks_panel
 
-  !> What is measured of quantities, in their units, on a logarithmic axis: as many as have room for their names.
-  pure function measures_panel(order, parameters, x, style, shades) result(lines)
+  !> What is measured of quantities, in their units, on a logarithmic axis: from the `first` on as many as have room for their
+  !> names.
+  pure function measures_panel(order, first, parameters, x, style, shades) result(lines)
     type(sweep_order_type), intent(in) :: order
-    integer, intent(in) :: parameters
+    integer, intent(in) :: first, parameters
     character(len=*), intent(in) :: x, style, shades
     character(len=:), allocatable :: lines
-    character(len=100) :: titles(min(most_measures, order%measured()))
+    character(len=word_length + 16) :: titles(min(most_measures, order%measured() - first + 1))
     integer :: k
 
     do k = 1, size(titles)
-      associate (measure => order%measures(k))
+      associate (measure => order%measures(first + k - 1))
         titles(k) = trim(measure%quantity) // " " // trim(measure_names(measure%kind)) // " (" // trim(measure%unit) // ")"
       end associate
     end do
-    lines = logarithmic_panel([(parameters + count(order%columns) + 2 * k - 1, k = 1, size(titles))], titles, "1", &
+    lines = logarithmic_panel([(parameters + count(order%columns) + 2 * (first + k) - 3, k = 1, size(titles))], titles, "1", &
       & "of the vibration", x, style, shades)
   end function measures_panel
 
@@ -210,55 +227,82 @@ contains
     lines = lines // newline
   end function logarithmic_panel
 
-  !> Over two parameters: ln |rho| as a chart, or what else was ordered.
+  !> Over two parameters: ln |rho| as a chart, and all other columns that the input names.
   function plot_chart(plan, order, growth_label, summary) result(figure)
     type(sweep_plan_type), intent(in) :: plan
     type(sweep_order_type), intent(in) :: order
     character(len=*), intent(in) :: growth_label
     type(summary_type), intent(in) :: summary
     type(figure_type) :: figure
-    character(len=:), allocatable :: lines, value, label
-    logical :: columns(sweep_columns)
-    integer :: column(sweep_columns), i
+    character(len=*), parameter :: peaks(xi_peak:last_peak) = [character(len=20) :: "ξ peak (m)", "η peak (m)", "ψ peak (rad)", &
+      & "ζ peak (m)", "rot ξ peak (rad)", "rot η peak (rad)"]
+    character(len=:), allocatable :: lines, charts, multiplot
+    integer :: column(sweep_columns), i, across, down, n
 
-    columns = order%columns
-    column = column_numbers(columns, 2)
-    if (columns(log_rho_max) .or. columns(rho_max)) then
-      value = growth_of(column)
-      label = growth_label
-    else if (order%measured() > 0) then
-      value = "growth(column(" // text(3 + count(columns)) // ")) / log(10)"
-      label = "lg of " // trim(order%measures(1)%quantity) // " " // trim(measure_names(order%measures(1)%kind)) // " (" &
-        & // trim(order%measures(1)%unit) // ")"
-    else if (columns(verdict)) then
-      value = "(strcol(" // text(column(verdict)) // ") eq 'stable' ? -1 : strcol(" // text(column(verdict)) &
-        & // ") eq 'unstable' ? 1 : strcol(" // text(column(verdict)) // ") eq 'undecided' ? 0 : NaN)"
-      label = "-1 stable, 0 undecided, 1 unstable"
-    else
-      value = "growth(column(" // text(maxval(column(:last_peak), mask=[(i /= verdict, i = 1, last_peak)])) // ")) / log(10)"
-      label = "lg of the peak (m, rad)"
-      if (columns(xi_peak)) value = "growth(column(" // text(column(xi_peak)) // ")) / log(10)"
+    column = column_numbers(order%columns, 2)
+    n = 0
+    charts = ""
+    if (any(order%columns([log_rho_max, rho_max]))) call add(growth_of(column), growth_label, .true.)
+    if (n == 0 .or. order%names_columns) then
+      do i = 1, order%measured()
+        associate (measure => order%measures(i))
+          call add(decades(1 + 2 * i + count(order%columns)), "lg of " // trim(measure%quantity) // " " &
+            & // trim(measure_names(measure%kind)) // " (" // trim(measure%unit) // ")", .false.)
+        end associate
+      end do
+      if (order%columns(verdict)) call add("(strcol(" // text(column(verdict)) // ") eq 'stable' ? -1 : strcol(" &
+        & // text(column(verdict)) // ") eq 'unstable' ? 1 : strcol(" // text(column(verdict)) // ") eq 'undecided' ? 0 : NaN)", &
+        & "-1 stable, 0 undecided, 1 unstable", .true.)
+      do i = xi_peak, last_peak
+        if (order%columns(i)) call add(decades(column(i)), "lg of " // trim(peaks(i)), .false.)
+      end do
+      if (order%columns(rho_error)) call add(decades(column(rho_error)), "lg of the error of |ρ|", .false.)
     end if
-    lines = "set title heading noenhanced" // newline // "growth(r) = r > 0 ? log(r) : NaN" // newline &
-      & // "X(v) = v; Y(v) = v" // newline // extent_lines("sweep.csv", [value]) &
+    lines = "growth(r) = r > 0 ? log(r) : NaN" // newline // "X(v) = v; Y(v) = v" // newline &
       & // parameter_axis("x", plan%grid%axes(1), with_unit(plan%paths(1), plan%units(1)), 0.5_dp / (plan%grid%axes(1)%count - 1)) &
       & // parameter_axis("y", plan%grid%axes(2), with_unit(plan%paths(2), plan%units(2)), 0.5_dp / (plan%grid%axes(2)%count - 1)) &
-      & // "set cbrange [low:high]; set cblabel " // quoted(label) // " noenhanced" // newline &
       & // "# stable: blue, paler toward the border; unstable: orange to brown; no result: grey" // newline
-    if (any(columns([rho_max, log_rho_max])) .or. columns(verdict) .and. order%measured() == 0) then
-      lines = lines // "if (high <= 0) { set palette defined (low '#2A6FA8', high '#E4EEF5') }" // newline &
-        & // "if (low >= 0) { set palette defined (low '#F3A65A', high '#7A2E00') }" // newline &
-        & // "if (low < 0 && high > 0) { set palette defined (low '#2A6FA8', 0 '#E4EEF5', 0 '#F3A65A', high '#7A2E00') }" // newline
-    else
-      lines = lines // "set palette defined (0 '#FFFFFF', 1 '#56B4E9', 2 '#0072B2', 3 '#000000')" // newline
-    end if
     if (size(plan%base) == 2) lines = lines // input_point(plan%grid%axes, plan%base)
     lines = lines // "set object 1 rectangle from graph 0,graph 0 to graph 1,graph 1 behind fillcolor rgb '#BBBBBB' fillstyle " &
-      & // "solid 1 noborder" // newline &
-      & // "set tics out; unset grid; set rmargin at screen 0.82; set key off" // newline &
-      & // "plot 'sweep.csv' using (X(column(1))):(Y(column(2))):(" // value // ") with image"
+      & // "solid 1 noborder" // newline // "set tics out; unset grid; set key off" // newline
+    across = merge(2, 1, n > 1)
+    down = (n + across - 1) / across
+    multiplot = "set title heading noenhanced; set rmargin at screen 0.82" // newline
+    if (n > 1) multiplot = "set multiplot layout " // text(down) // ",2 title heading noenhanced" // newline
+    lines = lines // multiplot // charts
+    if (n > 1) lines = lines // "unset multiplot" // newline
     figure = new_figure("sweep", "Chart over " // trim(plan%paths(1)) // " and " // trim(plan%paths(2)) // tally(summary), lines, &
-      & width=800, height=600)
+      & width=merge(1240, 800, n > 1), height=merge(120 + 480 * down, 600, n > 1))
+
+  contains
+
+    !> A chart of `value`, an expression of gnuplot's, `signed` where it is negative for what is stable.
+    subroutine add(value, label, signed)
+      character(len=*), intent(in) :: value, label
+      logical, intent(in) :: signed
+
+      n = n + 1
+      charts = charts // extent_lines("sweep.csv", [value]) // "set cbrange [low:high]; set cblabel " // quoted(label) &
+        & // " noenhanced" // newline
+      if (signed) then
+        charts = charts // "if (high <= 0) { set palette defined (low '#2A6FA8', high '#E4EEF5') }" // newline &
+          & // "if (low >= 0) { set palette defined (low '#F3A65A', high '#7A2E00') }" // newline &
+          & // "if (low < 0 && high > 0) { set palette defined (low '#2A6FA8', 0 '#E4EEF5', 0 '#F3A65A', high '#7A2E00') }" &
+          & // newline
+      else
+        charts = charts // "set palette defined (0 '#FFFFFF', 1 '#56B4E9', 2 '#0072B2', 3 '#000000')" // newline
+      end if
+      charts = charts // "plot 'sweep.csv' using (X(column(1))):(Y(column(2))):(" // value // ") with image" // newline
+    end subroutine add
+
+    !> The decimal logarithm of a column.
+    pure function decades(number) result(value)
+      integer, intent(in) :: number
+      character(len=:), allocatable :: value
+
+      value = "growth(column(" // text(number) // ")) / log(10)"
+    end function decades
+
   end function plot_chart
 
   !> Column numbers in sweep.csv, 0 where one was not ordered.

@@ -1,0 +1,187 @@
+!> The user's words: how long they may be, how many characters of UTF-8 they have, and what of them is fit to be shown.
+module gestell_base_words
+  implicit none (type, external)
+  private
+
+  public :: character_count, continues, has_control, length_of_character, on_one_line, printable, put_on_one_line
+
+  !> Characters that a name may have, and any other word of a list: "probe(NAME).v", "link(NAME).center(2)".
+  integer, parameter, public :: longest_name = 64, longest_word = 128
+  !> Bytes that hold such a word: a character has up to four.
+  integer, parameter, public :: word_length = 4 * longest_word
+  !> Bytes that a word of a message may have, those that stay of its end, and those that a message may have.
+  integer, parameter :: longest_piece = 240, longest_tail = 60, longest_line = 960
+  character, parameter :: newline = new_line("a")
+
+contains
+
+  !> Number of characters of a text in UTF-8, blanks at its end included.
+  pure integer function character_count(text)
+    character(len=*), intent(in) :: text
+    integer :: i
+
+    character_count = 0
+    do i = 1, len(text)
+      if (.not. continues(text(i:i))) character_count = character_count + 1
+    end do
+  end function character_count
+
+  !> Whether a byte is not the first of its character.
+  elemental logical function continues(byte)
+    character, intent(in) :: byte
+
+    continues = iand(ichar(byte), 192) == 128
+  end function continues
+
+  !> A message as one line that is fit for a terminal: no control characters, words and the whole of bounded length. (No function:
+  !> gfortran 12 keeps the length of a function's text in static memory, and threads raise errors.)
+  pure subroutine put_on_one_line(message, line)
+    character(len=*), intent(in) :: message
+    character(len=:), allocatable, intent(out) :: line
+    character(len=:), allocatable :: short
+    integer :: first, last, n
+
+    ! a word that is shortened is never longer than what is left of it, the dots and the blank
+    allocate(character(len=len(message) + len(message) / longest_piece * 4 + 4) :: short)
+    n = 0
+    first = 1
+    do while (first <= len(message))
+      last = first + index(message(first:), " ") - 2
+      if (last < first - 1) last = len(message)
+      if (last - first < longest_piece) then
+        call put(short, n, message(first:min(last + 1, len(message))))
+      else
+        call put(short, n, message(first:before_character(message, first + longest_piece - longest_tail)))
+        call put(short, n, "...")
+        call put(short, n, message(before_character(message, last - longest_tail) + 1:min(last + 1, len(message))))
+      end if
+      first = last + 2
+    end do
+    line = short(:n)
+    if (n > longest_line) line = short(:before_character(short, longest_line - longest_piece)) // " ... " &
+      & // short(before_character(short, n - longest_piece) + 1:n)
+    call make_printable(line)
+    call make_one_line(line)
+  end subroutine put_on_one_line
+
+  !> Puts a piece behind the first `n` bytes of a text that has room for it.
+  pure subroutine put(text, n, piece)
+    character(len=*), intent(inout) :: text
+    integer, intent(inout) :: n
+    character(len=*), intent(in) :: piece
+
+    text(n + 1:n + len(piece)) = piece
+    n = n + len(piece)
+  end subroutine put
+
+  !> Words that are to stay on their line, as a file's name, a title or a setting: `printable`, and "?" for ends of lines too.
+  pure function on_one_line(words) result(line)
+    character(len=*), intent(in) :: words
+    character(len=:), allocatable :: line
+
+    line = words
+    call make_printable(line)
+    call make_one_line(line)
+  end function on_one_line
+
+  !> Words without control characters, but for ends of lines: a terminal would obey them. "?" stands for each of their bytes,
+  !> and for bytes that are no UTF-8.
+  pure function printable(words) result(safe)
+    character(len=*), intent(in) :: words
+    character(len=:), allocatable :: safe
+
+    safe = words
+    call make_printable(safe)
+  end function printable
+
+  pure subroutine make_printable(text)
+    character(len=*), intent(inout) :: text
+    integer :: i, n
+
+    i = 1
+    do while (i <= len(text))
+      n = length_of_character(text(i:))
+      if (n == 0 .or. is_control(text(i:i + max(n, 1) - 1))) then
+        n = max(n, 1)
+        text(i:i + n - 1) = repeat("?", n)
+      end if
+      i = i + n
+    end do
+  end subroutine make_printable
+
+  pure subroutine make_one_line(text)
+    character(len=*), intent(inout) :: text
+    integer :: i
+
+    do i = 1, len(text)
+      if (text(i:i) == newline) text(i:i) = "?"
+    end do
+  end subroutine make_one_line
+
+  !> The end of the last whole character of UTF-8 within the first `n` bytes; `n` itself where it is no such text.
+  pure integer function before_character(text, n) result(last)
+    character(len=*), intent(in) :: text
+    integer, intent(in) :: n
+
+    do last = n, max(1, n - 3), -1
+      if (.not. continues(text(last + 1:last + 1))) return
+    end do
+    last = n
+  end function before_character
+
+  !> Whether a text has control characters, of one byte or two, ends of lines among them.
+  pure logical function has_control(text)
+    character(len=*), intent(in) :: text
+    integer :: i
+
+    has_control = index(text, newline) > 0 .or. any([(is_control(text(i:min(i + 1, len(text)))), i = 1, len(text))])
+  end function has_control
+
+  !> Whether a character of UTF-8 is a control character, of one byte or two; the end of a line is none.
+  pure logical function is_control(character)
+    character(len=*), intent(in) :: character
+    integer :: first
+
+    first = ichar(character(1:1))
+    is_control = first < 32 .and. character(1:1) /= newline .or. first == 127
+    if (first == 194 .and. len(character) > 1) is_control = ichar(character(2:2)) < 160
+  end function is_control
+
+  !> Bytes of the UTF-8 character at the beginning of a text, 0 where there is none that XML allows.
+  pure integer function length_of_character(words) result(n)
+    character(len=*), intent(in) :: words
+    integer :: lead, point, i, byte
+
+    lead = ichar(words(1:1))
+    select case (lead)
+    case (:127)
+      n = 1
+      return
+    case (194:223)
+      n = 2
+      point = lead - 192
+    case (224:239)
+      n = 3
+      point = lead - 224
+    case (240:244)
+      n = 4
+      point = lead - 240
+    case default
+      n = 0
+      return
+    end select
+    do i = 2, n
+      byte = 0
+      if (i <= len(words)) byte = ichar(words(i:i))
+      if (iand(byte, 192) /= 128) then
+        n = 0
+        return
+      end if
+      point = 64 * point + iand(byte, 63)
+    end do
+    ! too long for what it is, surrogates, no characters, beyond the last
+    if (n == 3 .and. point < 2048 .or. n == 4 .and. point < 65536 .or. point >= 55296 .and. point < 57344 &
+      & .or. point == 65534 .or. point == 65535 .or. point > 1114111) n = 0
+  end function length_of_character
+
+end module gestell_base_words

@@ -1,0 +1,101 @@
+!> Copies of mechanisms: their joints and links under names of their own.
+module gestell_input_machine_copies
+  use gestell_base_dictionary, only: dictionary_type
+  use gestell_base_error, only: error_type
+  use gestell_base_text, only: text
+  use gestell_base_words, only: character_count, longest_name
+  use gestell_input_namelist_document, only: group_type, name_of
+  use gestell_input_namelist_message, only: input_error
+  implicit none (type, external)
+  private
+
+  public :: add_copies, list_names
+
+  !> Groups of joints or links, copies among them, and the mechanism each belongs to.
+  type, public :: members_type
+    type(group_type), allocatable :: groups(:)
+    integer, allocatable :: mechanism(:)
+  end type members_type
+
+contains
+
+  !> The names of groups, in their order.
+  pure subroutine list_names(groups, names)
+    type(group_type), intent(in) :: groups(:)
+    type(dictionary_type), intent(out) :: names
+    integer :: i
+
+    do i = 1, size(groups)
+      call names%add(name_of(groups(i)))
+    end do
+  end subroutine list_names
+
+  !> Adds copies of the joints or links of the originals, called PART.name, for each of the `copies`, which are the last of the
+  !> mechanisms; the original's `joints` that they name become those of the copy. Error: a name becomes too long.
+  subroutine add_copies(members, parts, originals, joints, copies, error)
+    type(members_type), intent(inout) :: members
+    !> Names of all mechanisms, and the number of the first one of each kind
+    character(len=*), intent(in) :: parts(:)
+    integer, intent(in) :: originals(:)
+    type(members_type), intent(in) :: joints
+    type(group_type), intent(in) :: copies(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(group_type), allocatable :: longer(:)
+    type(dictionary_type) :: names
+    integer, allocatable :: mechanism(:)
+    integer :: first, c, i, n
+
+    call list_names(joints%groups, names)
+    first = size(parts) - size(copies)
+    n = size(members%groups)
+    allocate(longer(n + sum([(count(members%mechanism == originals(first + c)), c = 1, size(copies))])))
+    longer(:n) = members%groups
+    allocate(mechanism(size(longer)))
+    mechanism(:n) = members%mechanism
+    do c = 1, size(copies)
+      do i = 1, size(members%groups)
+        if (members%mechanism(i) /= originals(first + c)) cycle
+        n = n + 1
+        longer(n) = members%groups(i)
+        mechanism(n) = first + c
+        call rename(longer(n), trim(parts(first + c)), originals(first + c), joints, names, copies(c), error)
+        if (allocated(error)) return
+      end do
+    end do
+    call move_alloc(longer, members%groups)
+    call move_alloc(mechanism, members%mechanism)
+  end subroutine add_copies
+
+  !> A joint or link of mechanism `original` becomes one of its copy of the name `part`. Error: a name becomes too long.
+  subroutine rename(member, part, original, joints, names, copy, error)
+    type(group_type), intent(inout) :: member
+    character(len=*), intent(in) :: part
+    integer, intent(in) :: original
+    type(members_type), intent(in) :: joints
+    type(dictionary_type), intent(in) :: names
+    type(group_type), intent(in) :: copy
+    type(error_type), allocatable, intent(out) :: error
+    integer :: e, v, k
+
+    do e = 1, size(member%entries)
+      associate (entry => member%entries(e))
+        if (entry%key == "mechanism") entry%values(1)%text = part
+        if (entry%key == "type" .or. entry%key == "mechanism") cycle
+        do v = 1, size(entry%values)
+          if (.not. entry%values(v)%quoted) cycle
+          if (entry%key /= "name") then
+            k = names%position(entry%values(v)%text)
+            if (k == 0) cycle
+            if (joints%mechanism(k) /= original) cycle
+          end if
+          entry%values(v)%text = part // "." // entry%values(v)%text
+          if (character_count(entry%values(v)%text) <= longest_name) cycle
+          call input_error(copy, "name", "is too long: '" // entry%values(v)%text // "' has more than " // text(longest_name) &
+            & // " characters", error)
+          return
+        end do
+      end associate
+    end do
+  end subroutine rename
+
+end module gestell_input_machine_copies
