@@ -75,9 +75,7 @@ contains
       & // ") eq 'unstable'"
     if (column(verdict) == 0 .and. growth .and. summary%most > 1) unstable_rows = growth_of(column) // " > 0"
     half = concise(half_step(plan%grid%axes(k)), 6)
-    lines = "set multiplot layout " // text(max(panels, 1)) // ",1 margins 0.13,0.97," // merge("0.12", "0.17", panels > 1) &
-      & // "," // merge("0.86", "0.8 ", panels > 1) // " spacing 0,0.1 title heading noenhanced" &
-      & // newline &
+    lines = "set multiplot layout " // text(max(panels, 1)) // ",1 margins 0.13,0.97," // margins(panels) // newline &
       & // axis_lines // marks%lines &
       & // "set key at graph 1,graph 1.02 bottom right horizontal samplen 2 font ',12'" // newline
     if (panels > 1) lines = lines // "unset xlabel" // newline
@@ -91,7 +89,7 @@ contains
     end do
     if (panels == 0) lines = lines // "set yrange [0:1]; plot NaN notitle" // newline
     figure = new_figure("sweep", "Sweep over " // trim(plan%paths(k)) // tally(summary), lines // "unset multiplot" // newline, &
-      & width=800, height=200 + 240 * max(panels, 1))
+      & width=800, height=height_of(panels))
 
   contains
 
@@ -113,6 +111,26 @@ contains
       if (unstable_rows /= "") words = boxes_where("sweep.csv", unstable_rows, x, half, low, high) // unstable_entry // words
     end function shades
   end function plot_curves
+
+  !> Room below, above and between so many panels, and the heading.
+  pure function margins(panels) result(words)
+    integer, intent(in) :: panels
+    character(len=:), allocatable :: words
+    real(dp) :: height
+
+    words = merge("0.12,0.86", "0.17,0.8 ", panels < 2) // " spacing 0,0.1"
+    height = height_of(panels)
+    if (panels > 1) words = concise(85 / height, 3) // "," // concise(1 - 100 / height, 3) // " spacing 0," &
+      & // concise(68 / height, 3)
+    words = words // " title heading noenhanced"
+  end function margins
+
+  !> Pixels of a picture of so many panels.
+  pure integer function height_of(panels)
+    integer, intent(in) :: panels
+
+    height_of = 200 + 240 * max(panels, 1)
+  end function height_of
 
   !> Half the distance between values, as on the axis, and a little more: boxes without seams.
   pure real(dp) function half_step(axis)
@@ -268,7 +286,7 @@ contains
     across = merge(2, 1, n > 1)
     down = (n + across - 1) / across
     multiplot = "set title heading noenhanced; set rmargin at screen 0.82" // newline
-    if (n > 1) multiplot = "set multiplot layout " // text(down) // ",2 title heading noenhanced" // newline
+    if (n > 1) multiplot = "set rmargin 19; set multiplot layout " // text(down) // ",2 title heading noenhanced" // newline
     lines = lines // multiplot // charts
     if (n > 1) lines = lines // "unset multiplot" // newline
     figure = new_figure("sweep", "Chart over " // trim(plan%paths(1)) // " and " // trim(plan%paths(2)) // tally(summary), lines, &
