@@ -18,7 +18,7 @@ module exact_machines
   implicit none (type, external)
   private
 
-  public :: check_residual, machine_on_supports, scotch_yoke, solve, solve_multiplier
+  public :: check_residual, light_slider, machine_on_supports, ram, scotch_yoke, solve, solve_multiplier, swinging_yoke
 
 contains
 
@@ -60,6 +60,84 @@ contains
     machine%supports(2) = support_data([0.27_dp, -0.20_dp], [1.5e5_dp, 0.6e5_dp], [6.0_dp, 3.0_dp], 125.0_dp)
     machine%supports(3) = support_data([0.02_dp, 0.30_dp], [2.0e4_dp, 4.0e4_dp], [2.0_dp, 2.0_dp], -10.0_dp)
   end function scotch_yoke
+
+  !> A light Scotch yoke, weakly damped, whose frame swings by 1.42 rad.
+  function swinging_yoke() result(machine)
+    type(machine_data) :: machine
+
+    machine%speed_rpm = -781.2411_dp
+    allocate(machine%joints(3), machine%links(2), machine%supports(4))
+    machine%joints(1) = joint_data("ground", position=[0.0_dp, 0.0_dp])
+    machine%joints(2) = joint_data("crank", ends=[1, 0], radius=0.08007012_dp, phase_deg=-14.96457_dp)
+    machine%joints(3) = joint_data("RPP", ends=[2, 0], guide_point=[0.0_dp, 0.1170459_dp], guide_angle_deg=27.87495_dp, &
+      & slot_angle_deg=118.6496_dp)
+    machine%links(1) = link_data(1, 2, 0.3303653_dp, 0.0001765039_dp, [0.04235374_dp, 0.0_dp])
+    machine%links(2) = link_data(3, 0, 0.5692474_dp, 4.063496e-05_dp, [-0.03496283_dp, 0.01113721_dp])
+    machine%frame_mass = 4.427426_dp
+    machine%frame_inertia = 0.2901629_dp
+    machine%origin = [-0.3459364_dp, 0.3497709_dp]
+    machine%supports(1) = support_data([-0.4676102_dp, -0.3380505_dp], [2714.883_dp, 1425.433_dp], &
+      & [0.1792276_dp, 0.1412837_dp], 0.0_dp, .true.)
+    machine%supports(2) = support_data([-0.1330837_dp, -0.2046382_dp], [1476.783_dp, 4867.839_dp], &
+      & [0.1129806_dp, 0.09399997_dp], 0.0_dp, .true.)
+    machine%supports(3) = support_data([0.1499118_dp, 0.5031726_dp], [4173.424_dp, 6505.938_dp], &
+      & [0.08866208_dp, 0.205337_dp], 0.0_dp, .false.)
+    machine%supports(4) = support_data([0.6043491_dp, 0.3320154_dp], [6597.883_dp, 2043.96_dp], &
+      & [0.1954325_dp, 0.1307855_dp], 0.0_dp, .true.)
+    machine%gravity = [0.0_dp, -9.80665_dp]
+  end function swinging_yoke
+
+  !> A ram on weakly damped supports: Newton's method goes astray from its linear vibration, to motions that are ever rougher.
+  function ram() result(machine)
+    type(machine_data) :: machine
+
+    machine%speed_rpm = 681.6597_dp
+    machine%held_by = 'flywheel'
+    allocate(machine%joints(5), machine%links(5), machine%supports(4))
+    machine%joints(1) = joint_data("ground", position=[0.0_dp, 0.0_dp])
+    machine%joints(2) = joint_data("ground", position=[0.1785124_dp, 0.01035125_dp])
+    machine%joints(3) = joint_data("crank", ends=[1, 0], radius=0.04221779_dp, phase_deg=-33.95332_dp)
+    machine%joints(4) = joint_data("RRR", ends=[3, 2], lengths=[0.2245674_dp, 0.1792676_dp], branch=-1)
+    machine%joints(5) = joint_data("RRP", ends=[4, 0], lengths=[0.4339858_dp, 0.0_dp], branch=1, &
+      & guide_point=[0.02236603_dp, 0.03279756_dp], guide_angle_deg=-34.87087_dp)
+    machine%links(1) = link_data(1, 3, 2.955838_dp, 0.0004390261_dp, [0.006575781_dp, 0.0001705107_dp])
+    machine%links(2) = link_data(3, 4, 1.86194_dp, 0.007824887_dp, [0.07456594_dp, -0.03183378_dp])
+    machine%links(3) = link_data(2, 4, 6.299634_dp, 0.01687088_dp, [0.0682214_dp, 0.0_dp])
+    machine%links(4) = link_data(4, 5, 4.657709_dp, 0.07310417_dp, [0.2169929_dp, 0.0_dp])
+    machine%links(5) = link_data(5, 0, 4.316304_dp, 0.0_dp, [0.0_dp, 0.0_dp])
+    machine%frame_mass = 35.3951_dp
+    machine%frame_inertia = 0.3758569_dp
+    machine%origin = [0.07706703_dp, -0.1429413_dp]
+    machine%supports(1) = support_data([-0.2215443_dp, -0.06595064_dp], [100095.5_dp, 23140.38_dp], &
+      & [5.001617_dp, 13.01114_dp], 0.0_dp, .false.)
+    machine%supports(2) = support_data([-0.04748483_dp, -0.06595064_dp], [100319.4_dp, 141855.6_dp], &
+      & [11.46319_dp, 20.75571_dp], 0.0_dp, .true.)
+    machine%supports(3) = support_data([0.07196993_dp, -0.06595064_dp], [92564.53_dp, 33844.63_dp], &
+      & [20.85941_dp, 21.45363_dp], 0.0_dp, .false.)
+    machine%supports(4) = support_data([0.1930832_dp, -0.06595064_dp], [116573.6_dp, 20914.39_dp], &
+      & [19.91791_dp, 17.42779_dp], 57.14694_dp, .false.)
+    machine%gravity = [0.0_dp, -9.80665_dp]
+  end function ram
+
+  !> A slider-crank on two weakly damped supports, light against its links: at this speed from no linear vibration, nor over the
+  !> excitation, nor from other speeds within a tenth a path leads to its vibration.
+  function light_slider() result(machine)
+    type(machine_data) :: machine
+
+    machine%speed_rpm = -74.12699421_dp
+    allocate(machine%joints(3), machine%links(3), machine%supports(2))
+    machine%joints(2) = joint_data("crank", ends=[1, 0], radius=0.0326765_dp, phase_deg=-34.765_dp)
+    machine%joints(3) = joint_data("RRP", ends=[2, 0], lengths=[0.134855_dp, 0.0_dp], guide_point=[0.0_dp, -0.00223343_dp], &
+      & guide_angle_deg=32.6056_dp)
+    machine%links(1) = link_data(1, 2, 0.809763_dp, 8.64628e-05_dp, [0.0112529_dp, 0.0_dp])
+    machine%links(2) = link_data(2, 3, 0.927775_dp, 0.00132203_dp, [0.0274213_dp, -0.00125753_dp])
+    machine%links(3) = link_data(3, 0, 0.150783_dp)
+    machine%frame_mass = 2.95318_dp
+    machine%frame_inertia = 0.0141583_dp
+    machine%origin = [-0.0287911_dp, 0.0576715_dp]
+    machine%supports(1) = support_data([-0.00505078_dp, 0.0899476_dp], [652.318_dp, 742.582_dp], [0.0511739_dp, 0.0395881_dp])
+    machine%supports(2) = support_data([0.125542_dp, 0.111083_dp], [839.07_dp, 679.027_dp], [0.0917968_dp, 0.0658305_dp])
+  end function light_slider
 
   subroutine solve(machine, model, system, error, newton)
     type(machine_data), intent(in) :: machine

@@ -15,6 +15,7 @@ program main
   use test_boundary_machines, only: collect_boundary_machines
   use test_boundary_map, only: collect_boundary_map
   use test_boundary_tongues, only: collect_boundary_tongues
+  use test_callbacks, only: collect_callbacks
   use test_campaign, only: collect_campaign
   use test_campbell, only: collect_campbell
   use test_campbell_critical, only: collect_campbell_critical
@@ -198,6 +199,7 @@ program main
     & new_testsuite("separation", collect_separation), &
     & new_testsuite("sweep", collect_sweep), &
     & new_testsuite("period_parts", collect_period_parts), &
+    & new_testsuite("callbacks", collect_callbacks), &
     & new_testsuite("campaign", collect_campaign), &
     & new_testsuite("peaks", collect_peaks), &
     & new_testsuite("boundary", collect_boundary), &

@@ -30,6 +30,7 @@ contains
       & new_unittest("Fourier series: tail", test_tail), &
       & new_unittest("Fourier series: what lies beyond its orders", test_beyond), &
       & new_unittest("Fourier series: peaks of both signs", test_peaks), &
+      & new_unittest("many orders by Taylor coefficients", test_tabulated), &
       & new_unittest("symmetric pencil", test_pencil), &
       & new_unittest("singular matrices", test_singular), &
       & new_unittest("eigenvectors, right and left", test_eigenvectors)]
@@ -124,6 +125,52 @@ contains
     end subroutine compare
 
   end subroutine test_circle
+
+  !> Three series of 64, 200 and 1023 orders, whose amplitudes stay, fall like 1/k and fall fast: with the Taylor coefficients they
+  !> have the values and derivatives of the sum over the orders, in quadruple precision, and no error of a derivative is more than
+  !> some roundings of the sum of its terms' sizes. Phases at places, halfway between them, at and beyond the ends of the turn.
+  subroutine test_tabulated(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: orders(3) = [64, 200, 1023]
+    real(dp), parameter :: phases(*) = [0.0_dp, 0.25_dp, 1 / 3.0_dp, 0.1_dp, 0.4995_dp, 0.5_dp + 1 / 8192.0_dp, 0.77777_dp, &
+      & 1 - epsilon(1.0_dp), 1.0_dp, -0.3_dp, 1.3_dp]
+    real(dp), dimension(size(phases), 3) :: f, f_d, f_dd
+    type(series_type) :: series
+    real(qp) :: angle, along, exact(0:2), terms(0:2)
+    real(dp) :: off(0:2), greatest
+    integer :: i, j, k, p
+
+    do i = 1, size(orders)
+      if (allocated(series%cosine)) deallocate(series%cosine, series%sine)
+      allocate(series%cosine(0:orders(i), 3), series%sine(0:orders(i), 3))
+      do k = 0, orders(i)
+        series%cosine(k, :) = [cos(0.7_dp * k), cos(1.3_dp * k) / (k + 1), exp(-0.1_dp * k)]
+        series%sine(k, :) = [sin(0.4_dp * k**2), sin(2.1_dp * k) / (k + 1), -exp(-0.1_dp * k)]
+      end do
+      series%sine(0, :) = 0
+      call series%tabulate()
+      call series%values(phases, f, f_d, f_dd)
+      greatest = 0
+      do j = 1, 3
+        do p = 1, size(phases)
+          exact = 0
+          terms = 0
+          do k = 0, orders(i)
+            angle = k * 2 * acos(-1.0_qp) * phases(p)
+            along = series%cosine(k, j) * cos(angle) + series%sine(k, j) * sin(angle)
+            exact = exact + [along, k * (series%sine(k, j) * cos(angle) - series%cosine(k, j) * sin(angle)), &
+              & -real(k, qp)**2 * along]
+            terms = terms + hypot(series%cosine(k, j), series%sine(k, j)) * [1.0_qp, real(k, qp), real(k, qp)**2]
+          end do
+          off = real(abs([f(p, j), f_d(p, j), f_dd(p, j)] - exact) / terms, dp)
+          greatest = max(greatest, maxval(off))
+        end do
+      end do
+      ! A phase is rounded by epsilon/2 of a turn, which order k takes for k times as much of its own.
+      call check_that(error, greatest, "<", (8 + 2 * orders(i)) * epsilon(1.0_dp), "error over the sum of the terms")
+      if (allocated(error)) return
+    end do
+  end subroutine test_tabulated
 
   !> cos(k t + 0.3) sampled n times, for every order k that n samples can tell from the others.
   subroutine test_orders(error)

@@ -1,7 +1,8 @@
 !> The exact frame where its vibration is far from the linear one; its invariants.
 module test_exact_paths
   use checks, only: check_success, check_that
-  use exact_machines, only: check_residual, machine_on_supports, scotch_yoke, solve, solve_multiplier
+  use exact_machines, only: check_residual, light_slider, machine_on_supports, ram, scotch_yoke, solve, solve_multiplier, &
+    & swinging_yoke
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_multipliers, only: multipliers_type
@@ -14,6 +15,7 @@ module test_exact_paths
   use reference_machine, only: khang_machine, machine_data
   use slow_tests, only: new_slow
   use testdrive, only: check, error_type, new_unittest, unittest_type
+  use user_mechanisms, only: count_angles
   implicit none (type, external)
   private
 
@@ -26,6 +28,9 @@ contains
 
     testsuite = [ &
       & new_unittest("paths to vibrations far from the linear one", test_paths), &
+      & new_unittest("a frame that swings by more than a radian", test_great_turn), &
+      & new_unittest("where Newton's method goes astray it is left soon", test_astray), &
+      & new_unittest("from much damping to a vibration that no other path leads to", test_damping_path), &
       & new_slow("all vibrations of a machine", test_all_vibrations), &
       & new_unittest("without damping reciprocal multipliers", test_reciprocal), &
       & new_unittest("the product of the multipliers by Liouville's formula", test_liouville)]
@@ -47,6 +52,50 @@ contains
       if (allocated(error)) return
     end do
   end subroutine test_paths
+
+  !> Its largest multiplier as two programs outside of this project find it: 0.997621; psi goes up to 1.42 rad.
+  subroutine test_great_turn(error)
+    type(error_type), allocatable, intent(out) :: error
+    class(frame_type), allocatable :: system
+    type(multipliers_type) :: exact
+
+    call solve(swinging_yoke(), "exact", system, error)
+    if (.not. allocated(error)) call check_residual(swinging_yoke(), system, error)
+    if (.not. allocated(error)) call solve_multiplier(swinging_yoke(), "exact", exact, error)
+    if (allocated(error)) return
+    ! six digits are known
+    call check(error, exp(exact%log_abs(1)), 0.997621_dp, thr=6.0e-7_dp, more="largest |rho|")
+  end subroutine test_great_turn
+
+  !> The vibration of the ram is found, with the masses at fewer crank angles than 20 integrations of 500 steps of eight stages take
+  !> (twelve million before).
+  subroutine test_astray(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: most = 20 * 500 * 8
+    type(frame_type) :: frame
+    class(frame_type), allocatable :: system
+    type(gestell_error), allocatable :: failure
+    integer, target :: angles
+
+    call frame_of_machine(ram(), frame, failure)
+    if (.not. allocated(failure)) then
+      angles = 0
+      call count_angles(frame%mechanism, angles)
+      call settle(frame, "exact", accuracy_type(tolerance=1.0e-11_dp), system, failure)
+    end if
+    call check_success(error, failure)
+    if (.not. allocated(error)) call check_residual(ram(), system, error)
+    if (.not. allocated(error)) call check_that(error, real(angles, dp), "<", real(most, dp), "crank angles")
+  end subroutine test_astray
+
+  !> The path over the damping finds it; three other ways do not.
+  subroutine test_damping_path(error)
+    type(error_type), allocatable, intent(out) :: error
+    class(frame_type), allocatable :: system
+
+    call solve(light_slider(), "exact", system, error)
+    if (.not. allocated(error)) call check_residual(light_slider(), system, error)
+  end subroutine test_damping_path
 
   !> The Scotch yoke has three vibrations at 1138.6 rpm, whichever of them the search begins with: each obeys d'Alembert's
   !> principle, they differ, and of the three indices, whose sum is 1, the one in the middle is -1.

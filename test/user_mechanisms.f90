@@ -8,6 +8,8 @@ module user_mechanisms
   implicit none (type, external)
   private
 
+  public :: count_angles
+
   !> A point that turns with the crank about another joint.
   type, extends(joint_type), public :: handle_joint
     integer :: pivot = 0
@@ -46,6 +48,16 @@ module user_mechanisms
     procedure :: locate => locate_tappet
     procedure :: reach => reach_tappet
   end type tappet_joint
+
+  !> Another mechanism, and at how many crank angles its masses were wanted.
+  type, extends(mechanism_type) :: counted_type
+    class(mechanism_type), allocatable :: inner
+    integer, pointer :: angles => null()
+  contains
+    procedure :: mass_functions => counted_functions
+    procedure :: tabulate => counted_table
+    procedure :: tabulate_drive => counted_drive
+  end type counted_type
 
   !> a1 = cos phi, a2 = 2 sin phi, a3 = 5 + cos 2 phi, a4 = sin 3 phi.
   type, extends(mechanism_type), public :: pendulum_type
@@ -201,5 +213,49 @@ contains
       a%a4 = sin(3 * phi)
     end associate
   end subroutine mass_functions
+
+  !> Counts in `angles` at how many crank angles the masses of `mechanism` are wanted from now on.
+  subroutine count_angles(mechanism, angles)
+    class(mechanism_type), allocatable, intent(inout) :: mechanism
+    integer, target, intent(inout) :: angles
+    type(counted_type), allocatable :: counted
+
+    allocate(counted)
+    counted%mass = mechanism%mass
+    counted%inertia = mechanism%inertia
+    counted%angle_scale = mechanism%angle_scale
+    counted%terms = mechanism%terms
+    counted%turns = mechanism%turns
+    counted%angles => angles
+    call move_alloc(mechanism, counted%inner)
+    call move_alloc(counted, mechanism)
+  end subroutine count_angles
+
+  subroutine counted_functions(self, crank_angle, a)
+    class(counted_type), intent(in) :: self
+    real(dp), intent(in) :: crank_angle
+    type(mass_functions_type), intent(out) :: a
+
+    call self%inner%mass_functions(crank_angle, a)
+    self%angles = self%angles + 1
+  end subroutine counted_functions
+
+  subroutine counted_table(self, angles, table)
+    class(counted_type), intent(in) :: self
+    real(dp), contiguous, intent(in) :: angles(:)
+    real(dp), contiguous, intent(out) :: table(:, :)
+
+    call self%inner%tabulate(angles, table)
+    self%angles = self%angles + size(angles)
+  end subroutine counted_table
+
+  subroutine counted_drive(self, angles, table, known)
+    class(counted_type), intent(in) :: self
+    real(dp), intent(in) :: angles(:)
+    real(dp), intent(out) :: table(:, :)
+    logical, intent(out) :: known
+
+    call self%inner%tabulate_drive(angles, table, known)
+  end subroutine counted_drive
 
 end module user_mechanisms

@@ -2,6 +2,7 @@
 module gestell_door_system
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
+  use gestell_door_guarded, only: explain_failure, guard, watch_type
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
@@ -31,13 +32,16 @@ contains
 
   !> `system` extends `second_order_system` (M q'' + B q' + C q = h) or `periodic_system` (x' = P x + f). `points`: intervals of the
   !> periodic motion. Errors: a system that makes no sense; a tolerance out of range or out of reach; coefficients that are not
-  !> finite; resonance, where a motion is asked for; then the multipliers are there.
+  !> finite or not smooth, a singular mass matrix, a period that is far too long, each within 100,000 calls of the coefficients;
+  !> resonance, where a motion is asked for; then the multipliers are there.
   subroutine solve_system(system, motion, error, tolerance, points)
     class(periodic_system), intent(in) :: system
     type(motion_type), intent(out) :: motion
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(in), optional :: tolerance
     integer, intent(in), optional :: points
+    class(periodic_system), allocatable :: guarded
+    type(watch_type), target :: watch
     type(accuracy_type) :: accuracy
     type(floquet_type) :: floquet
     type(multipliers_type) :: multipliers
@@ -51,8 +55,12 @@ contains
       if (points < 1 .or. points > most_points) call fatal_error(error, "points of a motion: from 1 to 1000000", invalid_input)
       if (allocated(error)) return
     end if
-    call solve_floquet(system, accuracy, present(points), floquet, error)
+    call system%check(error)
+    if (allocated(error)) return
+    call guard(system, watch, guarded)
+    call solve_floquet(guarded, accuracy, present(points), floquet, error)
     if (.not. allocated(error)) call solve_multipliers(floquet, .false., multipliers, error)
+    call explain_failure(system, watch, error)
     if (allocated(error)) return
     motion%verdict = multipliers%verdict()
     motion%multipliers = multipliers%rho
@@ -62,9 +70,10 @@ contains
     phases = [(real(k, dp) / points, k = 0, points)]
     allocate(motion%x(system%states, points + 1))
     call solve_periodic(floquet, start, error)
-    if (.not. allocated(error)) call follow(system, floquet, start, phases, motion%x, error)
-    if (.not. allocated(error)) call take_errors(system, floquet, phases, motion%x, errors, error)
+    if (.not. allocated(error)) call follow(guarded, floquet, start, phases, motion%x, error)
+    if (.not. allocated(error)) call take_errors(guarded, floquet, phases, motion%x, errors, error)
     if (.not. allocated(error)) motion%x_error = errors%bounds()
+    call explain_failure(system, watch, error)
     if (allocated(error)) deallocate(motion%x)
   end subroutine solve_system
 

@@ -155,23 +155,28 @@ contains
   end function peak
 
   !> max |f|: the zero of f' beside every one of the `samples` that the maximum can lie at. Half a spacing away f has lost at
-  !> most spacing^2 max |f''| / 8 of it.
+  !> most spacing^2 max |f''| / 8 of it. The highest orders are left out where rounding of the samples makes amplitudes as great as
+  !> theirs, epsilon / sqrt(samples) of the highest: k^2 would make them many candidates.
   pure real(dp) function greatest_between(samples, cosine, sine) result(peak)
     real(dp), intent(in) :: samples(:), cosine(:), sine(:)
+    real(dp), parameter :: noise = 4 * epsilon(1.0_dp)
     real(dp) :: step, highest, loss, mean
-    integer :: i, k, n
+    integer :: i, k, n, orders
 
     n = size(samples)
     step = 2 * pi / n
     mean = sum(samples) / n
     highest = maxval(abs(samples))
-    loss = step**2 / 8 * sum([(real(k, dp)**2 * hypot(cosine(k), sine(k)), k = 1, size(cosine))])
+    do orders = size(cosine), 1, -1
+      if (hypot(cosine(orders), sine(orders)) > noise / sqrt(real(n, dp)) * highest) exit
+    end do
+    loss = step**2 / 8 * sum([(real(k, dp)**2 * hypot(cosine(k), sine(k)), k = 1, orders)])
     peak = highest
     if (loss <= epsilon(loss) * highest) return
     do i = 1, n
       if (abs(samples(i)) < highest - loss) cycle
       if (abs(samples(i)) < abs(samples(1 + modulo(i - 2, n))) .or. abs(samples(i)) < abs(samples(1 + modulo(i, n)))) cycle
-      peak = max(peak, refined(mean, cosine, sine, step * (i - 1), step))
+      peak = max(peak, refined(mean, cosine(:orders), sine(:orders), step * (i - 1), step))
     end do
   end function greatest_between
 
@@ -189,6 +194,8 @@ contains
     theta = start
     do iteration = 1, 60
       if (.not. abs(f(2)) > epsilon(step) * abs(f(3))) return
+      ! To the top |f| rises by f'^2 / (2 |f''|): no more than its rounding.
+      if (f(1) * f(3) < 0 .and. f(2)**2 <= epsilon(step) * abs(f(1) * f(3))) return
       theta = theta - f(2) / merge(f(3), 1.0_dp, abs(f(3)) > 0)
       if (.not. (theta - rising) * (theta - falling) < 0) theta = (rising + falling) / 2
       f = value(mean, cosine, sine, theta)

@@ -29,6 +29,7 @@ module gestell_door_c_system
   contains
     procedure :: matrices
     procedure :: load
+    procedure :: sample_second_order
   end type called_type
 
   !> Degrees of freedom for which there is memory and patience.
@@ -100,5 +101,26 @@ contains
     call self%give(t, int(size(h), c_int), c_loc(all(:, 1)), c_loc(all(:, 2)), c_loc(all(:, 3)), c_loc(given), self%data)
     h = given
   end subroutine load
+
+  !> One call for each phase gives all of them.
+  subroutine sample_second_order(self, phases, m, b, c, h)
+    class(called_type), intent(in) :: self
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
+    real(dp), contiguous, intent(out), optional :: h(:, :)
+    real(c_double), target :: all(size(m, 2)**2, 3), given(size(m, 2))
+    integer :: f, k
+
+    f = size(m, 2)
+    do k = 1, size(phases)
+      given = 0
+      call self%give(phases(k) * self%period, int(f, c_int), c_loc(all(:, 1)), c_loc(all(:, 2)), c_loc(all(:, 3)), c_loc(given), &
+        & self%data)
+      m(k, :, :) = transpose(reshape(all(:, 1), [f, f]))
+      b(k, :, :) = transpose(reshape(all(:, 2), [f, f]))
+      c(k, :, :) = transpose(reshape(all(:, 3), [f, f]))
+      if (present(h)) h(k, :) = given
+    end do
+  end subroutine sample_second_order
 
 end module gestell_door_c_system

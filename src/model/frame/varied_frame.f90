@@ -92,6 +92,7 @@ contains
     integer :: k, points
 
     self%motion = motion
+    call self%motion%tabulate()
     self%motor_torque = 0
     if (self%held_by /= "flywheel") return
     ! Powers are of second order in the motion: these points sum them but for what is of tenth.
@@ -139,6 +140,7 @@ contains
         c = cosine
       end associate
     end do
+    call self%spun%tabulate()
   end subroutine spin_flywheel
 
   !> At phases of the turn chi, its mean rate and the motor's torque, shape (phases, 3).

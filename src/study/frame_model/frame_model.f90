@@ -18,7 +18,7 @@ module gestell_study_frame_model
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_varied_frame, only: varied_frame, varied_frame_type
-  use gestell_study_frame_model_vibration_path, only: follow_excitation, follow_speed
+  use gestell_study_frame_model_vibration_path, only: follow_damping, follow_excitation, follow_speed
   use gestell_study_frame_model_newton, only: iterate, rough
   use gestell_system_averaged, only: averaged_system
   use gestell_system_periodic, only: periodic_system
@@ -122,6 +122,7 @@ contains
       found = varied
       call follow_excitation(frame, accuracy, found, steps, error)
       if (allocated(error)) call follow_speed(frame, accuracy, found, steps, error)
+      if (allocated(error)) call follow_damping(frame, accuracy, found, steps, error)
       if (allocated(error)) return
     else
       stays = .not. steps(1) > notably_nonlinear

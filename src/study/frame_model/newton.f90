@@ -32,6 +32,10 @@ module gestell_study_frame_model_newton
   !> Samples of a motion; harmonics that count as resolved and those that are left out as rounding, relative to the motion.
   integer, parameter, public :: first_samples = 64
   integer, parameter :: fewest_samples = 48, most_samples = 2**12
+  !> A motion that Newton's method only passes on the way to a vibration gets no more samples than this, unless the step to it is
+  !> small: motions that need more lead astray as a rule.
+  integer, parameter, public :: most_passed = 512
+  real(dp), parameter :: small_step = 0.1_dp
   !> With more phases integration takes less than harmonic balance.
   integer, parameter :: most_balanced = 128
   real(dp), parameter :: resolved = 1.0e-12_dp, noise = 1.0e-14_dp
@@ -51,6 +55,10 @@ module gestell_study_frame_model_newton
     !> Whether a quick way did; the error that is allowed of such a motion or step, relative to it.
     logical :: quickly = .false.
     real(dp) :: of_step = of_step
+    !> Whether the motion is passed on the way to a vibration: then it may stay unresolved beyond `most_passed` samples.
+    logical :: passed = .false.
+    !> Whether the quick ways are the only ones that are worth their cost.
+    logical :: only_quickly = .false.
   end type next_type
 
 contains
@@ -73,6 +81,7 @@ contains
     type(varied_frame_type) :: lack
     real(dp) :: step, before, left, missed
     integer :: first, k, samples
+    logical :: astray
 
     allocate(steps(0))
     first = 1
@@ -92,7 +101,13 @@ contains
       else
         lack = varied
         lack%lacking = .true.
+        ! As long as steps are great the motion is no vibration: what is wrong about it says nothing of the machine.
+        astray = .not. before < greatest_step
+        next%passed = astray
+        next%only_quickly = astray .and. k > 1
         call next_motion(frame, varied, order, samples, next, error, varied%motion, lack)
+        if (astray .and. allocated(error)) exit
+        if (.not. next%step < small_step .and. size(next%q, 1) > most_passed) exit
       end if
       if (present(quickly)) quickly = next%quickly
       if (allocated(error)) return
@@ -113,6 +128,7 @@ contains
       if (.not. step < greatest_step .and. k > 2) exit
       before = step
     end do
+    if (present(quickly)) quickly = next%quickly
     call fatal_error(error, "Newton's method does not converge", failed_computation)
     error%cause = no_convergence
   end subroutine iterate
@@ -120,7 +136,8 @@ contains
   !> The periodic motion of `system` at as many equidistant phases as resolve it, at least `samples`. It is solved quickly, so its
   !> error may be `rough`, unless there is a motion `from` which lacks the periodic motion of the system `lack`. `next` may hold the
   !> motion of a system that differs little. Where the quick way does not fit the system is solved as all others, to `accuracy`.
-  !> `floquet`: that solution, which is then the way. Errors: as of `solve_floquet` and `solve_periodic`.
+  !> `floquet`: that solution, which is then the way. Errors: as of `solve_floquet` and `solve_periodic`; no quick way fits where no
+  !> other is allowed.
   !> Nine arguments: Newton's step and, by the last three, what is known before it.
   subroutine next_motion(frame, system, accuracy, samples, next, error, from, lack, floquet)
     class(frame_type), intent(in) :: frame, system
@@ -155,6 +172,10 @@ contains
         next%quickly = next%quickly .and. next%error <= max(part_left * accuracy%tolerance, frame%load_rounding)
       end if
       if (.not. next%quickly .and. .not. present(floquet)) call integrate(frame, system, n, next, change, next%quickly, from, lack)
+      if (.not. next%quickly .and. next%only_quickly) then
+        call fatal_error(error, "no quick way tells the motion", failed_computation)
+        return
+      end if
       if (.not. next%quickly) then
         call solve_fully(frame, system, accuracy, n, solved, next, error)
         if (allocated(error)) return
@@ -167,7 +188,7 @@ contains
       unseen = maxval(beyond(frame%free) / next%scale(:size(frame%free))) / max(next%size, tiny(unseen))
       if (unseen <= max(resolved, accuracy%tolerance / 100, next%error / 100, &
         & merge(next%of_step / 100, 0.0_dp, next%quickly .and. .not. present(lack))) .or. 2 * n > most_samples &
-        & .or. next%error >= all_error) exit
+        & .or. next%error >= all_error .or. (next%passed .and. n > most_passed)) exit
       n = merge(first_samples, 2 * n, n < first_samples)
     end do
     next%error = max(next%error, unseen)

@@ -19,7 +19,7 @@ module gestell_study_frame_model_path
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_varied_frame, only: varied_frame_type
   use gestell_model_space, only: is_rotation
-  use gestell_study_frame_model_newton, only: loosened, next_motion, next_type, values_of
+  use gestell_study_frame_model_newton, only: loosened, most_passed, next_motion, next_type, values_of
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -81,7 +81,7 @@ module gestell_study_frame_model_path
   real(dp), parameter, public :: furthest_turn = 3
   !> By what part of it a motion may be corrected, and the least cosine of the angle between tangents.
   real(dp), parameter :: greatest_change = 0.3_dp, least_cosine = 0.8_dp
-  integer, parameter :: most_corrections = 6, most_samples = 512
+  integer, parameter :: most_corrections = 6
   !> Error of an iterate that is told quickly, relative to it.
   real(dp), parameter :: of_iterate = 1.0e-6_dp
   !> For how many quick solutions one counts that is not quick.
@@ -271,6 +271,7 @@ contains
     if (allocated(error)) return
     call about%move_to(motion_of(family, q))
     found%of_step = of_iterate
+    found%passed = .true.
     if (family%multipliers) then
       call next_motion(about, about, loosened(family%accuracy, family%precise), samples, found, error, floquet=floquet)
     else
@@ -279,7 +280,7 @@ contains
     next%quickly = found%quickly
     if (allocated(error)) return
     next%q = found%q / spread(family%units, 1, size(found%q, 1))
-    if (size(next%q, 1) > most_samples) call fatal_error(error, "the motion on the path is too rough", failed_computation)
+    if (size(next%q, 1) > most_passed) call fatal_error(error, "the motion on the path is too rough", failed_computation)
     if (family%multipliers) next%angles = angles_of(floquet)
   end subroutine next_iterate
 

@@ -1,39 +1,55 @@
-!> The exact frame's vibration on a path over a parameter lambda from 0 to 1 (gestell_study_frame_model_path): the part of the
-!> excitation that acts, from rest, or the speed, from another one.
+!> The exact frame's vibration on a path over a parameter lambda from 0 to 1 (gestell_study_frame_model_path):
+!>
+!> - the part of the excitation that acts, from rest,
+!> - the speed, from another one,
+!> - damping of the frame against the ground, from so much that the frame all but rests, to none but the machine's own.
+!>
+!> The last one leads to a vibration wherever the machine has a bounded one for every damping on the way: under great damping there
+!> is one vibration only, so the path cannot come back to its start, and has nowhere to go but on.
 module gestell_study_frame_model_vibration_path
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_varied_frame, only: varied_frame_type
+  use gestell_model_space, only: in_frame
   use gestell_study_frame_model_newton, only: first_samples, iterate, loosened, rough, values_of
-  use gestell_study_frame_model_path, only: advance, first_arc, first_point, greatest_arc, least_arc, middle_of, motion_of, &
-    & path_family_type, point_type, size_of, slow, units_of
+  use gestell_study_frame_model_path, only: advance, first_arc, first_point, furthest_turn, greatest_arc, least_arc, middle_of, &
+    & motion_of, path_family_type, point_type, size_of, slow, units_of
   implicit none (type, external)
   private
 
-  public :: follow_excitation, follow_speed, machine_path
+  public :: follow_damping, follow_excitation, follow_speed, machine_path
 
-  !> One machine over the part of its excitation, or over the speed.
+  !> One machine over the part of its excitation, over the speed, or over damping that is added.
   type, extends(path_family_type), public :: machine_path_type
     type(varied_frame_type) :: varied
     !> The speeds at lambda = 0 and 1 (rad/s), where lambda is not the excitation.
     real(dp) :: speeds(2) = 0
+    !> Damping added at lambda = 0 per mass, and per moment of inertia (1/s).
+    real(dp) :: drag = 0
+    !> A lambda beyond this ends the path.
+    real(dp) :: furthest_back = -1
   contains
     procedure :: member
   end type machine_path_type
 
-  integer, parameter :: most_points = 50
-  !> A lambda beyond this ends a path, and so does a motion that is this small beside the greatest: back at rest.
-  real(dp), parameter :: furthest_back = -1.0_dp, back_at_rest = 1.0e-4_dp
-  !> A frame that turns further (rad) ends it too.
-  real(dp), parameter :: furthest_turn = 1.0_dp
+  integer, parameter :: most_points = 100
+  !> A motion that is this small beside the greatest ends a path: back at rest.
+  real(dp), parameter :: back_at_rest = 1.0e-4_dp
   !> Speeds that a path may start from, relative to the ordered one: a machine comes there from slower ones, and beyond a jump its
   !> vibration is that of faster ones.
   real(dp), parameter :: other_speeds(*) = [0.97_dp, 1.03_dp, 0.9_dp, 1.1_dp]
 
+  !> Damping that is added: over the crank speed, and over the frequency of the stiffest direction. It falls exponentially, in all
+  !> by exp(fall), so a weakly damped resonance is approached slowly. Linear systems that this may take.
+  real(dp), parameter :: of_speed = 2, of_frequency = 1, fall = 12
+  integer, parameter :: most_systems = 500
+  !> More damping than at the start: the path ends at a place where the frame is in equilibrium too.
+  real(dp), parameter :: back_at_start = -0.1_dp
+
   character(len=*), parameter :: unfound = "no periodic vibration of the exact frame was found, neither from the linear one nor " &
-    & // "on paths from rest and from other speeds"
+    & // "on paths from rest, from other speeds and from more damping"
 
 contains
 
@@ -91,6 +107,67 @@ contains
     end do
   end subroutine follow_speed
 
+  !> The same from much damping.
+  subroutine follow_damping(frame, accuracy, varied, steps, error)
+    class(frame_type), intent(in) :: frame
+    type(accuracy_type), intent(in) :: accuracy
+    type(varied_frame_type), intent(inout) :: varied
+    real(dp), allocatable, intent(out) :: steps(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_path_type) :: family
+    class(frame_type), allocatable :: other
+    type(varied_frame_type) :: start
+    real(dp), allocatable :: stiffness(:, :)
+    integer :: i
+
+    family = machine_path(varied, accuracy, frame%speed * [1, 1])
+    family%left = most_systems
+    family%furthest_back = back_at_start
+    allocate(stiffness, source=frame%ground_stiffness())
+    associate (squares => [(stiffness(i, i) * family%units(i)**2 / whole_mass(frame), i = 1, frame%dofs())])
+      family%drag = max(of_speed * abs(frame%speed) * frame%mechanism%turns, of_frequency * sqrt(maxval([0.0_dp, squares])))
+    end associate
+    other = frame
+    call add_drag(other, family%units, family%drag)
+    call family%member(0.0_dp, start, error)
+    if (.not. allocated(error)) call iterate(other, loosened(accuracy, rough), .false., start, steps, error)
+    if (allocated(error)) then
+      error%message = unfound
+      return
+    end if
+    call follow_path(family, frame, values_of(start%motion, first_samples) / spread(family%units, 1, first_samples), 1, &
+      & varied, steps, error)
+  end subroutine follow_damping
+
+  !> Dampers between the frame's centre and the ground, of this `rate` over masses and moments of inertia (1/s).
+  pure subroutine add_drag(frame, units, rate)
+    class(frame_type), intent(inout) :: frame
+    real(dp), intent(in) :: units(:), rate
+    integer :: i, k
+
+    do i = 1, frame%dofs()
+      associate (added => rate * whole_mass(frame) / units(i)**2)
+        if (allocated(frame%space)) then
+          k = findloc(in_frame, i, dim=1)
+          frame%space%damping(k, k) = frame%space%damping(k, k) + added
+          frame%space%foundation_damping(k, k) = frame%space%foundation_damping(k, k) + added
+        else
+          frame%damping(i, i) = frame%damping(i, i) + added
+          select type (frame)
+          class is (varied_frame_type)
+            frame%foundation_damping(i, i) = frame%foundation_damping(i, i) + added
+          end select
+        end if
+      end associate
+    end do
+  end subroutine add_drag
+
+  pure real(dp) function whole_mass(frame)
+    class(frame_type), intent(in) :: frame
+
+    whole_mass = frame%mass + frame%mechanism%mass
+  end function whole_mass
+
   !> The path of the machine that `varied` is about: over the excitation from rest, or over these speeds at lambda = 0 and 1.
   function machine_path(varied, accuracy, speeds) result(family)
     type(varied_frame_type), intent(in) :: varied
@@ -121,6 +198,7 @@ contains
         return
       end if
       varied%period = 2 * pi / abs(varied%speed)
+      if (self%drag > 0) call add_drag(varied, self%units, self%drag * (exp(-fall * lambda) - exp(-fall)))
     end if
   end subroutine member
 
@@ -166,7 +244,7 @@ contains
         at = next
         greatest = max(greatest, size_of(at%q))
         if (easy) arc = min(2 * arc, greatest_arc)
-        if (at%lambda < furthest_back .or. size_of(at%q) < back_at_rest * greatest) exit
+        if (at%lambda < family%furthest_back .or. size_of(at%q) < back_at_rest * greatest) exit
         if (family%turn(at%q) > furthest_turn) exit
       end if
     end do

@@ -12,6 +12,7 @@ module gestell_study_vibration_analysis
   use gestell_study_vibration_resonance, only: describe_resonance, find_resonance, resonance_type
   use gestell_study_vibration_several, only: list_vibrations, search_vibrations, several_type
   use gestell_study_vibration, only: check_times, solve_vibration, vibration_type
+  use gestell_study_vibration_unheld, only: describe_unheld
   use gestell_system_averaged, only: averaged_system
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
@@ -57,6 +58,8 @@ module gestell_study_vibration_analysis
 
   !> Condition of the periodic vibration that is called near resonance.
   real(dp), parameter :: one_digit = 10
+  !> What can be done where the exact frame's vibration was not found, but there is one about rest.
+  character(len=*), parameter :: advice = ": try another speed or more damping, or &model frame='rest' for small motions"
 
 contains
 
@@ -95,7 +98,7 @@ contains
       system => model
     else
       call settle(frame, trim(tasks%model), accuracy, analysis%frame, error, analysis%newton)
-      if (allocated(error)) call name_resonance_at_rest(frame, accuracy, error)
+      if (allocated(error)) call name_reason(frame, accuracy, error)
       if (allocated(error)) return
       system => analysis%frame
     end if
@@ -160,26 +163,34 @@ contains
     end if
   end subroutine check_tasks
 
-  !> Where no vibration was found and that about rest is in resonance without damping, a failure gets the name of it.
-  subroutine name_resonance_at_rest(frame, accuracy, failure)
+  !> Where no vibration was found, the `failure` says why: nothing holds the frame in some direction, or the vibration about rest is
+  !> in resonance without damping; else what to do.
+  subroutine name_reason(frame, accuracy, failure)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
     type(error_type), intent(inout) :: failure
     type(analysis_type) :: at_rest
     type(periodic_solution_type) :: start
     type(error_type), allocatable :: error
+    character(len=:), allocatable :: sentence
 
     if (failure%code /= failed_computation) return
+    call describe_unheld(frame, sentence)
+    if (sentence /= "") then
+      failure%message = "no periodic vibration was found: " // sentence
+      return
+    end if
     call solve_floquet(frame, accuracy, .true., at_rest%floquet, error)
-    if (allocated(error)) return
-    call solve_periodic(at_rest%floquet, start, error)
-    if (.not. allocated(error)) return
-    if (error%cause /= resonance) return
-    failure%message = failure%message // "; about rest"
-    call name_resonance(frame, at_rest, failure)
-  end subroutine name_resonance_at_rest
+    if (.not. allocated(error)) call solve_periodic(at_rest%floquet, start, error)
+    if (.not. allocated(error)) then
+      failure%message = failure%message // advice
+    else if (error%cause == resonance) then
+      failure%message = failure%message // "; about rest"
+      call name_resonance(frame, at_rest, failure)
+    end if
+  end subroutine name_reason
 
-  !> Finds the resonance; a `failure` for it gets its name.
+  !> Finds the resonance; a `failure` for it gets its name, or that of the direction in which nothing holds the frame.
   subroutine name_resonance(frame, analysis, failure)
     class(frame_type), intent(in) :: frame
     type(analysis_type), intent(inout) :: analysis
@@ -195,7 +206,9 @@ contains
     ! What is slower than half the crank, as on soft springs, resonates with none of its orders.
     if (found%order > 0 .or. found%loose() .or. present(failure)) analysis%resonance = found
     if (.not. present(failure)) return
-    call describe_resonance(found, sentence)
+    sentence = ""
+    if (found%loose()) call describe_unheld(frame, sentence)
+    if (sentence == "") call describe_resonance(found, sentence)
     failure%message = failure%message // "; " // sentence
   end subroutine name_resonance
 

@@ -1,0 +1,309 @@
+!> A user's system under watch: says what is wrong with its coefficients, by their names, before many calls are spent on them.
+module gestell_door_guarded
+  use gestell_base_error, only: error_type, failed_computation, fatal_error, resonance
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise
+  use gestell_door_roughness, only: describe_roughness, rows, watched
+  use gestell_floquet_period_survey, only: survey, survey_type
+  use gestell_system_periodic, only: periodic_system
+  use gestell_system_second_order, only: second_order_system
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: explain_failure, guard
+
+  !> Calls of the coefficients and of the load so far, and what was found to be wrong.
+  type, public :: watch_type
+    integer :: calls = 0
+    logical :: examined = .false.
+    character(len=:), allocatable :: reason
+  end type watch_type
+
+  type, extends(second_order_system) :: guarded_type
+    class(second_order_system), pointer :: inner => null()
+    type(watch_type), pointer :: watch => null()
+  contains
+    procedure :: matrices
+    procedure :: load
+    procedure :: sample_second_order
+    procedure :: coupled => coupled_second_order
+  end type guarded_type
+
+  type, extends(periodic_system) :: guarded_first_order_type
+    class(periodic_system), pointer :: inner => null()
+    type(watch_type), pointer :: watch => null()
+  contains
+    procedure :: matrix
+    procedure :: forcing
+    procedure :: sample
+    procedure :: coupled => coupled_first_order
+  end type guarded_first_order_type
+
+  !> After so many calls the coefficients are examined: what is smooth is solved by then, or is fast against the period.
+  integer, parameter :: many_calls = 60000
+  !> A fastest free vibration that turns further within the period (rad) tells of a period in another unit.
+  real(dp), parameter :: absurd_advance = 1.0e5_dp
+  !> Times at which the mass matrix is looked at; a determinant below this part of the greatest counts as zero.
+  integer, parameter :: mass_points = 512
+  real(dp), parameter :: no_mass = 1.0e-12_dp
+
+contains
+
+  !> `system` under watch; both targets have to outlive it.
+  subroutine guard(system, watch, guarded)
+    class(periodic_system), intent(in), target :: system
+    type(watch_type), intent(inout), target :: watch
+    class(periodic_system), allocatable, intent(out) :: guarded
+    type(guarded_type), allocatable :: second
+    type(guarded_first_order_type), allocatable :: first
+
+    select type (system)
+    class is (second_order_system)
+      allocate(second)
+      second%inner => system
+      second%watch => watch
+      call move_alloc(second, guarded)
+    class default
+      allocate(first)
+      first%inner => system
+      first%watch => watch
+      call move_alloc(first, guarded)
+    end select
+    guarded%states = system%states
+    call guarded%inherit(system)
+  end subroutine guard
+
+  !> Gives a failure the name of what is wrong with the system; what was found to be wrong is one, whatever came of it.
+  subroutine explain_failure(system, watch, error)
+    class(periodic_system), intent(in) :: system
+    type(watch_type), intent(inout) :: watch
+    type(error_type), allocatable, intent(inout) :: error
+
+    if (allocated(error) .and. .not. allocated(watch%reason)) then
+      if (error%code /= failed_computation .or. error%cause == resonance) return
+      call find_singular_mass(system, watch)
+      if (.not. allocated(watch%reason)) call find_absurd_period(system, watch)
+    end if
+    if (.not. allocated(watch%reason)) return
+    if (allocated(error)) deallocate(error)
+    call fatal_error(error, watch%reason, failed_computation)
+  end subroutine explain_failure
+
+  !> Looks at the coefficients after many calls, once.
+  subroutine examine(system, watch)
+    class(periodic_system), intent(in) :: system
+    type(watch_type), intent(inout) :: watch
+
+    watch%examined = .true.
+    call describe_roughness(system, watch%calls, watch%reason)
+    if (.not. allocated(watch%reason)) call find_singular_mass(system, watch)
+    if (.not. allocated(watch%reason)) call find_absurd_period(system, watch)
+  end subroutine examine
+
+  subroutine find_absurd_period(system, watch)
+    class(periodic_system), intent(in) :: system
+    type(watch_type), intent(inout) :: watch
+    type(survey_type) :: seen
+    type(error_type), allocatable :: error
+
+    call survey(system, seen, error)
+    if (allocated(error)) return
+    if (.not. seen%fastest > absurd_advance) return
+    watch%reason = "the period of " // concise(system%period, 4) // " is too long: the fastest free motion turns by " &
+      & // concise(seen%fastest, 2) // " rad in it (is it in the unit of time of the coefficients?)"
+  end subroutine find_absurd_period
+
+  !> Where the determinant of M changes its sign, or comes to nothing.
+  subroutine find_singular_mass(system, watch)
+    class(periodic_system), intent(in) :: system
+    type(watch_type), intent(inout) :: watch
+    real(dp) :: determinants(0:mass_points), phase, low, high, middle
+    integer :: k
+
+    select type (system)
+    class is (second_order_system)
+      do k = 0, mass_points
+        determinants(k) = mass_determinant(system, real(k, dp) / mass_points)
+      end do
+      watch%calls = watch%calls + mass_points + 1
+      if (.not. all(ieee_is_finite(determinants))) return
+      if (.not. maxval(abs(determinants)) > 0) then
+        watch%reason = "the mass matrix is singular at all times"
+        return
+      end if
+      phase = -1
+      k = minloc(abs(determinants), dim=1) - 1
+      if (abs(determinants(k)) <= no_mass * maxval(abs(determinants))) phase = real(k, dp) / mass_points
+      do k = 1, mass_points
+        if (phase >= 0 .or. determinants(k - 1) * determinants(k) >= 0) cycle
+        low = real(k - 1, dp) / mass_points
+        high = real(k, dp) / mass_points
+        do while (high - low > 1.0e-9_dp)
+          middle = (low + high) / 2
+          watch%calls = watch%calls + 1
+          if (mass_determinant(system, middle) * determinants(k) > 0) then
+            high = middle
+          else
+            low = middle
+          end if
+        end do
+        phase = middle
+      end do
+      if (phase >= 0) watch%reason = "the mass matrix is singular at the time " // concise(phase * system%period, 6) // ", " &
+        & // concise(phase, 6) // " of the period"
+    end select
+  end subroutine find_singular_mass
+
+  !> det M with rows over their greatest elements, by elimination with pivots.
+  real(dp) function mass_determinant(system, phase) result(determinant)
+    class(second_order_system), intent(in) :: system
+    real(dp), intent(in) :: phase
+    real(dp), dimension(system%states / 2, system%states / 2) :: m, b, c
+    integer :: f, i, k, row
+
+    f = system%states / 2
+    call system%matrices(phase * system%period, m, b, c)
+    determinant = 1
+    do k = 1, f
+      row = k - 1 + maxloc(abs(m(k:, k)), dim=1)
+      if (row /= k) then
+        m([k, row], :) = m([row, k], :)
+        determinant = -determinant
+      end if
+      determinant = determinant * m(k, k)
+      if (.not. abs(m(k, k)) > 0) return
+      do i = k + 1, f
+        m(i, k:) = m(i, k:) - m(k, k:) * (m(i, k) / m(k, k))
+      end do
+    end do
+  end function mass_determinant
+
+  !> Notes values that are no numbers, and examines the coefficients when many calls are spent. `stop`: the search for a
+  !> solution is of no use.
+  subroutine take(system, watch, phases, values, names, stop)
+    class(periodic_system), intent(in) :: system
+    type(watch_type), intent(inout) :: watch
+    real(dp), intent(in) :: phases(:), values(:, :)
+    character(len=*), intent(in) :: names(:)
+    logical, intent(out) :: stop
+    integer :: j, k
+
+    watch%calls = watch%calls + size(phases) * merge(2, 1, size(values, 2) > 1)
+    do j = 1, size(names)
+      do k = 1, size(phases)
+        if (ieee_is_finite(values(k, j)) .or. allocated(watch%reason)) cycle
+        watch%reason = trim(names(j)) // " is not a finite number at the time " // concise(phases(k) * system%period, 6) // ", " &
+          & // concise(phases(k), 6) // " of the period"
+      end do
+    end do
+    if (.not. (allocated(watch%reason) .or. watch%examined) .and. watch%calls > many_calls) call examine(system, watch)
+    stop = allocated(watch%reason)
+  end subroutine take
+
+  subroutine matrices(self, t, m, b, c)
+    class(guarded_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: m(:, :), b(:, :), c(:, :)
+    real(dp), dimension(1, size(m, 1), size(m, 1)) :: all_m, all_b, all_c
+
+    call self%sample_second_order([t / self%period], all_m, all_b, all_c)
+    m = all_m(1, :, :)
+    b = all_b(1, :, :)
+    c = all_c(1, :, :)
+  end subroutine matrices
+
+  subroutine load(self, t, h)
+    class(guarded_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: h(:)
+
+    call self%inner%load(t, h)
+    self%watch%calls = self%watch%calls + 1
+  end subroutine load
+
+  subroutine sample_second_order(self, phases, m, b, c, h)
+    class(guarded_type), intent(in) :: self
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
+    real(dp), contiguous, intent(out), optional :: h(:, :)
+    logical :: stop
+    integer :: i
+
+    stop = allocated(self%watch%reason)
+    if (.not. stop) then
+      call self%inner%sample_second_order(phases, m, b, c, h)
+      if (present(h)) then
+        call take(self%inner, self%watch, phases, reshape([rows(m), rows(b), rows(c), sum(h, dim=2)], [size(phases), 4]), &
+          & watched, stop)
+      else
+        call take(self%inner, self%watch, phases, reshape([rows(m), rows(b), rows(c)], [size(phases), 3]), watched(:3), stop)
+      end if
+    end if
+    if (.not. stop) return
+    ! A system that is soon solved.
+    m = 0
+    do i = 1, size(m, 2)
+      m(:, i, i) = 1
+    end do
+    b = 0
+    c = 0
+    if (present(h)) h = 0
+  end subroutine sample_second_order
+
+  function coupled_second_order(self) result(coupled)
+    class(guarded_type), intent(in) :: self
+    logical, allocatable :: coupled(:, :)
+
+    allocate(coupled, source=self%inner%coupled())
+  end function coupled_second_order
+
+  subroutine matrix(self, t, p)
+    class(guarded_first_order_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: p(:, :)
+    real(dp) :: all_p(size(p, 1), size(p, 1), 1)
+
+    call self%sample([t / self%period], all_p)
+    p = all_p(:, :, 1)
+  end subroutine matrix
+
+  subroutine forcing(self, t, f)
+    class(guarded_first_order_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: f(:)
+
+    call self%inner%forcing(t, f)
+    self%watch%calls = self%watch%calls + 1
+  end subroutine forcing
+
+  subroutine sample(self, phases, p, f)
+    class(guarded_first_order_type), intent(in) :: self
+    real(dp), intent(in) :: phases(:)
+    real(dp), intent(out) :: p(:, :, :)
+    real(dp), intent(out), optional :: f(:, :)
+    logical :: stop
+
+    stop = allocated(self%watch%reason)
+    if (.not. stop) then
+      call self%inner%sample(phases, p, f)
+      if (present(f)) then
+        call take(self%inner, self%watch, phases, reshape([sum(sum(p, dim=1), dim=1), sum(f, dim=1)], [size(phases), 2]), &
+          & [character(len=24) :: "the matrix P", "the load f"], stop)
+      else
+        call take(self%inner, self%watch, phases, reshape([sum(sum(p, dim=1), dim=1)], [size(phases), 1]), ["the matrix P"], stop)
+      end if
+    end if
+    if (.not. stop) return
+    p = 0
+    if (present(f)) f = 0
+  end subroutine sample
+
+  function coupled_first_order(self) result(coupled)
+    class(guarded_first_order_type), intent(in) :: self
+    logical, allocatable :: coupled(:, :)
+
+    allocate(coupled, source=self%inner%coupled())
+  end function coupled_first_order
+
+end module gestell_door_guarded

@@ -1,0 +1,167 @@
+!> Whether coefficients are smooth functions of time, and where they are not.
+module gestell_door_roughness
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise
+  use gestell_system_periodic, only: periodic_system
+  use gestell_system_second_order, only: second_order_system
+  implicit none (type, external)
+  private
+
+  public :: describe_roughness, rows
+
+  !> Names of what second-order systems are made of.
+  character(len=24), parameter, public :: watched(4) = [character(len=24) :: "the mass matrix M", "the damping matrix B", &
+    & "the stiffness matrix C", "the load h"]
+
+  !> Equidistant times, and how many are taken at once.
+  integer, parameter :: points = 4096, block = 64
+  !> Of a smooth function the fourth differences over twice the spacing are 16 times as great; of one that jumps they are as great,
+  !> with a kink twice, with a jump of its curvature four times as great.
+  real(dp), parameter :: smooth = 8, curved = 2.9_dp, bent = 1.45_dp
+  !> At so many times differences are great beside a few jumps; at more, everywhere.
+  integer, parameter :: few_places = 40
+
+contains
+
+  !> For each phase the sum of a matrix's elements with weights of their own, shape of the matrices (phases, f, f).
+  pure function rows(a) result(sums)
+    real(dp), intent(in) :: a(:, :, :)
+    real(dp) :: sums(size(a, 1))
+    real(dp), parameter :: golden = 0.6180339887498949_dp
+    integer :: i, j
+
+    sums = 0
+    do j = 1, size(a, 3)
+      do i = 1, size(a, 2)
+        sums = sums + (1 + modulo(golden * (i + 7 * j), 1.0_dp)) * a(:, i, j)
+      end do
+    end do
+  end function rows
+
+  !> In a sentence where which of them is not smooth; unallocated: all are. `calls` are counted on.
+  subroutine describe_roughness(system, calls, sentence)
+    class(periodic_system), intent(in) :: system
+    integer, intent(inout) :: calls
+    character(len=:), allocatable, intent(out) :: sentence
+    real(dp), allocatable :: values(:, :)
+    character(len=24) :: names(4)
+    integer :: j, k
+
+    call sample_sums(system, [((k - 0.5_dp) / points, k = 1, points)], values, names)
+    calls = calls + 2 * points
+    do j = 1, size(values, 2)
+      call find_rough_place(system, j, trim(names(j)), values(:, j), calls, sentence)
+      if (allocated(sentence)) return
+    end do
+  end subroutine describe_roughness
+
+  !> Sums over the elements of each coefficient, shape (phases, coefficients).
+  subroutine sample_sums(system, phases, values, names)
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(in) :: phases(:)
+    real(dp), allocatable, intent(out) :: values(:, :)
+    character(len=*), intent(out) :: names(4)
+    real(dp), allocatable, dimension(:, :, :) :: m, b, c
+    real(dp), allocatable :: h(:, :)
+    integer :: first, last, n, i, k
+
+    n = system%states
+    names = watched
+    select type (system)
+    class is (second_order_system)
+      allocate(values(size(phases), 4))
+    class default
+      allocate(values(size(phases), 2))
+      names(:2) = [character(len=24) :: "the matrix P", "the load f"]
+    end select
+    do first = 1, size(phases), block
+      last = min(first + block - 1, size(phases))
+      associate (part => values(first:last, :), at => phases(first:last), count => last - first + 1)
+        select type (system)
+        class is (second_order_system)
+          allocate(m(count, n / 2, n / 2), b(count, n / 2, n / 2), c(count, n / 2, n / 2), h(count, n / 2))
+          call system%sample_second_order(at, m, b, c, h)
+          part(:, 1) = rows(m)
+          part(:, 2) = rows(b)
+          part(:, 3) = rows(c)
+          part(:, 4) = [(sum([(h(k, i) * i, i = 1, n / 2)]), k = 1, count)]
+          deallocate(m, b, c, h)
+        class default
+          allocate(m(n, n, count), h(n, count))
+          call system%sample(at, m, h)
+          part(:, 1) = [(sum([((1 + i + n * (k - 1)) * m(i, :, k), i = 1, n)]), k = 1, count)]
+          part(:, 2) = [(sum([(h(i, k) * i, i = 1, n)]), k = 1, count)]
+          deallocate(m, h)
+        end select
+      end associate
+    end do
+  end subroutine sample_sums
+
+  !> By fourth differences, beside the breaks that the system tells of; where they are greatest closer and closer, for a smooth
+  !> function may be sharp.
+  subroutine find_rough_place(system, which, name, values, calls, sentence)
+    class(periodic_system), intent(in) :: system
+    integer, intent(in) :: which
+    character(len=*), intent(in) :: name
+    real(dp), intent(in) :: values(:)
+    integer, intent(inout) :: calls
+    character(len=:), allocatable, intent(out) :: sentence
+    !> Closer looks, each at so many times, with a quarter of the spacing.
+    integer, parameter :: looks = 5, closer = 65
+    real(dp), allocatable :: near(:), around(:, :)
+    real(dp) :: ratio, spacing, place
+    character(len=:), allocatable :: how
+    character(len=24) :: names(4)
+    integer :: k, look
+
+    spacing = 1.0_dp / points
+    call take_differences(values, 0.5_dp * spacing, near, ratio, place)
+    if (ratio > smooth) return
+    if (count(near > 0.3_dp * maxval(near)) > few_places) then
+      sentence = name // " is no smooth function of time: it changes from one to the next of " // concise(real(points, dp), 4) &
+        & // " times in the period (does the same time always give the same value?)"
+      return
+    end if
+    do look = 1, looks
+      spacing = spacing / 4
+      associate (from => max(0.0_dp, min(place - (closer - 1) * spacing / 2, 1 - closer * spacing)))
+        call sample_sums(system, [(from + k * spacing, k = 0, closer - 1)], around, names)
+        call take_differences(around(:, which), from, near, ratio, place)
+      end associate
+      calls = calls + 2 * closer
+      if (ratio > smooth) return
+    end do
+    how = "jumps"
+    if (ratio > bent) how = "has a kink"
+    if (ratio > curved) how = "has a jump of its curvature"
+    sentence = name // " " // how // " near the time " // concise(place * system%period, 4) // ", " // concise(place, 4) &
+      & // " of the period: smooth it, or name the time in `breaks`"
+
+  contains
+
+    !> Sizes of the fourth differences, how much greater over twice the spacing they are, and where they are greatest. Phases begin
+    !> at `from`. What is rounding is smooth.
+    subroutine take_differences(y, from, sizes, ratio, place)
+      real(dp), intent(in) :: y(:), from
+      real(dp), allocatable, intent(out) :: sizes(:)
+      real(dp), intent(out) :: ratio, place
+      real(dp) :: far(size(y))
+      integer :: k
+
+      allocate(sizes(size(y)), source=0.0_dp)
+      far = 0
+      do k = 5, size(y) - 4
+        if (allocated(system%breaks)) then
+          if (any(abs(system%breaks / system%period - from - (k - 1) * spacing) <= 4.5_dp * spacing)) cycle
+        end if
+        sizes(k) = abs(y(k - 2) - 4 * y(k - 1) + 6 * y(k) - 4 * y(k + 1) + y(k + 2))
+        far(k) = abs(y(k - 4) - 4 * y(k - 2) + 6 * y(k) - 4 * y(k + 2) + y(k + 4))
+      end do
+      place = from + (maxloc(sizes, dim=1) - 1) * spacing
+      ratio = huge(ratio)
+      if (maxval(sizes) > 1.0e4_dp * epsilon(1.0_dp) * maxval(abs(y))) ratio = maxval(far) / maxval(sizes)
+    end subroutine take_differences
+
+  end subroutine find_rough_place
+
+end module gestell_door_roughness

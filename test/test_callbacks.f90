@@ -1,0 +1,133 @@
+!> Systems whose coefficients are no smooth functions, no numbers, without a mass, or of an absurd period: each is told by its own
+!> name within 100,000 calls.
+module test_callbacks
+  use checks, only: check_success, check_that
+  use gestell_base_error, only: gestell_error => error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_door_system, only: motion_type, solve_system
+  use gestell_system_second_order, only: second_order_system
+  use testdrive, only: check, error_type, new_unittest, unittest_type
+  implicit none (type, external)
+  private
+
+  public :: collect_callbacks
+
+  !> q'' + 0.1 q' + 2 q = cos(t) with period 2 pi, but for what `fault` says.
+  type, extends(second_order_system) :: faulty_type
+    character(len=12) :: fault = ""
+    integer, pointer :: calls => null()
+  contains
+    procedure :: matrices
+    procedure :: load
+  end type faulty_type
+
+  integer, parameter :: most_calls = 100000
+
+contains
+
+  subroutine collect_callbacks(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_unittest("faulty coefficients by their names", test_faults), &
+      & new_unittest("smooth coefficients at many calls stay as they are", test_smooth)]
+  end subroutine collect_callbacks
+
+  subroutine test_faults(error)
+    type(error_type), allocatable, intent(out) :: error
+
+    call expect("jump", "the stiffness matrix C jumps near the time 2.", error)
+    if (.not. allocated(error)) call expect("load jump", "the load h jumps near the time 2.", error)
+    if (.not. allocated(error)) call expect("noise", "the stiffness matrix C is no smooth function of time", error)
+    if (.not. allocated(error)) call expect("no mass", "the mass matrix is singular at all times", error)
+    if (.not. allocated(error)) call expect("mass turns", "the mass matrix is singular at the time 1.5708", error)
+    if (.not. allocated(error)) call expect("NaN mass", "the mass matrix M is not a finite number at the time", error)
+    if (.not. allocated(error)) call expect("NaN load", "the load h is not a finite number at the time", error)
+    if (.not. allocated(error)) call expect("infinite", "the damping matrix B is not a finite number at the time", error)
+    if (.not. allocated(error)) call expect("period", "the period of 1", error)
+  end subroutine test_faults
+
+  !> The failure of a system begins with a message, and comes soon.
+  subroutine expect(fault, message, error)
+    character(len=*), intent(in) :: fault, message
+    type(error_type), allocatable, intent(out) :: error
+    type(faulty_type) :: system
+    type(motion_type) :: motion
+    type(gestell_error), allocatable :: failure
+    integer, target, volatile :: calls
+    character(len=:), allocatable :: came
+
+    calls = 0
+    system%states = 2
+    system%period = 2 * pi
+    if (fault == "period") system%period = 1.0e9_dp
+    system%fault = fault
+    system%calls => calls
+    call solve_system(system, motion, failure, tolerance=1.0e-10_dp, points=16)
+    came = "no failure"
+    if (allocated(failure)) came = failure%message
+    call check(error, index(came, message) == 1, more=fault // ": " // came)
+    if (.not. allocated(error)) call check_that(error, real(calls, dp), "<=", real(most_calls, dp), fault // ", calls")
+  end subroutine expect
+
+  !> A pulse that is as sharp as a thousandth of the period is smooth, and takes more calls than the first look comes after.
+  subroutine test_smooth(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(faulty_type) :: system
+    type(motion_type) :: motion
+    type(gestell_error), allocatable :: failure
+    integer, target, volatile :: calls
+
+    calls = 0
+    system%states = 2
+    system%period = 2 * pi
+    system%fault = "pulse"
+    system%calls => calls
+    call solve_system(system, motion, failure, tolerance=1.0e-12_dp, points=16)
+    call check_success(error, failure)
+    if (.not. allocated(error)) call check_that(error, real(calls, dp), ">", 60000.0_dp, "calls")
+    ! Liouville: rho_1 rho_2 = exp(-0.1 * 2 pi)
+    if (.not. allocated(error)) call check(error, real(product(motion%multipliers), dp), exp(-0.2_dp * pi), thr=1.0e-11_dp)
+  end subroutine test_smooth
+
+  subroutine matrices(self, t, m, b, c)
+    class(faulty_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: m(:, :), b(:, :), c(:, :)
+    real(dp) :: phase
+
+    self%calls = self%calls + 1
+    m = 1
+    b = 0.1_dp
+    c = 2 + cos(t) / 2
+    select case (self%fault)
+    case ("jump")
+      if (t > 2.2_dp) c = c + 0.3_dp
+    case ("noise")
+      phase = modulo(self%calls * 0.7548776662466927_dp, 1.0_dp)
+      c = c + 1.0e-3_dp * phase
+    case ("no mass")
+      m = 0
+    case ("mass turns")
+      m = cos(t)
+    case ("NaN mass")
+      if (t > 3) m = sqrt(3 - t)
+    case ("infinite")
+      if (t > 3) b = exp(1000 * t)
+    case ("pulse")
+      c = c + 0.1_dp / (1.0e-6_dp + sin((t - 1) / 2)**2) * 1.0e-4_dp
+    end select
+  end subroutine matrices
+
+  subroutine load(self, t, h)
+    class(faulty_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: h(:)
+
+    self%calls = self%calls + 1
+    h = cos(t)
+    if (self%fault == "load jump" .and. t > 2.2_dp) h = h + 1
+    if (self%fault == "NaN load" .and. t > 3) h = sqrt(3 - t)
+  end subroutine load
+
+end module test_callbacks
