@@ -213,12 +213,15 @@ contains
 
   contains
 
+    !> Over the crank angle, which falls with time where the speed is negative.
     function around(motion, phi) result(q)
       type(series_type), intent(in) :: motion
       real(qp), intent(in) :: phi
-      real(qp) :: q(3, 3)
+      real(qp) :: q(3, 3), way
 
-      q = reshape([motion_at(motion, phi - step), motion_at(motion, phi), motion_at(motion, phi + step)], [3, 3])
+      way = sign(1.0_dp, machine%speed_rpm)
+      q = reshape([motion_at(motion, way * (phi - step)), motion_at(motion, way * phi), motion_at(motion, way * (phi + step))], &
+        & [3, 3])
     end function around
 
   end subroutine check_residual
