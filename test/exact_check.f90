@@ -38,8 +38,6 @@ contains
     call compare_multipliers(claims, orbit, findings, count)
     if (.not. allocated(claims%quantities)) return
     do k = 1, size(signals)
-      ! Where psi is free the arm of the guides' forces is left out there.
-      if (signals(k)%name == "guide.m" .and. frame%machine%free(3)) cycle
       claim = claim_of(claims, trim(signals(k)%name))
       if (allocated(claim%history)) call compare_signal(claim, signals(k), findings, count)
       if (signals(k)%name /= "probe(p).v") cycle

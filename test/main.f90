@@ -30,6 +30,7 @@ program main
   use test_data, only: collect_data
   use test_digits, only: collect_digits
   use test_discs, only: collect_discs
+  use test_dofs, only: collect_dofs
   use test_door, only: collect_door
   use test_drive, only: collect_drive
   use test_exact, only: collect_exact
@@ -40,6 +41,7 @@ program main
   use test_follower, only: collect_follower
   use test_forces, only: collect_forces
   use test_forces_limits, only: collect_forces_limits
+  use test_ground, only: collect_ground
   use test_guards, only: collect_guards
   use test_held, only: collect_held
   use test_hill, only: collect_hill
@@ -139,6 +141,7 @@ program main
     & new_testsuite("reduction", collect_reduction), &
     & new_testsuite("phasewise", collect_phasewise), &
     & new_testsuite("model", collect_model), &
+    & new_testsuite("ground", collect_ground), &
     & new_testsuite("guards", collect_guards), &
     & new_testsuite("hostile", collect_hostile), &
     & new_testsuite("lost", collect_lost), &
@@ -173,6 +176,7 @@ program main
     & new_testsuite("forces-limits", collect_forces_limits), &
     & new_testsuite("probes", collect_probes), &
     & new_testsuite("digits", collect_digits), &
+    & new_testsuite("dofs", collect_dofs), &
     & new_testsuite("door", collect_door), &
     & new_testsuite("drive", collect_drive), &
     & new_testsuite("exact", collect_exact), &

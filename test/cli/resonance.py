@@ -156,8 +156,8 @@ def test_refused():
          "tasks resonance, critical, campbell"),
         ("no such quantity", SPEEDS + "&resonance quantities='zeta' /\n",
          "input.nml:17: &resonance: quantities = 'zeta': 'zeta' is "
-         "no quantity: there are xi, eta, psi, xi_dot, eta_dot, psi_dot, fx, fy, m, f, support(1).fx (.fy, .f; to 4), "
-         "foundation.fx, guide.fx (.fy, .f, .m)"),
+         "no quantity: there are xi, eta, psi (also with _dot, _ddot), fx, fy, m, f, support(1).fx (.fy, .f; to 4), "
+         "foundation.fx, guide.fx, total.fx (.fy, .f, .m)"),
         ("a quantity twice", SPEEDS + "&resonance quantities='xi','xi' /\n",
          "input.nml:17: &resonance: quantities = 'xi', 'xi': names "
          "'xi' twice"),

@@ -50,7 +50,7 @@ contains
     if (.not. any(mechanism%terms > 0)) return
     call tabulate_felt(mechanism, origin, even_in_space, [(2 * pi * i / angles, i = 1, angles)], felt, load)
     call set_load(free, 1.0_dp, origin, load, h)
-    terms = mechanism%terms
+    terms = mechanism%terms(:3)
     terms(3) = abs(origin(1)) * terms(2) + abs(origin(2)) * terms(1) + terms(3)
     weights = 1 / sqrt(max(tiny(1.0_dp), inertia + mechanism%inertia))
     weights(:2) = 1 / sqrt(max(tiny(1.0_dp), mass + mechanism%mass))

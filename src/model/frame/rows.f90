@@ -20,7 +20,10 @@ module gestell_model_frame_rows
   implicit none (type, external)
   private
 
-  public :: exact_rows, is_of_probe, rows_of
+  public :: exact_rows, is_of_probe, new_ground_forces, rows_of
+
+  !> Names of the forces on the ground along the degrees of freedom of the frame, in their order: in the plane the first three.
+  character(len=2), parameter, public :: force_names(6) = [character(len=2) :: "fx", "fy", "m", "fz", "mx", "my"]
 
   !> Rows of the motion in the plane: the last of q, q', q'' and the guides' forces.
   integer, parameter, public :: displacements = 3, velocities = 6, accelerations = 9, guide_forces = 12, &
@@ -51,6 +54,12 @@ module gestell_model_frame_rows
     procedure :: rows
   end type quantity_type
 
+  !> Forces on the ground and their moments about F at rest, in the frame's order of degrees of freedom: weights of the motion's
+  !> rows, and bounds on the weights' roundings; shapes (rows, dofs).
+  type, public :: ground_forces_type
+    real(dp), allocatable :: weights(:, :), rounding(:, :)
+  end type ground_forces_type
+
 contains
 
   !> Whether a part of the machine, as the user names it, is this probe: probe(NAME).
@@ -63,6 +72,13 @@ contains
     is_of_probe = n > len("probe()")
     if (is_of_probe) is_of_probe = part(:6) == "probe(" .and. part(n:n) == ")" .and. part(7:n - 1) == probe%name
   end function is_of_probe
+
+  !> No forces on the ground yet.
+  pure type(ground_forces_type) function new_ground_forces(frame) result(forces)
+    class(frame_type), intent(in) :: frame
+
+    allocate(forces%weights(exact_rows(frame), frame%dofs()), forces%rounding(exact_rows(frame), frame%dofs()), source=0.0_dp)
+  end function new_ground_forces
 
   !> How many rows the exact frame's motion has.
   pure integer function exact_rows(frame)

@@ -64,18 +64,19 @@ contains
     to%plane = from%plane
   end subroutine move_link
 
-  !> The sums (4) to (7) over the links, with all joints at `at`; `terms`: those of the absolute terms of a1'', a2'' and a4.
+  !> The sums (4) to (7) over the links, with all joints at `at`; `terms`: of the absolute terms of a1'', a2'', a4, K'.
   pure subroutine sum_masses(links, at, a, terms)
     type(link_type), intent(in) :: links(:)
     type(point_type), intent(in) :: at(:)
     type(mass_functions_type), intent(out) :: a
-    real(dp), intent(out), optional :: terms(3)
+    real(dp), intent(out), optional :: terms(4)
     type(point_type) :: center
     type(jet) :: size1, size2
-    real(dp) :: rate, turn, turn_terms, a4_size
+    real(dp) :: rate, turn, turn_terms, a4_size, energy_size
     integer :: i
 
     a4_size = 0
+    energy_size = 0
     do i = 1, size(links)
       associate (link => links(i))
         call body_motion(link, at, center, rate, turn, turn_terms=turn_terms)
@@ -87,12 +88,14 @@ contains
         size2 = size2 + magnitude(link%mass, center%y)
         a4_size = a4_size + link%inertia * turn_terms &
           & + link%mass * (abs(center%x%v * center%y%dd) + abs(center%y%v * center%x%dd))
+        energy_size = energy_size + 2 * (link%inertia * abs(rate) * turn_terms &
+          & + link%mass * (abs(center%x%d * center%x%dd) + abs(center%y%d * center%y%dd)))
       end associate
     end do
     a%a1 = cleaned(a%a1, size1)
     a%a2 = cleaned(a%a2, size2)
     if (abs(a%a4) <= noise * a4_size) a%a4 = 0
-    if (present(terms)) terms = [size1%dd, size2%dd, a4_size]
+    if (present(terms)) terms = [size1%dd, size2%dd, a4_size, energy_size]
   end subroutine sum_masses
 
   !> What the drive feels, summed over the links, with all joints at `at`: shape (drive_columns).

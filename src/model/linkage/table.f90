@@ -37,11 +37,11 @@ contains
   pure function greatest_terms(joints, links) result(terms)
     type(named_joint_type), intent(in) :: joints(:)
     type(link_type), intent(in) :: links(:)
-    real(dp) :: terms(3)
+    real(dp) :: terms(4)
     integer, parameter :: angles = 16
     type(mass_functions_type) :: a
     type(point_type) :: at(size(joints))
-    real(dp) :: here(3)
+    real(dp) :: here(4)
     integer :: i, k
 
     terms = 0

@@ -28,7 +28,7 @@
 module gestell_model_mechanism_driving
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
-  use gestell_model_mechanism_driving_in_space, only: drive_power_in_space
+  use gestell_model_mechanism_driving_in_space, only: drive_power_in_space, torque_roundings
   use gestell_model_mechanism_held, only: part_of_turn
   use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_dd, a3_v, a4_v, drive_columns, energy_d, &
     & energy_dd, energy_v, spin_v, table_columns
@@ -46,8 +46,8 @@ contains
 
   !> The drive at phases of the turn, shape (power_rows, phases), from the motion there: q, q', q'', shape (9, phases), in space
   !> (18, phases).
-  !> `known`: the mechanism tells its kinetic energy. With `errors` of the motion's rows also `torque_error`, what
-  !> they do to the torque at most.
+  !> `known`: the mechanism tells its kinetic energy. With `errors` of the motion's rows also `torque_error`, a bound on what these
+  !> and roundings do to the torque.
   subroutine drive_power(frame, phases, motion, power, known, errors, torque_error)
     class(frame_type), intent(in) :: frame
     real(dp), contiguous, intent(in) :: phases(:), motion(:, :)
@@ -56,7 +56,7 @@ contains
     real(dp), intent(in), optional :: errors(:)
     real(dp), intent(out), optional :: torque_error
     real(dp), allocatable :: masses(:, :), drive(:, :)
-    real(dp) :: s(2), s_d(2), s_dd(2), spin, spin_d, inertia, inertia_d, inertia_dd, rate, by_turn, by_rate, even
+    real(dp) :: s(2), s_d(2), s_dd(2), spin, spin_d, inertia, inertia_d, inertia_dd, rate, by_turn, by_rate, even, terms
     complex(dp) :: turn, sums, sums_d, sums_dd
     complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
     integer :: k
@@ -116,9 +116,15 @@ contains
             by_turn = by_turn + frame%weights%torque(turn, i * sums_d - even * sums_dd)
           end if
           power(drive_watts, k) = omega * power(torque, k) - frame%motor_torque * v(3)
-          if (present(errors) .and. present(torque_error)) torque_error = max(torque_error, &
-            & dot_product(abs(frame%turned(q(3), s_d)), errors(7:8)) + abs(spin - even * drive(k, energy_v)) * errors(9) &
-            & + abs(by_turn) * errors(3) + abs(by_rate) * errors(6))
+          if (present(errors) .and. present(torque_error)) then
+            terms = rate**2 * max(abs(drive(k, energy_d)), frame%mechanism%terms(4)) / 2 + v(3)**2 * abs(inertia_d) / 2 &
+              & + dot_product(abs(acceleration(:2)), abs(frame%turned(q(3), s_d)) + frame%mechanism%terms(:2)) &
+              & + abs(acceleration(3)) * (abs(spin) + even * drive(k, energy_v))
+            if (frame%weights%act) terms = terms + abs(frame%weights%gravity) * (norm2(s_d) + norm2(frame%mechanism%terms(:2)))
+            torque_error = max(torque_error, dot_product(abs(frame%turned(q(3), s_d)), errors(7:8)) &
+              & + abs(spin - even * drive(k, energy_v)) * errors(9) + abs(by_turn) * errors(3) + abs(by_rate) * errors(6) &
+              & + torque_roundings * (epsilon(terms) + frame%rounding) * terms)
+          end if
         end associate
       end do
     end associate

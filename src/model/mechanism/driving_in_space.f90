@@ -24,11 +24,14 @@ module gestell_model_mechanism_driving_in_space
 
   public :: drive_power_in_space
 
+  !> Roundings of each term of the torque, of which the second derivatives of the places have one for each joint.
+  real(dp), parameter, public :: torque_roundings = 16
+
 contains
 
   !> At phases of the turn, from the motion there, q, q', q'', shape (18, phases): the torque on the drive's shaft, that on a rigid
   !> frame (N m), the drive's power, that of the dampers (W), the energy of mechanisms, frame and springs (J), shape (5, phases).
-  !> With `errors` of the motion's rows, shape (18), also `torque_error`, what they do to the torque at most.
+  !> With `errors` of the motion's rows, shape (18), also `torque_error`, a bound on what these and roundings do to the torque.
   subroutine drive_power_in_space(frame, phases, motion, power, errors, torque_error)
     class(frame_type), intent(in) :: frame
     real(dp), contiguous, intent(in) :: phases(:), motion(:, :)
@@ -69,10 +72,29 @@ contains
       call frame%space%masses_at(frame%mass, 1.0_dp, [angles(k) - driven%turn%chi(0)], at)
       power(5, k) = kinetic_energy(at, matmul(q(:3, 1), driven%moved%rotation), driven) &
         & + mounting_energy(frame%space, q(:, 0), at%s(1, :, 0))
-      if (present(errors) .and. present(torque_error)) torque_error = max(torque_error, effect())
+      if (present(errors) .and. present(torque_error)) torque_error = max(torque_error, effect() &
+        & + torque_roundings * (epsilon(1.0_dp) + frame%rounding) * absolute_terms())
     end do
 
   contains
+
+    !> The sum of the torque's absolute terms: where those of the links cancel their roundings do not.
+    pure real(dp) function absolute_terms()
+      real(dp) :: of_forces, of_energy
+      integer :: i
+
+      of_forces = 0
+      of_energy = 0
+      do i = 1, size(frame%space%planes)
+        of_forces = of_forces + norm2(frame%space%planes(i)%linkage%terms(:2))
+        of_energy = of_energy + frame%space%planes(i)%linkage%terms(4)
+      end do
+      associate (moving => driven%moving, moved => driven%moved)
+        absolute_terms = norm2(moved%a) * (norm2(moving%s(:, 1)) + of_forces) + norm2(moved%w_d) * norm2(moving%a(:, 0)) &
+          & + norm2(moved%w) * norm2(matmul(moving%j(:, :, 1), moved%w)) / 2 + abs(moved%gain) * moving%k(0) &
+          & + moved%rate**2 * max(abs(moving%k(1)), of_energy) / 2
+      end associate
+    end function absolute_terms
 
     !> What the errors of the motion do to the torque.
     pure real(dp) function effect()

@@ -30,9 +30,9 @@ module gestell_model_mechanism
     real(dp) :: mass = 0, inertia = 0
     !> Crank angle over which the mass functions change noticeably (rad): equal steps should not be much longer.
     real(dp) :: angle_scale = 1
-    !> The greatest sums over the links of the absolute terms of a1'' and a2'' (kg m) and of a4 (kg m^2): what they cancel to is
-    !> known to their roundings only. Zero: nothing cancels.
-    real(dp) :: terms(3) = 0
+    !> Maxima over the turn of the sums over the links of the absolute terms of a1'' and a2'' (kg m), of a4 and of K' (kg m^2,
+    !> see `energy_d`): what they cancel to is known to their roundings only. Zero: nothing cancels.
+    real(dp) :: terms(4) = 0
     !> Turns of the drive in one of this crank, which turns slower than the drive where a shaft does not turn a whole number of
     !> times in a turn of that: the period is so many turns, and the orders of the drive's speed are 1/turns, 2/turns, ...
     integer :: turns = 1

@@ -6,15 +6,13 @@ module gestell_study_design_goal
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_gravity, only: sag_of, weighs
   use gestell_model_frame_quantity, only: look_up_quantity
-  use gestell_model_frame_rows, only: accelerations, exact_rows, guide_forces, probe_type, quantity_type, rows_of
-  use gestell_model_frame_varied_frame, only: varied_frame_type
-  use gestell_model_space, only: in_frame, is_rotation, space_type
-  use gestell_model_mechanism, only: a1_dd, a2_dd, a4_v, drive_columns, energy_d, table_columns
-  use gestell_model_mechanism_held, only: part_of_turn
+  use gestell_model_frame_rows, only: accelerations, force_names, guide_forces, probe_type, quantity_type, rows_of
+  use gestell_model_frame_shaking, only: shaking_loads, shaking_terms
+  use gestell_model_space, only: is_rotation
   use gestell_model_mechanism_driving, only: drive_power, power_rows, torque
   use gestell_study_design_separation, only: separation_type, take_distances
   use gestell_study_measure, only: band_measure, measure_type, new_measure
-  use gestell_study_vibration_motion, only: complete_motion
+  use gestell_study_vibration_motion, only: complete_motion, motion_rows
   implicit none (type, external)
   private
 
@@ -23,9 +21,6 @@ module gestell_study_design_goal
   !> What is looked at: a quantity of the motion, a shaking force, the torque, multipliers, a number of the machine.
   integer, parameter, public :: of_motion = 1, of_shaking = 2, of_torque = 3, of_multipliers = 4, of_machine = 5
 
-  !> The last three are those of a frame in space alone.
-  character(len=10), parameter :: shaking_names(7) = [character(len=10) :: "shaking.fx", "shaking.fy", "shaking.f", "shaking.m", &
-    & "shaking.fz", "shaking.mx", "shaking.my"]
   character(len=10), parameter :: machine_names(3) = [character(len=10) :: "added_mass", "sag", "separation"]
 
   type, public :: goal_type
@@ -64,7 +59,7 @@ contains
     goal%measure%quantity = name
     goal%measure%kind = kind
     call find_offset(frame, name, offset, named)
-    if (any(name == shaking_names(:merge(7, 4, allocated(frame%space))))) then
+    if (any(is_component(frame, name))) then
       goal%about = of_shaking
       goal%measure%unit = merge("Nm", "N ", index(name, "shaking.m") == 1)
     else if (name == "torque") then
@@ -192,17 +187,12 @@ contains
     real(dp), allocatable :: motion(:, :), first_rows(:, :), forces(:, :), power(:, :)
     type(quantity_type) :: quantity
     logical :: known
-    integer, parameter :: places(3) = in_frame(:3)
+    integer, allocatable :: parts(:)
     integer :: dofs, i, k, rows
 
     samples = 0
     dofs = frame%dofs()
-    rows = rows_of(dofs, accelerations)
-    if (size(frame%free) < dofs) rows = rows_of(dofs, guide_forces)
-    select type (frame)
-    class is (varied_frame_type)
-      rows = exact_rows(frame)
-    end select
+    rows = motion_rows(frame, merge(guide_forces, accelerations, size(frame%free) < dofs))
     allocate(motion(rows, size(phases)), source=0.0_dp)
     if (any(goals%needs_motion())) then
       do k = 0, 2
@@ -210,7 +200,7 @@ contains
       end do
       if (rows > rows_of(dofs, accelerations)) call complete_motion(frame, frame, phases, motion)
     end if
-    if (any(goals%about == of_shaking)) call shaking_forces(frame, phases, forces)
+    if (any(goals%about == of_shaking)) call shaking_loads(frame, phases, forces)
     do i = 1, size(goals)
       select case (goals(i)%about)
       case (of_motion)
@@ -220,14 +210,8 @@ contains
           samples(:, k, i) = matmul(quantity%weights(:rows, k), motion)
         end do
       case (of_shaking)
-        select case (goals(i)%measure%quantity)
-        case ("shaking.f")
-          samples(:, :, i) = forces(:, pack(places, places <= dofs))
-        case default
-          ! fx, fy and m, in space fz, mx and my, as the degrees of freedom
-          k = findloc([character(len=2) :: "fx", "fy", "m", "fz", "mx", "my"], goals(i)%measure%quantity(9:10), dim=1)
-          samples(:, 1, i) = forces(:, k)
-        end select
+        parts = pack([(k, k = 1, dofs)], is_component(frame, goals(i)%measure%quantity))
+        samples(:, :size(parts), i) = forces(:, parts)
       case (of_torque)
         allocate(power(power_rows, size(phases)))
         first_rows = motion(:rows_of(dofs, accelerations), :)
@@ -244,56 +228,25 @@ contains
     end do
   end subroutine take_samples
 
-  !> Forces along x and y and the moment about O on a frame at rest (gestell_model_mechanism_shaking), shape (phases, 3); in space
-  !> forces and moments about F, in the order of the degrees of freedom, shape (phases, 6).
-  subroutine shaking_forces(frame, phases, forces)
+  !> What the roundings of their terms leave of a shaking force (N, N m).
+  pure real(dp) function shaking_error(frame, quantity) result(error)
     class(frame_type), intent(in) :: frame
-    real(dp), contiguous, intent(in) :: phases(:)
-    real(dp), allocatable, intent(out) :: forces(:, :)
-    real(dp) :: table(size(phases), table_columns), drive(size(phases), drive_columns)
-    real(dp), dimension(size(phases), 6, 6) :: m, b, c
-    type(space_type) :: weightless
-    logical :: known
-    integer :: i
-
-    if (allocated(frame%space)) then
-      allocate(forces(size(phases), 6))
-      weightless = frame%space
-      weightless%weights%act = .false.
-      call weightless%sample_at_rest(frame%mass, frame%speed, frame%crank_angles(phases), [(i, i = 1, 6)], m, b, c, forces)
-      return
-    end if
-    call frame%mechanism%tabulate(frame%crank_angles(phases), table)
-    drive = 0
-    if (frame%even_in_space()) call frame%mechanism%tabulate_drive(frame%crank_angles(phases), drive, known)
-    forces = -frame%speed**2 * table(:, [a1_dd, a2_dd, a4_v])
-    forces(:, 3) = forces(:, 3) + part_of_turn(frame%mechanism, frame%even_in_space()) * frame%speed**2 * drive(:, energy_d) / 2
-  end subroutine shaking_forces
-
-  !> What the roundings of their terms leave of them (N, N m).
-  real(dp) function shaking_error(frame, phases, quantity) result(error)
-    class(frame_type), intent(in) :: frame
-    real(dp), contiguous, intent(in) :: phases(:)
     character(len=*), intent(in) :: quantity
     real(dp), parameter :: roundings = 16
-    real(dp), allocatable :: forces(:, :)
-    real(dp) :: arm
-    logical :: is_moment, turns(6)
-    integer :: i
 
-    is_moment = index(quantity, "shaking.m") == 1
-    if (allocated(frame%space)) then
-      ! of the load, where a moment counts as a force at the radius of gyration
-      call shaking_forces(frame, phases, forces)
-      arm = sqrt(max(tiny(arm), sum([(frame%space%inertia(i, i), i = 1, 3)]) / 3 / max(frame%mass, tiny(arm))))
-      turns = is_rotation([(i, i = 1, 6)])
-      error = frame%load_rounding * max(maxval(abs(forces), mask=spread(.not. turns, 1, size(phases))), &
-        & maxval(abs(forces), mask=spread(turns, 1, size(phases))) / arm) * merge(arm, 1.0_dp, is_moment)
-    else
-      error = roundings * frame%rounding * frame%speed**2 * merge(frame%mechanism%terms(3), norm2(frame%mechanism%terms(:2)), &
-        & is_moment)
-    end if
+    error = roundings * frame%rounding * norm2(pack(shaking_terms(frame), is_component(frame, quantity)))
   end function shaking_error
+
+  !> Which of the loads on the frame's degrees of freedom are components of a shaking force, shape (dofs).
+  pure function is_component(frame, quantity)
+    class(frame_type), intent(in) :: frame
+    character(len=*), intent(in) :: quantity
+    logical :: is_component(frame%dofs())
+    integer :: k
+
+    is_component = "shaking." // force_names(:frame%dofs()) == quantity
+    if (quantity == "shaking.f") is_component = .not. is_rotation([(k, k = 1, frame%dofs())])
+  end function is_component
 
   !> A number of the machine; for the separation one for each of the `branches`.
   subroutine plain_values(goal, frame, branches, values)

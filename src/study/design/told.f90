@@ -3,6 +3,7 @@
 module gestell_study_design_told
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
+  use gestell_math_fourier, only: fourier_series, fourier_type
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
   use gestell_model_frame, only: frame_type
@@ -15,7 +16,7 @@ module gestell_study_design_told
   use gestell_study_design_problem, only: design_order_type
   use gestell_study_design_separation, only: find_branches, separation_type
   use gestell_study_frame_model, only: settle
-  use gestell_study_measure, only: rows_of, take_measures
+  use gestell_study_measure, only: peak_measure, rows_of, take_measures
   use gestell_study_vibration, only: solve_vibration, vibration_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
   implicit none (type, external)
@@ -111,7 +112,7 @@ contains
         if (allocated(error)) return
         call measure_branches(goals(g)%measure%kind, goals(g)%measure%band, run%period, samples(:, :, 1), slopes, found, unused)
         values(g) = maxval(found)
-        errors(g) = shaking_error(run, phases, goals(g)%measure%quantity)
+        errors(g) = shaking_error(run, goals(g)%measure%quantity)
         deallocate(samples, slopes)
       case default
         cycle
@@ -170,6 +171,7 @@ contains
     real(dp), intent(out) :: found(2)
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: power(:, :), values(:), unused(:, :), motion(:, :), slopes(:, :, :)
+    type(fourier_type) :: series
     logical :: known
     integer :: k, n
 
@@ -183,6 +185,8 @@ contains
     end if
     call measure_branches(goal%measure%kind, goal%measure%band, frame%period, reshape(power(torque, :), [n, 1]), slopes, values, &
       & unused)
+    series = fourier_series(power(torque, :))
+    if (goal%measure%kind == peak_measure) found(2) = found(2) + series%beyond()
     ! of the drive, which turns faster than the linkage's crank angle
     found = [maxval(values), found(2)] / frame%mechanism%turns
   end subroutine take_torque

@@ -4,13 +4,14 @@ module gestell_study_vibration_motion
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_mounting, only: damping_matrix, stiffness_matrix, turned_loads
-  use gestell_model_frame_moved_mounting, only: ground_load
-  use gestell_model_frame_rows, only: accelerations, cosine, displacements, guide_forces, moment_excess, moments_excess, rows_of, &
-    & sine, supports_excess, turn_excess, velocities
+  use gestell_model_frame_moved_mounting, only: ground_load, less_one
+  use gestell_model_frame_rows, only: accelerations, cosine, displacements, exact_rows, guide_forces, moment_excess, &
+    & moments_excess, rows_of, sine, supports_excess, turn_excess, velocities
+  use gestell_model_frame_shaking, only: shaking_terms
   use gestell_model_frame_varied_frame, only: varied_frame_type
   use gestell_model_space, only: in_frame
   use gestell_model_space_mounting, only: support_matrix, turned_in_space => turned_loads
-  use gestell_model_space_rotation, only: cross, turn_beyond_first_order
+  use gestell_model_space_rotation, only: cross, turn_beyond_first_order, turning_matrices
   use gestell_model_space_variation, only: force_excess
   use gestell_system_averaged, only: averaged_system
   use gestell_system_periodic, only: periodic_system
@@ -18,35 +19,48 @@ module gestell_study_vibration_motion
   implicit none (type, external)
   private
 
-  public :: complete_motion, motion_errors, whole_motion
+  public :: complete_motion, motion_errors, motion_rows, whole_motion
 
   !> Phases that are sampled at a time.
   integer, parameter :: block_length = 1024
 
 contains
 
-  !> The first `rows` rows of the motion (gestell_model_frame_rows) at `phases`, shape (rows, phases), from the states x of the
-  !> free degrees of freedom there. `system`: the frame or its averaged model, whose solution x is.
-  subroutine whole_motion(frame, system, phases, x, rows, motion)
+  !> How many rows the motion of `frame` has down to `last`: velocities, accelerations or guide_forces of the plane's rows. The
+  !> motion of the exact frame always has all its rows.
+  pure integer function motion_rows(frame, last)
+    class(frame_type), intent(in) :: frame
+    integer, intent(in) :: last
+
+    motion_rows = rows_of(frame%dofs(), last)
+    select type (frame)
+    class is (varied_frame_type)
+      motion_rows = exact_rows(frame)
+    end select
+  end function motion_rows
+
+  !> The motion at `phases` down to the rows `last` (see `motion_rows`), shape (rows, phases), from the states x of the free
+  !> degrees of freedom. `system`: the frame or its averaged model, whose solution is x.
+  subroutine whole_motion(frame, system, phases, x, last, motion)
     class(frame_type), intent(in) :: frame
     class(periodic_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), intent(in) :: x(:, :)
-    integer, intent(in) :: rows
+    integer, intent(in) :: last
     real(dp), allocatable, intent(out) :: motion(:, :)
-    integer :: f, first, last, dofs
+    integer :: f, from, to, dofs
 
     f = size(frame%free)
     dofs = frame%dofs()
-    allocate(motion(rows, size(phases)), source=0.0_dp)
+    allocate(motion(motion_rows(frame, last), size(phases)), source=0.0_dp)
     motion(frame%free, :) = x(:f, :)
     motion(dofs + frame%free, :) = x(f + 1:, :)
-    if (rows <= rows_of(dofs, velocities)) return
-    do first = 1, size(phases), block_length
-      last = min(first + block_length - 1, size(phases))
-      call add_accelerations(frame, system, phases(first:last), x(:, first:last), motion(:, first:last))
+    if (size(motion, 1) <= rows_of(dofs, velocities)) return
+    do from = 1, size(phases), block_length
+      to = min(from + block_length - 1, size(phases))
+      call add_accelerations(frame, system, phases(from:to), x(:, from:to), motion(:, from:to))
     end do
-    if (rows >= rows_of(dofs, guide_forces)) call complete_motion(frame, system, phases, motion)
+    if (size(motion, 1) >= rows_of(dofs, guide_forces)) call complete_motion(frame, system, phases, motion)
   end subroutine whole_motion
 
   !> The rows beyond the accelerations, guides' forces and what the exact frame has, of a `motion`, shape (rows, phases), whose
@@ -66,6 +80,7 @@ contains
       last = min(first + block_length - 1, size(phases))
       if (size(frame%free) < dofs) call add_guides(frame, whole, phases(first:last), motion(:, first:last))
       if (size(motion, 1) == rows_of(dofs, guide_forces)) cycle
+      if (size(frame%free) < dofs) call move_moments(frame, motion(:, first:last))
       x = motion([frame%free, dofs + frame%free], first:last)
       if (allocated(frame%space)) then
         call add_turned_in_space(frame, x, motion(:, first:last))
@@ -75,8 +90,35 @@ contains
     end do
   end subroutine complete_motion
 
-  !> The rows that the exact frame has beyond the others (gestell_model_frame_quantity); the guides' moment is that about F at rest
-  !> too.
+  !> The guides' moments of the exact frame become those about F at rest: the guides' forces act at F as it moves. In space the
+  !> moments rho along the coordinates theta become those along axes in space, T^-1 rho: w = T theta' in the frame's axes, so that
+  !> rho = T^T R^T M, and R = T^T T^-1, where T and T^T commute.
+  pure subroutine move_moments(frame, motion)
+    class(frame_type), intent(in) :: frame
+    real(dp), intent(inout) :: motion(:, :)
+    integer, parameter :: places(3) = in_frame(:3), turns(3) = in_frame(4:)
+    real(dp) :: turning(3, 3, 0:2), moment(3)
+    integer :: k, first
+
+    if (.not. allocated(frame%space)) then
+      motion(guide_forces, :) = motion(guide_forces, :) + motion(1, :) * motion(accelerations + 2, :) &
+        & - motion(2, :) * motion(accelerations + 1, :)
+      return
+    end if
+    first = rows_of(6, accelerations)
+    do k = 1, size(motion, 2)
+      moment = motion(first + turns, k)
+      turning = turning_matrices(reshape(motion([turns, turns, turns], k), [3, 3]))
+      associate (t => turning(:, :, 0))
+        moment = [dot_product(cross(t(:, 2), t(:, 3)), moment), dot_product(cross(t(:, 3), t(:, 1)), moment), &
+          & dot_product(cross(t(:, 1), t(:, 2)), moment)] / dot_product(cross(t(:, 1), t(:, 2)), t(:, 3))
+      end associate
+      motion(first + turns, k) = moment + cross(motion(places, k), motion(first + places, k))
+    end do
+  end subroutine move_moments
+
+  !> The rows that the exact frame has beyond the others (gestell_model_frame_quantity). cos psi - 1 is that of `less_one`: the
+  !> cosine itself has lost the digits of a small rotation.
   subroutine add_turned(frame, x, motion)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: x(:, :)
@@ -87,7 +129,7 @@ contains
     associate (psi => motion(3, :), psi_d => motion(6, :), psi_dd => motion(9, :), s => motion(sine::2, :), &
       & c => motion(cosine::2, :))
       s(1, :) = sin(psi) - psi
-      c(1, :) = cos(psi) - 1
+      c(1, :) = real(less_one(cmplx(cos(psi), sin(psi), dp)))
       s(2, :) = c(1, :) * psi_d
       c(2, :) = -sin(psi) * psi_d
       s(3, :) = c(1, :) * psi_dd - sin(psi) * psi_d**2
@@ -107,20 +149,17 @@ contains
         row = row + 2
       end do
     end associate
-    motion(guide_forces, :) = motion(guide_forces, :) + motion(1, :) * motion(accelerations + 2, :) &
-      & - motion(2, :) * motion(accelerations + 1, :)
   end subroutine add_turned
 
-  !> The same in space: R - 1 - [theta] with its derivatives, moments and forces of supports beyond their linear terms; guides'
-  !> moments about F at rest.
+  !> The same in space: R - 1 - [theta] with its derivatives, moments and forces of supports beyond their linear terms.
   subroutine add_turned_in_space(frame, x, motion)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: x(:, :)
     real(dp), intent(inout) :: motion(:, :)
-    integer, parameter :: turns(3) = in_frame(4:), places(3) = in_frame(:3)
+    integer, parameter :: turns(3) = in_frame(4:)
     real(dp), allocatable :: load(:, :)
     real(dp) :: beyond(3, 3, 0:2)
-    integer :: k, first
+    integer :: k
 
     load = frame%ground_forces(x) - matmul(frame%ground_stiffness(), motion(:6, :)) &
       & - matmul(frame%ground_damping(), motion(7:12, :))
@@ -129,8 +168,6 @@ contains
       motion(turn_excess + 1:moments_excess, k) = reshape(beyond, [27])
       motion(moments_excess + 1:supports_excess, k) = load(turns, k)
       motion(supports_excess + 1:, k) = force_excess(frame%space, motion(:6, k), motion(7:12, k))
-      first = rows_of(6, accelerations)
-      motion(first + turns, k) = motion(first + turns, k) + cross(motion(places, k), motion(first + places, k))
     end do
   end subroutine add_turned_in_space
 
@@ -200,16 +237,17 @@ contains
     end do
   end subroutine add_guides
 
-  !> How errors of the states, shape (states), show in the rows of the motion, shape (rows), with this part of the load: what
-  !> rounding leaves of its error.
-  subroutine motion_errors(frame, system, phases, states, part, errors)
+  !> How errors of the states, shape (states), show in the rows of the motion, shape (rows), with these two parts of the load: of
+  !> itself as it moves the frame, and of its absolute terms in the guides' forces, where they may cancel. `motion`: the rows at
+  !> some phases, shape (rows, phases).
+  subroutine motion_errors(frame, system, phases, states, parts, motion, errors)
     class(frame_type), intent(in) :: frame
     class(periodic_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:)
-    real(dp), intent(in) :: states(:), part
+    real(dp), intent(in) :: states(:), parts(2), motion(:, :)
     real(dp), intent(out) :: errors(:)
     class(second_order_system), allocatable :: whole
-    real(dp), allocatable :: p(:, :, :), load(:, :), m(:, :, :), b(:, :, :), c(:, :, :), h(:, :)
+    real(dp), allocatable :: p(:, :, :), load(:, :), m(:, :, :), b(:, :, :), c(:, :, :), h(:, :), terms(:)
     integer :: f, i, k, n
 
     f = size(frame%free)
@@ -222,7 +260,7 @@ contains
     call system%sample(phases, p, load)
     do k = 1, size(phases)
       errors(2 * n + frame%free) = max(errors(2 * n + frame%free), matmul(abs(p(f + 1:, :, k)), states) &
-        & + part * abs(load(f + 1:, k)))
+        & + parts(1) * abs(load(f + 1:, k)))
     end do
     if (size(errors) > rows_of(n, guide_forces)) call add_turned_errors(frame, errors)
     if (size(errors) < rows_of(n, guide_forces) .or. f == n) return
@@ -232,14 +270,39 @@ contains
     ! Beside the force along one axis, rounding is all that a small one along the other is.
     h(:, 1) = max(abs(h(:, 1)), abs(h(:, 2)))
     h(:, 2) = h(:, 1)
+    terms = shaking_terms(frame)
     do i = 1, n
       if (any(frame%free == i)) cycle
       do k = 1, size(phases)
         errors(3 * n + i) = max(errors(3 * n + i), dot_product(abs(m(k, i, :)), errors(2 * n + 1:3 * n)) &
-          & + dot_product(abs(b(k, i, :)), errors(n + 1:2 * n)) + dot_product(abs(c(k, i, :)), errors(:n)) + part * abs(h(k, i)))
+          & + dot_product(abs(b(k, i, :)), errors(n + 1:2 * n)) + dot_product(abs(c(k, i, :)), errors(:n)) &
+          & + max(parts(1) * abs(h(k, i)), parts(2) * terms(i)))
       end do
     end do
+    if (size(errors) > rows_of(n, guide_forces)) call add_moment_errors(frame, maxval(abs(motion(:4 * n, :)), dim=2), errors)
   end subroutine motion_errors
+
+  !> Adds to the errors of the guides' moments what `move_moments` makes of those of displacements and forces, of rows that are as
+  !> `large`, shape (rows): u x r changes by du x r + u x dr, and T^-1 rho by about theta x rho/2.
+  pure subroutine add_moment_errors(frame, large, errors)
+    class(frame_type), intent(in) :: frame
+    real(dp), intent(in) :: large(:)
+    real(dp), intent(inout) :: errors(:)
+    integer, parameter :: places(3) = in_frame(:3), turns(3) = in_frame(4:)
+    integer :: first
+
+    if (.not. allocated(frame%space)) then
+      associate (u => large(:2), du => errors(:2), r => large(accelerations + 1:accelerations + 2), &
+        & dr => errors(accelerations + 1:accelerations + 2))
+        errors(guide_forces) = errors(guide_forces) + sum(du) * sum(r) + sum(u) * sum(dr)
+      end associate
+      return
+    end if
+    first = rows_of(6, accelerations)
+    errors(first + turns) = errors(first + turns) + sum(errors(places)) * sum(large(first + places)) &
+      & + sum(large(places)) * sum(errors(first + places)) + sum(errors(turns)) * sum(large(first + turns)) &
+      & + sum(large(turns)) * sum(errors(first + turns))
+  end subroutine add_moment_errors
 
   !> Errors of the rows of the exact frame: |ds| <= |dpsi|, |dc| <= |dpsi| and so on, as psi is at most about 1; the moment's and
   !> the supports' from the linear terms.

@@ -9,9 +9,9 @@ module gestell_study_vibration
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_frame_of, only: frame_of
   use gestell_model_frame_mounting, only: load_rounding, matrix_rounding
-  use gestell_model_frame_rows, only: accelerations, exact_rows, guide_forces, rows_of, velocities
+  use gestell_model_frame_rows, only: accelerations, guide_forces, rows_of, velocities
   use gestell_model_frame_varied_frame, only: varied_frame_type
-  use gestell_study_vibration_motion, only: motion_errors, whole_motion
+  use gestell_study_vibration_motion, only: motion_errors, motion_rows, whole_motion
   use gestell_system_periodic, only: periodic_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
@@ -68,7 +68,7 @@ contains
     real(dp), allocatable :: x(:, :), all(:, :), ordered(:, :), phases(:), watched(:), x_watched(:, :)
     type(turn_errors_type) :: errors
     logical :: resolved_all
-    integer :: samples, every, kept, numbers, k, i
+    integer :: samples, every, numbers, k, i
 
     frame => frame_of(system)
     if (.not. associated(frame)) then
@@ -84,8 +84,6 @@ contains
       return
     end if
 
-    kept = 0
-    if (present(rows)) kept = kept_rows(frame, rows)
     ! The samples are the rows that were ordered, with as many between them as the harmonics need; for very many rows the
     ! harmonics have samples of their own.
     samples = max(64, 2 * harmonics + 2, min(4 * frame%least_steps, most_samples))
@@ -111,11 +109,11 @@ contains
         if (allocated(error)) return
         vibration%start%error = min(vibration%start%error, errors%bounds())
         vibration%error = quantity_errors(frame, errors, x_watched)
-        if (kept > 0) call take_motion_errors(frame, system, watched, x_watched, kept, errors, vibration%motion_errors)
+        if (present(rows)) call take_motion_errors(frame, system, watched, x_watched, rows, errors, vibration%motion_errors)
       end if
       resolved_all = states_resolved(frame, floquet, vibration, abs(x(:, samples + 1) - x(:, 1)))
-      if (kept > 0) then
-        call whole_motion(frame, system, phases, x, kept, vibration%motion)
+      if (present(rows)) then
+        call whole_motion(frame, system, phases, x, rows, vibration%motion)
         call take_series(vibration)
         if (resolved_all) resolved_all = rows_resolved(frame, system, phases, x, vibration)
       end if
@@ -130,11 +128,11 @@ contains
       if (allocated(error)) return
       vibration%history = all_quantities(frame, ordered)
     end if
-    if (kept > 0) then
+    if (present(rows)) then
       if (points <= most_shared) then
         vibration%motion_history = vibration%motion(:, ::samples / points)
       else
-        call whole_motion(frame, system, [(real(k, dp) / points, k = 0, points)], ordered, kept, vibration%motion_history)
+        call whole_motion(frame, system, [(real(k, dp) / points, k = 0, points)], ordered, rows, vibration%motion_history)
       end if
       vibration%motion = vibration%motion(:, :samples)
     end if
@@ -147,18 +145,6 @@ contains
       return
     end if
   end subroutine solve_vibration
-
-  !> The exact frame's quantities need all rows of its motion.
-  pure integer function kept_rows(frame, rows)
-    class(frame_type), intent(in) :: frame
-    integer, intent(in) :: rows
-
-    kept_rows = rows_of(frame%dofs(), rows)
-    select type (frame)
-    class is (varied_frame_type)
-      kept_rows = exact_rows(frame)
-    end select
-  end function kept_rows
 
   !> Errors: points, harmonics or rows of the motion out of range.
   pure subroutine check_times(points, harmonics, error, rows)
@@ -240,9 +226,10 @@ contains
     type(turn_errors_type), intent(out) :: errors
     real(dp), parameter :: sums = 4 * epsilon(1.0_dp)
     real(dp), allocatable :: from(:, :), there(:, :), compared(:, :), finer(:, :)
-    integer :: n
+    integer :: n, count
 
     n = size(phases)
+    count = motion_rows(frame, rows)
     from = 0 * x
     select type (frame)
     class is (varied_frame_type)
@@ -251,14 +238,15 @@ contains
     call whole_motion(frame, system, phases, from, rows, there)
     call whole_motion(frame, system, phases, from + states%differences(:, :n), rows, compared)
     call whole_motion(frame, system, phases, from + states%differences(:, n + 1:), rows, finer)
-    allocate(errors%differences(rows, 2 * n))
+    allocate(errors%differences(count, 2 * n))
     errors%differences(:, :n) = compared - there
     errors%differences(:, n + 1:) = finer - there
-    allocate(errors%rounding(rows))
+    allocate(errors%rounding(count))
     ! Of the accelerations' coefficients and load: the model's, of the mechanism's first and second derivatives, which travel
     ! through several joints, and where forces of links cancel.
-    associate (model => 16 * (sums + frame%rounding) + frame%load_rounding)
-      call motion_errors(frame, system, phases, states%rounding + model * maxval(abs(x), dim=2), model, errors%rounding)
+    associate (own => 16 * (sums + frame%rounding), model => 16 * (sums + frame%rounding) + frame%load_rounding)
+      call motion_errors(frame, system, phases, states%rounding + model * maxval(abs(x), dim=2), [model, own], there, &
+        & errors%rounding)
     end associate
   end subroutine take_motion_errors
 
@@ -293,7 +281,7 @@ contains
 
     errors = vibration%motion_errors%bounds()
     associate (inner => phases(:size(phases) - 1), series => vibration%motion_series, motion => vibration%motion)
-      call motion_errors(frame, system, inner, maxval(abs(x), dim=2), 1.0_dp, terms)
+      call motion_errors(frame, system, inner, maxval(abs(x), dim=2), [1.0_dp, 1.0_dp], motion, terms)
       missed = abs(motion(:, size(phases)) - motion(:, 1))
       rows_resolved = all([(is_resolved(series(k), max(rounding * terms(k), min(missed(k), errors(k))), errors(k)), &
         & k = 2 * frame%dofs() + 1, size(series))])

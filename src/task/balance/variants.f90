@@ -29,7 +29,7 @@ module gestell_task_balance_variants
 
   !> Force and moment on the ground.
   integer, parameter, public :: force = 1, moment = 2
-  character(len=1), parameter :: names(2) = ["f", "m"]
+  character(len=*), parameter :: names(2) = ["total.f", "total.m"]
   !> Of a counterweight.
 
   !> The machine on its mounts.
@@ -228,7 +228,7 @@ contains
     class(frame_type), intent(in) :: frame
     type(quantity_type), intent(inout) :: quantity
     type(error_type), allocatable, intent(out) :: error
-    character(len=2), parameter :: across(2) = ["mx", "my"]
+    character(len=*), parameter :: across(2) = ["total.mx", "total.my"]
     type(quantity_type) :: other
     type(probe_type) :: none(0)
     real(dp), allocatable :: weights(:, :), rounding(:, :)

@@ -9,8 +9,7 @@ module gestell_task_critical
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_frame_of, only: frame_of
   use gestell_model_frame_quantity, only: find_quantity
-  use gestell_model_frame_rows, only: exact_rows, guide_forces, probe_type, quantity_type, velocities
-  use gestell_model_frame_varied_frame, only: varied_frame_type
+  use gestell_model_frame_rows, only: probe_type, quantity_type
   use gestell_task_campbell, only: campbell_order_type, check_campbell_order
   use gestell_task_campbell_crossings, only: crossing_type
   use gestell_task_resonance_maxima, only: find_maxima, maximum_type, step_to_top
@@ -338,7 +337,7 @@ contains
     real(dp), allocatable, dimension(:, :, :) :: m, b, c
     complex(dp) :: harmonic(system%states / 2), wave(max(128, 8 * system%least_steps, 16 * multiple))
     real(dp) :: mass(system%states / 2, system%states / 2), peaks(6)
-    integer :: count, f, i, rows
+    integer :: count, f, i
 
     frame => frame_of(system)
     if (.not. associated(frame)) then
@@ -364,12 +363,7 @@ contains
       size_of(amplitude) = sqrt(real(dot_product(harmonic, matmul(mass, harmonic))) / (frame%mass + frame%mechanism%mass))
       call find_quantity(frame, no_probes, "f", total, error)
       if (allocated(error)) return
-      rows = merge(velocities, guide_forces, f == 3)
-      select type (frame)
-      class is (varied_frame_type)
-        rows = exact_rows(frame)
-      end select
-      call whole_motion(frame, system, phases, x, rows, motion)
+      call whole_motion(frame, system, phases, x, total%rows(), motion)
       forces = matmul(transpose(motion), total%weights(:size(motion, 1), :))
       size_of(force) = sqrt(greatest(sum(forces**2, dim=2)))
       share(force) = norm2(abs(2 * matmul(transpose(forces), wave) / count)) / max(size_of(force), tiny(mass))

@@ -3,7 +3,7 @@ module gestell_task_drawing_balance_table
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_shaking_in_space, only: shaking_in_space, space_shaking_type
+  use gestell_model_frame_shaking, only: shaking_in_space, space_shaking_type
   use gestell_output_report_orders, only: order_of
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_wrapping, only: wrapped

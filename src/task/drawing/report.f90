@@ -220,7 +220,7 @@ contains
     ! Beside the force along one axis, rounding is all that a small one along the other is; beside its parts, what they cancel to.
     noise(:2) = 1.0e-11_dp * max(maxval(found%series(1)%amplitude), maxval(found%series(2)%amplitude))
     noise(3) = 1.0e-11_dp * maxval(found%series(3)%amplitude)
-    noise = max(noise, 1.0e-12_dp * frame%speed**2 * frame%mechanism%terms)
+    noise = max(noise, 1.0e-12_dp * frame%speed**2 * frame%mechanism%terms(:3))
     rows = ""
     do k = 1, min(8 * frame%mechanism%turns, size(found%series(1)%amplitude))
       ! parts of an order only where there is something

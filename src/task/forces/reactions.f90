@@ -108,10 +108,7 @@ contains
     call force_of(frame, "guide.", guide)
     if (guided) call take_reaction(frame, vibration, "guide", guide, reactions(size(reactions) - 1), error)
     if (allocated(error)) return
-    call force_of(frame, "", parts)
-    do i = 1, size(parts)
-      if (i /= whole_force) parts(i)%weights = parts(i)%weights + guide(i)%weights
-    end do
+    call force_of(frame, "total.", parts)
     call take_reaction(frame, vibration, "total", parts, reactions(size(reactions)), error)
   end subroutine find_reactions
 
@@ -143,6 +140,8 @@ contains
     reaction%static = static_force(frame, trim(reaction%name))
     bearing = dot_product(down(:n), reaction%static)
     reaction%least_compression = bearing + least
+    ! The static force is known to the roundings of the weights that it carries.
+    reaction%least_error = reaction%least_error + 16 * epsilon(bearing) * (norm2(reaction%static) + norm2(weight_of(frame)))
     ! Beside a guide that carries the frame a support bears nothing, and nothing can lift it off.
     reaction%carrying = .not. reaction%turns .and. bearing > roundings * norm2(weight_of(frame))
   end subroutine weigh

@@ -46,6 +46,7 @@ contains
     logical, intent(out) :: known
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: samples(:, :), motion(:, :)
+    real(dp) :: torque_error, between
     integer :: k
 
     known = .false.
@@ -60,7 +61,7 @@ contains
       call drive_power(frame, [(real(k, dp) / points, k = 0, points)], motion, drive%history, known)
       motion = vibration%motion(:rows, :)
       call drive_power(frame, [(real(k, dp) / n, k = 0, n - 1)], motion, samples, known, vibration%motion_errors%bounds(), &
-        & drive%peak_error)
+        & torque_error)
       drive%drive_mean = sum(samples(drive_watts, :)) / n
       drive%dampers_mean = sum(samples(damper_watts, :)) / n
     end associate
@@ -68,20 +69,23 @@ contains
     associate (turns => frame%mechanism%turns)
       drive%history([torque, rigid_torque], :) = drive%history([torque, rigid_torque], :) / turns
       samples([torque, rigid_torque], :) = samples([torque, rigid_torque], :) / turns
-      drive%peak_error = drive%peak_error / turns
+      torque_error = torque_error / turns
     end associate
     if (known .and. frame%flywheel_inertia > 0) then
       allocate(drive%fluctuation)
-      call find_fluctuation(frame, samples(torque, :), drive%peak_error, size(drive%history, 2) - 1, drive%fluctuation)
+      call find_fluctuation(frame, samples(torque, :), torque_error, size(drive%history, 2) - 1, drive%fluctuation)
     end if
-    call take_torque(samples(torque, :), drive%actual)
-    call take_torque(samples(rigid_torque, :), drive%rigid)
+    call take_torque(samples(torque, :), drive%actual, between)
+    drive%peak_error = torque_error + between
+    call take_torque(samples(rigid_torque, :), drive%rigid, between)
     drive%greatest = abs(drive%actual%peak * frame%speed * frame%mechanism%turns)
   end subroutine find_drive
 
-  subroutine take_torque(samples, told)
+  !> `between`: what orders that the samples do not resolve may add to the peak.
+  subroutine take_torque(samples, told, between)
     real(dp), intent(in) :: samples(:)
     type(torque_type), intent(out) :: told
+    real(dp), intent(out) :: between
     type(fourier_type) :: series
 
     series = fourier_series(samples)
@@ -89,6 +93,7 @@ contains
     told%peak_phase = top(abs(samples))
     told%rms = series%rms()
     told%mean = series%mean
+    between = series%beyond()
   end subroutine take_torque
 
   !> By how much the means of drive and dampers differ, relative to the greatest power of the drive; zero but for errors.

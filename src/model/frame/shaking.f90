@@ -1,15 +1,19 @@
-!> Shaking forces and couples of all mechanisms of a frame in space: what they exert on it where it stands still.
-module gestell_model_frame_shaking_in_space
+!> Shaking forces: what mechanisms exert on a frame that stands still, without weights. Their moments are about F at rest, as all
+!> moments on the ground; the couples of the balance table alone are about O.
+module gestell_model_frame_shaking
   use gestell_base_kinds, only: dp
   use gestell_math_fourier, only: fourier_series, fourier_type
   use gestell_model_frame, only: frame_type
-  use gestell_model_space, only: in_frame, space_type
+  use gestell_model_frame_load, only: set_load
+  use gestell_model_mechanism, only: table_columns
+  use gestell_model_mechanism_held, only: part_of_turn, tabulate_felt
+  use gestell_model_space, only: in_frame, is_rotation, space_type
   use gestell_model_space_rotation, only: cross
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
-  public :: shaking_in_space, turning_vectors
+  public :: shaking_in_space, shaking_loads, shaking_terms, turning_vectors
 
   !> Over the period, each f = mean + sum of amplitude(k) cos(k theta + phase(k)), theta from 0 to 2 pi.
   type, public :: space_shaking_type
@@ -26,7 +30,57 @@ module gestell_model_frame_shaking_in_space
 
 contains
 
-  !> The load h of the equations about rest, its moment taken about O instead of F. The weights are no part of it.
+  !> The load h of the equations about rest without weights at `phases` of the turn, of all degrees of freedom in the frame's order,
+  !> shape (phases, dofs): forces (N) and moments about F at rest (N m).
+  subroutine shaking_loads(frame, phases, loads)
+    class(frame_type), intent(in) :: frame
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), allocatable, intent(out) :: loads(:, :)
+    real(dp) :: felt(size(phases), table_columns), forces(size(phases), 3)
+    real(dp), dimension(size(phases), 6, 6) :: m, b, c
+    type(space_type) :: weightless
+    integer :: i
+
+    allocate(loads(size(phases), frame%dofs()))
+    if (allocated(frame%space)) then
+      weightless = without_weights(frame%space)
+      call weightless%sample_at_rest(frame%mass, frame%speed, frame%crank_angles(phases), [(i, i = 1, 6)], m, b, c, loads)
+    else
+      call tabulate_felt(frame%mechanism, frame%origin, frame%even_in_space(), frame%crank_angles(phases), felt, forces)
+      call set_load([1, 2, 3], frame%speed, frame%origin, forces, loads)
+    end if
+  end subroutine shaking_loads
+
+  !> Bounds on the sums of the absolute terms of these loads, shape (dofs): what the terms cancel to is known to their roundings
+  !> only.
+  pure function shaking_terms(frame) result(terms)
+    class(frame_type), intent(in) :: frame
+    real(dp) :: terms(frame%dofs())
+    real(dp) :: sums(2), even
+    integer :: i
+
+    even = part_of_turn(frame%mechanism, frame%even_in_space())
+    if (allocated(frame%space)) then
+      sums = frame%space%terms()
+      sums(2) = sums(2) + even * sum([(frame%space%planes(i)%linkage%terms(4), i = 1, size(frame%space%planes))]) / 2
+      terms = merge(sums(2), sums(1), is_rotation([(i, i = 1, 6)]))
+    else
+      associate (t => frame%mechanism%terms, origin => abs(frame%origin))
+        terms = [t(1), t(2), origin(1) * t(2) + origin(2) * t(1) + t(3) + even * t(4) / 2]
+      end associate
+    end if
+    terms = frame%speed**2 * terms
+  end function shaking_terms
+
+  pure type(space_type) function without_weights(space) result(weightless)
+    type(space_type), intent(in) :: space
+
+    weightless = space
+    weightless%weights%act = .false.
+    weightless%weights%gravity = 0
+  end function without_weights
+
+  !> Orders, peaks and vectors of the same loads of a frame in space, their moments taken about O instead of F.
   subroutine shaking_in_space(frame, found)
     class(frame_type), intent(in) :: frame
     type(space_shaking_type), intent(out) :: found
@@ -38,9 +92,7 @@ contains
     real(dp) :: terms(2)
     integer :: i, n
 
-    weightless = frame%space
-    weightless%weights%act = .false.
-    weightless%weights%gravity = 0
+    weightless = without_weights(frame%space)
     terms = frame%space%terms()
     found%noise = rounding * frame%speed**2 * [spread(terms(1), 1, 3), spread(terms(2), 1, 3)]
     n = max(128, min(most, 4 * frame%least_steps))
@@ -106,4 +158,4 @@ contains
     sizes(:, 2) = abs(along_x - i * along_y) / 2
   end function turning_vectors
 
-end module gestell_model_frame_shaking_in_space
+end module gestell_model_frame_shaking

@@ -1,0 +1,338 @@
+!> Every task with every set of degrees of freedom, one to six: it runs, and a quantity has one value in all tasks that report it.
+module test_dofs
+  use checks, only: check_success, check_that
+  use dofs_machines, only: last_plane, last_space, machine_of, names_of, orders_of, ranges_of
+  use gestell, only: dp, gestell_error => error_type, machine_type, solution_type, table_type
+  use gestell_base_text, only: exact
+  use gestell_output_table, only: column_type
+  use gestell_task, only: all_machines, all_speeds, any_task_type
+  use gestell_task_registry, only: all_tasks
+  use slow_tests, only: new_slow
+  use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: collect_dofs
+
+  !> What tasks say of a quantity: `what` as f_peak; where it is said; value and a bound on its error.
+  type :: claim_type
+    character(len=40) :: what = ""
+    character(len=16) :: place = ""
+    real(dp) :: value = 0, error = 0
+  end type claim_type
+
+  type :: claims_type
+    type(claim_type), allocatable :: list(:)
+    !> The table that is read.
+    character(len=16) :: place = ""
+  contains
+    procedure :: add
+    procedure :: value_of
+  end type claims_type
+
+contains
+
+  subroutine collect_dofs(testsuite)
+    type(unittest_type), allocatable, intent(out) :: testsuite(:)
+
+    testsuite = [ &
+      & new_slow("all tasks agree on all quantities, for all sets of degrees of freedom", test_all_sets), &
+      & new_unittest("a quantity of the plane is one of space", test_names)]
+  end subroutine collect_dofs
+
+  subroutine test_all_sets(error)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: what
+    type(claims_type) :: claims
+    integer :: set, forces, compared
+    real(dp) :: shaking(0:2)
+
+    forces = 0
+    shaking = -1
+    do set = 1, last_space
+      call solve_set(set, claims, what, error)
+      if (.not. allocated(error)) call agree(claims, what, compared, error)
+      if (.not. allocated(error)) call compare_critical(set, claims, forces, what, error)
+      if (allocated(error)) return
+      ! The moment on a frame at rest does not depend on what is free, nor whether that is in the plane; holders take turns.
+      associate (moment => shaking(modulo(set, 3)), found => claims%value_of("shaking.m_rms"))
+        if (moment < 0) moment = found
+        call check_that(error, abs(found - moment), "<=", 1.0e-13_dp * moment, what // ": shaking.m")
+      end associate
+      ! all tasks that report quantities have been read: the first sets have 20 quantities in quantities, 8 elsewhere, twice
+      call check_that(error, compared, ">=", 100, what // ": claims that were compared")
+      if (allocated(error)) return
+    end do
+    ! In most sets an order shakes a mode within the range.
+    call check_that(error, forces, ">=", 40, "sets with a critical speed")
+  end subroutine test_all_sets
+
+  !> Solves the machine with a set of degrees of freedom by all tasks, alone and over a range, and collects what they say.
+  subroutine solve_set(set, claims, what, error)
+    integer, intent(in) :: set
+    type(claims_type), intent(out) :: claims
+    character(len=:), allocatable, intent(out) :: what
+    type(error_type), allocatable, intent(out) :: error
+    type(any_task_type), allocatable :: tasks(:)
+    character(len=:), allocatable :: own, others, text
+    integer :: i
+
+    call all_tasks(tasks)
+    own = ""
+    others = ""
+    do i = 1, size(tasks)
+      if (any(tasks(i)%task%about == [all_machines, all_speeds])) then
+        if (index(others, "'" // trim(tasks(i)%task%name) // "'") == 0) others = others // ",'" // trim(tasks(i)%task%name) // "'"
+      else
+        if (index(own, "'" // trim(tasks(i)%task%name) // "'") == 0) own = own // ",'" // trim(tasks(i)%task%name) // "'"
+      end if
+    end do
+    allocate(claims%list(0))
+    text = machine_of(set)
+    what = "dof=" // names_of(set)
+    call solve(text // orders_of(set) // "&case tasks=" // own(2:) // " /", "alone, " // what)
+    if (.not. allocated(error)) call solve(text // ranges_of(set) // "&case tasks=" // others(2:) // " /", "over a range, " // what)
+
+  contains
+
+    subroutine solve(input, label)
+      character(len=*), intent(in) :: input, label
+      type(machine_type) :: machine
+      type(solution_type) :: solution
+      type(gestell_error), allocatable :: failure
+      integer :: k
+
+      call machine%parse(input, failure)
+      if (.not. allocated(failure)) call machine%solve(solution, failure)
+      call check_success(error, failure, label)
+      if (allocated(error)) return
+      if (allocated(solution%result%failure)) then
+        call test_failed(error, label // ": " // solution%result%failure%message)
+        return
+      end if
+      do k = 1, size(solution%result%tables)
+        call collect(solution%result%tables(k), solution%result%tables(k)%name, set, claims)
+      end do
+      call collect(solution%result%brief, "brief", set, claims)
+    end subroutine solve
+
+  end subroutine solve_set
+
+  !> Adds what a table says of the machine at its operating speed.
+  subroutine collect(table, place, set, claims)
+    type(table_type), intent(in) :: table
+    character(len=*), intent(in) :: place
+    integer, intent(in) :: set
+    type(claims_type), intent(inout) :: claims
+    character(len=*), parameter :: measures(2) = ["peak", "rms "], &
+      & parts(7) = [character(len=2) :: "fx", "fy", "f", "m", "fz", "mx", "my"]
+    character(len=:), allocatable :: name
+    integer :: i, k
+
+    claims%place = place
+    select case (place)
+    case ("quantities", "design_goals")
+      name = merge("value ", "before", place == "quantities")
+      do i = 1, table%rows
+        call claims%add(table, i, word_of(table, "quantity", i) // "_" // word_of(table, "measure", i), trim(name), &
+          & trim(merge("error       ", "before_error", place == "quantities")))
+      end do
+    case ("supports")
+      do i = 1, table%rows
+        name = word_of(table, "support", i)
+        if (verify(name, "0123456789") == 0) name = "support(" // name // ")"
+        do k = 1, size(parts)
+          if (index(name, "support") == 1 .and. index(parts(k), "m") == 1) cycle
+          associate (part => parts(k)(:len_trim(parts(k))))
+            call claims%add(table, i, name // "." // part // "_peak", part // "_peak", part // "_peak_error")
+            call claims%add(table, i, name // "." // part // "_rms", part // "_rms")
+          end associate
+        end do
+      end do
+    case ("probes")
+      call claims%add(table, 1, "probe(p).v_peak", "v_peak", "v_peak_error")
+      call claims%add(table, 1, "probe(p).d_rms", "d_rms")
+      call claims%add(table, 1, "probe(p).ax_peak", "ax_peak", "ax_peak_error")
+      call claims%add(table, 1, "probe(p).v_band", "v_rms_band", "v_rms_band_error")
+    case ("sensitivity")
+      do i = 1, table%rows
+        do k = 1, 2
+          call claims%add(table, i, word_of(table, "quantity", i) // "_" // trim(measures(k)), trim(measures(k)))
+        end do
+      end do
+    case ("balance")
+      call claims%add(table, 1, "total.f_rms", "f_rms", "f_rms_error")
+      call claims%add(table, 1, "total.f_peak", "f_peak", "f_peak_error")
+      call claims%add(table, 1, "shaking.f_rms", "rigid_f_rms")
+      call claims%add(table, 1, "psi_peak", "psi_peak", "psi_peak_error")
+      ! in space the size of the vector
+      if (set > last_plane) return
+      call claims%add(table, 1, "total.m_rms", "m_rms", "m_rms_error")
+      call claims%add(table, 1, "total.m_peak", "m_peak", "m_peak_error")
+      call claims%add(table, 1, "shaking.m_rms", "rigid_m_rms")
+    case ("multipliers")
+      call claims%add(table, 1, "rho_max_", "abs")
+    case ("critical")
+      do i = 1, table%rows
+        if (claims%value_of("critical force") > 0) exit
+        call claims%add(table, i, "critical force", "force")
+        call claims%add(table, i, "critical speed", "force_speed")
+      end do
+    case ("resonance", "sweep", "brief")
+      do k = 1, size(table%columns)
+        name = name_of(table%columns(k))
+        if (.not. allocated(table%columns(k)%numbers) .or. index(name, "_error") > 0) cycle
+        call claims%add(table, 1, name // repeat("_", merge(1, 0, name == "rho_max")), name, name // "_error")
+      end do
+    end select
+  end subroutine collect
+
+  !> Adds the claim on `what` in the row `i` of a table, by its columns for the value and, where there is one, its error.
+  subroutine add(self, table, i, what, value, bound)
+    class(claims_type), intent(inout) :: self
+    type(table_type), intent(in) :: table
+    integer, intent(in) :: i
+    character(len=*), intent(in) :: what, value
+    character(len=*), intent(in), optional :: bound
+    type(claim_type) :: claim
+    integer :: k
+
+    do k = 1, size(table%columns)
+      if (.not. allocated(table%columns(k)%numbers)) cycle
+      if (.not. ieee_is_finite(table%columns(k)%numbers(i))) cycle
+      if (name_of(table%columns(k)) == value) then
+        claim%what = what
+        claim%place = self%place
+        claim%value = abs(table%columns(k)%numbers(i))
+      else if (present(bound)) then
+        if (name_of(table%columns(k)) == bound) claim%error = table%columns(k)%numbers(i)
+      end if
+    end do
+    if (index(claim%what, "f_") == 1) claim%what = "total." // trim(claim%what)
+    if (claim%what /= "") self%list = [self%list, claim]
+  end subroutine add
+
+  !> A column's name without its unit.
+  pure function name_of(column) result(name)
+    type(column_type), intent(in) :: column
+    character(len=:), allocatable :: name
+
+    name = column%key
+    if (column%unit%suffix /= "") name = name(:len(name) - len_trim(column%unit%suffix) - 1)
+  end function name_of
+
+  function word_of(table, label, i) result(word)
+    type(table_type), intent(in) :: table
+    character(len=*), intent(in) :: label
+    integer, intent(in) :: i
+    character(len=:), allocatable :: word
+    integer :: k
+
+    word = ""
+    do k = 1, size(table%columns)
+      if (table%columns(k)%key == label) word = trim(table%columns(k)%word(i))
+    end do
+  end function word_of
+
+  !> The claim of a table on `what`; -1: there is none.
+  pure real(dp) function value_of(self, what) result(value)
+    class(claims_type), intent(in) :: self
+    character(len=*), intent(in) :: what
+    integer :: i
+
+    value = -1
+    do i = 1, size(self%list)
+      if (self%list(i)%what == what) value = self%list(i)%value
+    end do
+  end function value_of
+
+  !> Compares every claim with the first on the same thing, within the errors that both tell.
+  subroutine agree(claims, what, compared, error)
+    type(claims_type), intent(in) :: claims
+    character(len=*), intent(in) :: what
+    integer, intent(out) :: compared
+    type(error_type), allocatable, intent(out) :: error
+    !> Of tables that have no error: the solution's tolerance, 1e-7, and ten times as much for the condition of these machines.
+    real(dp), parameter :: untold = 1.0e-6_dp
+    real(dp) :: allowed
+    integer :: i, first
+
+    compared = 0
+    do i = 1, size(claims%list)
+      associate (claim => claims%list(i))
+        first = findloc(claims%list(:i)%what, claim%what, dim=1)
+        if (first == i) cycle
+        compared = compared + 1
+        associate (other => claims%list(first))
+          allowed = 2 * (claim%error + other%error)
+          if (.not. min(claim%error, other%error) > 0) allowed = allowed + untold * claim%value
+          call check_that(error, abs(claim%value - other%value), "<=", allowed, what // ": " // trim(claim%what) // " in " &
+            & // trim(other%place) // " and in " // trim(claim%place) // ", " // exact(other%value) // " and " &
+            & // exact(claim%value))
+        end associate
+        if (allocated(error)) return
+      end associate
+    end do
+  end subroutine agree
+
+  !> The force at a critical speed is the one that the task `forces` reports there; `count`: of sets that have one.
+  subroutine compare_critical(set, claims, count, what, error)
+    integer, intent(in) :: set
+    type(claims_type), intent(inout) :: claims
+    integer, intent(inout) :: count
+    character(len=*), intent(in) :: what
+    type(error_type), allocatable, intent(out) :: error
+    !> The peak lies between samples, and the solutions have other steps with the tolerance of 1e-7 and a condition of about ten.
+    real(dp), parameter :: part = 1.0e-6_dp
+    type(machine_type) :: machine
+    type(solution_type) :: solution
+    type(table_type) :: table
+    type(gestell_error), allocatable :: failure
+
+    if (claims%value_of("critical force") < 0) return
+    count = count + 1
+    ! Critical speeds are those of vibrations about rest.
+    call machine%parse(machine_of(set, "rest"), failure)
+    if (.not. allocated(failure)) call machine%set("drive.speed_rpm", claims%value_of("critical speed"), failure)
+    if (.not. allocated(failure)) call machine%solve(solution, failure, "forces")
+    if (.not. allocated(failure)) call solution%table("supports", table, failure)
+    call check_success(error, failure, "at the critical speed, " // what)
+    if (allocated(error)) return
+    call claims%add(table, table%rows, "found", "f_peak")
+    associate (found => claims%value_of("found"), force => claims%value_of("critical force"))
+      call check_that(error, abs(found - force), "<=", part * force, what // ": critical force " // exact(force) &
+        & // ", in supports " // exact(found))
+    end associate
+  end subroutine compare_critical
+
+  !> Quantities are looked up in one place: those of a plane machine, in their units, are quantities of the same machine in space.
+  subroutine test_names(error)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=*), parameter :: names(*) = [character(len=16) :: "xi", "psi_dot", "psi_ddot", "fx", "m", "f", "total.m", &
+      & "guide.fx", "foundation.m", "support(1).fy", "probe(p).x", "probe(p).v", "probe(p).ay"]
+    type(machine_type) :: machine
+    type(solution_type) :: solution
+    type(gestell_error), allocatable :: failure
+    type(table_type) :: tables(2)
+    character(len=:), allocatable :: list
+    integer :: i, k
+
+    list = ""
+    do i = 1, size(names)
+      list = list // ",'" // trim(names(i)) // "'"
+    end do
+    do k = 1, 2
+      call machine%parse(machine_of(merge(7, 15, k == 1)) // "&response quantities=" // list(2:) // " /", failure)
+      if (.not. allocated(failure)) call machine%solve(solution, failure, "response")
+      if (.not. allocated(failure)) call solution%table("quantities", tables(k), failure)
+      call check_success(error, failure)
+      if (allocated(error)) return
+    end do
+    do i = 1, size(names)
+      call check(error, word_of(tables(1), "unit", i), word_of(tables(2), "unit", i), more=names(i))
+      if (allocated(error)) return
+    end do
+  end subroutine test_names
+
+end module test_dofs
