@@ -267,17 +267,15 @@ contains
 
   subroutine empty(staging)
     type(staging_type), intent(in) :: staging
-    character(len=longest_file) :: name
+    character(len=longest_file), allocatable :: names(:)
     integer :: i
 
-    associate (names => result_files(staging%tables))
-      do i = 1, size(names)
-        name = names(i)
-        call remove_file(staging%path // "/" // trim(name))
-        call remove_file(staging%path // "/" // trim(name) // growing)
-        call remove_file(staging%path // "/" // trim(name) // old)
-      end do
-    end associate
+    names = result_files(staging%tables)
+    do i = 1, size(names)
+      call remove_file(staging%path // "/" // trim(names(i)))
+      call remove_file(staging%path // "/" // trim(names(i)) // growing)
+      call remove_file(staging%path // "/" // trim(names(i)) // old)
+    end do
   end subroutine empty
 
   !> A message that names a file where it will stand.
