@@ -102,6 +102,7 @@ program main
   use test_space, only: collect_space
   use test_space_held, only: collect_space_held
   use test_weights, only: collect_weights
+  use test_undamped, only: collect_undamped
   use test_user_joint, only: collect_user_joint
   use test_version, only: collect_version
   use test_vibration, only: collect_vibration
@@ -162,6 +163,7 @@ program main
     & new_testsuite("joints", collect_joints), &
     & new_testsuite("shaking", collect_shaking), &
     & new_testsuite("follower", collect_follower), &
+    & new_testsuite("undamped", collect_undamped), &
     & new_testsuite("user-joint", collect_user_joint), &
     & new_testsuite("reach", collect_reach), &
     & new_testsuite("equivalence", collect_equivalence), &

@@ -152,6 +152,10 @@ contains
       tally%stable = tally%stable + 1
     case ("unstable")
       tally%unstable = tally%unstable + 1
+    case ("undamped")
+      ! It lies on the border, as the truth must.
+      tally%undecided = tally%undecided + 1
+      tally%on_border = tally%on_border + merge(1, 0, abs(truth%excess) < roundoff)
     case default
       tally%undecided = tally%undecided + 1
       call solve_by_library(one%machine, least_tolerance, "auto", later)

@@ -143,7 +143,7 @@ contains
     if (allocated(error)) return
     call check_that(error, map%curves, "==", 2, "curves")
     call check_that(error, size(map%places), ">", 0, "open places")
-    call check_that(error, (map%vertices%state), "==", "undecided", "state")
+    call check_that(error, (map%vertices%state), "==", "undamped", "state")
   end subroutine test_undamped
 
 end module test_boundary_level

@@ -5,7 +5,7 @@ module test_resonance
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type, new_frame
-  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, find_modes, tasks_type
   use machines, only: frame_of_machine
   use reference_machine, only: khang_machine
   use systems, only: diagonal
@@ -85,6 +85,14 @@ contains
       end associate
       call check(error, allocated(analysis%resonance), more="not called near resonance")
       if (allocated(error)) return
+      call find_modes(frame, .false., accuracy_type(tolerance=1.0e-12_dp), analysis)
+      call check(error, allocated(analysis%resonance), more="it has no name")
+      if (allocated(error)) return
+      call check(error, analysis%resonance%near(), more="near")
+      if (allocated(error)) return
+      ! The frequency is 5 times the speed but for the detuning.
+      call check_that(error, abs(analysis%resonance%ratio * (1 + detunings(i)) / order - 1), "<", 1.0e-9_dp, "frequency")
+      if (allocated(error)) return
       call check(error, analysis%resonance%order, order)
       if (allocated(error)) return
       call check_that(error, abs(analysis%resonance%distance / (2 * pi * order * detunings(i)) - 1), "<", 0.01_dp, "distance")
@@ -126,7 +134,7 @@ contains
     call check_success(error, failure)
     if (allocated(error)) return
     call analyse(frame, tasks_type(model="rest"), accuracy_type(), analysis, failure)
-    call check_failure(error, failure, "holds the frame")
+    call check_failure(error, failure, "the frame is not held in xi: add &support")
   end subroutine test_loose
 
   !> The paper's frame, free along x only, the crank 32, 64 and 128 times as fast as its vibration: |1 - rho| is about 2 pi / 32
@@ -146,7 +154,8 @@ contains
       if (allocated(error)) return
       call check_that(error, analysis%vibration%start%condition, ">", 10.0_dp, "condition")
       if (allocated(error)) return
-      call check(error, .not. allocated(analysis%resonance), more="called near resonance")
+      call find_modes(frame, .false., accuracy_type(), analysis)
+      call check(error, .not. analysis%resonance%near(), more="called near resonance")
       if (allocated(error)) return
     end do
   end subroutine test_soft

@@ -9,7 +9,7 @@ module test_resonance_curve
   use gestell_model_linkage, only: linkage_type
   use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
   use gestell_task_resonance_curve, only: resonance_curve_type, solve_curve
-  use gestell_study_speed_point, only: in_resonance, marginal, reached, speed_order_type, unreached
+  use gestell_study_speed_point, only: in_resonance, neutral, reached, speed_order_type, unreached
   use gestell_system_periodic, only: periodic_system
   use gestell_study_frame_model_settled_family, only: settled_family_type
   use machines, only: frame_of_machine
@@ -194,7 +194,7 @@ contains
     if (.not. allocated(error)) call solve(family, ["xi"], grid(50.0_dp, 1000.0_dp, 6), curve, error)
     ! at a half, a third, ... of the natural frequency Phi = E: the free vibration is periodic itself, how large is left open
     if (allocated(error)) return
-    call check(error, all(curve%points%state == marginal .or. curve%points%state == in_resonance), more="states")
+    call check(error, all(curve%points%state == neutral .or. curve%points%state == in_resonance), more="states")
     call check_that(error, curve%complete, "==", .true., "complete")
     call check_that(error, size(curve%maxima), "==", 1, "maxima")
     if (allocated(error)) return

@@ -78,7 +78,7 @@ class Solution:
 
     @property
     def verdict(self) -> str:
-        """"stable", "unstable", "undecided"; empty where no task has a verdict."""
+        """The worst of all: "stable", "undamped", "undecided", "unstable"; empty where no task has a verdict."""
         text = ctypes.create_string_buffer(_LONGEST_UNIT)
         call(functions.get_text, self._handle, b"verdict", _LONGEST_UNIT, text)
         return decoded(text.value)

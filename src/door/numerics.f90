@@ -65,8 +65,8 @@ module gestell_door_numerics
   use gestell_study_tile_results, only: column_eta_peak => eta_peak, column_log_rho_max => log_rho_max, &
     & column_psi_peak => psi_peak, column_rho_error => rho_error, column_rho_max => rho_max, column_verdict => verdict, &
     & column_xi_peak => xi_peak, sweep_columns, tile_results_type, verdict_failed => failed, &
-    & verdict_impossible => impossible, verdict_stable => stable, verdict_undecided => undecided, &
-    & verdict_unstable => unstable
+    & verdict_impossible => impossible, verdict_stable => stable, verdict_undamped => undamped, &
+    & verdict_undecided => undecided, verdict_unstable => unstable
   use gestell_task_trade, only: cheapest, measure_trade, trade_row_type, trade_type
   use gestell_study_vibration, only: solve_vibration, vibration_type
   use gestell_task_probes_response, only: probe_part_names, probe_parts, find_responses, probe_response_type

@@ -18,7 +18,7 @@ module gestell_door_solution
   use gestell_task, only: any_task_type, own_machine
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
-  use gestell_task_machine_report, only: report_machine
+  use gestell_task_machine_report, only: report_machine, slips_of, warn_of_slips
   use gestell_task_registry, only: all_tables, read_input
   use gestell_task_run, only: run_tasks
   implicit none (type, external)
@@ -94,6 +94,7 @@ contains
       if (allocated(error)) return
     end do
     call run_tasks(tasks, context, result, error)
+    if (reports) call warn_of_slips(result, slips_of(context%configuration))
     if (.not. allocated(error) .and. allocated(result%failure) .and. size(result%tables) == 0) then
       allocate(error, source=result%failure)
     end if
@@ -168,11 +169,11 @@ contains
     if (allocated(undrawn) .and. .not. allocated(error)) call move_alloc(undrawn, error)
   end subroutine publish_files
 
-  !> stable, unstable, undecided; empty where nothing was asked for that has a verdict.
+  !> The worst of all verdicts: stable, undamped, undecided, unstable; empty where nothing was asked for that has a verdict.
   pure character(len=9) function verdict(self)
     class(solution_type), intent(in) :: self
 
-    verdict = self%result%verdict
+    verdict = self%result%worst%word()
   end function verdict
 
   !> The multipliers of the input's own machine, the largest first, and bounds on their errors, absolute; not allocated where no

@@ -16,7 +16,7 @@ module gestell_door_system
 
   !> What is known of it.
   type, public :: motion_type
-    !> stable, unstable or undecided.
+    !> stable, unstable or undecided (that nothing damps a system of a user's own is not known).
     character(len=9) :: verdict = ""
     !> Multipliers, the largest first, and bounds on their errors; shapes (states). Characteristic exponents ln(rho) / T.
     complex(dp), allocatable :: multipliers(:), exponents(:)

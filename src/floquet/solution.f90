@@ -5,7 +5,7 @@ module gestell_floquet_solution
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_monodromy, only: accuracy_type, check_accuracy
   use gestell_floquet_period_period_map, only: check_phases
-  use gestell_floquet_multipliers, only: append, arrange, multipliers_type, no_multipliers
+  use gestell_floquet_multipliers, only: append, arrange, multipliers_type, no_multipliers, prove_undamped
   use gestell_floquet_multipliers, only: multipliers_of_monodromy => solve_multipliers
   use gestell_floquet_part, only: solve_part
   use gestell_floquet_part_solution, only: evidence_type, part_solution_type
@@ -39,6 +39,8 @@ module gestell_floquet_solution
   !> A part of the system: the indices of its states, the part as a system, unallocated where it is the whole, and its solution.
   type, public :: part_type
     integer, allocatable :: states(:)
+    !> Whether its multipliers come in pairs rho, 1 / conj(rho).
+    logical :: conserves = .false.
     class(periodic_system), allocatable :: system
     class(part_solution_type), allocatable :: solution
   end type part_type
@@ -64,7 +66,7 @@ contains
     logical, intent(in) :: forced
     type(floquet_type), intent(out) :: floquet
     type(error_type), allocatable, intent(out) :: error
-    integer, allocatable :: numbers(:)
+    integer, allocatable :: numbers(:), chosen(:)
     integer :: k, i
 
     call system%check(error)
@@ -77,13 +79,16 @@ contains
     allocate(floquet%parts(maxval(numbers)))
     if (size(floquet%parts) == 1) then
       floquet%parts(1)%states = [(i, i = 1, system%states)]
+      floquet%parts(1)%conserves = system%conserves([(i, i = 1, size(numbers))])
       call solve_part(system, accuracy, forced, floquet%parts(1)%solution, error)
       if (.not. allocated(error)) floquet%scale = floquet%parts(1)%solution%scale
       return
     end if
     do k = 1, size(floquet%parts)
       associate (part => floquet%parts(k))
-        call part_of(system, pack([(i, i = 1, size(numbers))], numbers == k), part%system, part%states)
+        chosen = pack([(i, i = 1, size(numbers))], numbers == k)
+        call part_of(system, chosen, part%system, part%states)
+        part%conserves = system%conserves(chosen)
         call solve_part(part%system, accuracy, forced, part%solution, error)
         if (allocated(error)) return
         floquet%scale(part%states) = part%solution%scale
@@ -149,6 +154,7 @@ contains
     end if
     if (size(floquet%parts) == 1) then
       call floquet%parts(1)%solution%multipliers(vectors, multipliers, error)
+      if (floquet%parts(1)%conserves .and. .not. allocated(error)) call prove_undamped(multipliers)
       return
     end if
     multipliers = no_multipliers(merge(size(floquet%scale), 0, vectors))
@@ -156,6 +162,7 @@ contains
       associate (part => floquet%parts(k))
         call part%solution%multipliers(vectors, own, error)
         if (allocated(error)) return
+        if (part%conserves) call prove_undamped(own)
         if (vectors) then
           allocate(shapes(size(floquet%scale), size(part%states)), source=(0.0_dp, 0.0_dp))
           shapes(part%states, :) = own%vectors

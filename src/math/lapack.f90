@@ -262,11 +262,13 @@ contains
     end do
   end subroutine unpack_vectors
 
-  !> Eigenvalues lambda, ascending, of A x = lambda B x with symmetric A and symmetric positive definite B (dsygv).
-  subroutine symmetric_pencil(a, b, values, error)
+  !> Eigenvalues lambda, ascending, of A x = lambda B x with symmetric A and symmetric positive definite B, and eigenvectors in
+  !> columns with X' B X = E (dsygv).
+  subroutine symmetric_pencil(a, b, values, error, vectors)
     real(dp), intent(in) :: a(:, :), b(:, :)
     real(dp), allocatable, intent(out) :: values(:)
     type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable, intent(out), optional :: vectors(:, :)
     real(dp), allocatable :: a_copy(:, :), b_copy(:, :), work(:)
     integer :: n, info
 
@@ -274,12 +276,13 @@ contains
     allocate(a_copy, source=a)
     allocate(b_copy, source=b)
     allocate(values(n), work(3 * n))
-    call dsygv(1, "N", "U", n, a_copy, n, b_copy, n, values, work, size(work), info)
+    call dsygv(1, merge("V", "N", present(vectors)), "U", n, a_copy, n, b_copy, n, values, work, size(work), info)
     if (info > n) then
       call fatal_error(error, "the mass matrix is not positive definite", failed_computation)
     else if (info /= 0) then
       call fatal_error(error, "the natural frequencies did not converge", failed_computation)
     end if
+    if (present(vectors)) call move_alloc(a_copy, vectors)
   end subroutine symmetric_pencil
 
   !> Powers of two d with rows and columns of D^-1 A D of like size, D = diag(d) (dgebal).

@@ -34,7 +34,7 @@ contains
     do i = 1, size(head%settings)
       call output%append(comma(i) // string(trim(head%settings(i)%text)))
     end do
-    call output%append("]," // newline // member("verdict", or_null(trim(result%verdict))) // """headlines"": [")
+    call output%append("]," // newline // member("verdict", or_null(trim(result%worst%word()))) // """headlines"": [")
     do i = 1, size(result%headlines)
       call output%append(comma(i) // "{""state"": " // string(trim(result%headlines(i)%state)) // ", ""words"": " &
         & // string(result%headlines(i)%words) // "}")

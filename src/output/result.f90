@@ -3,23 +3,26 @@ module gestell_output_result
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type
   use gestell_base_growing_text, only: growing_text_type
+  use gestell_base_verdict, only: not_judged, operator(==), operator(>), stable, verdict_named, verdict_type, worst
   use gestell_base_words, only: character_count
   use gestell_input_wording, only: counted
   use gestell_output_file_output, only: write_file
   use gestell_output_picture_script, only: figure_type, write_figure
   use gestell_output_file_result_files, only: longest_table
   use gestell_output_head, only: head_type
-  use gestell_output_report_verdict, only: alarm
+  use gestell_output_report_verdict, only: alarm, judgement_type
   use gestell_output_report_wrapping, only: widest, wrapped
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_csv, only: write_csv
   implicit none (type, external)
   private
 
-  !> A sentence that an engineer reads first; `state`: stable, unstable or undecided, empty where it is neither good nor bad.
+  !> A sentence that an engineer reads first; `state`: a verdict's word, empty where it is neither good nor bad.
   type, public :: headline_type
     character(len=9) :: state
     character(len=:), allocatable :: words
+    !> Whether the report has it elsewhere.
+    logical :: said = .false.
   end type headline_type
 
   !> A file that is no table.
@@ -45,8 +48,9 @@ module gestell_output_result
     type(table_type) :: brief
     !> The verdict on the machine of the input; empty: none.
     character(len=9) :: verdict = ""
-    !> That on a range of machines, a sentence where it is not "stable"; empty: none.
-    character(len=:), allocatable :: judgement
+    !> The worst verdict on a range of machines, and the worst of all.
+    type(judgement_type) :: judgement
+    type(verdict_type) :: worst
     !> Whether every machine that was judged is stable.
     logical :: all_stable = .true.
     !> What the verdict does not depend on and could not be computed, the first.
@@ -67,7 +71,7 @@ module gestell_output_result
     procedure :: in_short
     procedure :: rest
     procedure :: warn
-    procedure :: judge
+    procedure :: judge, include_verdict
     procedure :: fail
     procedure :: write => write_result
   end type result_type
@@ -85,7 +89,6 @@ contains
     allocate(self%tables(0), self%figures(0), self%headlines(0), self%attachments(0))
     self%report = ""
     self%details = ""
-    self%judgement = ""
     self%notes = ""
     self%brief = new_table("", "", "", "")
   end subroutine begin
@@ -192,6 +195,7 @@ contains
     if (self%room < 0 .or. self%verdict == "") return
     call lines%append(newline // "VERDICT  ")
     do i = 1, size(self%headlines)
+      if (self%headlines(i)%said) cycle
       if (i > 1) call lines%append("  ")
       call lines%append(self%headlines(i)%words // newline)
     end do
@@ -199,24 +203,29 @@ contains
     self%room = -1
   end subroutine lead
 
-  !> The verdict on one line, with what is wrong as far as there is room; where nothing was judged, what was found first.
+  !> The worst verdict on one line, with what is wrong as far as there is room; where nothing was judged, what was found first.
   pure function in_short(self) result(line)
     class(result_type), intent(in) :: self
     character(len=:), allocatable :: line
+    logical :: over_range
     integer :: i, left
 
     line = ""
     if (size(self%headlines) > 0) line = self%headlines(1)%words // newline
-    if (self%verdict == "" .and. self%judgement == "") return
+    over_range = self%judgement%verdict > verdict_named(self%verdict)
+    if (self%verdict == "" .and. .not. over_range) return
     line = "VERDICT  " // trim(self%verdict)
-    if (self%verdict == "") line = line // self%judgement(:scan(self%judgement // ",", ",") - 1)
-    if (self%verdict == "" .and. self%judgement == "stable") line = line // trim(merge(" at all speeds           ", &
-      & " where it could be solved", self%all_stable))
+    if (over_range) then
+      line = "VERDICT  " // self%judgement%words(:scan(self%judgement%words // ",", ",") - 1)
+      if (self%judgement%verdict == stable) line = line // trim(merge(" at all speeds           ", " where it could be solved", &
+        & self%all_stable))
+      if (self%verdict /= "") line = line // "; at the speed of the input " // trim(self%verdict)
+    end if
     left = 0
     do i = merge(1, 2, self%verdict == ""), size(self%headlines)
       associate (headline => self%headlines(i))
-        if (any(headline%state == [character(len=9) :: "stable", ""]) .or. self%verdict == "" .and. headline%words &
-          & == self%judgement) cycle
+        if (any(headline%state == [character(len=9) :: "stable", ""])) cycle
+        if (over_range .and. headline%words == self%judgement%words) cycle
         if (left == 0 .and. character_count(line) + character_count(headline%words) + 2 <= widest) then
           line = line // "; " // headline%words
         else
@@ -245,10 +254,12 @@ contains
     self%said = len(self%report)
   end function rest
 
-  !> A headline, the first of these lines; nothing where there are none, and where it stands there already.
-  pure subroutine warn(self, state, lines)
+  !> A headline, the first of these lines; nothing where there are none, and where it stands there already. `said`: the report has
+  !> it elsewhere.
+  pure subroutine warn(self, state, lines, said)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: state, lines
+    logical, intent(in), optional :: said
     type(headline_type), allocatable :: longer(:)
     character(len=:), allocatable :: words
     integer :: i, n
@@ -262,23 +273,33 @@ contains
     allocate(longer(n + 1))
     do i = 1, n
       longer(i)%state = self%headlines(i)%state
+      longer(i)%said = self%headlines(i)%said
       call move_alloc(self%headlines(i)%words, longer(i)%words)
     end do
     longer(n + 1)%state = state
+    if (present(said)) longer(n + 1)%said = said
     call move_alloc(words, longer(n + 1)%words)
     call move_alloc(longer, self%headlines)
   end subroutine warn
 
-  !> The verdict on a range of machines, "stable" or a sentence that begins UNSTABLE or UNDECIDED: what is not stable is a headline.
-  pure subroutine judge(self, verdict)
+  !> Takes a judgement on a range of machines: one that is not stable becomes a headline, the worst one the last line.
+  pure subroutine judge(self, judgement)
     class(result_type), intent(inout) :: self
-    character(len=*), intent(in) :: verdict
+    type(judgement_type), intent(in) :: judgement
 
-    if (self%judgement == "" .or. self%judgement == "stable") self%judgement = verdict
-    if (verdict == "stable") return
-    self%all_stable = .false.
-    call self%warn(merge("unstable ", "undecided", index(verdict, "UNSTABLE") == 1), verdict)
+    if (judgement%verdict > self%judgement%verdict) self%judgement = judgement
+    call self%include_verdict(judgement%verdict)
+    if (.not. judgement%verdict == stable) call self%warn(judgement%verdict%word(), judgement%words)
   end subroutine judge
+
+  !> Counts a verdict among those of which the worst one is that of the run.
+  pure subroutine include_verdict(self, verdict)
+    class(result_type), intent(inout) :: self
+    type(verdict_type), intent(in) :: verdict
+
+    self%worst = worst(self%worst, verdict)
+    self%all_stable = self%all_stable .and. (verdict == stable .or. verdict == not_judged)
+  end subroutine include_verdict
 
   !> Keeps the first failure.
   pure subroutine fail(self, error)

@@ -11,7 +11,8 @@ module gestell_run
   use gestell_task_context, only: context_type, keep_journal
   use gestell_task_executor, only: executor_type
   use gestell_task_drawing_report, only: report_mechanism
-  use gestell_task_machine_report, only: report_frequencies, report_machine
+  use gestell_task_machine_frequencies, only: list_frequencies
+  use gestell_task_machine_report, only: report_machine, slips_of, warn_of_slips
   use gestell_task_registry, only: all_tables
   use gestell_task_run, only: run_tasks
   implicit none (type, external)
@@ -71,6 +72,7 @@ contains
     console%aside = .not. leads
     console%silent = options%quiet .or. options%one_line .or. console%aside
     call result%say(report_machine(context%configuration, options%input), whole=.true.)
+    call warn_of_slips(result, slips_of(context%configuration))
     call console%hear(result)
     if (options%check) then
       call check_only(options, tasks, context, result, error)
@@ -129,7 +131,7 @@ contains
 
     associate (configuration => context%configuration)
       if (.not. allocated(configuration%impossible)) call result%say(report_mechanism(configuration%frame) &
-        & // report_frequencies(configuration%frame))
+        & // list_frequencies(configuration%frame))
       do i = 1, size(tasks)
         if (tasks(i)%task%ordered) call result%say(tasks(i)%task%preview(configuration))
         if (.not. (options%plot .and. tasks(i)%task%pictured) .or. allocated(configuration%impossible)) cycle

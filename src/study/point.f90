@@ -10,7 +10,7 @@ module gestell_study_point
   use gestell_study_measure, only: measure_type, solve_measures
   use gestell_study_member, only: impossible_member, member_type
   use gestell_study_tile_results, only: all_columns, failed, has_multipliers, impossible, last_peak, log_rho_max, &
-    & rho_error, rho_max, stable, sweep_columns, undecided, unstable, verdict, verdict_behind, xi_peak
+    & rho_error, rho_max, stable, sweep_columns, undamped, undecided, unstable, verdict, verdict_behind, xi_peak
   use gestell_study_vibration, only: vibration_type
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none (type, external)
@@ -134,6 +134,8 @@ contains
     select case (multipliers%verdict())
     case ("stable")
       number = stable
+    case ("undamped")
+      number = undamped
     case ("unstable")
       number = unstable
     case default

@@ -3,6 +3,7 @@
 module gestell_study_speed_point
   use gestell_base_error, only: error_type, fatal_error, invalid_input, resonance
   use gestell_base_kinds, only: dp, pi
+  use gestell_base_verdict, only: stable, verdict_named, verdict_type
   use gestell_base_words, only: word_length
   use gestell_floquet_period_monodromy, only: accuracy_type, check_accuracy
   use gestell_floquet_multipliers, only: multipliers_type
@@ -22,7 +23,7 @@ module gestell_study_speed_point
   implicit none (type, external)
   private
 
-  public :: check_speed_order, solve_response, solve_speed_point, state_of
+  public :: check_speed_order, solve_response, solve_speed_point, state_of, verdict_of
 
   !> What is wanted at every speed.
   type, public :: speed_order_type
@@ -40,11 +41,12 @@ module gestell_study_speed_point
     procedure :: split_off
   end type speed_order_type
 
-  !> States of a point, and their names: a vibration that free ones leave, that they neither leave nor join for sure, that
-  !> they never join; none, within the error of the free ones; no assembly; failed.
-  integer, parameter, public :: reached = 0, marginal = 1, unreached = 2, in_resonance = 3, no_mechanism = 4, no_solution = 5
-  character(len=*), parameter, public :: state_names(0:5) = [character(len=10) :: "ok", "undecided", "unstable", "resonance", &
-    & "impossible", "failed"]
+  !> States of a point, and their names: a vibration that disturbances decay to, neither decay to nor leave, may leave, or leave;
+  !> none, within the error of the multipliers; no assembly; failed.
+  integer, parameter, public :: reached = 0, neutral = 1, marginal = 2, unreached = 3, in_resonance = 4, no_mechanism = 5, &
+    & no_solution = 6
+  character(len=*), parameter, public :: state_names(0:6) = [character(len=10) :: "ok", "undamped", "undecided", "unstable", &
+    & "resonance", "impossible", "failed"]
 
   type, public :: speed_point_type
     !> The family's parameter.
@@ -189,12 +191,22 @@ contains
     select case (multipliers%verdict())
     case ("stable")
       state = reached
+    case ("undamped")
+      state = neutral
     case ("unstable")
       state = unreached
     case default
       state = marginal
     end select
   end function state_of
+
+  !> The verdict that a state stands for; none where there is no vibration.
+  elemental type(verdict_type) function verdict_of(state) result(verdict)
+    integer, intent(in) :: state
+
+    if (state == reached) verdict = stable
+    if (state > reached .and. state <= unreached) verdict = verdict_named(state_names(state))
+  end function verdict_of
 
   !> Error: a name stands for no quantity of the frame.
   subroutine find_quantities(frame, probes, order, quantities, error)

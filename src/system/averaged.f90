@@ -21,6 +21,7 @@ module gestell_system_averaged
     procedure :: matrices
     procedure :: load
     procedure :: sample_second_order
+    procedure :: conserves
   end type averaged_system
 
   !> The estimate of an error, times this, is called a bound.
@@ -145,5 +146,13 @@ contains
     b = spread(self%b, 1, size(phases))
     c = spread(self%c, 1, size(phases))
   end subroutine sample_second_order
+
+  !> The mean of a Lagrangian is one.
+  pure logical function conserves(self, chosen)
+    class(averaged_system), intent(in) :: self
+    integer, intent(in) :: chosen(:)
+
+    conserves = self%whole%conserves(chosen)
+  end function conserves
 
 end module gestell_system_averaged

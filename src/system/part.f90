@@ -27,6 +27,7 @@ module gestell_system_part
     procedure :: matrices
     procedure :: load
     procedure :: sample_second_order
+    procedure :: conserves
   end type second_order_part
 
 contains
@@ -168,5 +169,12 @@ contains
     b = full_b(:, self%chosen, self%chosen)
     c = full_c(:, self%chosen, self%chosen)
   end subroutine sample_second_order
+
+  pure logical function conserves(self, chosen)
+    class(second_order_part), intent(in) :: self
+    integer, intent(in) :: chosen(:)
+
+    conserves = self%whole%conserves(self%chosen(chosen))
+  end function conserves
 
 end module gestell_system_part

@@ -34,6 +34,7 @@ module gestell_system_periodic
     procedure :: inherit
     procedure :: sample
     procedure :: coupled => all_coupled
+    procedure :: conserves => not_known_to_conserve
     procedure :: check => check_periodic
   end type periodic_system
 
@@ -110,6 +111,18 @@ contains
 
     allocate(coupled(self%states, self%states), source=.true.)
   end function all_coupled
+
+  !> Whether the equations of the states (of a second-order system: degrees of freedom) `chosen`, on which the others do not act,
+  !> are those of a Lagrangian with periodic coefficients, without damping: multipliers then come in pairs rho, 1 / conj(rho). A
+  !> model that knows of such equations overrides this.
+  pure logical function not_known_to_conserve(self, chosen) result(conserves)
+    class(periodic_system), intent(in) :: self
+    integer, intent(in) :: chosen(:)
+
+    associate (unused_system => self, unused_states => chosen)
+    end associate
+    conserves = .false.
+  end function not_known_to_conserve
 
   !> P, shape (n, n, points), and where asked for f, shape (n, points), at many phases t / T in [0, 1] at once.
   !> Integrators come through here only: a model whose coefficients are cheaper in bulk overrides it.

@@ -9,7 +9,7 @@ module gestell_task_page
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
   use gestell_task_forces_reactions, only: along_x, along_y, along_z, find_reactions, reaction_type, whole_force
-  use gestell_task_machine_report, only: frequency_list
+  use gestell_task_machine_frequencies, only: frequency_list
   use gestell_output_head, only: setting_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: table_type

@@ -315,22 +315,26 @@ INPUTS = [
     # mechanisms
     ("cannot be assembled at 0 deg", changed("0.37,0.16", "0.07,0.16"), 3,
      "input.nml:6: joint 'B' cannot be assembled or stands at a dead point at a crank angle of 0.000 deg: "
-     "its ends are 0.33 m apart, lengths of 0.07 m and 0.16 m reach from 0.09 m to 0.23 m"),
+     "its ends are 0.33 m apart, lengths of 0.07 m and 0.16 m reach from 0.09 m to 0.23 m; it closes at no crank angle; no Grashof "
+     "linkage: the shortest and the longest bar, 0.47 m together, are longer than the other two, 0.23 m"),
     ("cannot be assembled over part of the turn", changed("0.37,0.16", "0.27,0.16"), 3,
      "input.nml:6: joint 'B' cannot be assembled or stands at a dead point at a crank angle of 110.925 "
-     "deg: its ends are 0.43 m apart, lengths of 0.27 m and 0.16 m reach from 0.11 m to 0.43 m"),
+     "deg: its ends are 0.43 m apart, lengths of 0.27 m and 0.16 m reach from 0.11 m to 0.43 m; it closes from 249.08 to 110.92 "
+     "deg; no Grashof linkage: the shortest and the longest bar, 0.47 m together, are longer than the other two, 0.43 m"),
     ("dead point at 180 deg", changed("0.37,0.16", "0.31,0.16"), 3,
      re.compile(r"input\.nml:6: joint 'B' cannot be assembled or stands at a dead point at a crank angle of "
                 r"(179\.99\d|180\.000) deg: its ends are 0\.47 m apart, lengths of 0\.31 m and 0\.16 m reach "
-                r"from 0\.15 m to 0\.47 m")),
+                r"from 0\.15 m to 0\.47 m; it closes at all crank angles but some dead points")),
     ("parallelogram", changed("radius=0.07", "radius=0.16").replace("0.37,0.16", "0.40,0.16"), 3,
      "input.nml:6: joint 'B' cannot be assembled or stands at a dead point at a crank angle of 0.000 deg: "
-     "its ends are 0.24 m apart, lengths of 0.4 m and 0.16 m reach from 0.24 m to 0.56 m"),
+     "its ends are 0.24 m apart, lengths of 0.4 m and 0.16 m reach from 0.24 m to 0.56 m; it closes at all crank angles but some "
+     "dead points; it is a parallelogram: describe its second arm by another joint of type 'crank', with the same radius and phase "
+     "about its own pivot"),
     ("ends of a dyad meet at 180 deg",
      changed("position=0.40, 0.0", "position=-0.07, 0.0").replace("0.37,0.16", "0.37,0.37"), 3,
      re.compile(r"input\.nml:6: joint 'B' cannot be assembled or stands at a dead point at a crank angle of "
                 r"(179\.99\d|180\.000) deg: its ends are .*, lengths of 0\.37 m and 0\.37 m reach from "
-                r"0 m to 0\.74 m")),
+                r"0 m to 0\.74 m; it closes at all crank angles but some dead points")),
     ("joints of a link meet at 0 deg", added("&joint name='C', type='ground', position=0.07, 0.0 /\n"
                                              "&link name='belt', from='C', to='A', mass=1.0, inertia=0.0 /"), 3,
      "input.nml:17: link 'belt': its joints meet at a crank angle of 0.000 deg"),
@@ -424,7 +428,8 @@ OPTIONS = [
      "--set frame.mass=: a value is missing"),
     ("--set, the mechanism cannot be assembled", ["input.nml", "-s", "joint(B).lengths(1)=0.1"], 3,
      "input.nml:6: joint 'B' cannot be assembled or stands at a dead point at a crank angle of 0.000 deg: "
-     "its ends are 0.33 m apart, lengths of 0.1 m and 0.16 m reach from 0.06 m to 0.26 m"),
+     "its ends are 0.33 m apart, lengths of 0.1 m and 0.16 m reach from 0.06 m to 0.26 m; it closes at no crank angle; no Grashof "
+     "linkage: the shortest and the longest bar, 0.47 m together, are longer than the other two, 0.26 m"),
     ("--fail-if-unstable without a verdict", ["input.nml", "--fail-if-unstable", "-s", "case.tasks='drawing'"], 1,
      "--fail-if-unstable needs a task with a verdict: 'stability', 'modes', 'response', 'forces', 'power', 'balance', "
      "'sensitivity', 'separation', 'design', 'sweep', 'campbell', 'critical' or 'resonance'"),

@@ -82,17 +82,21 @@ def needs_guide(number, name, key="guide"):
             f"'{key}' of a guide between two joints")
 
 
+# where the joint can be assembled, and what kind of four-bar it is (tested in slips.py)
+CLOSES = r"; it closes (at no crank angle|at all crank angles but some dead points|from [\d., tofrm]* deg)(; [a-z ]*(Grashof|parallelogram).*)?"
+
+
 def cannot(number, name, degrees, why):
-    """The joint, and where and why it cannot be assembled."""
-    return (f"input.nml:{number}: joint '{name}' cannot be assembled or stands at a dead point at a crank angle of "
-            f"{degrees} deg: {why}")
+    """The joint, and where and why it cannot be assembled; a pattern for the number of degrees."""
+    return re.compile(re.escape(f"input.nml:{number}: joint '{name}' cannot be assembled or stands at a dead point at a crank angle of "
+                                f"@ deg: {why}").replace("@", degrees) + CLOSES)
 
 
 def about(degrees, number, name, why):
     """The same, met within 0.02 deg: the search closes in on a dead point from one side."""
     steps = range(round(100 * (degrees - 0.02)), round(100 * (degrees + 0.02)) + 1)
     places = "|".join(rf"{step / 100:.2f}\d" for step in steps)
-    return re.compile(re.escape(cannot(number, name, "@", why)).replace("@", f"({places})"))
+    return cannot(number, name, f"({places})", why)
 
 
 FIXED = "guide_point=0.0,0.0, guide_angle=90.0"

@@ -99,7 +99,7 @@ def test_between_points():
         run = Run(folder, "-q", "input.nml", "-s", "support.damping=0,0", "-o", "none")
         run.done("a resonance that nothing damps")
         table = rows(folder / "none")[1]
-        equal("nothing damps, states", [row[6] for row in table], ["undecided"] * 2)
+        equal("nothing damps, states", [row[6] for row in table], ["undamped"] * 2)
         resonant = math.sqrt(STIFFNESS / MASS) * 60 / (2 * math.pi)
         for row, (a, b) in zip(table, ((300, resonant - 1e-9), (resonant + 1e-9, 900))):
             right = bisected(lambda n: force(n, damping=0), 2e5, a, b)
@@ -249,7 +249,7 @@ def force_rms(rpm, stiffness):
 def test_narrow_map():
     """A ridge far narrower than the search points are apart, damped or not: its two sides, the ridge on the left of both."""
     groups = axis(FIRST, 300, 900, 4) + axis(ALONG, 4e4, 2e5, 4)
-    for damping, state in ((0.2, "ok"), (0.0, "undecided")):
+    for damping, state in ((0.2, "ok"), (0.0, "undamped")):
         with Folder(input=LEVEL.replace(f"damping={DAMPING}", f"damping={damping}") + "&boundary quantity='fx', level=2e5 /\n"
                     + groups) as folder:
             run = Run(folder, "input.nml")

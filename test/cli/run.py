@@ -53,6 +53,7 @@ from resonance import RESONANCE_TESTS  # noqa: E402
 from several import SEVERAL_TESTS  # noqa: E402
 from sensitivity import SENSITIVITY_TESTS  # noqa: E402
 from separation import SEPARATION_TESTS  # noqa: E402
+from slips import SLIP_TESTS  # noqa: E402
 from space import SPACE_TESTS  # noqa: E402
 from space_balance import SPACE_BALANCE_TESTS  # noqa: E402
 from space_looks import SPACE_LOOKS_TESTS  # noqa: E402
@@ -485,7 +486,7 @@ def test_fail_if_unstable():
     with Folder() as folder:
         for what, settings, word in (
                 ("damped", [], "stable"),
-                ("undamped", ["-s", "foundation.damping=0,0,0"], "undecided"),
+                ("undamped", ["-s", "foundation.damping=0,0,0"], "undamped"),
                 ("parametric resonance", ["-s", "drive.speed_rpm=2426"], "unstable")):
             run = Run(folder, "input.nml", *settings)
             run.done(f"verdict {word}, {what}: the exit code is 0 without the option")
@@ -625,7 +626,7 @@ def main():
              *OVERFLOW_TESTS, *WAYS_TESTS, *SWEEP_TESTS, *QUANTITY_TESTS, *SPREAD_TESTS, *BORDER_TESTS, *LEVEL_TESTS,
              *FINDINGS_TESTS, *PLOT_TESTS, *REPORT_TESTS, *MODEL_TESTS, *MOMENT_TESTS, *AXES_TESTS, *CRITICAL_TESTS,
              *RESONANCE_TESTS, *BALANCE_TESTS, *DESIGN_TESTS, *SENSITIVITY_TESTS, *SEPARATION_TESTS, *SEVERAL_TESTS, *SPACE_TESTS,
-             *SPACE_LOOKS_TESTS, *SPACE_STUDIES_TESTS, *SPACE_BALANCE_TESTS, *RATIO_TESTS, *TOLD_TESTS, *VERDICT_TESTS,
+             *SPACE_LOOKS_TESTS, *SPACE_STUDIES_TESTS, *SPACE_BALANCE_TESTS, *RATIO_TESTS, *TOLD_TESTS, *SLIP_TESTS, *VERDICT_TESTS,
              *FAULT_TESTS, *STAGING_TESTS, *WEIGHT_TESTS, *HELD_TESTS, *JSON_TESTS, *LINES_TESTS)
     files_of = {test: Path(inspect.getfile(test)).stem for test in tests}
     unknown = set(names) - set(files_of.values())

@@ -142,13 +142,13 @@ def test_units():
         for option in ("--check", "-q"):
             run = Run(folder, *settings, *(["--check"] if option == "--check" else []), "input.nml")
             # r Omega of the crank pin and more of the rocker's: 70 * 8 pi = 1759
-            told = re.search(r"note joint '(.*)' moves with up to ([\d.]+) m/s, above 500: are the units right\?", run.flat)
+            told = re.search(r"warning joint '(.*)' moves with up to ([\d.]+) m/s, above 500: are the units right\?", run.flat)
             check(f"units, {option}: speed", told and float(told[2]) >= 1759, "1759 m/s or more", run.out[:1500])
-            check(f"units, {option}: width", re.search(r"note the mechanism is \d+ m wide, above 20: ", run.flat), "it",
+            check(f"units, {option}: width", re.search(r"warning the mechanism is \d+ m wide, above 20: ", run.flat), "it",
                   run.out[:1500])
         # r Omega^2 = 0.07 * 419^2 = 12280, three times as fast 110500, at 88 m/s
         run = Run(folder, "--check", "-s", "drive.speed_rpm=12000", "input.nml")
-        check("units: acceleration", re.search(r"note joint '.' is accelerated with up to \S+ m/s\^2, above 1(e5|00000): ", run.flat), "it", run.out[:1500])
+        check("units: acceleration", re.search(r"warning joint '.' is accelerated with up to \S+ m/s\^2, above 1(e5|00000): ", run.flat), "it", run.out[:1500])
         run = Run(folder, "--check", "input.nml")
         check("units: none of a sound machine", "are the units right" not in run.out, "no note", run.out[:1500])
 

@@ -146,7 +146,7 @@ def test_resonance():
     """xi alone with a frequency of five times the crank's."""
     stiffness = (18.0 + 1.35) * (5 * 2 * math.pi * 4) ** 2 / 4
     settings = ("-s", "frame.dof='xi'", "-s", f"support.stiffness={stiffness!r}")
-    sentence = r"multiplier \d lies \S+ from 1: the free vibration of 20 Hz swings 5 times in a turn of the crank: order 5"
+    sentence = r"the natural frequency (20|19\.9999|20\.0000) Hz is (5|4\.99999|5\.00001) times the crank speed \(order 5\); multiplier \d lies \S+ from 1"
     with Folder(input=SOUND + REST) as folder:
         run = Run(folder, "-q", "input.nml", *settings, "-s", "foundation.damping=0,0,0")
         run.refused("resonance", 4, re.compile(rf"the periodic vibration cannot be told: .*\(resonance\).*; {sentence}"))

@@ -180,6 +180,7 @@ contains
     fault = ""
     if (.not. has(said, newline // "VERDICT  ")) return
     word = verdict_of_multipliers(multipliers)
+    if (word == "undecided" .and. has(said, newline // "VERDICT  undamped:")) word = "undamped"
     if (word /= "" .and. .not. has(said, newline // "VERDICT  " // word // ":")) fault = "the multipliers are " // word // &
       & ", the report tells another verdict"
   end function verdict

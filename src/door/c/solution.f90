@@ -60,7 +60,7 @@ contains
     if (allocated(error)) return
     select case (name)
     case ("verdict")
-      text = trim(solution%result%verdict)
+      text = trim(solution%result%worst%word())
     case ("report")
       call solution%report(text, error)
     case ("failure")

@@ -1,7 +1,8 @@
 !> Multipliers and characteristic exponents with their error bounds, and the verdict on stability.
 module gestell_floquet_multipliers
   use gestell_base_error, only: error_type, fatal_error, invalid_input
-  use gestell_base_kinds, only: dp
+  use gestell_base_kinds, only: dp, pi
+  use gestell_base_verdict, only: stable, undamped, undecided, unstable, verdict_type
   use gestell_math_lapack, only: eigensystem
   use gestell_math_matrix, only: balanced
   use gestell_floquet_multipliers_small_eigensystem, only: small_eigensystem
@@ -10,7 +11,8 @@ module gestell_floquet_multipliers
   implicit none (type, external)
   private
 
-  public :: append, arrange, disc_bounds, multiplier, no_multipliers, set_multipliers, solve_multipliers
+  public :: append, arrange, disc_bounds, lie_on_circle, multiplier, no_multipliers, prove_undamped, set_multipliers, &
+    & solve_multipliers
 
   !> Of all multipliers, largest modulus first, conjugate pairs adjacent, +im first. All shapes (n).
   type, public :: multipliers_type
@@ -28,6 +30,8 @@ module gestell_floquet_multipliers
     real(dp), allocatable :: condition(:)
     !> Eigenvectors y_k of (19), states at t = 0 in the model's units, unit columns; shape (n, n).
     complex(dp), allocatable :: vectors(:, :)
+    !> Whether |rho| = 1 is proved (`prove_undamped`), shape (n); not allocated where no proof was tried.
+    logical, allocatable :: on_circle(:)
   contains
     procedure :: verdict
     procedure :: lost
@@ -183,6 +187,7 @@ contains
     type(multipliers_type), intent(inout) :: all
     type(multipliers_type), intent(in) :: more
 
+    if (allocated(all%on_circle) .or. allocated(more%on_circle)) all%on_circle = [circle_of(all), circle_of(more)]
     all%rho = [all%rho, more%rho]
     all%log_abs = [all%log_abs, more%log_abs]
     all%arg = [all%arg, more%arg]
@@ -192,6 +197,15 @@ contains
     if (allocated(more%vectors)) all%vectors = reshape([all%vectors, more%vectors], &
       & [size(more%vectors, 1), size(all%vectors, 2) + size(more%vectors, 2)])
   end subroutine append
+
+  !> `on_circle`, false where it is not allocated.
+  pure function circle_of(multipliers) result(on_circle)
+    type(multipliers_type), intent(in) :: multipliers
+    logical :: on_circle(size(multipliers%rho))
+
+    on_circle = .false.
+    if (allocated(multipliers%on_circle)) on_circle = multipliers%on_circle
+  end function circle_of
 
   !> Largest modulus first, unit eigenvectors.
   pure subroutine arrange(multipliers)
@@ -205,6 +219,7 @@ contains
     multipliers%arg = multipliers%arg(order)
     multipliers%exponent = multipliers%exponent(order)
     multipliers%error = multipliers%error(order)
+    if (allocated(multipliers%on_circle)) multipliers%on_circle = multipliers%on_circle(order)
     if (.not. allocated(multipliers%vectors)) return
     multipliers%vectors = multipliers%vectors(:, order)
     do k = 1, size(order)
@@ -326,21 +341,59 @@ contains
     unknown = any(self%error >= nothing_known)
   end function unknown
 
-  !> 'stable': all |rho| below 1 by more than their error; 'unstable': some |rho| above 1 by more than its error;
-  !> 'undecided': neither. By logarithms: |rho| may over- or underflow.
+  !> 'unstable': some |rho| above 1 by more than its error; 'stable': all |rho| below 1 by more than their error; 'undamped': all
+  !> others proved to lie on the unit circle; 'undecided': none of these. By logarithms: |rho| may over- or underflow.
   pure function verdict(self) result(word)
     class(multipliers_type), intent(in) :: self
     character(len=9) :: word
+    type(verdict_type) :: verdict_on
+    logical :: inside(size(self%rho))
 
     associate (e => self%error)
+      inside = e < nothing_known .and. self%log_abs + min(log(1 + e) + epsilon(1.0_dp), e) < 0
       if (any(e < 1 .and. self%log_abs + min(log(max(1 - e, tiny(1.0_dp))), -e) > 0)) then
-        word = "unstable"
-      else if (all(e < nothing_known .and. self%log_abs + min(log(1 + e) + epsilon(1.0_dp), e) < 0)) then
-        word = "stable"
+        verdict_on = unstable
+      else if (all(inside)) then
+        verdict_on = stable
+      else if (all(inside .or. circle_of(self))) then
+        verdict_on = undamped
       else
-        word = "undecided"
+        verdict_on = undecided
       end if
     end associate
+    word = verdict_on%word()
   end function verdict
+
+  !> Marks the multipliers that lie on the unit circle, of a system that conserves (`conserves` of gestell_system_periodic) and does
+  !> not fall into parts.
+  pure subroutine prove_undamped(multipliers)
+    type(multipliers_type), intent(inout) :: multipliers
+
+    multipliers%on_circle = lie_on_circle(multipliers%log_abs, multipliers%arg, multipliers%error)
+  end subroutine prove_undamped
+
+  !> Which multipliers of a conserving system are proved to have |rho| = 1; `error`: bounds relative to |rho|.
+  !>
+  !> The multipliers of such a system come in pairs rho, 1 / conj(rho). A disc that meets no other one has one multiplier in it. If
+  !> its mirror image in the unit circle meets no other disc either, the partner 1 / conj(rho) lies in the same disc and is rho
+  !> itself. Such a multiplier is simple: the free vibration neither grows nor decays. In the plane of ln rho the disc lies within a
+  !> radius of -ln(1 - error) about its centre, and the mirror is the imaginary axis.
+  pure function lie_on_circle(log_abs, arg, error) result(on_circle)
+    real(dp), intent(in) :: log_abs(:), arg(:), error(:)
+    logical :: on_circle(size(log_abs))
+    real(dp), dimension(size(log_abs)) :: radius, turn
+    integer :: k
+
+    on_circle = error < 1
+    radius = -log(1 - min(error, 1 - epsilon(1.0_dp)))
+    do k = 1, size(log_abs)
+      turn = abs(arg - arg(k) - 2 * pi * anint((arg - arg(k)) / (2 * pi)))
+      associate (others => hypot(log_abs - log_abs(k), turn), mirrored => hypot(log_abs + log_abs(k), turn), &
+        & reach => radius + radius(k))
+        on_circle(k) = on_circle(k) .and. count(.not. (others > reach .and. mirrored > reach)) == 1 .and. &
+          & .not. mirrored(k) > reach(k)
+      end associate
+    end do
+  end function lie_on_circle
 
 end module gestell_floquet_multipliers

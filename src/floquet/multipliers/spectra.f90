@@ -6,12 +6,12 @@ module gestell_floquet_multipliers_spectra
   use gestell_math_lanes, only: lanes
   use gestell_math_lapack, only: eigensystem
   use gestell_floquet_multipliers_lane_spectra, only: found_type, solve_lanes
-  use gestell_floquet_multipliers, only: multipliers_type, set_multipliers
+  use gestell_floquet_multipliers, only: multipliers_type, prove_undamped, set_multipliers
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private
 
-  public :: found_type, spectra_of_eight, spectral_radii
+  public :: found_type, is_undamped, spectra_of_eight, spectral_radii
 
 contains
 
@@ -106,5 +106,21 @@ contains
     found%stable(lane) = multipliers%verdict() == "stable"
     found%unstable(lane) = multipliers%verdict() == "unstable"
   end subroutine solve_alone
+
+  !> Whether a matrix of a system that conserves (gestell_system_periodic) is proved to be undamped.
+  logical function is_undamped(phi, perturbation)
+    real(dp), intent(in) :: phi(:, :), perturbation
+    type(multipliers_type) :: multipliers
+    complex(dp), allocatable :: rho(:), right(:, :), left(:, :)
+    type(error_type), allocatable :: error
+
+    is_undamped = .false.
+    if (.not. all(ieee_is_finite(phi))) return
+    call eigensystem(phi, rho, right, left, error)
+    if (allocated(error)) return
+    call set_multipliers(rho, right, left, perturbation + size(rho) * epsilon(1.0_dp) * norm2(phi), multipliers)
+    call prove_undamped(multipliers)
+    is_undamped = multipliers%verdict() == "undamped"
+  end function is_undamped
 
 end module gestell_floquet_multipliers_spectra

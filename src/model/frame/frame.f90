@@ -1,20 +1,20 @@
 !> The elastically mounted frame of a mechanism: M q'' + B q' + C q = h with q = (xi, eta, psi), (8) to (12).
 module gestell_model_frame
-  use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
-  use gestell_math_lapack, only: symmetric_pencil
   use gestell_model_mechanism_held, only: check_held, part_of_turn, tabulate_felt
   use gestell_model_frame_inertia, only: mass_matrix, mean_mass_matrix, set_matrices
   use gestell_model_frame_data, only: check_frame_data, check_free, check_turning
   use gestell_model_frame_load, only: cancellation, set_load
   use gestell_model_mechanism, only: a1_v, a2_v, mass_functions_type, mechanism_type, table_columns
-  use gestell_model_frame_mounting, only: damping_matrix, load_matrix, load_rounding, stiffness_matrix, support_type, turned_loads
+  use gestell_model_frame_mounting, only: damping_matrix, is_conservative, load_matrix, load_rounding, stiffness_matrix, &
+    & support_type, turned_loads
   use gestell_model_mechanism_tabulated, only: new_tabulated, tabulated_type
   use gestell_model_frame_weights, only: new_weights, weights_type
   use gestell_model_space, only: in_space, space_type
   use gestell_system_averaged, only: average, averaged_system, term_size
+  use gestell_system_natural_frequencies, only: solve_natural_frequencies
   use gestell_system_second_order, only: check_second_order, second_order_system
-  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
@@ -45,6 +45,8 @@ module gestell_model_frame
     type(weights_type) :: weights
     !> What a frame in space has (gestell_model_frame_in_space); supports and origin above are then its own, not these.
     type(space_type), allocatable :: space
+    !> Whether the equations are those about rest, and not along a motion.
+    logical :: about_rest = .true.
   contains
     procedure :: matrices
     procedure :: load
@@ -54,7 +56,7 @@ module gestell_model_frame
     procedure :: coupled
     procedure :: check
     procedure :: averaged
-    procedure :: natural_frequencies
+    procedure :: natural_frequencies, conserves
     procedure :: dofs, ground_stiffness, ground_damping
     procedure :: ground_forces
     procedure :: turned, turning, rotation, potential, dissipation
@@ -66,8 +68,7 @@ contains
   !> `damping` are the foundation's where `supports` are given, which are added to them, else those of the whole mounting. With
   !> `gravity` (m/s^2, along xi and eta) all weigh, and q = 0 is where the machine rests under its weights. `held_by`: who holds the
   !> speed, "motor" where it is missing.
-  !> Errors: a parameter that is not finite or out of its range; speed zero; the mechanism cannot turn; nothing carries the weights;
-  !> as of `check_held`.
+  !> Errors: a parameter that is not finite or out of its range; the mechanism cannot turn; as of `weigh` and `check_held`.
   !> Thirteen arguments: the data of a machine; the last five may be left out.
   subroutine new_frame(frame, mechanism, mass, inertia, origin, stiffness, damping, speed, error, free, supports, gravity, held_by)
     type(frame_type), intent(out) :: frame
@@ -121,8 +122,7 @@ contains
     if (present(gravity)) call frame%weigh(gravity, error)
   end subroutine new_frame
 
-  !> The weights and what carries them, of the masses as they are, under `gravity` (m/s^2, along xi and eta). Error: as of
-  !> `new_weights`.
+  !> The weights, and what carries them, of the masses as they are. `gravity`: along xi and eta (m/s^2). Error: of `new_weights`.
   subroutine weigh(self, gravity, error)
     class(frame_type), intent(inout) :: self
     real(dp), intent(in) :: gravity(2)
@@ -155,12 +155,12 @@ contains
     class(frame_type), intent(in) :: self
     real(dp), intent(in) :: t
     real(dp), intent(out) :: m(:, :), b(:, :), c(:, :)
-    real(dp), dimension(1, size(self%free), size(self%free)) :: m1, b1, c1
+    real(dp) :: all(1, size(self%free), size(self%free), 3)
 
-    call self%sample_second_order([t / self%period], m1, b1, c1)
-    m = m1(1, :, :)
-    b = b1(1, :, :)
-    c = c1(1, :, :)
+    call self%sample_second_order([t / self%period], all(:, :, :, 1), all(:, :, :, 2), all(:, :, :, 3))
+    m = all(1, :, :, 1)
+    b = all(1, :, :, 2)
+    c = all(1, :, :, 3)
   end subroutine matrices
 
   !> h at a time (s), of the free degrees of freedom.
@@ -168,15 +168,13 @@ contains
     class(frame_type), intent(in) :: self
     real(dp), intent(in) :: t
     real(dp), intent(out) :: h(:)
-    real(dp), dimension(1, size(self%free), size(self%free)) :: m1, b1, c1
-    real(dp) :: h1(1, size(self%free))
+    real(dp) :: m(1, size(h), size(h)), b(1, size(h), size(h)), c(1, size(h), size(h)), all(1, size(h))
 
-    call self%sample_second_order([t / self%period], m1, b1, c1, h1)
-    h = h1(1, :)
+    call self%sample_second_order([t / self%period], m, b, c, all)
+    h = all(1, :)
   end subroutine load
 
-  !> M, B, C, h at many phases of the turn: (9) to (12) by the mass functions, or by what of a crank that turns evenly in space the
-  !> frame feels in their place (gestell_model_mechanism_held).
+  !> M, B, C, h at many phases of the turn: (9) to (12) by what the frame feels of the mechanism (gestell_model_mechanism_held).
   subroutine sample_second_order(self, phases, m, b, c, h)
     class(frame_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)
@@ -254,9 +252,8 @@ contains
     coupled = all(self%free, self%free) .or. transpose(all(self%free, self%free))
   end function coupled
 
-  !> The model with M, B, C averaged over the turn. The periodic parts of B and C are derivatives of a1, a2, a3 with
-  !> respect to the crank angle, (10), (11), and have no mean, nor has the periodic part of the weights': what is left is the
-  !> mounting's own and the weights' at rest.
+  !> The model with M, B, C averaged over the turn. The periodic parts of B and C are derivatives with respect to the crank angle,
+  !> (10), (11), and have no mean, nor has that of the weights: what is left is the mounting's own and the weights' at rest.
   subroutine averaged(self, model)
     class(frame_type), intent(in) :: self
     type(averaged_system), intent(out) :: model
@@ -265,11 +262,8 @@ contains
 
     call average(self, model)
     if (allocated(self%space)) return
-    moved = 0
-    moved(self%free, self%free) = model%m
-    moved(1, 1) = moved(1, 1) - self%mass
-    moved(2, 2) = moved(2, 2) - self%mass
-    moved(3, 3) = moved(3, 3) - self%inertia
+    moved = -reshape([self%mass, 0.0_dp, 0.0_dp, 0.0_dp, self%mass, 0.0_dp, 0.0_dp, 0.0_dp, self%inertia], [3, 3])
+    moved(self%free, self%free) = moved(self%free, self%free) + model%m
     moved = term_size(moved)
     model%m_error = model%m_error + rounding * moved(self%free, self%free)
     model%b = self%damping(self%free, self%free)
@@ -282,33 +276,29 @@ contains
     model%c_error = moved(self%free, self%free)
   end subroutine averaged
 
-  !> Natural angular frequencies (rad/s), ascending, of the undamped frame whose M, which is linear in a1, a2, a3, is averaged
-  !> over the turn (the periodic part of C has no average). An unstable spring gives a negative value: minus the growth rate.
-  !> Errors: M is not positive definite; the numbers overflow.
+  !> Natural angular frequencies (rad/s) of the undamped frame about rest, whose M, gyroscopic moments (in space) and C are averaged
+  !> over the turn, as `solve_natural_frequencies` has them, and its errors.
   subroutine natural_frequencies(self, frequencies, error)
     class(frame_type), intent(in) :: self
     real(dp), allocatable, intent(out) :: frequencies(:)
     type(error_type), allocatable, intent(out) :: error
-    real(dp) :: m(3, 3), c(3, 3)
+    real(dp), allocatable, dimension(:, :) :: m, g, c
     integer :: k
 
     call self%check(error)
     if (allocated(error)) return
     if (allocated(self%space)) then
-      call symmetric_pencil(self%space%mean_stiffness(self%free), self%space%mean_mass(self%mass, self%free, &
-        & 4 * self%least_steps), frequencies, error)
+      call self%space%mean_matrices(self%mass, self%speed, self%free, 4 * self%least_steps, m, g, c)
     else
       m = mean_mass_matrix(self%mass, self%inertia, self%origin, self%mechanism, self%even_in_space(), &
         & [(2 * pi * k / (4 * self%least_steps), k = 1, 4 * self%least_steps)])
       c = self%stiffness + load_matrix(self%supports)
-      c = (c + transpose(c)) / 2
       c(3, 3) = c(3, 3) + real(self%weights%rest, dp)
-      call symmetric_pencil(c(self%free, self%free), m(self%free, self%free), frequencies, error)
+      m = m(self%free, self%free)
+      c = c(self%free, self%free)
+      g = 0 * m
     end if
-    if (allocated(error)) return
-    frequencies = sign(sqrt(abs(frequencies)), frequencies)
-    if (.not. all(ieee_is_finite(frequencies))) call fatal_error(error, "natural frequencies leave the range of the numbers", &
-      & failed_computation)
+    call solve_natural_frequencies(m, g, (c + transpose(c)) / 2, frequencies, error)
   end subroutine natural_frequencies
 
   !> How many degrees of freedom there are, free or not: three, in space six.
@@ -336,18 +326,28 @@ contains
     if (allocated(self%space)) b = self%space%damping(in_space, in_space)
   end function ground_damping
 
+  !> Whether nothing damps the degrees of freedom `chosen` of those that are free, and their stiffness is symmetric.
+  pure logical function conserves(self, chosen)
+    class(frame_type), intent(in) :: self
+    integer, intent(in) :: chosen(:)
+
+    if (allocated(self%space)) then
+      conserves = self%space%conserves(self%free(chosen), self%about_rest)
+    else
+      conserves = is_conservative(self%stiffness, self%damping, self%supports, self%free(chosen))
+    end if
+  end function conserves
+
   !> Forces (N) and moment about F at rest (N m) of supports and foundation on the ground, shape (dofs, points), for states
   !> x of shape (states, points).
   pure function ground_forces(self, x) result(forces)
     class(frame_type), intent(in) :: self
     real(dp), intent(in) :: x(:, :)
     real(dp), allocatable :: forces(:, :), stiffness(:, :), damping(:, :)
-    integer :: f
 
-    f = size(self%free)
     stiffness = self%ground_stiffness()
     damping = self%ground_damping()
-    forces = matmul(stiffness(:, self%free), x(:f, :)) + matmul(damping(:, self%free), x(f + 1:, :))
+    forces = matmul(stiffness(:, self%free), x(:size(self%free), :)) + matmul(damping(:, self%free), x(size(self%free) + 1:, :))
   end function ground_forces
 
   !> A vector of the frame's system in space, where the frame has turned by psi: s + psi k x s, to first order.
@@ -366,8 +366,8 @@ contains
     real(dp) :: turning(2)
 
     associate (unused_frame => self, unused_angle => psi)
+      turning = [-s(2), s(1)]
     end associate
-    turning = [-s(2), s(1)]
   end function turning
 
   !> exp(i psi), to second order.
@@ -376,8 +376,8 @@ contains
     real(dp), intent(in) :: psi
 
     associate (unused_frame => self)
+      rotation = cmplx(1 - psi**2 / 2, psi, dp)
     end associate
-    rotation = cmplx(1 - psi**2 / 2, psi, dp)
   end function rotation
 
   !> Potential energy of the mounting (J).

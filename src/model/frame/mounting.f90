@@ -4,7 +4,8 @@ module gestell_model_frame_mounting
   implicit none (type, external)
   private
 
-  public :: damping_matrix, load_matrix, load_rounding, matrix_rounding, stiffness_matrix, support_axes, turned_loads
+  public :: damping_matrix, is_conservative, load_matrix, load_rounding, matrix_rounding, stiffness_matrix, support_axes, &
+    & turned_loads
 
   !> A spring-damper pair at `position` in the frame's system (m), along its own two axes, turned by `angle` (rad).
   type, public :: support_type
@@ -51,6 +52,19 @@ contains
     c = turned_loads(supports)
     c(3, :2) = c(:2, 3)
   end function load_matrix
+
+  !> Whether a mounting of these matrices takes no energy from motions along the degrees of freedom `free`: nothing damps them and
+  !> the stiffness is symmetric. Once the frame turns, dampers along the others act too.
+  pure logical function is_conservative(stiffness, damping, supports, free)
+    real(dp), intent(in) :: stiffness(3, 3), damping(3, 3)
+    type(support_type), intent(in) :: supports(:)
+    integer, intent(in) :: free(:)
+    integer :: i
+
+    is_conservative = .not. any(abs(damping(free, free)) > 0) .and. .not. any(abs(stiffness(free, free) &
+      & - transpose(stiffness(free, free))) > 0)
+    if (any(free == 3)) is_conservative = is_conservative .and. all([(.not. any(supports(i)%damping > 0), i = 1, size(supports))])
+  end function is_conservative
 
   !> How these forces and their moment about F at rest change with psi, the third column: i G, p . G.
   pure function turned_loads(supports) result(c)

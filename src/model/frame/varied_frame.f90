@@ -78,6 +78,7 @@ contains
     type(varied_frame_type) :: varied
 
     varied%frame_type = frame
+    varied%about_rest = .false.
     varied%foundation_stiffness = frame%stiffness - stiffness_matrix(frame%supports)
     varied%foundation_damping = frame%damping - damping_matrix(frame%supports)
     call varied%move_to(motion)

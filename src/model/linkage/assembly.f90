@@ -4,6 +4,7 @@ module gestell_model_linkage_assembly
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: fixed, text
   use gestell_model_linkage_bodies, only: link_type
+  use gestell_model_linkage_closure, only: explain_closure
   use gestell_model_joints_deviation, only: deviation_type, disc
   use gestell_model_joints_path, only: turning_scale
   use gestell_model_joints_joint, only: named_joint_type, point_type, reach_type, slack
@@ -131,7 +132,7 @@ contains
     integer, intent(in) :: turns, bad_joint, bad_link
     type(error_type), allocatable, intent(out) :: error
     type(point_type) :: at(size(joints))
-    character(len=:), allocatable :: there, subject, reason
+    character(len=:), allocatable :: there, subject, reason, closure
     integer :: i
 
     there = " at a crank angle of " // fixed(angle * turns * 180 / pi, 3) // " deg"
@@ -146,7 +147,8 @@ contains
     associate (bad => joints(bad_joint))
       subject = "joint '" // bad%name // "'"
       call bad%joint%explain(at(:bad_joint - 1), reason)
-      call fatal_error(error, subject // " cannot be assembled or stands at a dead point" // there // ": " // reason, &
+      call explain_closure(joints, bad_joint, turns, closure)
+      call fatal_error(error, subject // " cannot be assembled or stands at a dead point" // there // ": " // reason // closure, &
         & impossible_mechanism, subject)
     end associate
   end subroutine report

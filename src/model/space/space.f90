@@ -57,7 +57,7 @@ module gestell_model_space
     procedure :: masses_at
     procedure :: sample_at_rest
     procedure :: coupled
-    procedure :: mean_mass
+    procedure :: mean_matrices, conserves
     procedure :: terms
     procedure :: cancellation
   end type space_type
@@ -308,18 +308,41 @@ contains
     end do
   end function coupled
 
-  !> M over the turn, the mean of so many angles.
-  pure function mean_mass(self, mass, free, angles) result(mean)
+  !> Means of M, of the gyroscopic moments G in B and of C over so many angles of the turn, of the degrees of freedom `free` of a
+  !> frame of this `mass`, the drive turning at `speed` (rad/s).
+  pure subroutine mean_matrices(self, mass, speed, free, angles, m, g, c)
     class(space_type), intent(in) :: self
-    real(dp), intent(in) :: mass
+    real(dp), intent(in) :: mass, speed
     integer, intent(in) :: free(:), angles
-    real(dp) :: mean(size(free), size(free))
-    real(dp), dimension(angles, size(free), size(free)) :: m, b, c
+    real(dp), allocatable, intent(out) :: m(:, :), g(:, :), c(:, :)
+    real(dp), dimension(angles, size(free), size(free)) :: all_m, all_b, all_c
     integer :: i
 
-    call self%sample_at_rest(mass, 1.0_dp, [(2 * pi * i / angles, i = 1, angles)], free, m, b, c)
-    mean = sum(m, dim=1) / angles
-  end function mean_mass
+    call self%sample_at_rest(mass, speed, [(2 * pi * i / angles, i = 1, angles)], free, all_m, all_b, all_c)
+    m = sum(all_m, dim=1) / angles
+    c = self%mean_stiffness(free)
+    all_b = all_b - spread(self%damping(in_space(free), in_space(free)), 1, angles)
+    g = sum(all_b, dim=1) / angles
+    g = (g - transpose(g)) / 2
+    where (abs(g) <= 64 * epsilon(1.0_dp) * maxval(abs(all_b), dim=1)) g = 0
+  end subroutine mean_matrices
+
+  !> Whether the equations of the degrees of freedom `free` are those of a Lagrangian: nothing damps them, their stiffness is
+  !> symmetric, the drive stands on the frame, and of two rotations nothing is left out, as it is `about_rest`.
+  pure logical function conserves(self, free, about_rest)
+    class(space_type), intent(in) :: self
+    integer, intent(in) :: free(:)
+    logical, intent(in) :: about_rest
+    real(dp) :: c(size(free), size(free))
+    integer :: rotations, i
+
+    rotations = count(is_rotation(free))
+    c = self%stiffness(in_space(free), in_space(free))
+    conserves = .not. (self%drive%even_in_space() .or. about_rest .and. rotations > 1 .or. any(abs(c - transpose(c)) > 0) &
+      & .or. any(abs(self%damping(in_space(free), in_space(free))) > 0))
+    ! Once the frame turns, dampers along the others act too.
+    if (rotations > 0) conserves = conserves .and. .not. any([(self%supports(i)%damping > 0, i = 1, size(self%supports))])
+  end function conserves
 
   !> At unit speed, the sum of the absolute terms of the mechanisms' forces (kg m) and of their moments (kg m^2): what they cancel
   !> to is known to their roundings only.

@@ -14,7 +14,8 @@ module gestell_output_page_html
     & "h1{line-height:1.2;margin-bottom:.2rem}h2{margin-top:2.5rem;border-bottom:1px solid #ccc}" // newline // &
     & ".sub{color:#555;margin-top:0}.verdict{padding:.8rem 1rem;border-left:.5rem solid;background:#f4f4f4;font-size:1.1rem}" &
     & // newline // &
-    & ".note{border-color:#888}.stable{border-color:#009e73}.unstable{border-color:#d55e00}.undecided{border-color:#e69f00}" &
+    & ".note{border-color:#888}.stable{border-color:#009e73}.unstable{border-color:#d55e00}" // &
+    & ".undecided,.undamped{border-color:#e69f00}" &
     & // newline // "summary{cursor:pointer;color:#555;font-size:.9rem}" // newline // &
     & "dl{display:flex;flex-wrap:wrap;gap:.5rem 2.5rem;margin:1rem 0}dt{color:#555;font-size:.9rem}dd{margin:0;font-size:1.3rem}" &
     & // newline // "figure{margin:1rem 0;overflow-x:auto}figure img{max-width:100%;height:auto}" // newline // &

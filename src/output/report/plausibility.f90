@@ -1,14 +1,16 @@
-!> Motions that no machine has: as a rule a unit was forgotten.
+!> Slips of whoever typed the input: what no machine has, or hardly any. As a rule a unit, a power of ten or a name is wrong.
 module gestell_output_report_plausibility
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise
   use gestell_model_frame, only: frame_type
-  use gestell_model_joints_joint, only: point_type
+  use gestell_model_joints_joint, only: form_type, point_type
+  use gestell_model_joints_types_follower, only: follower_joint
+  use gestell_model_joints_types_rpr, only: rpr_joint
   use gestell_model_linkage, only: linkage_type
   implicit none (type, external)
   private
 
-  public :: implausible_lines
+  public :: slips
 
   character, parameter :: newline = new_line("a")
   !> m/s: a ring of steel that turns so fast bears rho v^2 = 2 GPa, more than it can.
@@ -17,33 +19,69 @@ module gestell_output_report_plausibility
   real(dp), parameter :: greatest_acceleration = 1.0e5_dp
   !> m: extent of a mechanism.
   real(dp), parameter :: widest = 20, narrowest = 1.0e-3_dp
+  !> Radii of gyration relative to the size of the machine: a slip of 1000 in mass or inertia changes them by a factor of 32. The
+  !> bodies of a machine have about 0.05 to 0.5.
+  real(dp), parameter :: smallest_radius = 0.02_dp, greatest_radius = 3
+  !> Of a link relative to its length, of a rod 0.29.
+  real(dp), parameter :: smallest_of_link = 0.01_dp
+  !> A frame whose mass is less than this part of the whole is no body.
+  real(dp), parameter :: no_mass = 1.0e-3_dp
+  !> Relative change of a length that is no rounding.
+  real(dp), parameter :: stretched = 1.0e-6_dp
+  !> Part of a follower's rms acceleration that the upper half of the orders of its table may have.
+  real(dp), parameter :: of_upper_half = 0.1_dp
   integer, parameter :: samples = 72
+  character(len=*), parameter :: units = ": are the units right? They are m, kg, N, s where &units says nothing else", &
+    & powers = ": are mass and inertia right?"
+
+  !> A mechanism over the turn: greatest speed (m/s) and acceleration (m/s^2) of a joint with their joints' numbers; the corners of
+  !> the box about all places of its joints (m); the least and the greatest length of every link (m).
+  type :: extremes_type
+    real(dp) :: speed = 0, acceleration = 0
+    integer :: fast = 0, quick = 0
+    real(dp) :: low(2) = 0, high(2) = 0
+    real(dp), allocatable :: shortest(:), longest(:)
+  end type extremes_type
 
 contains
 
-  !> A note for what is beyond these limits, mechanisms of joints only; empty where nothing is.
-  function implausible_lines(frame) result(lines)
+  !> A line for every slip, mechanisms of joints only; empty where there is none.
+  function slips(frame) result(lines)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines
-    real(dp) :: speed, acceleration, extent
-    integer :: fast, quick
+    type(extremes_type) :: found
+    real(dp) :: extent, size_of_machine
+    integer :: i
 
     lines = ""
     select type (mechanism => frame%mechanism)
     class is (linkage_type)
-      call extremes(mechanism, abs(frame%speed), speed, fast, acceleration, quick, extent)
-      if (speed > fastest) then
-        lines = note("joint '" // mechanism%joints(fast)%name // "' moves with " // up_to(speed) // " m/s, above " &
-          & // concise(fastest))
-      else if (acceleration > greatest_acceleration) then
-        lines = note("joint '" // mechanism%joints(quick)%name // "' is accelerated with " // up_to(acceleration) &
-          & // " m/s^2, above " // concise(greatest_acceleration))
+      call find_extremes(mechanism, abs(frame%speed), found)
+      extent = maxval(found%high - found%low)
+      if (found%speed > fastest) then
+        lines = "joint '" // mechanism%joints(found%fast)%name // "' moves with " // up_to(found%speed) // " m/s, above " &
+          & // concise(fastest) // units // newline
+      else if (found%acceleration > greatest_acceleration) then
+        lines = "joint '" // mechanism%joints(found%quick)%name // "' is accelerated with " // up_to(found%acceleration) &
+          & // " m/s^2, above " // concise(greatest_acceleration) // units // newline
       end if
-      if (extent > widest) lines = lines // note("the mechanism is " // concise(extent, 3) // " m wide, above " // concise(widest))
-      if (extent < narrowest) lines = lines // note("the mechanism is " // concise(extent, 3) // " m wide, below " &
-        & // concise(narrowest))
+      if (extent > widest) lines = lines // "the mechanism is " // concise(extent, 3) // " m wide, above " // concise(widest) &
+        & // units // newline
+      if (extent < narrowest) lines = lines // "the mechanism is " // concise(extent, 3) // " m wide, below " &
+        & // concise(narrowest) // units // newline
+      size_of_machine = size_with_supports(frame, found)
+      lines = lines // frame_slip(frame, mechanism%mass, size_of_machine)
+      do i = 1, size(mechanism%links)
+        lines = lines // link_slips(mechanism, i, found, size_of_machine)
+      end do
+      do i = 1, size(mechanism%joints)
+        select type (joint => mechanism%joints(i)%joint)
+        class is (follower_joint)
+          lines = lines // lift_slip(mechanism%joints(i)%name, joint%lift, joint%table_orders)
+        end select
+      end do
     end select
-  end function implausible_lines
+  end function slips
 
   !> "up to 23.4", and of what overflows that it does.
   pure function up_to(value) result(words)
@@ -54,41 +92,154 @@ contains
     if (value > huge(value)) words = "more than " // concise(huge(value), 3)
   end function up_to
 
-  pure function note(words) result(line)
-    character(len=*), intent(in) :: words
+  !> The diagonal of the box about the mechanism and the heads of the supports (m).
+  pure real(dp) function size_with_supports(frame, found) result(size_of)
+    class(frame_type), intent(in) :: frame
+    type(extremes_type), intent(in) :: found
+    real(dp) :: low(3), high(3)
+    integer :: i
+
+    low = [found%low + frame%origin, 0.0_dp]
+    high = [found%high + frame%origin, 0.0_dp]
+    do i = 1, size(frame%supports)
+      low(:2) = min(low(:2), frame%supports(i)%position)
+      high(:2) = max(high(:2), frame%supports(i)%position)
+    end do
+    if (allocated(frame%space)) then
+      do i = 1, size(frame%space%supports)
+        low = min(low, frame%space%supports(i)%position)
+        high = max(high, frame%space%supports(i)%position)
+      end do
+    end if
+    size_of = norm2(high - low)
+  end function size_with_supports
+
+  !> Radius of gyration of the frame.
+  pure function frame_slip(frame, moving, size_of_machine) result(line)
+    class(frame_type), intent(in) :: frame
+    real(dp), intent(in) :: moving, size_of_machine
     character(len=:), allocatable :: line
+    real(dp) :: radius
+    integer :: i
 
-    line = "  note       " // words // ": are the units right? They are m, kg, N, s where &units says nothing else" // newline
-  end function note
+    line = ""
+    if (.not. (frame%inertia > 0 .and. frame%mass > no_mass * (frame%mass + moving) .and. any(frame%free >= 3))) return
+    radius = sqrt(frame%inertia / frame%mass)
+    if (allocated(frame%space)) radius = sqrt(maxval([(frame%space%inertia(i, i), i = 1, 3)]) / frame%mass)
+    if (radius >= smallest_radius * size_of_machine .and. radius <= greatest_radius * size_of_machine) return
+    line = "the frame's radius of gyration is " // concise(radius, 3) // " m, the machine " // concise(size_of_machine, 3) &
+      & // " m wide" // powers // newline
+  end function frame_slip
 
-  !> The greatest speed (m/s) and acceleration (m/s^2) of a joint with their joints' numbers, the crank turning with `omega`
-  !> (rad/s), and the extent of all that they reach (m).
-  subroutine extremes(linkage, omega, speed, fast, acceleration, quick, extent)
+  !> Radius of gyration, centre of mass and length of link number `i`.
+  function link_slips(mechanism, i, found, size_of_machine) result(lines)
+    class(linkage_type), intent(in) :: mechanism
+    integer, intent(in) :: i
+    type(extremes_type), intent(in) :: found
+    real(dp), intent(in) :: size_of_machine
+    character(len=:), allocatable :: lines
+    real(dp) :: radius
+
+    lines = ""
+    associate (link => mechanism%links(i), subject => "link '" // mechanism%links(i)%name // "'")
+      if (.not. (link%mass > 0)) return
+      radius = sqrt(link%inertia / link%mass)
+      if (radius > greatest_radius * size_of_machine) then
+        lines = subject // ": its radius of gyration is " // concise(radius, 3) // " m, the machine " &
+          & // concise(size_of_machine, 3) // " m wide" // powers // newline
+      else if (radius > 0 .and. radius < smallest_of_link * found%shortest(i)) then
+        lines = subject // ": its radius of gyration is " // concise(radius, 3) // " m, its length " &
+          & // concise(found%longest(i), 3) // " m" // powers // newline
+      end if
+      if (norm2(link%center) > greatest_radius * size_of_machine) lines = lines // subject // ": its centre of mass is " &
+        & // concise(norm2(link%center), 3) // " m from joint '" // mechanism%joints(link%from)%name // "', the machine " &
+        & // concise(size_of_machine, 3) // " m wide: is center right?" // newline
+      if (link%to == 0) return
+      if (found%longest(i) - found%shortest(i) > stretched * found%longest(i) .and. .not. slides(mechanism, link%from, link%to)) &
+        & lines = lines // subject // " joins '" // mechanism%joints(link%from)%name // "' and '" &
+        & // mechanism%joints(link%to)%name // "', which no body joins: their distance varies from " &
+        & // concise(found%shortest(i), 3) // " to " // concise(found%longest(i), 3) // " m" // newline
+    end associate
+  end function link_slips
+
+  !> Whether one of two joints slides along a body that carries the other: then a link between them keeps its direction only.
+  function slides(mechanism, one, other)
+    class(linkage_type), intent(in) :: mechanism
+    integer, intent(in) :: one, other
+    logical :: slides
+    type(form_type) :: form
+    integer :: i, k
+
+    slides = .false.
+    do i = 1, size(mechanism%joints)
+      select type (joint => mechanism%joints(i)%joint)
+      class is (rpr_joint)
+        slides = slides .or. all(joint%ends == [one, other]) .or. all(joint%ends == [other, one])
+      end select
+      if (i /= one .and. i /= other) cycle
+      call mechanism%joints(i)%joint%describe(form)
+      if (.not. allocated(form%guides)) cycle
+      do k = 1, size(form%guides)
+        slides = slides .or. any(form%guides(k)%carriers == merge(other, one, i == one))
+      end do
+    end do
+  end function slides
+
+  !> The acceleration of a follower by its lift: that of order k goes as k^2. `orders`: of its table, 0: it has none.
+  pure function lift_slip(name, lift, orders) result(line)
+    character(len=*), intent(in) :: name
+    real(dp), intent(in) :: lift(:)
+    integer, intent(in) :: orders
+    character(len=:), allocatable :: line
+    integer, parameter :: fewest = 8
+    real(dp) :: squares(size(lift) / 2), part
+    integer :: k
+
+    line = ""
+    if (orders < fewest) return
+    squares = [(real(k, dp)**4 * sum(lift(2 * k:2 * k + 1)**2), k = 1, size(squares))]
+    if (.not. sum(squares) > 0) return
+    part = sqrt(sum(squares(orders / 2 + 1:)) / sum(squares))
+    if (part > of_upper_half) line = "joint '" // name // "': " // concise(100 * part, 2) // " % of its acceleration (rms) comes " &
+      & // "from the upper half of the orders of lift_table, " // concise(real(orders / 2 + 1, dp)) // " to " &
+      & // concise(real(orders, dp)) // ": have the lifts enough digits?" // newline
+  end function lift_slip
+
+  !> The crank turns with `omega` (rad/s).
+  subroutine find_extremes(linkage, omega, found)
     class(linkage_type), intent(in) :: linkage
     real(dp), intent(in) :: omega
-    real(dp), intent(out) :: speed, acceleration, extent
-    integer, intent(out) :: fast, quick
+    type(extremes_type), intent(out) :: found
     type(point_type) :: at(size(linkage%joints))
     real(dp), dimension(size(linkage%joints)) :: first, second
-    real(dp) :: low(2), high(2)
-    integer :: k
+    real(dp) :: length
+    integer :: i, k
 
     first = 0
     second = 0
-    low = huge(1.0_dp)
-    high = -huge(1.0_dp)
+    found%low = huge(1.0_dp)
+    found%high = -huge(1.0_dp)
+    allocate(found%shortest(size(linkage%links)), source=huge(1.0_dp))
+    allocate(found%longest(size(linkage%links)), source=0.0_dp)
     do k = 0, samples - 1
       call linkage%points(2 * pi * k / samples, at)
       first = max(first, hypot(at%x%d, at%y%d))
       second = max(second, hypot(at%x%dd, at%y%dd))
-      low = min(low, [minval(at%x%v), minval(at%y%v)])
-      high = max(high, [maxval(at%x%v), maxval(at%y%v)])
+      found%low = min(found%low, [minval(at%x%v), minval(at%y%v)])
+      found%high = max(found%high, [maxval(at%x%v), maxval(at%y%v)])
+      do i = 1, size(linkage%links)
+        length = 0
+        associate (link => linkage%links(i))
+          if (link%to > 0) length = hypot(at(link%to)%x%v - at(link%from)%x%v, at(link%to)%y%v - at(link%from)%y%v)
+        end associate
+        found%shortest(i) = min(found%shortest(i), length)
+        found%longest(i) = max(found%longest(i), length)
+      end do
     end do
-    fast = maxloc(first, dim=1)
-    quick = maxloc(second, dim=1)
-    speed = first(fast) * omega
-    acceleration = second(quick) * omega**2
-    extent = maxval(high - low)
-  end subroutine extremes
+    found%fast = maxloc(first, dim=1)
+    found%quick = maxloc(second, dim=1)
+    found%speed = first(found%fast) * omega
+    found%acceleration = second(found%quick) * omega**2
+  end subroutine find_extremes
 
 end module gestell_output_report_plausibility

@@ -1,11 +1,18 @@
-!> The verdict in the words that stand wherever a vibration is told: one that the machine leaves is no use to anybody who does not
-!> know it.
+!> The verdict in the words that stand wherever a vibration is reported: one that the machine leaves is of no use to anybody who
+!> does not know it.
 module gestell_output_report_verdict
+  use gestell_base_verdict, only: verdict_type
   use gestell_input_wording, only: lower
   implicit none (type, external)
   private
 
   public :: alarm, judged, section, verdict_line
+
+  !> A verdict on a range of machines, and a sentence about it: "stable", or a word in capitals with the machines it holds for.
+  type, public :: judgement_type
+    type(verdict_type) :: verdict
+    character(len=:), allocatable :: words
+  end type judgement_type
 
   character, parameter :: newline = new_line("a")
 
@@ -19,6 +26,8 @@ contains
     select case (verdict)
     case ("unstable")
       words = "UNSTABLE: the machine leaves this vibration"
+    case ("undamped")
+      words = "UNDAMPED: free vibrations neither grow nor decay, so the machine does not settle on this vibration"
     case ("undecided")
       words = "UNDECIDED: whether the machine keeps to this vibration cannot be told"
     case default
@@ -55,13 +64,16 @@ contains
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: word
     character(len=:), allocatable :: line
+    character(len=*), parameter :: words(3) = [character(len=9) :: "UNSTABLE", "UNDECIDED", "UNDAMPED"]
+    integer :: i
 
     line = verdict_line(verdict)
     word = ""
-    if (index(line, "verdict: unstable") == 1) word = "UNSTABLE: "
-    if (index(line, "verdict: undecided") == 1) word = "UNDECIDED: "
-    if (index(line, "verdict: unstable at ") == 1) word = "UNSTABLE IN PART: "
-    if (index(line, "verdict: undecided at ") == 1) word = "UNDECIDED IN PART: "
+    do i = 1, size(words)
+      if (index(line, "verdict: " // lower(trim(words(i)))) /= 1) cycle
+      word = trim(words(i)) // ": "
+      if (index(line, "verdict: " // lower(trim(words(i))) // " at ") == 1) word = trim(words(i)) // " IN PART: "
+    end do
   end function alarm
 
 end module gestell_output_report_verdict

@@ -2,11 +2,13 @@
 module gestell_output_report_warnings
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
+  use gestell_base_verdict, only: operator(==), operator(>), stable, undecided, unstable, verdict_type
+  use gestell_output_report_verdict, only: judgement_type
   use gestell_study_vibration_small_motion, only: moved_type, small_part, small_turn
   implicit none (type, external)
   private
 
-  public :: beyond_small, left_at, small_motion_limits
+  public :: beyond_small, judge_range, small_motion_limits
 
   character, parameter :: newline = new_line("a")
   !> Intervals that are listed, at the most.
@@ -52,24 +54,36 @@ contains
     if (machine > 0) words = words // ", F by " // concise(small_part * machine, 2) // " m"
   end function small_motion_limits
 
-  !> A sentence where the machine leaves its vibration, or may leave it, at some of the speeds (1/min); empty where at none.
-  !> `things`: what lies at these speeds, "speeds" where they are a range in its order; `consequence`: of being unstable.
-  pure function left_at(speeds, unstable, undecided, things, consequence) result(words)
+  !> The worst of the `verdicts` on machines at these speeds (1/min), and at which of them it holds. `things`: what lies at these
+  !> speeds, "speeds" where they are a range in its order; `consequence`: of being unstable.
+  pure type(judgement_type) function judge_range(speeds, verdicts, things, consequence) result(judgement)
     real(dp), intent(in) :: speeds(:)
-    logical, intent(in) :: unstable(:), undecided(:)
+    type(verdict_type), intent(in) :: verdicts(:)
     character(len=*), intent(in) :: things, consequence
-    character(len=:), allocatable :: words
+    character(len=:), allocatable :: rest
+    integer :: i
 
-    words = ""
-    if (any(unstable)) then
-      words = "UNSTABLE at " // text(count(unstable)) // " of " // text(size(speeds)) // " " // things // ", " &
-        & // stretches(speeds, unstable, things == "speeds") // " rpm: " // consequence
-    else if (any(undecided)) then
-      words = "UNDECIDED at " // text(count(undecided)) // " of " // text(size(speeds)) // " " // things // ", " &
-        & // stretches(speeds, undecided, things == "speeds") // " rpm: whether the machine keeps to these vibrations " &
-        & // "cannot be told"
+    judgement%verdict = stable
+    do i = 1, size(verdicts)
+      if (verdicts(i) > judgement%verdict) judgement%verdict = verdicts(i)
+    end do
+    judgement%words = "stable"
+    if (judgement%verdict == stable) return
+    if (judgement%verdict == unstable) then
+      judgement%words = "UNSTABLE"
+      rest = consequence
+    else if (judgement%verdict == undecided) then
+      judgement%words = "UNDECIDED"
+      rest = "whether the machine keeps to these vibrations cannot be told"
+    else
+      judgement%words = "UNDAMPED"
+      rest = "free vibrations neither grow nor decay"
     end if
-  end function left_at
+    associate (chosen => [(verdicts(i) == judgement%verdict, i = 1, size(verdicts))])
+      judgement%words = judgement%words // " at " // text(count(chosen)) // " of " // text(size(speeds)) // " " // things // ", " &
+        & // stretches(speeds, chosen, things == "speeds") // " rpm: " // rest
+    end associate
+  end function judge_range
 
   !> The intervals of `values`, in their order, where `chosen` holds: "218.1 to 245.3, 300"; or, not `joined`, one by one.
   pure function stretches(values, chosen, joined) result(words)

@@ -45,6 +45,7 @@ module gestell_study_design_motion
     procedure :: matrices
     procedure :: sample_second_order
     procedure :: coupled
+    procedure :: conserves
   end type loaded_type
 
   !> Equidistant phases at the least; errors of the derivatives that are allowed, and, for the part of R that its linear part lacks,
@@ -359,5 +360,12 @@ contains
 
     coupled = self%inner%coupled()
   end function coupled
+
+  pure logical function conserves(self, chosen)
+    class(loaded_type), intent(in) :: self
+    integer, intent(in) :: chosen(:)
+
+    conserves = self%inner%conserves(chosen)
+  end function conserves
 
 end module gestell_study_design_motion

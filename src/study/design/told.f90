@@ -2,6 +2,7 @@
 !> worst.
 module gestell_study_design_told
   use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_verdict, only: verdict_named, verdict_type, worst_verdict => worst
   use gestell_base_kinds, only: dp
   use gestell_math_fourier, only: fourier_series, fourier_type
   use gestell_floquet_multipliers, only: multipliers_type
@@ -50,9 +51,13 @@ contains
     class(told_type), intent(in) :: self
     character(len=9) :: verdict
 
-    verdict = "undecided"
-    if (all(self%verdicts == "stable")) verdict = "stable"
-    if (any(self%verdicts == "unstable")) verdict = "unstable"
+    type(verdict_type) :: found
+    integer :: c
+
+    do c = 1, size(self%verdicts)
+      found = worst_verdict(found, verdict_named(self%verdicts(c)))
+    end do
+    verdict = found%word()
   end function verdict
 
   !> Of a machine. Error: the goals make no sense.

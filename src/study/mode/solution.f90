@@ -4,6 +4,7 @@ module gestell_study_mode_solution
   use gestell_base_kinds, only: dp, pi
   use gestell_math_sorting, only: ascending
   use gestell_floquet_constant, only: constant_type, solve_constant
+  use gestell_floquet_multipliers, only: lie_on_circle
   use gestell_floquet_period_monodromy, only: accuracy_type, check_accuracy
   use gestell_study_mode_components, only: find_components, keep_component
   use gestell_study_mode_motion, only: motions_type, solve_motions
@@ -134,6 +135,8 @@ contains
     call solve_motions(system, accuracy, motions, failure)
     if (allocated(failure)) return
     error = -log(1 - min(motions%error, lost)) / system%period
+    if (system%conserves([(i, i = 1, system%states / 2)])) single%neutral = lie_on_circle(real(motions%exponent) * system%period, &
+      & aimag(motions%exponent) * system%period, motions%error)
     do i = 1, size(single)
       single(i)%identified = motions%error(i) < lost
       single(i)%growth = real(motions%exponent(i))
@@ -240,6 +243,7 @@ contains
       mode%partner_growth = min(single(i)%growth, single(k)%growth)
       mode%error = max(error(i), error(k))
       mode%identified = single(i)%identified .and. single(k)%identified
+      mode%neutral = single(i)%neutral .and. single(k)%neutral
     end function merge_pair
 
   end subroutine pair

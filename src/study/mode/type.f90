@@ -18,6 +18,8 @@ module gestell_study_mode_type
     logical :: identified = .false.
     !> Two real multipliers: locked to a multiple of half the crank's speed, or not swinging at all.
     logical :: real_pair = .false.
+    !> Whether it is proved to neither grow nor decay.
+    logical :: neutral = .false.
     !> Of the multiplier that is greater in modulus, and of the other one (1/s).
     real(dp) :: growth = 0, partner_growth = 0
     !> Bound on the errors of growth (1/s) and frequency (rad/s).

@@ -9,16 +9,18 @@ module gestell_study_vibration_analysis
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_varied_frame, only: varied_frame_type
   use gestell_study_frame_model, only: newton_type, settle
-  use gestell_study_vibration_resonance, only: describe_resonance, find_resonance, resonance_type
+  use gestell_study_mode_solution, only: solve_modes
+  use gestell_study_mode_type, only: mode_type
+  use gestell_study_vibration_held, only: unheld
+  use gestell_study_vibration_resonance, only: describe_resonance, find_nearest, name_resonance, resonance_type
   use gestell_study_vibration_several, only: list_vibrations, search_vibrations, several_type
   use gestell_study_vibration, only: check_times, solve_vibration, vibration_type
-  use gestell_study_vibration_unheld, only: describe_unheld
   use gestell_system_averaged, only: averaged_system
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
 
-  public :: analyse
+  public :: analyse, find_modes
 
   !> What is asked for.
   type, public :: tasks_type
@@ -52,8 +54,10 @@ module gestell_study_vibration_analysis
     !> The exact vibrations that were found, the smallest first, where they are several or were sought.
     type(several_type), allocatable :: several(:)
     type(vibration_type), allocatable :: vibration
-    !> Where a resonance costs the periodic vibration a digit or more.
+    !> Where a resonance costs the periodic vibration a digit or more: the multiplier, and its mode once `find_modes` was called.
     type(resonance_type), allocatable :: resonance
+    !> The modes of the same vibration, by `find_modes`; none where they cannot be told.
+    type(mode_type), allocatable :: modes(:)
   end type analysis_type
 
   !> Condition of the periodic vibration that is called near resonance.
@@ -98,7 +102,7 @@ contains
       system => model
     else
       call settle(frame, trim(tasks%model), accuracy, analysis%frame, error, analysis%newton)
-      if (allocated(error)) call name_reason(frame, accuracy, error)
+      if (allocated(error)) call explain_at_rest(frame, accuracy, error)
       if (allocated(error)) return
       system => analysis%frame
     end if
@@ -120,9 +124,9 @@ contains
     end if
     if (allocated(error)) then
       deallocate(analysis%vibration)
-      if (error%cause == resonance .and. .not. tasks%averaged) call name_resonance(frame, analysis, error)
+      if (error%cause == resonance .and. .not. tasks%averaged) call explain(frame, accuracy, analysis, error)
     else if (analysis%vibration%start%condition > one_digit) then
-      call name_resonance(frame, analysis)
+      analysis%resonance = find_nearest(analysis%multipliers)
     end if
   end subroutine analyse
 
@@ -163,53 +167,76 @@ contains
     end if
   end subroutine check_tasks
 
-  !> Where no vibration was found, the `failure` says why: nothing holds the frame in some direction, or the vibration about rest is
-  !> in resonance without damping; else what to do.
-  subroutine name_reason(frame, accuracy, failure)
+  !> Finds the modes of the vibration, and gives a resonance the name of its mode.
+  subroutine find_modes(frame, averaged, accuracy, analysis)
+    class(frame_type), intent(in) :: frame
+    logical, intent(in) :: averaged
+    type(accuracy_type), intent(in) :: accuracy
+    type(analysis_type), intent(inout) :: analysis
+    type(error_type), allocatable :: error
+    type(averaged_system) :: model
+    real(dp), allocatable :: mass(:, :)
+
+    if (allocated(analysis%modes)) return
+    if (averaged) then
+      call frame%averaged(model)
+      call solve_modes(model, accuracy, analysis%modes, mass, error)
+    else
+      call solve_modes(analysis%frame, accuracy, analysis%modes, mass, error)
+    end if
+    if (.not. allocated(analysis%modes)) allocate(analysis%modes(0))
+    if (.not. allocated(analysis%resonance)) return
+    call name_resonance(analysis%resonance, frame, analysis%multipliers, analysis%modes, error)
+    if (allocated(error)) deallocate(analysis%resonance)
+  end subroutine find_modes
+
+  !> Where no vibration was found: says what does not hold the frame, which resonance the vibration about rest is in, or what to try.
+  subroutine explain_at_rest(frame, accuracy, failure)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
     type(error_type), intent(inout) :: failure
     type(analysis_type) :: at_rest
+    type(multipliers_type) :: multipliers
     type(periodic_solution_type) :: start
     type(error_type), allocatable :: error
     character(len=:), allocatable :: sentence
 
     if (failure%code /= failed_computation) return
-    call describe_unheld(frame, sentence)
-    if (sentence /= "") then
-      failure%message = "no periodic vibration was found: " // sentence
+    if (unheld(frame) /= "") then
+      failure%message = "there is no periodic vibration: " // unheld(frame)
       return
     end if
     call solve_floquet(frame, accuracy, .true., at_rest%floquet, error)
     if (.not. allocated(error)) call solve_periodic(at_rest%floquet, start, error)
-    if (.not. allocated(error)) then
-      failure%message = failure%message // advice
-    else if (error%cause == resonance) then
-      failure%message = failure%message // "; about rest"
-      call name_resonance(frame, at_rest, failure)
-    end if
-  end subroutine name_reason
+    if (.not. allocated(error)) failure%message = failure%message // advice
+    if (.not. allocated(error)) return
+    if (error%cause /= resonance) return
+    deallocate(error)
+    call solve_multipliers(at_rest%floquet, .false., multipliers, error)
+    if (allocated(error)) return
+    at_rest%multipliers = multipliers
+    allocate(at_rest%frame, source=frame)
+    failure%message = failure%message // "; about rest"
+    call explain(frame, accuracy, at_rest, failure)
+  end subroutine explain_at_rest
 
-  !> Finds the resonance; a `failure` for it gets its name, or that of the direction in which nothing holds the frame.
-  subroutine name_resonance(frame, analysis, failure)
+  !> Says of a resonance's `failure` what does not hold the frame, or which mode it is.
+  subroutine explain(frame, accuracy, analysis, failure)
     class(frame_type), intent(in) :: frame
+    type(accuracy_type), intent(in) :: accuracy
     type(analysis_type), intent(inout) :: analysis
-    type(error_type), intent(inout), optional :: failure
-    type(multipliers_type) :: multipliers
-    type(resonance_type) :: found
-    type(error_type), allocatable :: error
+    type(error_type), intent(inout) :: failure
     character(len=:), allocatable :: sentence
 
-    call solve_multipliers(analysis%floquet, .false., multipliers, error)
-    if (.not. allocated(error)) call find_resonance(frame, multipliers, found, error)
-    if (allocated(error)) return
-    ! What is slower than half the crank, as on soft springs, resonates with none of its orders.
-    if (found%order > 0 .or. found%loose() .or. present(failure)) analysis%resonance = found
-    if (.not. present(failure)) return
-    sentence = ""
-    if (found%loose()) call describe_unheld(frame, sentence)
-    if (sentence == "") call describe_resonance(found, sentence)
+    if (unheld(frame) /= "") then
+      failure%message = "there is no periodic vibration: " // unheld(frame)
+      return
+    end if
+    analysis%resonance = find_nearest(analysis%multipliers)
+    call find_modes(frame, .false., accuracy, analysis)
+    if (.not. allocated(analysis%resonance)) return
+    call describe_resonance(analysis%resonance, sentence)
     failure%message = failure%message // "; " // sentence
-  end subroutine name_resonance
+  end subroutine explain
 
 end module gestell_study_vibration_analysis

@@ -1,52 +1,70 @@
-!> Which free vibration stands in the way of the periodic one: the multiplier nearest to 1, as a mode against an order of
-!> the crank.
+!> Which free vibration is close to an order of the crank: the multiplier nearest to 1, and its mode.
 module gestell_study_vibration_resonance
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, text
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_model_frame, only: frame_type
+  use gestell_study_mode_naming, only: modes_of_multipliers
+  use gestell_study_mode_type, only: mode_type
   implicit none (type, external)
   private
 
-  public :: describe_resonance, find_resonance
+  public :: describe_resonance, find_nearest, is_near, name_resonance
 
   type, public :: resonance_type
     !> Index of the multiplier, and |1 - rho|.
     integer :: multiplier = 0
     real(dp) :: distance = 0
-    !> Natural frequency of the averaged frame (rad/s) that fits its argument best, that over the crank speed, and the
-    !> nearest order of the crank; frequency 0: nothing holds the frame in some direction.
+    !> Natural frequency of its mode (rad/s), that over 2 pi / T, and the nearest multiple; frequency 0: it does not swing.
     real(dp) :: frequency = 0, ratio = 0
     integer :: order = 0
     !> Turns of the drive in the period: ratio and order are of the drive's speed times that.
     integer :: turns = 1
   contains
     procedure :: loose
+    procedure :: near
   end type resonance_type
+
+  !> A frequency closer than this to an order of the crank, relative to it, is called near.
+  real(dp), parameter :: near_order = 0.05_dp
 
 contains
 
-  !> Error: the averaged mass matrix is not positive definite.
-  subroutine find_resonance(frame, multipliers, resonance, error)
-    class(frame_type), intent(in) :: frame
+  !> The multiplier nearest to 1; its mode has no name yet.
+  pure type(resonance_type) function find_nearest(multipliers) result(resonance)
     type(multipliers_type), intent(in) :: multipliers
-    type(resonance_type), intent(out) :: resonance
-    type(error_type), allocatable, intent(out) :: error
-    real(dp), allocatable :: frequencies(:), ratios(:)
-    integer :: mode
 
     resonance%multiplier = minloc(abs(1 - multipliers%rho), dim=1)
     resonance%distance = abs(1 - multipliers%rho(resonance%multiplier))
-    call frame%natural_frequencies(frequencies, error)
-    if (allocated(error)) return
-    allocate(ratios, source=max(frequencies, 0.0_dp) / abs(frame%speed))
-    mode = minloc(abs(abs(ratios - anint(ratios)) - abs(multipliers%arg(resonance%multiplier)) / (2 * pi)), dim=1)
+  end function find_nearest
+
+  !> Takes the frequency from the mode to which the multiplier belongs, of the `modes` of the same vibration. A multiplier whose
+  !> mode is lost gets the natural frequency about rest that fits its argument best; error: there is none either.
+  subroutine name_resonance(resonance, frame, multipliers, modes, error)
+    type(resonance_type), intent(inout) :: resonance
+    class(frame_type), intent(in) :: frame
+    type(multipliers_type), intent(in) :: multipliers
+    type(mode_type), intent(in) :: modes(:)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: frequencies(:), ratios(:)
+    integer :: mode(size(multipliers%rho))
+
+    associate (k => resonance%multiplier, speed => abs(frame%speed))
+      mode = modes_of_multipliers(multipliers, modes, speed)
+      if (mode(k) > 0) then
+        resonance%frequency = modes(mode(k))%frequency()
+      else
+        call frame%natural_frequencies(frequencies, error)
+        if (allocated(error)) return
+        ratios = max(frequencies, 0.0_dp) / speed
+        resonance%frequency = speed * ratios(minloc(abs(abs(ratios - anint(ratios)) - abs(multipliers%arg(k)) / (2 * pi)), dim=1))
+      end if
+      resonance%ratio = resonance%frequency / speed
+    end associate
+    resonance%order = nint(min(resonance%ratio, 1.0e9_dp))
     resonance%turns = frame%mechanism%turns
-    resonance%frequency = max(frequencies(mode), 0.0_dp)
-    resonance%ratio = ratios(mode)
-    resonance%order = nint(min(ratios(mode), 1.0e9_dp))
-  end subroutine find_resonance
+  end subroutine name_resonance
 
   !> Whether nothing, or next to nothing, holds the frame in some direction: no vibration swings so slowly that is meant.
   pure logical function loose(self)
@@ -56,19 +74,34 @@ contains
     loose = self%ratio < slowest
   end function loose
 
+  !> Whether the frequency is near an order of the crank.
+  pure logical function near(self)
+    class(resonance_type), intent(in) :: self
+
+    near = is_near(self%ratio, self%order)
+  end function near
+
+  !> Whether this multiple of a speed is near a whole one.
+  elemental logical function is_near(ratio, order)
+    real(dp), intent(in) :: ratio
+    integer, intent(in) :: order
+
+    is_near = order > 0 .and. abs(ratio - order) < near_order * order
+  end function is_near
+
   !> In one sentence.
   pure subroutine describe_resonance(resonance, sentence)
     type(resonance_type), intent(in) :: resonance
     character(len=:), allocatable, intent(out) :: sentence
 
-    sentence = "multiplier " // text(resonance%multiplier) // " lies " // concise(resonance%distance, 2) // " from 1: "
     if (resonance%loose()) then
-      sentence = sentence // "nothing, or next to nothing, holds the frame in some direction"
+      sentence = "nothing, or next to nothing, holds the frame in some direction"
     else
-      sentence = sentence // "the free vibration of " // concise(resonance%frequency / (2 * pi), 6) // " Hz swings " &
-        & // concise(resonance%ratio / resonance%turns, 7) // " times in a turn of the crank: order " &
-        & // concise(real(resonance%order, dp) / resonance%turns, 10)
+      sentence = "the natural frequency " // concise(resonance%frequency / (2 * pi), 6) // " Hz is " &
+        & // concise(resonance%ratio / resonance%turns, 6) // " times the crank speed (order " &
+        & // concise(real(resonance%order, dp) / resonance%turns, 10) // ")"
     end if
+    sentence = sentence // "; multiplier " // text(resonance%multiplier) // " lies " // concise(resonance%distance, 2) // " from 1"
   end subroutine describe_resonance
 
 end module gestell_study_vibration_resonance

@@ -2,10 +2,12 @@
 module gestell_task_campbell_report
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, fixed, text
+  use gestell_base_verdict, only: operator(==), operator(>), stable, undamped, undecided, unstable, verdict_named, verdict_type
   use gestell_input_wording, only: counted
   use gestell_output_report_orders, only: range_of
   use gestell_output_report_text_table, only: tab, tabulated
-  use gestell_output_report_warnings, only: left_at
+  use gestell_output_report_verdict, only: judgement_type
+  use gestell_output_report_warnings, only: judge_range
   use gestell_task_campbell, only: campbell_point_type, campbell_type
   use gestell_task_campbell_crossings, only: crossing_type
   use gestell_task_critical, only: amplitude, critical_type, force, no_peak, peak, self_excited
@@ -30,12 +32,14 @@ contains
     type(campbell_type), intent(in) :: campbell
     type(crossing_type), intent(in) :: crossings(:)
     character(len=:), allocatable :: report, rows
+    type(judgement_type) :: judgement
     logical, allocatable :: solved(:)
     integer :: first, last, k
 
     report = newline // "CAMPBELL DIAGRAM  of " // counted(campbell%modes, "mode") // " at " &
       & // counted(count(campbell%points%ordered), "speed") // ", about rest" // newline
-    if (campbell_verdict(campbell) /= "stable") report = report // "  " // campbell_verdict(campbell) // newline
+    judgement = campbell_verdict(campbell)
+    if (.not. judgement%verdict == stable) report = report // "  " // judgement%words // newline
     solved = campbell%points%solved
     if (.not. any(solved)) then
       report = report // "  no mode can be identified at any of the speeds" // newline
@@ -193,41 +197,38 @@ contains
     if (quiet > 0) report = report // "  " // counted(quiet, "more crossing") // " without a peak that can be noticed" // newline
   end function report_critical
 
-  !> What heads the diagram and its files: "stable" where no free vibration grows, nor may grow, at any of its speeds.
-  pure function campbell_verdict(campbell) result(words)
+  !> What heads the diagram and its files: the worst verdict at any of its speeds.
+  pure type(judgement_type) function campbell_verdict(campbell) result(judgement)
     type(campbell_type), intent(in) :: campbell
-    character(len=:), allocatable :: words
-    logical, dimension(size(campbell%points)) :: unstable, undecided
+    type(verdict_type) :: verdicts(size(campbell%points))
     real(dp) :: speeds(size(campbell%points))
     integer :: i
 
     do i = 1, size(campbell%points)
       associate (modes => campbell%points(i)%modes(:campbell%modes))
-        unstable(i) = any(modes%grows())
-        undecided(i) = .not. unstable(i) .and. any(modes%identified .and. modes%growth >= -modes%error)
+        verdicts(i) = stable
+        if (any(modes%identified .and. modes%neutral)) verdicts(i) = undamped
+        if (any(modes%identified .and. modes%growth >= -modes%error .and. .not. modes%neutral)) verdicts(i) = undecided
+        if (any(modes%grows())) verdicts(i) = unstable
       end associate
     end do
     speeds = [(campbell%points(i)%speed, i = 1, size(speeds))]
-    words = left_at(speeds, unstable, undecided, "speeds", "a free vibration grows")
-    if (words == "") words = "stable"
+    judgement = judge_range(speeds, verdicts, "speeds", "a free vibration grows")
   end function campbell_verdict
 
-  !> What heads critical speeds and their files: "stable" where the machine keeps to all vibrations that are told and no free
-  !> vibration grows at any speed of the diagram on which they rest; else what is worse, of the vibrations first.
-  pure function critical_verdict(critical, campbell) result(words)
+  !> What heads critical speeds and their files: the worst verdict on the vibrations that are reported, or at a speed of the diagram
+  !> on which they rest.
+  pure type(judgement_type) function critical_verdict(critical, campbell) result(judgement)
     type(critical_type), intent(in) :: critical(:)
     type(campbell_type), intent(in) :: campbell
-    character(len=:), allocatable :: words
+    type(judgement_type) :: of_modes
     real(dp) :: speeds(size(critical))
-    logical, dimension(size(critical)) :: unstable, undecided
     integer :: i
 
     speeds = [(critical(i)%crossing%speed, i = 1, size(critical))]
-    unstable = [(critical(i)%verdict == "unstable", i = 1, size(critical))]
-    undecided = [(critical(i)%verdict == "undecided", i = 1, size(critical))]
-    words = left_at(speeds, unstable, undecided, "crossings", &
-      & "the machine leaves these vibrations")
-    if (words == "" .or. .not. (any(unstable) .or. campbell_verdict(campbell) == "stable")) words = campbell_verdict(campbell)
+    judgement = judge_range(speeds, verdict_named(critical%verdict), "crossings", "the machine leaves these vibrations")
+    of_modes = campbell_verdict(campbell)
+    if (of_modes%verdict > judgement%verdict) judgement = of_modes
   end function critical_verdict
 
 end module gestell_task_campbell_report

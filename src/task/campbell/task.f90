@@ -3,6 +3,7 @@ module gestell_task_campbell_task
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_input_wording, only: counted
+  use gestell_output_report_verdict, only: judgement_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: hertz, per_second, plain, rpm
@@ -55,16 +56,16 @@ contains
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
     type(diagram_type) :: diagram
-    character(len=:), allocatable :: verdict
+    type(judgement_type) :: judgement
 
     call follow_modes(context, diagram, error)
     if (allocated(error)) return
-    verdict = campbell_verdict(diagram%campbell)
-    call result%add(campbell_table(diagram%campbell, verdict), plot_campbell(diagram%campbell, diagram%crossings, &
+    judgement = campbell_verdict(diagram%campbell)
+    call result%add(campbell_table(diagram%campbell, judgement%words), plot_campbell(diagram%campbell, diagram%crossings, &
       & context%configuration%orders, context%configuration%plan%base))
-    call result%add(crossings_table(diagram%crossings, verdict), plot_crossings(diagram%crossings, diagram%campbell, &
+    call result%add(crossings_table(diagram%crossings, judgement%words), plot_crossings(diagram%crossings, diagram%campbell, &
       & context%configuration%plan%base))
-    call result%judge(verdict)
+    call result%judge(judgement)
     call result%warn("", "Campbell diagram: " // counted(diagram%campbell%modes, "mode") // ", " &
       & // counted(size(diagram%crossings), "crossing") // " with orders of the crank")
     call result%say(report_campbell(diagram%campbell, diagram%crossings))

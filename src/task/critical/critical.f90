@@ -3,6 +3,7 @@ module gestell_task_critical
   use gestell_base_error, only: error_type, fatal_error, invalid_input, resonance
   use gestell_math_fourier, only: greatest
   use gestell_base_kinds, only: dp, pi
+  use gestell_base_verdict, only: verdict_type
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_solution, only: floquet_type, follow, solve_periodic
@@ -16,7 +17,7 @@ module gestell_task_critical
   use gestell_task_resonance_points, only: curve_point_type, curve_points_type
   use gestell_study_family, only: family_type
   use gestell_study_member, only: member_type
-  use gestell_study_speed_point, only: in_resonance, reached, speed_point_type, state_of, unreached
+  use gestell_study_speed_point, only: in_resonance, speed_point_type, state_of, unreached, verdict_of
   use gestell_study_vibration_motion, only: whole_motion
   use gestell_study_vibration_small_motion, only: moved, moved_type
   use gestell_system_second_order, only: second_order_system
@@ -186,8 +187,9 @@ contains
       if (mode%growth > mode%error) critical%outcome = self_excited
       if (max(abs(mode%growth), abs(mode%partner_growth)) <= mode%error) critical%outcome = unbounded
       if (critical%outcome == self_excited) critical%verdict = "unstable"
-      if (critical%outcome == unbounded) critical%verdict = "undecided"
-      if (critical%outcome /= no_peak) return
+      if (critical%outcome == unbounded) critical%verdict = merge("undamped ", "undecided", mode%neutral)
+      if (critical%outcome == unbounded) call look_beside(family, order, critical, error)
+      if (critical%outcome /= no_peak .or. critical%verdict /= "") return
     end associate
     half = reach * critical%half_width + abs(crossing%ends(2) - crossing%ends(1)) / 2
     half = min(max(half, reach * crossing%error), most_reach * abs(crossing%speed))
@@ -220,6 +222,20 @@ contains
     end do
     critical%outcome = merge(peak, no_peak, critical%found(amplitude))
   end subroutine search
+
+  !> A crossing without damping is none where the order does not excite the vibration beside it either.
+  subroutine look_beside(family, order, critical, error)
+    class(family_type), intent(in) :: family
+    type(campbell_order_type), intent(in) :: order
+    type(critical_type), intent(inout) :: critical
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: aside = 1.0e-3_dp
+    type(speed_point_type) :: point
+
+    call respond(family, order, critical%crossing%speed * (1 + aside), critical%crossing%harmonic, point, error)
+    if (allocated(error) .or. point%state > unreached) return
+    if (point%values(part_of_order, amplitude) < order%accuracy%tolerance) critical%outcome = no_peak
+  end subroutine look_beside
 
   !> The maximum of a quantity that is near enough to the crossing, about which samples are `apart`, and nearest to it; point 0:
   !> none.
@@ -254,7 +270,7 @@ contains
     type(maximum_type), intent(in) :: top
     type(campbell_order_type), intent(in) :: order
     type(critical_type), intent(inout) :: critical
-    character(len=10), parameter :: verdicts(reached:unreached) = [character(len=10) :: "stable", "undecided", "unstable"]
+    type(verdict_type) :: verdict
 
     associate (q => top%quantity, share => point%values(part_of_order, top%quantity))
       if (q == amplitude .and. share < order%accuracy%tolerance) return
@@ -267,7 +283,8 @@ contains
       if (q == amplitude) critical%share = share
     end associate
     if (any(critical%verdict == [character(len=6) :: "", "stable"]) .or. point%state == unreached) then
-      critical%verdict = verdicts(point%state)
+      verdict = verdict_of(point%state)
+      critical%verdict = verdict%word()
     end if
     critical%moved%turn = max(critical%moved%turn, point%moved%turn)
     critical%moved%displacement = max(critical%moved%displacement, point%moved%displacement)
@@ -351,6 +368,7 @@ contains
     call follow(system, floquet, start, phases, x, error)
     if (allocated(error)) return
     f = size(frame%free)
+    if (all(maxval(abs(x(:f, :)), dim=2) <= start%error(:f))) return     ! nothing excites it
     peaks = 0
     peaks(frame%free) = maxval(abs(x(:f, :)), dim=2)
     point%moved = moved(frame, peaks(:frame%dofs()))

@@ -5,6 +5,7 @@ module gestell_task_critical_task
   use gestell_base_text, only: concise, text
   use gestell_input_wording, only: counted
   use gestell_output_report_warnings, only: beyond_small
+  use gestell_output_report_verdict, only: judgement_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_turn, only: add_order_column
@@ -45,7 +46,8 @@ contains
     type(diagram_type) :: diagram
     type(locked_family_type) :: family
     type(critical_type), allocatable :: critical(:)
-    character(len=:), allocatable :: verdict, warning
+    type(judgement_type) :: judgement
+    character(len=:), allocatable :: warning
     integer :: i, turns
 
     call follow_modes(context, diagram, error)
@@ -53,15 +55,16 @@ contains
     if (.not. allocated(error)) call find_critical(family, diagram%order, diagram%crossings, critical, error, &
       & context%executor)
     if (allocated(error)) return
-    verdict = critical_verdict(critical, diagram%campbell)
+    judgement = critical_verdict(critical, diagram%campbell)
     turns = context%configuration%turns()
-    call result%add(table_of(critical, turns, verdict), plot_critical(critical, diagram%campbell, context%configuration%plan%base))
-    call result%judge(verdict)
+    call result%add(table_of(critical, turns, judgement%words), plot_critical(critical, diagram%campbell, &
+      & context%configuration%plan%base))
+    call result%judge(judgement)
     warning = beyond_small(pack([(critical(i)%moved, i = 1, size(critical))], [(any(critical(i)%found), i = 1, size(critical))]), &
       & model_of_modes)
     call result%warn("undecided", warning)
     call result%warn("", greatest_peak(critical))
-    call result%say(report_critical(critical, context%configuration%orders, turns, verdict, warning))
+    call result%say(report_critical(critical, context%configuration%orders, turns, judgement%words, warning))
     associate (unused_task => self)
     end associate
   end subroutine run

@@ -2,6 +2,8 @@
 module gestell_task_design_task
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_input_schema, only: group_rule, schema_type
+  use gestell_base_verdict, only: verdict_named
+  use gestell_output_report_verdict, only: judgement_type
   use gestell_output_result, only: result_type
   use gestell_task, only: longest_table, task_type, unsolved_machine
   use gestell_task_configuration, only: configuration_type
@@ -85,10 +87,29 @@ contains
       if (len(improved) > 0) call result%attach("design.nml", improved)
       call design_headline(plan, design, state, words)
       call result%warn(state, words)
-      if (verdict == "unstable") call result%judge("UNSTABLE: the design does not keep to its vibration")
-      if (verdict == "undecided") call result%judge("UNDECIDED: whether the design keeps to its vibration is within the errors")
+      call judge(verdict, result)
       call result%say(report_design(plan, design))
     end associate
   end subroutine run
+
+  !> A design that does not keep to its vibration has the last line.
+  pure subroutine judge(verdict, result)
+    character(len=*), intent(in) :: verdict
+    type(result_type), intent(inout) :: result
+    character(len=:), allocatable :: words
+
+    select case (verdict)
+    case ("unstable")
+      words = "UNSTABLE: the design does not keep to its vibration"
+    case ("undecided")
+      words = "UNDECIDED: whether the design keeps to its vibration is within the errors"
+    case ("undamped")
+      words = "UNDAMPED: the free vibrations of the design neither grow nor decay"
+    case default
+      call result%include_verdict(verdict_named(verdict))
+      return
+    end select
+    call result%judge(judgement_type(verdict_named(verdict), words))
+  end subroutine judge
 
 end module gestell_task_design_task

@@ -2,6 +2,7 @@
 module gestell_task_machine
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
+  use gestell_base_verdict, only: verdict_named
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_model_frame, only: dof_names
   use gestell_model_space, only: is_rotation
@@ -10,22 +11,22 @@ module gestell_task_machine
   use gestell_output_table, only: new_table, nothing, table_type
   use gestell_output_table_unit, only: metre, plain, radian, unit_type
   use gestell_study_frame_model_model_check, only: check_model
-  use gestell_study_vibration_analysis, only: analyse
+  use gestell_study_vibration_analysis, only: analyse, find_modes
+  use gestell_study_vibration_held, only: unheld
   use gestell_study_vibration_several, only: several_type
   use gestell_study_vibration_small_motion, only: moved
   use gestell_output_file_result_files, only: longest_table
   use gestell_task_context, only: context_type
   use gestell_task_drawing_report, only: report_transmission
   use gestell_task_machine_model, only: better_line, newton_line
-  use gestell_task_machine_report, only: evidence_lines, frequency_lines, resonance_lines, tolerance_note, &
-    & verdict_lines, verdict_sentence
+  use gestell_task_machine_report, only: evidence_lines, tolerance_note, verdict_lines, verdict_sentence
+  use gestell_task_machine_frequencies, only: report_frequencies, resonance_lines
   use gestell_task_machine_several, only: among, several_lines
   implicit none (type, external)
   private
 
   public :: end_line, solve_machine
 
-  character, parameter :: newline = new_line("a")
   !> The table that it leaves itself.
   character(len=longest_table), parameter, public :: own_table = "vibrations"
 
@@ -49,7 +50,7 @@ contains
       call result%fail(failure)
       if (allocated(analysis%multipliers)) then
         result%verdict = analysis%multipliers%verdict()
-        result%all_stable = result%verdict == "stable"
+        call result%include_verdict(verdict_named(result%verdict))
       end if
       if (context%reports) call report(context, result)
       if (allocated(analysis%several)) call result%add(table_of(analysis%several, result%verdict))
@@ -77,10 +78,8 @@ contains
 
   !> The verdict, what it rests on, the natural frequencies, or why these cannot be told.
   subroutine report(context, result)
-    type(context_type), intent(in) :: context
+    type(context_type), intent(inout) :: context
     type(result_type), intent(inout) :: result
-    type(error_type), allocatable :: failure
-    real(dp), allocatable :: frequencies(:)
     type(multipliers_type), allocatable :: better
     character(len=:), allocatable :: warning
 
@@ -92,7 +91,7 @@ contains
         if (tasks%model /= "exact" .and. .not. tasks%averaged) call check_model(frame, accuracy, analysis%multipliers, better)
         call result%warn(result%verdict, verdict_sentence(analysis%multipliers, frame%period, &
           & frame%mechanism%turns, among(analysis%several)))
-        call result%say(verdict_lines(analysis%multipliers, frame%mechanism%turns))
+        call result%say(verdict_lines(analysis%multipliers, frame%mechanism%turns, unheld(frame)))
       end if
       call result%say(better_line(better, trim(tasks%model)) // tolerance_note(analysis, accuracy))
       if (.not. allocated(analysis%multipliers)) call result%detail(new_line("a"))
@@ -103,13 +102,8 @@ contains
         call result%warn("undecided", warning)
         call result%say(warning)
       end if
-      if (allocated(analysis%resonance)) call result%say(resonance_lines(analysis%resonance))
-      call frame%natural_frequencies(frequencies, failure)
-      if (allocated(failure)) then
-        call result%say(newline // "NATURAL FREQUENCIES of the frame: none, " // failure%message // newline)
-      else
-        call result%say(frequency_lines(frequencies, abs(frame%speed) * frame%mechanism%turns, frame%mechanism%turns))
-      end if
+      if (allocated(analysis%resonance)) call find_modes(frame, tasks%averaged, accuracy, analysis)
+      call result%say(resonance_lines(analysis%resonance) // report_frequencies(frame))
     end associate
   end subroutine report
 

@@ -10,10 +10,10 @@ module gestell_task_machine_report
   use gestell_task_configuration, only: configuration_type
   use gestell_base_words, only: on_one_line
   use gestell_input_wording, only: counted
-  use gestell_output_report_orders, only: order_of, turns_in_words
-  use gestell_output_report_plausibility, only: implausible_lines
-  use gestell_output_report_text_table, only: tab, tabulated
+  use gestell_output_report_orders, only: turns_in_words
+  use gestell_output_report_plausibility, only: slips
   use gestell_output_report_wrapping, only: wrapped
+  use gestell_output_result, only: result_type
   use gestell_task_power_report, only: holder_line
   use gestell_task_machine_model, only: model_line
   use gestell_task_stability_report, only: modulus_of, out_of_range
@@ -21,29 +21,16 @@ module gestell_task_machine_report
   use gestell_model_frame_gravity, only: gravity_of, sag_of, weighs, weight_of
   use gestell_model_linkage, only: linkage_type
   use gestell_study_vibration_analysis, only: analysis_type
-  use gestell_study_vibration_resonance, only: describe_resonance, resonance_type
+  use gestell_study_vibration_held, only: unheld
   implicit none (type, external)
   private
 
-  public :: evidence_lines, frequency_lines, frequency_list, report_frequencies, report_machine, resonance_lines, tolerance_note, &
-    & verdict_lines, verdict_sentence
+  public :: evidence_lines, report_machine, slips_of, tolerance_note, verdict_lines, verdict_sentence, &
+    & warn_of_slips
 
   character, parameter :: newline = new_line("a")
-  !> Speeds closer than this, relative, are called near.
-  real(dp), parameter :: near = 0.03_dp
-  !> Orders above this hardly shake: nearness to them is not worth a word.
-  real(dp), parameter :: highest_order = 50
 
 contains
-
-  !> Whether anything holds the frame.
-  pure logical function held(frame)
-    class(frame_type), intent(in) :: frame
-    real(dp) :: c(frame%dofs(), frame%dofs())
-
-    c = frame%ground_stiffness()
-    held = any(abs(c(frame%free, frame%free)) > 0)
-  end function held
 
   !> What was read: title, machine, drive. The input's name stays on its line, however long.
   function report_machine(configuration, input) result(report)
@@ -82,16 +69,55 @@ contains
       do i = 1, size(frame%free)
         report = report // " " // trim(dof_names(frame%free(i)))
       end do
-      if (.not. held(frame)) report = report // newline // "  mounting   none: " // &
-        & "no &support and no stiffness of the &foundation holds the frame"
       report = report // newline // "  drive      " // concise(abs(frame%speed) * frame%mechanism%turns * 30 / pi) // " rpm " &
         & // trim(merge("counter-clockwise", "clockwise        ", frame%speed > 0)) // ", " &
         & // concise(frame%mechanism%turns / frame%period) // " Hz, period " // concise(frame%period) // " s" &
         & // period_words(frame%mechanism%turns) // newline &
-        & // holder_line(frame%held_by) // gravity_line(frame) // implausible_lines(frame)
+        & // holder_line(frame%held_by) // gravity_line(frame) // warning_lines(slips_of(configuration))
       report = report // model_line(configuration%tasks)
     end associate
   end function machine_lines
+
+  !> What in the input looks like a slip, a line each; empty where nothing does.
+  function slips_of(configuration) result(lines)
+    type(configuration_type), intent(in) :: configuration
+    character(len=:), allocatable :: lines
+
+    lines = ""
+    if (allocated(configuration%impossible)) return
+    lines = unheld(configuration%frame)
+    if (lines /= "") lines = lines // newline
+    lines = lines // slips(configuration%frame)
+  end function slips_of
+
+  !> Makes headlines of these lines, which the report has in its head.
+  pure subroutine warn_of_slips(result, lines)
+    type(result_type), intent(inout) :: result
+    character(len=*), intent(in) :: lines
+    integer :: first, last
+
+    first = 1
+    do while (first <= len(lines))
+      last = first - 1 + index(lines(first:), newline)
+      call result%warn("undecided", lines(first:last), said=.true.)
+      first = last + 1
+    end do
+  end subroutine warn_of_slips
+
+  !> These lines with their label.
+  pure function warning_lines(lines) result(labelled)
+    character(len=*), intent(in) :: lines
+    character(len=:), allocatable :: labelled
+    integer :: first, last
+
+    labelled = ""
+    first = 1
+    do while (first <= len(lines))
+      last = first - 1 + index(lines(first:), newline)
+      labelled = labelled // "  warning    " // lines(first:last)
+      first = last + 1
+    end do
+  end function warning_lines
 
   !> What weighs, and where to; nothing without gravity.
   pure function gravity_line(frame) result(line)
@@ -133,33 +159,6 @@ contains
     words = concise(values(1), 4) // "," // concise(values(2), 4) // "," // concise(values(3), 4)
   end function listed
 
-  !> The natural frequencies in one line; nothing where they cannot be told.
-  function report_frequencies(frame) result(line)
-    class(frame_type), intent(in) :: frame
-    character(len=:), allocatable :: line
-
-    line = frequency_list(frame)
-    if (line /= "") line = newline // "NATURAL FREQUENCIES of the frame" // line // "; the crank turns at " &
-      & // concise(frame%mechanism%turns / frame%period, 4) // " Hz" // newline
-  end function report_frequencies
-
-  !> " 1.2, 3.4, 5.6 Hz"; nothing where they cannot be told.
-  function frequency_list(frame) result(list)
-    class(frame_type), intent(in) :: frame
-    character(len=:), allocatable :: list
-    real(dp), allocatable :: frequencies(:)
-    type(error_type), allocatable :: error
-    integer :: k
-
-    list = ""
-    call frame%natural_frequencies(frequencies, error)
-    if (allocated(error)) return
-    do k = 1, size(frequencies)
-      list = list // trim(merge(",", " ", k > 1)) // " " // concise(max(frequencies(k), 0.0_dp) / (2 * pi), 4)
-    end do
-    list = list // " Hz"
-  end function frequency_list
-
   !> What is told of a period that is more than a turn.
   pure function period_words(turns) result(words)
     integer, intent(in) :: turns
@@ -182,24 +181,32 @@ contains
     turns = log(2.0_dp) / max(abs(multipliers%log_abs(1)), tiny(1.0_dp))
     if (multipliers%unknown()) then
       words = words // "nothing is known of the multipliers, the steps ordered are too few"
-    else if (words == "stable: " .and. multipliers%error(1) >= 1) then
-      words = words // "free vibrations decay within " // turns_in_words(in_period) // ", the multipliers are lost in rounding" &
-        & // others
-    else if (words == "stable: ") then
-      words = words // "the slowest free vibration halves in " // concise(turns * in_period, 3) // " turns (" &
-        & // concise(turns * period, 3) // " s)" // others
-    else if (words == "unstable: ") then
-      words = words // "a free vibration doubles in " // concise(turns * in_period, 3) // " turns (" &
-        & // concise(turns * period, 3) // " s)" // others
-    else
-      words = words // "the error bound reaches across |rho| = 1" // others
+      return
     end if
+    select case (multipliers%verdict())
+    case ("stable")
+      if (multipliers%error(1) >= 1) then
+        words = words // "free vibrations decay within " // turns_in_words(in_period) // ", the multipliers are lost in rounding"
+      else
+        words = words // "the slowest free vibration halves in " // concise(turns * in_period, 3) // " turns (" &
+          & // concise(turns * period, 3) // " s)"
+      end if
+    case ("undamped")
+      words = words // "free vibrations neither grow nor decay"
+    case ("unstable")
+      words = words // "a free vibration doubles in " // concise(turns * in_period, 3) // " turns (" &
+        & // concise(turns * period, 3) // " s)"
+    case default
+      words = words // "the error bound reaches across |rho| = 1"
+    end select
+    words = words // others
   end function verdict_sentence
 
-  !> What stands below it, of a period of so many turns.
-  pure function verdict_lines(multipliers, turns) result(lines)
+  !> What stands below it, of a period of so many turns. `unheld`: in which directions nothing holds the frame.
+  pure function verdict_lines(multipliers, turns, unheld) result(lines)
     type(multipliers_type), intent(in) :: multipliers
     integer, intent(in) :: turns
+    character(len=*), intent(in) :: unheld
     character(len=:), allocatable :: lines
     character(len=:), allocatable :: word
     integer :: worst
@@ -212,12 +219,18 @@ contains
     end if
     if (word == "stable" .and. multipliers%error(1) >= 1) return
     if (word == "unstable") lines = "  it " // manner(multipliers%arg(1), turns) // newline
+    if (word == "undamped") lines = "  no damping, and no multiplier off the unit circle: proved by the symmetry of undamped " &
+      & // "machines (doc/theory.md)" // newline
     lines = lines // "  largest multiplier  |rho| = " // modulus(multipliers, 1) // newline
     if (word == "undecided") then
       worst = maxloc(multipliers%log_abs + log(1 + multipliers%error), dim=1)
       if (worst > 1) lines = lines // "  largest bound       |rho| = " // modulus(multipliers, worst) // newline
-      lines = lines // "  either the tolerance is too coarse (order a smaller one in &accuracy), or the machine lies on the " &
-        & // "stability boundary, as one without damping or without springs in some direction does" // newline
+      if (unheld /= "") then
+        lines = lines // "  " // unheld // newline
+      else
+        lines = lines // "  either the tolerance is too coarse (order a smaller one in &accuracy), or the machine lies on the " &
+          & // "stability boundary" // newline
+      end if
     end if
   end function verdict_lines
 
@@ -327,72 +340,5 @@ contains
     if (found%steps > 0 .and. found%angles > 0) words = words // " and "
     if (found%angles > 0) words = words // "reduction on " // counted(found%angles, "angle")
   end function methods_used
-
-  !> Natural frequencies beside the crank speed: where resonance is near.
-  pure function frequency_lines(frequencies, speed, turns) result(lines)
-    real(dp), intent(in) :: frequencies(:), speed
-    integer, intent(in) :: turns
-    character(len=:), allocatable :: lines
-    real(dp) :: ratio, nearest, away
-    integer :: k
-
-    lines = ""
-    do k = 1, size(frequencies)
-      lines = lines // text(k) // tab
-      if (.not. frequencies(k) > 0) then
-        lines = lines // "0" // repeat(tab, 6) // "nothing holds the frame in this direction" // newline
-        cycle
-      end if
-      ratio = frequencies(k) / speed
-      nearest = max(1.0_dp, anint(ratio * turns)) / turns
-      away = frequencies(k) / (nearest * speed) - 1
-      lines = lines // concise(frequencies(k) / (2 * pi)) // tab // concise(frequencies(k)) // tab // concise(ratio, 5) // tab &
-        & // concise(nearest, merge(9, 4, turns == 1)) // tab // concise(frequencies(k) / nearest * 30 / pi, 5) // tab &
-        & // merge("+", "-", away > 0) // concise(100 * abs(away), 2) // " %" // tab
-      if (abs(ratio / nearest - 1) < near .and. nearest <= highest_order) lines = lines // "<- near"
-      lines = lines // newline
-    end do
-    lines = newline // "NATURAL FREQUENCIES of the frame, mechanism's masses averaged over the turn" // newline &
-      & // tabulated("lrrrrrrl", ",,,crank,nearest,resonance,from crank" // newline // ",Hz,rad/s,speeds,order,at rpm,speed", lines)
-    lines = lines // parametric_lines(frequencies, speed, turns)
-  end function frequency_lines
-
-  !> Sums of two natural frequencies that are close to a low multiple of the crank speed: there the periodic coefficients
-  !> themselves can make free vibrations grow.
-  pure function parametric_lines(frequencies, speed, turns) result(lines)
-    real(dp), intent(in) :: frequencies(:), speed
-    integer, intent(in) :: turns
-    character(len=:), allocatable :: lines
-    integer, parameter :: highest = 3
-    real(dp) :: ratio
-    integer :: i, k
-
-    lines = ""
-    do i = 1, size(frequencies)
-      do k = i, size(frequencies)
-        if (.not. frequencies(i) > 0) cycle
-        ratio = (frequencies(i) + frequencies(k)) / speed * turns
-        if (nint(min(ratio, 1.0e6_dp)) < 1 .or. nint(min(ratio, 1.0e6_dp)) > highest * turns) cycle
-        if (abs(ratio / nint(ratio) - 1) > near) cycle
-        if (i == k) then
-          lines = lines // "  twice frequency " // text(i) // " is "
-        else
-          lines = lines // "  frequencies " // text(i) // " and " // text(k) // " together are "
-        end if
-        lines = lines // concise(ratio / turns, 4) // " x crank speed: near parametric resonance of order " &
-          & // order_of(nint(ratio), turns) &
-          & // newline
-      end do
-    end do
-  end function parametric_lines
-
-  !> What the vibration resonates with.
-  pure function resonance_lines(resonance) result(lines)
-    type(resonance_type), intent(in) :: resonance
-    character(len=:), allocatable :: lines
-
-    call describe_resonance(resonance, lines)
-    lines = "  near resonance: " // lines // newline
-  end function resonance_lines
 
 end module gestell_task_machine_report

@@ -18,7 +18,7 @@ module gestell_task_resonance_curve
   use gestell_study_family, only: family_type
   use gestell_task_resonance_maxima, only: find_maxima, half_power_speeds, maximum_type, top_speeds
   use gestell_task_resonance_seeds, only: crossing_speeds
-  use gestell_study_speed_point, only: check_speed_order, marginal, solve_speed_point, speed_order_type, speed_point_type
+  use gestell_study_speed_point, only: check_speed_order, marginal, neutral, solve_speed_point, speed_order_type, speed_point_type
   use gestell_study_speeds, only: check_speeds
   use gestell_task_executor, only: executor_type, spread_over, work_type
   use gestell_task_record, only: record_type
@@ -175,7 +175,7 @@ contains
     real(dp) :: least
 
     least = 4 * same
-    if ((a%linear .or. b%linear) .and. (a%state /= b%state .or. a%state == marginal)) least = coarsest
+    if ((a%linear .or. b%linear) .and. (a%state /= b%state .or. any(a%state == [neutral, marginal]))) least = coarsest
     divisible = abs(a%speed - b%speed) > least * abs(a%speed)
   end function divisible
 

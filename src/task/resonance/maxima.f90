@@ -5,7 +5,7 @@
 module gestell_task_resonance_maxima
   use gestell_base_kinds, only: dp
   use gestell_task_resonance_points, only: curve_points_type
-  use gestell_study_speed_point, only: in_resonance, marginal, unreached
+  use gestell_study_speed_point, only: in_resonance, marginal, neutral, unreached
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_positive_inf, ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private
@@ -83,7 +83,7 @@ contains
         if (.not. maximum%resolved) maximum%half = ieee_value(1.0_dp, ieee_quiet_nan)
         maximum%width = abs(maximum%half(2) - maximum%half(1))
         maximum%damping_ratio = maximum%width / (2 * abs(point%speed))
-        maximum%unbounded = point%linear .and. .not. maximum%resolved .and. (point%state == marginal &
+        maximum%unbounded = point%linear .and. .not. maximum%resolved .and. (any(point%state == [neutral, marginal]) &
           & .or. any(curve%points(max(i - 1, 1):min(i + 1, size(level)))%state /= point%state))
         maximum%small = point%moved%small() .and. .not. maximum%unbounded
         if (maximum%unbounded) maximum%value = ieee_value(1.0_dp, ieee_positive_inf)
@@ -190,7 +190,7 @@ contains
     rises_into = .false.
     if (last == size(known) .or. .not. curve%points(first - 1)%linear) return
     associate (states => curve%points(first:last)%state)
-      if (.not. all(states == in_resonance .or. states == marginal .or. states == unreached)) return
+      if (.not. all(states == in_resonance .or. states == neutral .or. states == marginal .or. states == unreached)) return
     end associate
     rises_into = min(fall(curve, level, known, first - 1, -1), fall(curve, level, known, last + 1, 1)) > least
   end function rises_into

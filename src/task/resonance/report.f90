@@ -5,11 +5,12 @@ module gestell_task_resonance_report
   use gestell_input_wording, only: counted
   use gestell_output_report_orders, only: order_of
   use gestell_output_report_text_table, only: tab, tabulated
-  use gestell_output_report_warnings, only: left_at
+  use gestell_output_report_verdict, only: judgement_type
+  use gestell_output_report_warnings, only: judge_range
   use gestell_model_frame_rows, only: quantity_type
   use gestell_task_resonance_curve, only: resonance_curve_type
   use gestell_task_resonance_maxima, only: maximum_type
-  use gestell_study_speed_point, only: in_resonance, marginal, reached, state_names, unreached
+  use gestell_study_speed_point, only: in_resonance, reached, state_names, unreached, verdict_of
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   implicit none (type, external)
   private
@@ -50,20 +51,13 @@ contains
   end function report_resonance
 
   !> What heads the curve and its files: "stable" where the machine keeps to all of its vibrations.
-  pure function verdict_on(curve) result(words)
+  pure type(judgement_type) function verdict_on(curve) result(judgement)
     type(resonance_curve_type), intent(in) :: curve
-    character(len=:), allocatable :: words
     real(dp) :: speeds(size(curve%points))
-    logical, dimension(size(curve%points)) :: unstable, undecided
     integer :: i
 
-    associate (points => curve%points)
-      speeds = [(points(i)%speed, i = 1, size(points))]
-      unstable = [(points(i)%state == unreached, i = 1, size(points))]
-      undecided = [(points(i)%state == marginal, i = 1, size(points))]
-      words = left_at(speeds, unstable, undecided, "speeds", "the machine leaves these vibrations")
-      if (words == "") words = "stable"
-    end associate
+    speeds = [(curve%points(i)%speed, i = 1, size(speeds))]
+    judgement = judge_range(speeds, verdict_of(curve%points%state), "speeds", "the machine leaves these vibrations")
   end function verdict_on
 
   pure function words(state) result(sentence)

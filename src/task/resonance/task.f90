@@ -6,6 +6,7 @@ module gestell_task_resonance_task
   use gestell_input_machine_quantities, only: read_quantities
   use gestell_model_frame_rows, only: quantity_type
   use gestell_output_report_warnings, only: beyond_small
+  use gestell_output_report_verdict, only: judgement_type
   use gestell_output_result, only: result_type
   use gestell_output_report_orders, only: order_as_fraction
   use gestell_output_table, only: new_table, table_type
@@ -60,7 +61,8 @@ contains
     type(resonance_curve_type) :: curve
     type(locked_family_type) :: family
     type(speed_order_type) :: order
-    character(len=:), allocatable :: verdict, warning
+    type(judgement_type) :: judgement
+    character(len=:), allocatable :: warning
     integer :: k, turns
 
     call context%members(context%configuration%plan%family, family)
@@ -72,20 +74,20 @@ contains
       order%accuracy = configuration%accuracy
       call solve_curve(family, order, configuration%speeds(), curve, error, context%executor)
       if (allocated(error)) return
-      verdict = verdict_on(curve)
+      judgement = verdict_on(curve)
       warning = beyond_small(pack([(curve%points(k)%moved, k = 1, size(curve%points))], curve%points%state <= unreached), &
         & configuration%tasks%model)
       if (any(curve%points%state /= reached)) result%all_stable = .false.
-      call result%add(curve_table(self%quantities, curve, turns, verdict), plot_resonance(self%quantities, curve, turns, &
+      call result%add(curve_table(self%quantities, curve, turns, judgement%words), plot_resonance(self%quantities, curve, turns, &
         & configuration%plan%base))
-      call result%add(peaks_table(self%quantities, curve, turns, verdict), plot_peaks(self%quantities, curve, &
+      call result%add(peaks_table(self%quantities, curve, turns, judgement%words), plot_peaks(self%quantities, curve, &
         & configuration%plan%base))
-      call result%judge(verdict)
+      call result%judge(judgement)
       call result%warn("undecided", warning)
       do k = 1, size(self%quantities)
         call result%warn("", greatest_response(curve, k, self%quantities(k)))
       end do
-      call result%say(report_resonance(self%quantities, curve, turns, verdict, warning, configuration%tasks%model))
+      call result%say(report_resonance(self%quantities, curve, turns, judgement%words, warning, configuration%tasks%model))
     end associate
   end subroutine run
 
@@ -121,7 +123,7 @@ contains
     table = new_table("resonance", "Resonance curves", "Response over the speed; shaded: the machine leaves it; gaps: none.", &
       & verdict)
     call table%add("speed", rpm, "of the crank", [(curve%points(i)%speed, i = 1, n)])
-    call table%add("state", "ok, undecided, unstable, resonance, impossible or failed", state_names(curve%points%state))
+    call table%add("state", "ok, undamped, undecided, unstable, resonance, impossible or failed", state_names(curve%points%state))
     call table%add("refined", "1: the speed is none of those that were ordered", (curve%points%refined))
     do k = 1, size(quantities)
       name = trim(quantities(k)%name)

@@ -29,6 +29,10 @@ contains
     report = section("SENSITIVITY in per cent for one per cent more of a parameter, greatest first", &
       & trim(state_names(base%state))) // warning
     do i = 1, size(quantities)
+      if (found(1)%zero(i)) then
+        report = report // "  " // trim(quantities(i)%name) // ": zero within its error, nothing excites it" // newline
+        cycle
+      end if
       report = report // "  " // trim(quantities(i)%name) // ": peak " // concise(base%values(1, i), 6) // " " &
         & // trim(quantities(i)%unit) // ", rms " // concise(base%values(2, i), 6) // newline &
         & // tabulated("rrrl", "peak,error,rms,parameter", rows(i, paths, found))

@@ -42,6 +42,8 @@ module gestell_task_sensitivity
     real(dp), allocatable :: slope(:, :), error(:, :)
     !> The quantity has a bend there: it goes up and down by different rates, `slope` is their mean.
     logical, allocatable :: bend(:, :)
+    !> Quantities that are zero within their errors, shape (quantities): nothing excites them, and they have no relative change.
+    logical, allocatable :: zero(:)
   contains
     procedure :: state
   end type sensitivity_type
@@ -68,12 +70,14 @@ module gestell_task_sensitivity
 
 contains
 
-  !> Of quantity `q`: 'ok', 'undecided' or 'failed'.
+  !> Of quantity `q`: 'ok', 'zero', 'undecided' or 'failed'.
   pure character(len=9) function state(self, q)
     class(sensitivity_type), intent(in) :: self
     integer, intent(in) :: q
 
-    if (any(ieee_is_nan(self%slope(:, q)))) then
+    if (self%zero(q)) then
+      state = "zero"
+    else if (any(ieee_is_nan(self%slope(:, q)))) then
       state = "failed"
     else if (any(self%bend(:, q)) .or. any(self%error(:, q) > too_much * max(abs(self%slope(:, q)), 1.0_dp))) then
       state = "undecided"
@@ -115,7 +119,7 @@ contains
     class(parameters_type), intent(inout) :: self
     integer, intent(in) :: k
     type(record_type), intent(inout) :: record
-    real(dp), allocatable :: bend(:, :)
+    real(dp), allocatable :: bend(:, :), zero(:)
 
     associate (one => self%found(k))
       call record%pass(one%slope)
@@ -123,6 +127,9 @@ contains
       if (allocated(one%bend)) bend = merge(1.0_dp, 0.0_dp, one%bend)
       call record%pass(bend)
       one%bend = bend > 0
+      if (allocated(one%zero)) zero = merge(1.0_dp, 0.0_dp, one%zero)
+      call record%pass(zero)
+      one%zero = zero > 0
     end associate
   end subroutine exchange
 
@@ -190,6 +197,7 @@ contains
       allocate(found%bend(changes, n), source=.false.)
       allocate(above(changes, n, steps), below(changes, n, steps))
     end associate
+    found%zero = .not. (base%values(1, :) > 0 .and. base%relative_error < 1)
     h = [(base%step / 2**k, k = 0, steps - 1)]
     do k = 1, steps
       call logarithms(h(k), above(:, :, k), known)

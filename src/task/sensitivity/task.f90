@@ -135,7 +135,7 @@ contains
     call table%add("rms_change_percent_per_percent", plain, "d ln(rms) / d ln(parameter)", [((found(k)%slope(2, i), k = 1, m), &
       & i = 1, n)], error="rms_change_error")
     call table%add("rms_change_error", plain, "estimate of its error", [((found(k)%error(2, i), k = 1, m), i = 1, n)])
-    call table%add("state", "ok, undecided or failed", [((found(k)%state(i), k = 1, m), i = 1, n)])
+    call table%add("state", "ok, zero, undecided or failed", [((found(k)%state(i), k = 1, m), i = 1, n)])
   end function table_of
 
 end module gestell_task_sensitivity_task

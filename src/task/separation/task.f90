@@ -9,6 +9,7 @@ module gestell_task_separation_task
   use gestell_input_schema_read, only: read
   use gestell_input_wording, only: lower
   use gestell_output_report_orders, only: range_of
+  use gestell_output_report_verdict, only: judgement_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_turn, only: add_order_column
@@ -117,7 +118,8 @@ contains
     type(campbell_type) :: campbell
     type(crossing_type), allocatable :: crossings(:)
     type(separation_type), allocatable :: found(:)
-    character(len=:), allocatable :: verdict, state, words
+    type(judgement_type) :: judgement
+    character(len=:), allocatable :: state, words
     integer :: turns
 
     order%accuracy = context%configuration%accuracy
@@ -129,14 +131,14 @@ contains
     if (allocated(error)) return
     found = find_separations(campbell, crossings, order%harmonics, turns, self%margin / 100)
     call share_torque_roll(context%configuration%frame, campbell, found)
-    verdict = campbell_verdict(campbell)
-    call result%add(table_of(found, turns, trim(family%model), verdict), plot_separation(found, campbell, order%harmonics, turns, &
-      & self%margin))
+    judgement = campbell_verdict(campbell)
+    call result%add(table_of(found, turns, trim(family%model), judgement%words), plot_separation(found, campbell, &
+      & order%harmonics, turns, self%margin))
     if (allocated(context%configuration%frame%space)) call result%add(axis_table(context%configuration%frame))
-    call result%judge(verdict)
+    call result%judge(judgement)
     call separation_headline(found, self%margin, state, words)
     call result%warn(state, words)
-    call result%say(report_separation(found, self%speeds, range_of(self%orders, turns), self%margin, verdict, &
+    call result%say(report_separation(found, self%speeds, range_of(self%orders, turns), self%margin, judgement%words, &
       & torque_roll_line(found(::size(order%harmonics)))))
   end subroutine run
 

@@ -99,10 +99,10 @@ contains
   subroutine find_axis(frame, roll)
     class(frame_type), intent(in) :: frame
     type(torque_roll_type), intent(out) :: roll
-    real(dp) :: mass(6, 6)
+    real(dp), allocatable, dimension(:, :) :: mass, gyroscopic, stiffness
     integer :: i
 
-    mass = frame%space%mean_mass(frame%mass, [(i, i = 1, 6)], 4 * frame%least_steps)
+    call frame%space%mean_matrices(frame%mass, frame%speed, [(i, i = 1, 6)], 4 * frame%least_steps, mass, gyroscopic, stiffness)
     call find_torque_roll(mass(in_frame, in_frame), frame%space%planes(1)%axes(:, 3), roll)
   end subroutine find_axis
 

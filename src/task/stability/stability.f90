@@ -5,10 +5,7 @@ module gestell_task_stability
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: plain, radian, unit_type
-  use gestell_study_mode_solution, only: solve_modes
-  use gestell_study_mode_type, only: mode_type
-  use gestell_system_averaged, only: averaged_system
-  use gestell_base_kinds, only: dp
+  use gestell_study_vibration_analysis, only: find_modes
   use gestell_task, only: longest_table, task_type
   use gestell_task_configuration, only: configuration_type
   use gestell_task_context, only: context_type
@@ -48,7 +45,6 @@ contains
     type(context_type), intent(inout) :: context
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
-    type(mode_type), allocatable :: modes(:)
 
     associate (multipliers => context%analysis%multipliers, frame => context%configuration%frame, unused => self)
       call result%add(table_of(multipliers), plot_multipliers(frame, multipliers))
@@ -57,29 +53,10 @@ contains
       call result%brief%add("rho_error", plain, "bound on its error, relative to it", [multipliers%error(1)])
       call result%brief%add("verdict", "on the machine", [multipliers%verdict()])
       if (.not. context%reports) return
-      call name_modes(context, modes)
-      call result%say(multiplier_lines(multipliers, modes, abs(frame%speed), frame%mechanism%turns))
+      call find_modes(frame, context%configuration%tasks%averaged, context%configuration%accuracy, context%analysis)
+      call result%say(multiplier_lines(multipliers, context%analysis%modes, abs(frame%speed), frame%mechanism%turns))
     end associate
   end subroutine run
-
-  !> The modes for the report's table of multipliers; none where they cannot be told.
-  subroutine name_modes(context, modes)
-    type(context_type), intent(in) :: context
-    type(mode_type), allocatable, intent(out) :: modes(:)
-    type(error_type), allocatable :: none
-    type(averaged_system) :: model
-    real(dp), allocatable :: mass(:, :)
-
-    associate (configuration => context%configuration)
-      if (configuration%tasks%averaged) then
-        call configuration%frame%averaged(model)
-        call solve_modes(model, configuration%accuracy, modes, mass, none)
-      else
-        call solve_modes(context%analysis%frame, configuration%accuracy, modes, mass, none)
-      end if
-    end associate
-    if (.not. allocated(modes)) allocate(modes(0))
-  end subroutine name_modes
 
   !> multipliers.csv.
   pure type(table_type) function table_of(m) result(table)

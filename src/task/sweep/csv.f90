@@ -52,7 +52,8 @@ contains
       if (.not. order%columns(k)) cycle
       n = n + 1
       if (any(k == [verdict, verdict_behind])) then
-        call table%add(trim(column_names(k)), "stable, unstable, undecided, impossible or failed", verdict_names(nint(column(n))))
+        call table%add(trim(column_names(k)), "stable, undamped, undecided, unstable, impossible or failed", &
+          & verdict_names(nint(column(n))))
       else
         unit = plain
         if (k >= xi_peak .and. k <= last_peak) unit = unit_type(words=merge("rad", "m  ", is_rotation(k - xi_peak + 1)))
@@ -93,7 +94,7 @@ contains
       names(k) = table%columns(k)%key
       units(k) = table%columns(k)%unit%words
       meanings(k) = table%columns(k)%meaning
-      if (allocated(table%columns(k)%words)) meanings(k) = "0 stable, 1 unstable, 2 undecided, 3 impossible, 4 failed"
+      if (allocated(table%columns(k)%words)) meanings(k) = "0 stable, 1 unstable, 2 undecided, 3 impossible, 4 failed, 5 undamped"
     end do
     columns_of = new_table("sweep_columns", "Columns of the sweep", "The columns of sweep.npy.", "")
     call columns_of%add("column", "from 1", [(k, k = 1, size(table%columns))])

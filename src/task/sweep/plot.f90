@@ -13,7 +13,7 @@ module gestell_task_sweep_plot
   use gestell_study_measure, only: measure_names
   use gestell_study_point, only: sweep_order_type
   use gestell_study_tile_results, only: failed, impossible, last_peak, log_rho_max, rho_error, rho_max, stable, sweep_columns, &
-    & undecided, unstable, verdict, verdict_behind, verdict_names, xi_peak
+    & undamped, undecided, unstable, verdict, verdict_behind, verdict_names, xi_peak
   implicit none (type, external)
   private
 
@@ -149,9 +149,9 @@ contains
     type(summary_type), intent(in) :: summary
     character(len=:), allocatable :: lines, marks
     integer :: i
-    integer, parameter :: marked(4) = [unstable, undecided, impossible, failed]
-    character(len=*), parameter :: points(4) = [character(len=32) :: "lt 2 pt 7 ps 0.6", "lt 5 pt 9 ps 0.8", &
-      & "lt 8 pt 2 ps 0.8", "lt 7 pt 1 ps 0.9"]
+    integer, parameter :: marked(5) = [unstable, undecided, impossible, failed, undamped]
+    character(len=*), parameter :: points(5) = [character(len=32) :: "lt 2 pt 7 ps 0.6", "lt 5 pt 9 ps 0.8", &
+      & "lt 8 pt 2 ps 0.8", "lt 7 pt 1 ps 0.9", "lt 5 pt 8 ps 0.8"]
 
     if (column(rho_max) + column(log_rho_max) > 0) then
       lines = "growth(r) = r > 0 ? log(r) : NaN" // newline // extent_lines("sweep.csv", [growth_of(column)]) &
@@ -269,8 +269,8 @@ contains
         end associate
       end do
       if (order%columns(verdict)) call add("(strcol(" // text(column(verdict)) // ") eq 'stable' ? -1 : strcol(" &
-        & // text(column(verdict)) // ") eq 'unstable' ? 1 : strcol(" // text(column(verdict)) // ") eq 'undecided' ? 0 : NaN)", &
-        & "-1 stable, 0 undecided, 1 unstable", .true.)
+        & // text(column(verdict)) // ") eq 'unstable' ? 1 : strstrt('undamped undecided', strcol(" // text(column(verdict)) &
+        & // ")) > 0 ? 0 : NaN)", "-1 stable, 0 undamped or undecided, 1 unstable", .true.)
       do i = xi_peak, last_peak
         if (order%columns(i)) call add(decades(column(i)), "lg of " // trim(peaks(i)), .false.)
       end do

@@ -2,6 +2,7 @@
 module gestell_task_sweep_task
   use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
   use gestell_base_kinds, only: dp
+  use gestell_base_verdict, only: verdict_named
   use gestell_base_text, only: text
   use gestell_input_wording, only: counted
   use gestell_output_result, only: result_type
@@ -122,6 +123,9 @@ contains
       end if
     end associate
     if (any(summary%verdicts(stable + 1:) > 0)) result%all_stable = .false.
+    do i = 0, ubound(summary%verdicts, 1)
+      if (summary%verdicts(i) > 0) call result%include_verdict(verdict_named(verdict_names(i)))
+    end do
   end subroutine run
 
   !> What there is of the tiles `mine`: each of several processes looks for its share, after one has begun where they are new.

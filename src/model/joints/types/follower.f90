@@ -35,6 +35,8 @@ module gestell_model_joints_types_follower
     type(guide_type) :: guide
     real(dp), allocatable :: lift(:)
     real(dp) :: phase = 0
+    !> Orders of the table that the lift goes through, 0: it is given by its harmonics.
+    integer :: table_orders = 0
   contains
     procedure :: describe
     procedure :: carriers
@@ -87,6 +89,7 @@ contains
       end if
     else
       self%lift = lift_through(data%numbers("lift_table"))
+      self%table_orders = size(data%numbers("lift_table")) / 2
     end if
   end subroutine define
 

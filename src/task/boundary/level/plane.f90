@@ -16,7 +16,7 @@ module gestell_task_boundary_level_plane
 
   !> What a border of a level is, and whether the machine keeps to its vibration there.
   character(len=15), parameter, public :: level_kinds(6) = [character(len=15) :: "level", "level", "level", "jump", "jump", "jump"]
-  character(len=15), parameter, public :: level_states(6) = [character(len=15) :: state_names(:unreached), state_names(:unreached)]
+  character(len=15), parameter, public :: level_states(8) = [character(len=15) :: state_names(:unreached), state_names(:unreached)]
 
   type, extends(plane_type), public :: level_plane_type
     !> The quantity, and what is measured of it; the level of that.

@@ -15,8 +15,8 @@ module gestell_task_boundary_level_plot
 
   character, parameter :: newline = new_line("a")
   !> Of level_kinds with level_states.
-  character(len=*), parameter, public :: level_meanings(6) = [character(len=30) :: "level", "level (undecided)", &
-    & "level (unstable)", "jump", "jump (undecided)", "jump (unstable)"]
+  character(len=*), parameter, public :: level_meanings(8) = [character(len=30) :: "level", "level (undamped)", &
+    & "level (undecided)", "level (unstable)", "jump", "jump (undamped)", "jump (undecided)", "jump (unstable)"]
 
 contains
 

@@ -251,7 +251,7 @@ contains
       call table%add(path // "_error", unit, "the crossing lies within the value plus and minus this", (crossings%error))
       call table%add("below", "at the smaller value: within, above or undecided", (crossings%below))
       call table%add("above", "at the greater value", (crossings%above))
-      call table%add("state", "of the machine: ok, undecided or unstable", state_names(crossings%state))
+      call table%add("state", "of the machine: ok, undamped, undecided or unstable", state_names(crossings%state))
     end associate
     do i = 1, size(results%places)
       table%remarks = table%remarks // "open: " // path // " = " // exact(results%places(i)%value) // " within " &
@@ -271,7 +271,7 @@ contains
     call table%add(trim(plan%paths(1)), unit_type(words=plan%units(1)), "in the units of the input", results%values)
     call table%add(name, new_unit(trim(self%measure%unit)), trim(self%measure%meaning()), results%numbers, error=name // "_error")
     call table%add(name // "_error", new_unit(trim(self%measure%unit)), "bound on its error", results%errors)
-    call table%add("state", "ok, undecided, unstable, resonance, impossible or failed", state_names(results%states))
+    call table%add("state", "ok, undamped, undecided, unstable, resonance, impossible or failed", state_names(results%states))
   end function curve_of
 
 end module gestell_task_boundary_level_task

@@ -34,7 +34,7 @@ contains
         call table%add(trim(paths(k)) // "_error", unit_type(words=plan%units(k)), "the same along the line of the search", &
           & [(vertices(i)%error(k), i = 1, size(vertices))])
       end do
-      if (of_level) call table%add("state", "of the machine: ok, undecided or unstable", (vertices%state))
+      if (of_level) call table%add("state", "of the machine: ok, undamped, undecided or unstable", (vertices%state))
       do i = 1, size(places)
         k = maxloc(places(i)%width, dim=1)
         table%remarks = table%remarks // "open: " // trim(paths(1)) // " = " // exact(places(i)%parameters(1)) // ", " &

@@ -4,7 +4,7 @@ module gestell_task_sweep_expansion_evaluation
   use gestell_math_lanes, only: lanes, vector_border
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_floquet_multipliers_spectra, only: found_type, spectra_of_eight
+  use gestell_floquet_multipliers_spectra, only: found_type, is_undamped, spectra_of_eight
   use gestell_task_sweep_expansion, only: expansion_type
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: grid_type, tile_type
@@ -12,7 +12,7 @@ module gestell_task_sweep_expansion_evaluation
   use gestell_study_point, only: peak_limit, solve_point, sweep_order_type
   use gestell_task_sweep_expansion_sampler, only: sampler_type
   use gestell_study_tile_results, only: last_peak, log_rho_max, rho_error, rho_max, stable, sweep_columns, tile_results_type, &
-    & undecided, unstable, verdict, verdict_behind, xi_peak
+    & undamped, undecided, unstable, verdict, verdict_behind, xi_peak
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private
@@ -130,6 +130,10 @@ contains
       if (spectra) then
         call spectra_of_eight(n, motion(:, :, :, parts), filled, perturbations(1), bounds, found, alone)
         call set_spectra(found, columns(first:first + filled - 1, :))
+        do i = 1, merge(filled, 0, bounds .and. sampler%conserves)
+          if (found%stable(i) .or. found%unstable(i)) cycle
+          if (is_undamped(motion(i, :, :, parts), perturbations(1))) columns(first + i - 1, [verdict, verdict_behind]) = undamped
+        end do
       end if
       if (.not. sampler%parts%forced) cycle
       call peaks_of_motion(sampler, values, motion, filled, perturbations(2), peak_limit(order), peaks, known)

@@ -44,6 +44,8 @@ module gestell_task_sweep_expansion_sampler
     integer :: times = 0
     real(dp), allocatable :: transform(:, :)
     real(dp) :: unit = 1
+    !> Whether all members conserve (gestell_system_periodic): those at the corners do.
+    logical :: conserves = .true.
     !> Which of xi, eta, psi the positions are.
     integer, allocatable :: free(:)
     !> A member that remembers the mechanism of all, if they share one.
@@ -82,7 +84,7 @@ contains
     type(monodromy_type) :: monodromy
     type(error_type), allocatable :: error
     real(dp) :: turns(size(corners, 2)), nodes, most
-    integer :: k
+    integer :: i, k
 
     fits = .false.
     most = -1
@@ -95,6 +97,7 @@ contains
       if (turns(k) > most_turns) return
       if (k == 1) sampler%scale = seen%scale
       if (system%states /= size(sampler%scale)) return
+      sampler%conserves = sampler%conserves .and. system%conserves([(i, i = 1, system%states / 2)])
       call solve_monodromy(system, sharper(accuracy, forced), forced, monodromy, error)
       sampler%solutions = sampler%solutions + 1
       if (allocated(error)) return

@@ -1,0 +1,80 @@
+!> Directions in which the mounting does not hold the frame.
+module gestell_study_vibration_held
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_base_text, only: concise, text
+  use gestell_math_lapack, only: symmetric_pencil
+  use gestell_model_frame, only: dof_names, frame_type
+  use gestell_system_averaged, only: averaged_system
+  implicit none (type, external)
+  private
+
+  public :: unheld
+
+  !> Parts of a vector or of the greatest stiffness that are rounding.
+  real(dp), parameter :: rounding = 1.0e-13_dp, small_part = 1.0e-6_dp
+
+contains
+
+  !> Says in which directions nothing holds the frame about rest; empty where it is held in all.
+  function unheld(frame) result(sentence)
+    class(frame_type), intent(in) :: frame
+    character(len=:), allocatable :: sentence
+    type(averaged_system) :: model
+    type(error_type), allocatable :: error
+    real(dp), allocatable :: squares(:), vectors(:, :), unit(:)
+    logical, allocatable :: along(:)
+    real(dp) :: nothing
+    integer :: i, directions
+
+    sentence = ""
+    call frame%check(error)
+    if (allocated(error)) return
+    call frame%averaged(model)
+    call symmetric_pencil((model%c + transpose(model%c)) / 2, model%m, squares, error, vectors)
+    if (allocated(error)) return
+    nothing = rounding * maxval(abs(squares))
+    directions = count(abs(squares) <= nothing)
+    if (directions == 0) return
+    unit = [(sqrt(model%m(i, i)), i = 1, size(squares))]
+    along = [(all(abs(model%c(:, i)) <= nothing * unit * unit(i)), i = 1, size(squares))]
+    if (count(along) == directions) then
+      sentence = "the frame is not held in " // names_of(pack(frame%free, along)) // ": add &support"
+    else if (directions == 1) then
+      i = minloc(abs(squares), dim=1)
+      sentence = "the frame " // way_of(frame, unit * vectors(:, i), vectors(:, i)) // ": add another &support"
+    else
+      sentence = "the frame is not held in " // text(directions) // " directions: add another &support"
+    end if
+  end function unheld
+
+  !> The one direction in which a frame moves freely, `motion`; `parts`: its elements in units in which they compare.
+  pure function way_of(frame, parts, motion) result(words)
+    class(frame_type), intent(in) :: frame
+    real(dp), intent(in) :: parts(:), motion(:)
+    character(len=:), allocatable :: words
+    real(dp) :: q(6)
+
+    q = 0
+    q(frame%free) = merge(motion, 0.0_dp, abs(parts) > small_part * maxval(abs(parts)))
+    if (allocated(frame%space)) then
+      words = "is not held in a motion of " // names_of(pack(frame%free, abs(q(frame%free)) > 0)) // " together"
+    else if (abs(q(3)) > 0) then
+      words = "turns freely about the point (" // concise(-q(2) / q(3), 4) // ", " // concise(q(1) / q(3), 4) // ") m from F"
+    else
+      words = "is not held along " // concise(modulo(atan2(q(2), q(1)) * 180 / pi, 180.0_dp), 4) // " deg"
+    end if
+  end function way_of
+
+  pure function names_of(dofs) result(words)
+    integer, intent(in) :: dofs(:)
+    character(len=:), allocatable :: words
+    integer :: i
+
+    words = trim(dof_names(dofs(1)))
+    do i = 2, size(dofs)
+      words = words // ", " // trim(dof_names(dofs(i)))
+    end do
+  end function names_of
+
+end module gestell_study_vibration_held

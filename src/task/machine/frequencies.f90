@@ -1,0 +1,180 @@
+!> The report on natural frequencies for people: where resonance is near.
+module gestell_task_machine_frequencies
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_base_text, only: concise, text
+  use gestell_model_frame, only: frame_type
+  use gestell_output_report_orders, only: order_of
+  use gestell_output_report_text_table, only: tab, tabulated
+  use gestell_study_vibration_resonance, only: describe_resonance, is_near, resonance_type
+  implicit none (type, external)
+  private
+
+  public :: frequency_lines, frequency_list, list_frequencies, report_frequencies, resonance_lines
+
+  character, parameter :: newline = new_line("a")
+  !> Orders above this hardly shake: nearness to them is not worth a word.
+  integer, parameter :: highest_order = 50
+  !> Frequencies whose relative difference is below this are equal.
+  real(dp), parameter :: equal = 1.0e-9_dp
+  !> Sums of frequencies are near where they differ by less, relative: tongues of instability are narrower than resonances.
+  real(dp), parameter :: near_sum = 0.03_dp
+
+contains
+
+  !> The table of natural frequencies, or why there are none.
+  function report_frequencies(frame) result(lines)
+    class(frame_type), intent(in) :: frame
+    character(len=:), allocatable :: lines
+    type(error_type), allocatable :: failure
+    real(dp), allocatable :: frequencies(:), slow(:)
+    class(frame_type), allocatable :: slower
+
+    call frame%natural_frequencies(frequencies, failure)
+    if (allocated(failure)) then
+      lines = newline // "NATURAL FREQUENCIES of the frame: none, " // failure%message // newline
+      return
+    end if
+    lines = frequency_lines(frequencies, abs(frame%speed) * frame%mechanism%turns, frame%mechanism%turns, varies(frame))
+    allocate(slower, source=frame)
+    slower%speed = frame%speed / 2
+    slower%period = 2 * frame%period
+    call slower%natural_frequencies(slow, failure)
+    if (allocated(failure)) return
+    if (any(abs(slow - frequencies) > equal * abs(frequencies))) lines = lines // "  with the gyroscopic moments at this speed; " &
+      & // "they change with the speed: task 'campbell'" // newline
+  end function report_frequencies
+
+  !> Whether the coefficients of the equations about rest change over the turn, beyond rounding.
+  logical function varies(frame)
+    class(frame_type), intent(in) :: frame
+    integer, parameter :: phases = 16
+    real(dp), parameter :: rounding = 1.0e-12_dp
+    real(dp), dimension(phases, size(frame%free), size(frame%free)) :: m, b, c
+    integer :: k
+
+    call frame%sample_second_order([(real(k, dp) / phases, k = 0, phases - 1)], m, b, c)
+    varies = changes(m) .or. changes(b) .or. changes(c)
+
+  contains
+
+    pure logical function changes(a)
+      real(dp), intent(in) :: a(:, :, :)
+
+      changes = maxval(abs(a - spread(a(1, :, :), 1, phases))) > rounding * maxval(abs(a))
+    end function changes
+
+  end function varies
+
+  !> The natural frequencies in one line; nothing where they cannot be told.
+  function list_frequencies(frame) result(line)
+    class(frame_type), intent(in) :: frame
+    character(len=:), allocatable :: line
+
+    line = frequency_list(frame)
+    if (line /= "") line = newline // "NATURAL FREQUENCIES of the frame" // line // "; the crank turns at " &
+      & // concise(frame%mechanism%turns / frame%period, 4) // " Hz" // newline
+  end function list_frequencies
+
+  !> " 1.2, 3.4, 5.6 Hz"; nothing where they cannot be told.
+  function frequency_list(frame) result(list)
+    class(frame_type), intent(in) :: frame
+    character(len=:), allocatable :: list
+    real(dp), allocatable :: frequencies(:)
+    type(error_type), allocatable :: error
+    integer :: k
+
+    list = ""
+    call frame%natural_frequencies(frequencies, error)
+    if (allocated(error)) return
+    do k = 1, size(frequencies)
+      list = list // trim(merge(",", " ", k > 1)) // " " // concise(max(frequencies(k), 0.0_dp) / (2 * pi), 4)
+    end do
+    list = list // " Hz"
+  end function frequency_list
+
+  !> Natural frequencies (rad/s), ascending, beside the `speed` of the crank (rad/s), whose orders are multiples of 1 / `turns`, and
+  !> sums of them where the coefficients are `periodic`.
+  pure function frequency_lines(frequencies, speed, turns, periodic) result(lines)
+    real(dp), intent(in) :: frequencies(:), speed
+    integer, intent(in) :: turns
+    logical, intent(in) :: periodic
+    character(len=:), allocatable :: lines
+    real(dp) :: ratio, nearest, away
+    integer :: k
+
+    lines = ""
+    do k = 1, size(frequencies)
+      lines = lines // text(k) // tab
+      if (.not. frequencies(k) > 0) then
+        lines = lines // "0" // repeat(tab, 6) // "nothing holds the frame in this direction" // newline
+        cycle
+      end if
+      ratio = frequencies(k) / speed
+      nearest = max(1.0_dp, anint(ratio * turns)) / turns
+      away = frequencies(k) / (nearest * speed) - 1
+      lines = lines // concise(frequencies(k) / (2 * pi)) // tab // concise(frequencies(k)) // tab // concise(ratio, 5) // tab &
+        & // concise(nearest, merge(9, 4, turns == 1)) // tab // concise(frequencies(k) / nearest * 30 / pi, 5) // tab &
+        & // merge("+", "-", away > 0) // concise(100 * abs(away), 2) // " %" // tab
+      if (nearest <= highest_order) then
+        if (is_near(ratio * turns, nint(nearest * turns))) lines = lines // "<- near"
+      end if
+      lines = lines // newline
+    end do
+    lines = newline // "NATURAL FREQUENCIES of the frame, mechanism's masses averaged over the turn" // newline &
+      & // tabulated("lrrrrrrl", ",,,crank,nearest,resonance,from crank" // newline // ",Hz,rad/s,speeds,order,at rpm,speed", lines)
+    if (periodic) lines = lines // parametric_lines(frequencies, speed, turns)
+  end function frequency_lines
+
+  !> Sums of two natural frequencies that are close to a low multiple of the crank speed: there the periodic coefficients
+  !> themselves can make free vibrations grow. Equal frequencies count as one.
+  pure function parametric_lines(frequencies, speed, turns) result(lines)
+    real(dp), intent(in) :: frequencies(:), speed
+    integer, intent(in) :: turns
+    character(len=:), allocatable :: lines
+    integer, parameter :: highest = 3
+    real(dp) :: ratio
+    integer :: i, k
+
+    lines = ""
+    do i = 1, size(frequencies)
+      do k = i, size(frequencies)
+        if (.not. frequencies(i) > 0 .or. is_repeated(i) .or. is_repeated(k)) cycle
+        ratio = (frequencies(i) + frequencies(k)) / speed * turns
+        if (ratio < 0.5_dp .or. ratio > highest * turns + 0.5_dp) cycle
+        if (abs(ratio / nint(ratio) - 1) > near_sum) cycle
+        if (i == k) then
+          lines = lines // "  twice frequency " // text(i) // " is "
+        else
+          lines = lines // "  frequencies " // text(i) // " and " // text(k) // " together are "
+        end if
+        lines = lines // concise(ratio / turns, 4) // " x crank speed: near parametric resonance of order " &
+          & // order_of(nint(ratio), turns) // newline
+      end do
+    end do
+
+  contains
+
+    !> Whether the frequency before is equal.
+    pure logical function is_repeated(k)
+      integer, intent(in) :: k
+
+      is_repeated = .false.
+      if (k > 1) is_repeated = frequencies(k) - frequencies(k - 1) <= equal * frequencies(k)
+    end function is_repeated
+
+  end function parametric_lines
+
+  !> The resonance that a vibration is near, if it is.
+  pure function resonance_lines(resonance) result(lines)
+    type(resonance_type), intent(in), allocatable :: resonance
+    character(len=:), allocatable :: lines
+
+    lines = ""
+    if (.not. allocated(resonance)) return
+    if (.not. (resonance%near() .or. resonance%loose())) return
+    call describe_resonance(resonance, lines)
+    lines = "  near resonance: " // lines // newline
+  end function resonance_lines
+
+end module gestell_task_machine_frequencies
