@@ -219,7 +219,7 @@ contains
       if (allocated(error)) return
       call check_that(error, multipliers%verdict(), "==", "undamped", models(i))
       if (allocated(error)) return
-      machine%foundation_damping(1, 1) = 1.0e-9_dp
+      machine%foundation_damping(1) = 1.0e-9_dp
       call solve_multiplier(machine, trim(models(i)), multipliers, error)
       if (allocated(error)) return
       call check_that(error, multipliers%verdict(), "/=", "undamped", "with a damper")

@@ -162,7 +162,7 @@ contains
     end associate
   end function link_slips
 
-  !> Whether one of two joints slides along a body that carries the other: then a link between them keeps its direction only.
+  !> Whether a link between two joints keeps its direction only: one of them slides along a moving body or in a yoke's slot.
   function slides(mechanism, one, other)
     class(linkage_type), intent(in) :: mechanism
     integer, intent(in) :: one, other
@@ -178,9 +178,10 @@ contains
       end select
       if (i /= one .and. i /= other) cycle
       call mechanism%joints(i)%joint%describe(form)
+      slides = slides .or. any(form%name == ["PRP", "RPP"])
       if (.not. allocated(form%guides)) cycle
       do k = 1, size(form%guides)
-        slides = slides .or. any(form%guides(k)%carriers == merge(other, one, i == one))
+        slides = slides .or. any(form%guides(k)%carriers > 0)
       end do
     end do
   end function slides
