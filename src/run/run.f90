@@ -72,13 +72,13 @@ contains
     console%aside = .not. leads
     console%silent = options%quiet .or. options%one_line .or. console%aside
     call result%say(report_machine(context%configuration, options%input), whole=.true.)
-    call warn_of_slips(result, slips_of(context%configuration))
     call console%hear(result)
     if (options%check) then
       call check_only(options, tasks, context, result, error)
     else
       call run_tasks(tasks, context, result, error, console)
     end if
+    call warn_of_slips(result, slips_of(context%configuration))
     call console%hear(result)
     closing = ""
     if (leads) call write_files(options, context, result, console, closing, error)
