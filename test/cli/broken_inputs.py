@@ -324,17 +324,17 @@ INPUTS = [
     ("dead point at 180 deg", changed("0.37,0.16", "0.31,0.16"), 3,
      re.compile(r"input\.nml:6: joint 'B' cannot be assembled or stands at a dead point at a crank angle of "
                 r"(179\.99\d|180\.000) deg: its ends are 0\.47 m apart, lengths of 0\.31 m and 0\.16 m reach "
-                r"from 0\.15 m to 0\.47 m; it closes at all crank angles but some dead points")),
+                r"from 0\.15 m to 0\.47 m; elsewhere it closes, but for gaps of less than 4 deg")),
     ("parallelogram", changed("radius=0.07", "radius=0.16").replace("0.37,0.16", "0.40,0.16"), 3,
      "input.nml:6: joint 'B' cannot be assembled or stands at a dead point at a crank angle of 0.000 deg: "
-     "its ends are 0.24 m apart, lengths of 0.4 m and 0.16 m reach from 0.24 m to 0.56 m; it closes at all crank angles but some "
-     "dead points; it is a parallelogram: describe its second arm by another joint of type 'crank', with the same radius and phase "
+     "its ends are 0.24 m apart, lengths of 0.4 m and 0.16 m reach from 0.24 m to 0.56 m; elsewhere it closes, but for gaps of "
+     "less than 4 deg; it is a parallelogram: describe its second arm by another joint of type 'crank', with the same radius and phase "
      "about its own pivot"),
     ("ends of a dyad meet at 180 deg",
      changed("position=0.40, 0.0", "position=-0.07, 0.0").replace("0.37,0.16", "0.37,0.37"), 3,
      re.compile(r"input\.nml:6: joint 'B' cannot be assembled or stands at a dead point at a crank angle of "
                 r"(179\.99\d|180\.000) deg: its ends are .*, lengths of 0\.37 m and 0\.37 m reach from "
-                r"0 m to 0\.74 m; it closes at all crank angles but some dead points")),
+                r"0 m to 0\.74 m; elsewhere it closes, but for gaps of less than 4 deg")),
     ("joints of a link meet at 0 deg", added("&joint name='C', type='ground', position=0.07, 0.0 /\n"
                                              "&link name='belt', from='C', to='A', mass=1.0, inertia=0.0 /"), 3,
      "input.nml:17: link 'belt': its joints meet at a crank angle of 0.000 deg"),

@@ -83,7 +83,8 @@ def needs_guide(number, name, key="guide"):
 
 
 # where the joint can be assembled, and what kind of four-bar it is (tested in slips.py)
-CLOSES = r"; it closes (at no crank angle|at all crank angles but some dead points|from [\d., tofrm]* deg)(; [a-z ]*(Grashof|parallelogram).*)?"
+CLOSES = (r"(; it closes (at no crank angle|from [\d., tofrm]* deg)|; elsewhere it closes, but for gaps of less than 4 deg)"
+          r"(; [a-z ]*(Grashof|parallelogram).*)?")
 
 
 def cannot(number, name, degrees, why):

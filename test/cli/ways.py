@@ -146,7 +146,8 @@ def test_resonance():
     """xi alone with a frequency of five times the crank's."""
     stiffness = (18.0 + 1.35) * (5 * 2 * math.pi * 4) ** 2 / 4
     settings = ("-s", "frame.dof='xi'", "-s", f"support.stiffness={stiffness!r}")
-    sentence = r"the natural frequency (20|19\.9999|20\.0000) Hz is (5|4\.99999|5\.00001) times the crank speed \(order 5\); multiplier \d lies \S+ from 1"
+    sentence = (r"the natural frequency (20|19\.99\d*) Hz is (5|4\.999\d*) times the crank speed \(order 5\); "
+                r"multiplier \d lies \S+ from 1")
     with Folder(input=SOUND + REST) as folder:
         run = Run(folder, "-q", "input.nml", *settings, "-s", "foundation.damping=0,0,0")
         run.refused("resonance", 4, re.compile(rf"the periodic vibration cannot be told: .*\(resonance\).*; {sentence}"))
@@ -157,7 +158,7 @@ def test_resonance():
         equal("resonance, exact, files", files(folder / "exact"), [])
         run = Run(folder, "input.nml", *settings, "-s", "foundation.damping=50,0,0")
         if run.done("near resonance"):
-            check("near resonance, report", re.search(rf"near resonance: {sentence} ", run.flat), sentence, run.out)
+            check("near resonance, report", re.search(rf"near resonance: {sentence}\b", run.flat), sentence, run.out)
         # 50 times the damping: no digit is lost
         run = Run(folder, "input.nml", *settings, "-s", "foundation.damping=2500,0,0")
         if run.done("damped well"):

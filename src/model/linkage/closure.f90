@@ -11,7 +11,7 @@ module gestell_model_linkage_closure
 
   public :: explain_closure
 
-  !> Angles of the turn at which it is tried; halvings that refine the ends of the intervals between; intervals that are listed.
+  !> Angles of the turn at which it is tried, every 4 deg; halvings that refine the ends of intervals; intervals that are listed.
   integer, parameter :: samples = 90, halvings = 24, most_listed = 3
 
 contains
@@ -33,7 +33,7 @@ contains
       words = "; it closes at no crank angle" // four_bar(joints, bad)
       return
     else if (all(closes)) then
-      words = "; it closes at all crank angles but some dead points" // four_bar(joints, bad)
+      words = "; elsewhere it closes, but for gaps of less than 4 deg" // four_bar(joints, bad)
       return
     end if
     words = "; it closes"
