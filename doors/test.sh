@@ -252,13 +252,16 @@ installed() {
   ! grep -q '^\./' "$temporary/files" && [ -x "$prefix-static/bin/gestell" ] && [ -e "$prefix-static/include/gestell.h" ]
 }
 
-python() {
+# by_python SCRIPT ARGUMENT...: with the shared library and a Python that has numpy.
+by_python() {
   python3 -c 'import numpy' 2>/dev/null || "$home/bootstrap" --pip numpy || return
   local interpreter=python3
   python3 -c 'import numpy' 2>/dev/null || interpreter=$home/.bootstrap/venv/bin/python3
   GESTELL_LIBRARY=$(echo "$prefix-shared"/lib*/libgestell.so "$prefix-shared"/lib/*/libgestell.so | tr ' ' '\n' | grep -v '\*' | head -1) \
-    PYTHONPATH=$home/python "$interpreter" "$home/doors/python.py" "$prefix-shared/bin/gestell"
+    PYTHONPATH=$home/python "$interpreter" "$@"
 }
+python() { by_python "$home/doors/python.py" "$prefix-shared/bin/gestell"; }
+fuzzed() { PROGRAM=$prefix-shared/bin/gestell by_python "$home/doors/fuzz.py" 300; }
 
 for tool in cmake pkg-config cc; do
   command -v $tool >/dev/null || { echo "skip  there is no $tool"; echo '0 passed, 0 failed'; exit 0; }
@@ -279,6 +282,7 @@ check 'sweeps after fork' forked shared
 check 'example' example shared
 check 'doc/c.md' page
 check 'Python' python
+check 'random texts and calls through Python and C' fuzzed
 check 'Python, from a wheel' wheel
 check 'FetchContent from C and Fortran' fetched
 check 'what is refused, in that build' refused

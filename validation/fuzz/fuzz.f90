@@ -11,6 +11,7 @@ program fuzz
   use gestell_run_command_line, only: word_type
   use fuzz_input, only: draw_input, input_type, read_corpus
   use fuzz_process, only: ending_type
+  use fuzz_schema, only: load_registry
   use fuzz_self_test, only: test_itself
   use fuzz_tally, only: tally_type
   use fuzz_trial, only: describe, minimise, try
@@ -37,6 +38,7 @@ program fuzz
 
   call omp_set_num_threads(1)
   call find_root()
+  call load_registry()
   select case (word(1))
   case ("show")
     call draw_input(number(3, 1_int64), number(2, 1_int64), corpus, input)

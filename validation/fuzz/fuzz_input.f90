@@ -2,11 +2,12 @@
 module fuzz_input
   use gestell_run_command_line, only: word_type
   use fuzz_dice, only: dice_type, new_dice
-  use fuzz_machine, only: draw_machine, scale_type
+  use fuzz_machine, only: draw_machine
   use fuzz_mutation, only: limited, mutate
-  use fuzz_orders, only: all_tasks, draw_orders, parameter_path
+  use fuzz_orders, only: draw_orders
+  use fuzz_schema, only: add_any_group, parameter_path, quick_tasks
   use fuzz_text, only: content_of, has, newline
-  use fuzz_values, only: source_type, wild_name, wild_number
+  use fuzz_values, only: scale_type, source_type, wild_name, wild_number
   use gestell_base_kinds, only: dp
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
@@ -88,6 +89,7 @@ contains
       call draw_machine(source, scale, machine)
       call draw_orders(source, scale, orders)
       input%document = orders // machine
+      if (source%dice%chance(0.15_dp)) call add_any_group(source, scale, input%document)
     else
       input%document = corpus(base)%text
     end if
@@ -118,7 +120,7 @@ contains
         assignment = source%dice%pick(paths) // "="
       end if
       if (source%dice%chance(0.15_dp)) then
-        assignment = "case.tasks=" // source%dice%pick(all_tasks(:9))
+        assignment = "case.tasks=" // source%dice%pick([quick_tasks, [character(len=16) :: "sweep"]])
       else if (source%dice%chance(0.1_dp)) then
         assignment = assignment // wild_name(source%dice)
       else

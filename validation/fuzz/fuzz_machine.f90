@@ -1,21 +1,13 @@
 !> The grammar: the groups that describe a machine.
 module fuzz_machine
   use fuzz_dice, only: dice_type
-  use fuzz_values, only: name_word, real_word, source_type, whole_word
+  use fuzz_values, only: name_word, real_word, scale_type, source_type, whole_word
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
   implicit none (type, external)
   private
 
   public :: draw_machine
-
-  !> Measures that the groups have in common.
-  type, public :: scale_type
-    real(dp) :: length = 1, mass = 1, stiffness = 1, damping = 1, speed = 1
-    !> The joints so far: J1 ... Jn; the links L1 ... Lm; supports.
-    integer :: joints = 0, links = 0, supports = 0, probes = 0
-    logical :: functions = .false.
-  end type scale_type
 
   character, parameter :: newline = new_line("a")
 
@@ -39,14 +31,18 @@ contains
     if (source%dice%chance(0.05_dp)) scale%speed = 2.0e2_dp * source%dice%decades(-min(spread, 3.0_dp), min(spread, 3.0_dp))
     if (source%dice%chance(0.2_dp)) scale%speed = -scale%speed
     words = "&drive speed_rpm=" // real_word(source, scale%speed)
-    if (source%dice%chance(0.2_dp)) words = words // ", held_by=" // name_word(source, source%dice%pick(["flywheel", "outside ", &
-      & "motor   "]))
-    if (source%dice%chance(0.1_dp)) words = words // ", flywheel_inertia=" // real_word(source, scale%mass * scale%length**2)
+    if (source%dice%chance(0.2_dp)) then
+      words = words // ", held_by=" // name_word(source, source%dice%pick(["flywheel", "outside ", "motor   "]))
+      if (index(words, "flywheel") > 0 .and. source%dice%chance(0.5_dp)) words = words // ", flywheel_inertia=" &
+        & // real_word(source, scale%mass * scale%length**2)
+    end if
     words = words // " /" // newline
     scale%functions = source%dice%chance(0.15_dp)
+    scale%space = source%dice%chance(merge(0.05_dp, 0.25_dp, scale%functions))
     if (scale%functions) then
       words = words // mass_functions(source, scale)
     else
+      if (source%dice%chance(0.2_dp)) words = words // twice(source, scale)
       call add_linkage(source, scale, words)
     end if
     words = words // mounting(source, scale)
@@ -72,12 +68,85 @@ contains
       words = words // "&link name=" // name_word(source, "L" // text(i)) // ", from=" // name_word(source, "J" // text(from))
       if (source%dice%chance(0.8_dp)) words = words // ", to=" // other_joint(source, scale%joints, from)
       words = words // ", mass=" // real_word(source, scale%mass * source%dice%decades(-1.0_dp, 1.0_dp)) // ", inertia=" &
-        & // real_word(source, 0.1_dp * scale%mass * scale%length**2 * source%dice%decades(-1.0_dp, 1.0_dp))
+        & // inertia(source, scale, 0.1_dp * scale%mass * scale%length**2 * source%dice%decades(-1.0_dp, 1.0_dp), 0.7_dp)
+      if (scale%space) words = words // optional(source, ", z=", scale%length)
       if (source%dice%chance(0.6_dp)) words = words // ", center=" // pair(source, scale%length * source%dice%uniform(), &
         & scale%length * source%dice%between(-0.2_dp, 0.2_dp))
       words = words // " /" // newline
     end do
   end subroutine add_linkage
+
+  !> The mechanism by its name, and once more at another place.
+  function twice(source, scale) result(words)
+    type(source_type), intent(inout) :: source
+    type(scale_type), intent(in) :: scale
+    character(len=:), allocatable :: words
+
+    words = "&mechanism name=" // name_word(source, "M1") // ", origin=" // point(source, scale, scale%length) &
+      & // optional(source, ", angle=", 180.0_dp) // ratio(source)
+    if (scale%space .and. source%dice%chance(0.4_dp)) words = words // ", axis=" // pair(source, 0.2_dp, -0.1_dp) // "," &
+      & // real_word(source, 1.0_dp)
+    words = words // " /" // newline
+    if (source%dice%chance(0.7_dp)) words = words // "&repeat of=" // name_word(source, "M1") // ", name=" &
+      & // name_word(source, "M2") // optional(source, ", phase=", 360.0_dp) // ", origin=" // point(source, scale, scale%length) &
+      & // ratio(source) // " /" // newline
+  end function twice
+
+  !> Two coordinates up to `size`, or three in space.
+  function point(source, scale, size) result(words)
+    type(source_type), intent(inout) :: source
+    type(scale_type), intent(in) :: scale
+    real(dp), intent(in) :: size
+    character(len=:), allocatable :: words
+
+    words = pair(source, size * source%dice%between(-1.0_dp, 1.0_dp), size * source%dice%between(-1.0_dp, 1.0_dp))
+    if (scale%space) words = words // "," // real_word(source, size * source%dice%between(-1.0_dp, 1.0_dp))
+  end function point
+
+  !> Two numbers of that size, or three in space.
+  function constants(source, scale, size) result(words)
+    type(source_type), intent(inout) :: source
+    type(scale_type), intent(in) :: scale
+    real(dp), intent(in) :: size
+    character(len=:), allocatable :: words
+
+    words = pair(source, size * source%dice%decades(-1.0_dp, 1.0_dp), size * source%dice%decades(-1.0_dp, 1.0_dp))
+    if (scale%space) words = words // "," // real_word(source, size * source%dice%decades(-1.0_dp, 1.0_dp))
+  end function constants
+
+  !> The moment of inertia of a body; in space, with that probability, those about three axes: none exceeds the sum of the others.
+  function inertia(source, scale, size, probability) result(words)
+    type(source_type), intent(inout) :: source
+    type(scale_type), intent(in) :: scale
+    real(dp), intent(in) :: size, probability
+    character(len=:), allocatable :: words
+
+    words = real_word(source, size)
+    if (scale%space .and. source%dice%chance(probability)) words = words // "," // pair(source, size * &
+      & source%dice%between(0.6_dp, 0.9_dp), size * source%dice%between(0.6_dp, 0.9_dp))
+  end function inertia
+
+  !> The free degrees of freedom: in space some of the six, with one at least that the plane has not.
+  function degrees_of_freedom(source, scale) result(words)
+    type(source_type), intent(inout) :: source
+    type(scale_type), intent(in) :: scale
+    character(len=:), allocatable :: words
+    character(len=*), parameter :: names(*) = [character(len=9) :: "'xi'", "'eta'", "'psi'", "'rot_eta'", "'zeta'", "'rot_xi'"]
+    integer :: i
+
+    associate (dice => source%dice)
+      if (.not. scale%space) then
+        words = ""
+        if (dice%chance(0.2_dp)) words = ", dof=" // dice%pick([character(len=18) :: "'xi'", "'eta'", "'psi'", "'xi','eta'", &
+          & "'xi','psi'", "'eta','psi'", "'psi','xi','eta'", "'xi','xi'", "'zeta'"])
+        return
+      end if
+      words = ", dof=" // dice%pick(names(4:))
+      do i = 1, size(names)
+        if (index(words, trim(names(i))) == 0 .and. dice%chance(0.7_dp)) words = words // "," // trim(names(i))
+      end do
+    end associate
+  end function degrees_of_freedom
 
   !> Turns of the crank in one of the drive's; not whole ones make the period longer.
   function ratio(source) result(words)
@@ -107,7 +176,7 @@ contains
         second = other_joint(source, scale%joints, first_one)
       end if
       first = name_word(source, "J" // text(first_one))
-      select case (dice%below(6))
+      select case (dice%below(7))
       case (0)
         call add_joint(scale, words, "type='RRR', ends=" // first // "," // second // ", lengths=" // pair(source, &
           & l * dice%between(0.9_dp, 1.3_dp), l * dice%between(0.7_dp, 1.3_dp)) // branch(source))
@@ -121,6 +190,10 @@ contains
         call add_joint(scale, words, "type='rigid', ends=" // first // "," // second // ", offset=" // pair(source, &
           & l * dice%between(-1.0_dp, 1.0_dp), l * dice%between(-1.0_dp, 1.0_dp)))
       case (4)
+        call add_joint(scale, words, "type='follower', cam='J1','J2', lift=" // pair(source, 0.3_dp * l, 0.02_dp * l) &
+          & // "," // real_word(source, -0.01_dp * l) // guide(source, scale, "guide", 0.2_dp) &
+          & // optional(source, ", lift_phase=", 180.0_dp))
+      case (5)
         call add_joint(scale, words, "type='PRP'" // guide(source, scale, "guide", 1.0_dp) // guide(source, scale, "guide2", &
           & 0.0_dp))
       case default
@@ -230,18 +303,14 @@ contains
     integer :: i
 
     associate (dice => source%dice, m => 10 * scale%mass, l => 3 * scale%length)
-      words = "&frame mass=" // real_word(source, m) // ", inertia=" // real_word(source, 0.3_dp * m * l**2) // ", origin=" &
-        & // pair(source, l * dice%between(-0.5_dp, 0.5_dp), l * dice%between(-0.5_dp, 0.5_dp))
-      if (dice%chance(0.2_dp)) words = words // ", dof=" // dice%pick([character(len=18) :: "'xi'", "'eta'", "'psi'", &
-        & "'xi','eta'", "'xi','psi'", "'eta','psi'", "'psi','xi','eta'", "'xi','xi'", "'zeta'"])
-      words = words // " /" // newline
+      words = "&frame mass=" // real_word(source, m) // ", inertia=" &
+        & // inertia(source, scale, 0.3_dp * m * l**2, 0.97_dp) // ", origin=" &
+        & // point(source, scale, 0.5_dp * l) // degrees_of_freedom(source, scale) // " /" // newline
       scale%supports = dice%below(5)
       do i = 1, scale%supports
-        words = words // "&support position=" // pair(source, l * dice%between(-1.0_dp, 1.0_dp), &
-          & l * dice%between(-1.0_dp, 1.0_dp)) // ", stiffness=" // pair(source, scale%stiffness * dice%decades(-1.0_dp, &
-          & 1.0_dp), scale%stiffness * dice%decades(-1.0_dp, 1.0_dp))
-        if (dice%chance(0.6_dp)) words = words // ", damping=" // pair(source, scale%damping * dice%decades(-1.0_dp, 1.0_dp), &
-          & scale%damping * dice%decades(-1.0_dp, 1.0_dp))
+        words = words // "&support position=" // point(source, scale, l) // ", stiffness=" &
+          & // constants(source, scale, scale%stiffness)
+        if (dice%chance(0.6_dp)) words = words // ", damping=" // constants(source, scale, scale%damping)
         if (dice%chance(0.3_dp)) words = words // optional(source, ", angle=", 180.0_dp)
         if (dice%chance(0.3_dp)) words = words // ", axes=" // dice%pick([character(len=7) :: "'frame'", "'space'"])
         words = words // " /" // newline
@@ -249,7 +318,7 @@ contains
       if (scale%supports == 0 .or. dice%chance(0.3_dp)) words = words // foundation(source, scale)
       scale%probes = merge(1 + dice%below(2), 0, dice%chance(0.3_dp))
       do i = 1, scale%probes
-        words = words // "&probe name=" // name_word(source, "P" // text(i)) // ", position=" // pair(source, l, -l)
+        words = words // "&probe name=" // name_word(source, "P" // text(i)) // ", position=" // point(source, scale, l)
         if (dice%chance(0.5_dp)) words = words // ", limit_mm_s=" // real_word(source, dice%decades(-2.0_dp, 2.0_dp))
         if (dice%chance(0.3_dp)) words = words // ", band_hz=" // pair(source, 1.0_dp, dice%decades(0.0_dp, 4.0_dp))
         words = words // " /" // newline

@@ -1,21 +1,15 @@
 !> The grammar: the groups that say what is to be computed, small enough to be computed by the hundred thousand.
 module fuzz_orders
   use fuzz_dice, only: dice_type
-  use fuzz_machine, only: scale_type
-  use fuzz_values, only: name_word, real_word, source_type, whole_word
+  use fuzz_schema, only: long_tasks, own_groups, parameter_path, quantity_name, quick_tasks, tasks
+  use fuzz_values, only: name_word, real_word, scale_type, source_type, whole_word
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: text
+  use gestell_floquet_part, only: solution_methods
   implicit none (type, external)
   private
 
-  public :: all_tasks, draw_orders, parameter_path, quantity_name
+  public :: draw_orders
 
-  !> The cheap ones first, then those over parameters, then those that take seconds.
-  character(len=*), parameter :: all_tasks(*) = [character(len=11) :: "stability", "modes", "response", "forces", "power", &
-    & "drawing", "separation", "balance", "sweep", "boundary", "sensitivity", "resonance", "critical", "campbell", "trade"]
-  integer, parameter :: cheap = 8
-  character(len=*), parameter :: methods(*) = [character(len=9) :: "auto", "gauss2", "gauss3", "gauss4", "gauss6", "gauss8", &
-    & "gauss10", "magnus4", "magnus6", "explicit8", "rk4", "reduced"]
   character, parameter :: newline = new_line("a")
 
 contains
@@ -25,7 +19,7 @@ contains
     type(source_type), intent(inout) :: source
     type(scale_type), intent(in) :: scale
     character(len=:), allocatable, intent(out) :: words
-    character(len=:), allocatable :: tasks, task
+    character(len=:), allocatable :: list, task
     real(dp) :: kind
     integer :: i
 
@@ -33,33 +27,26 @@ contains
       kind = dice%uniform()
       words = ""
       if (kind < 0.80_dp) then
-        tasks = "'" // dice%pick(all_tasks(:cheap)) // "'"
+        list = "'" // dice%pick(quick_tasks) // "'"
         do i = 1, dice%below(4)
-          tasks = tasks // ",'" // dice%pick(all_tasks(:cheap)) // "'"
+          list = list // ",'" // dice%pick(quick_tasks) // "'"
         end do
-      else if (kind < 0.96_dp) then
-        tasks = "'sweep'"
-        if (dice%chance(0.2_dp)) tasks = tasks // ",'" // dice%pick(all_tasks(:cheap)) // "'"
-        words = sweeps(source, scale)
-      else if (kind < 0.985_dp) then
-        tasks = "'boundary'"
-        if (dice%chance(0.2_dp)) tasks = "'boundary','sweep'"
-        words = sweeps(source, scale) // "&boundary tolerance=" // real_word(source, dice%decades(-10.0_dp, -1.0_dp)) // " /" &
-          & // newline
-      else if (kind < 0.999_dp) then
-        tasks = "'sensitivity'"
-        words = "&sensitivity parameters='" // parameter_path(source, scale) // "', quantities='" // quantity_name(source, scale) &
-          & // "' /" // newline
-      else if (kind < 0.99995_dp) then
-        task = dice%pick(all_tasks(12:14))
-        tasks = "'" // task // "'"
-        words = speeds(source, scale)
+      else if (kind < 0.95_dp) then
+        list = "'sweep'"
+        if (dice%chance(0.2_dp)) list = list // ",'" // dice%pick(quick_tasks) // "'"
       else
-        tasks = "'trade'"
+        list = "'" // dice%pick(long_tasks) // "'"
+        if (dice%chance(0.2_dp)) list = list // ",'" // dice%pick(tasks) // "'"
       end if
-      if (dice%chance(source%wild)) tasks = tasks // "," // dice%pick([character(len=12) :: "'stabilty'", "''", "'sweep'", &
+      if (dice%chance(source%wild)) list = list // "," // dice%pick([character(len=12) :: "'stabilty'", "''", "'sweep'", &
         & "'campbell'", "'all'"])
-      words = words // "&case tasks=" // tasks
+      do i = 1, size(tasks)
+        task = trim(tasks(i))
+        if (any(tasks(:i - 1) == task) .or. index(list, "'" // task // "'") == 0) cycle
+        words = words // own_groups(source, scale, task)
+        if (all(quick_tasks /= task) .and. index(words, "&sweep") == 0) words = words // ranges(source, scale, task)
+      end do
+      words = words // "&case tasks=" // list
       if (dice%chance(0.3_dp)) words = words // ", title=" // name_word(source, "A title")
       words = words // " /" // newline // "&response points=" // whole_word(source, 1 + dice%below(8)) // ", harmonics=" &
         & // whole_word(source, dice%below(5)) // " /" // newline // accuracy(source)
@@ -76,6 +63,25 @@ contains
     end associate
   end subroutine draw_orders
 
+  !> The ranges over which a task that takes long looks at machines, and what the task is told of them.
+  function ranges(source, scale, task) result(words)
+    type(source_type), intent(inout) :: source
+    type(scale_type), intent(in) :: scale
+    character(len=*), intent(in) :: task
+    character(len=:), allocatable :: words
+
+    words = ""
+    select case (task)
+    case ("sweep", "boundary")
+      words = sweeps(source, scale)
+      if (task == "boundary") words = words // "&boundary tolerance=" &
+        & // real_word(source, source%dice%decades(-10.0_dp, -1.0_dp)) // " /" // newline
+    case default
+      ! a design, a sensitivity may do without
+      if (source%dice%chance(0.6_dp)) words = speeds(source, scale)
+    end select
+  end function ranges
+
   !> Tolerance, method and steps, in a third of the cases.
   function accuracy(source) result(words)
     type(source_type), intent(inout) :: source
@@ -89,7 +95,7 @@ contains
       method = ""
       least = -15
       if (dice%chance(0.6_dp)) then
-        method = dice%pick(methods)
+        method = dice%pick(solution_methods())
         ! methods of low order take a million steps to a small tolerance
         if (any(method == [character(len=7) :: "gauss2", "gauss3", "magnus4", "rk4"])) least = -5
         method = " method=" // name_word(source, method) // ","
@@ -148,41 +154,5 @@ contains
       words = words // " /" // newline
     end associate
   end function speeds
-
-  !> The path of a number, of this machine or none.
-  function parameter_path(source, scale) result(path)
-    type(source_type), intent(inout) :: source
-    type(scale_type), intent(in) :: scale
-    character(len=:), allocatable :: path
-    character(len=*), parameter :: common(*) = [character(len=26) :: "frame.mass", "frame.inertia", "support.stiffness", &
-      & "support.damping", "support(1).stiffness(1)", "support(1).angle", "frame.origin(1)", "foundation.damping(3)", &
-      & "foundation.stiffness(1,1)", "link(L1).mass", "link(L1).inertia", "joint(J2).radius", "joint(J2).phase", &
-      & "joint(J3).lengths(1)", "joint(J3).lengths(2)", "joint(J1).position(1)", "joint(J4).guide_angle", &
-      & "mass_functions.a1(2)", "mass_functions.mass", "link.mass", "support.position(2)", "joint(J3).branch", &
-      & "frame.dof", "response.points", "probe(P1).position(1)"]
-
-    path = source%dice%pick(common(:merge(6, size(common), scale%supports > 0 .and. source%dice%chance(0.5_dp))))
-    if (source%dice%chance(source%wild)) path = source%dice%pick([character(len=26) :: "", "frame", "frame.", ".mass", &
-      & "link(.mass", "support(99).stiffness", "support(0).stiffness", "joint(J2).radius(2)", "Drive.SPEED_RPM", "sweep.from", &
-      & "support(1.stiffness", "frame.mass=3", "support(99999999999).angle", "link(L1)mass", "case.title"])
-  end function parameter_path
-
-  !> The name of a quantity.
-  function quantity_name(source, scale) result(name)
-    type(source_type), intent(inout) :: source
-    type(scale_type), intent(in) :: scale
-    character(len=:), allocatable :: name
-    character(len=*), parameter :: names(*) = [character(len=16) :: "f", "fx", "fy", "m", "xi", "eta", "psi", "xi_dot", &
-      & "psi_dot", "foundation.fx", "guide.f", "guide.m", "support(1).f", "support(1).fx"]
-    character(len=*), parameter :: of_probe(*) = [character(len=12) :: "probe(P1).v", "probe(P1).x", "probe(P1).ay", "probe(P1).a"]
-
-    if (scale%probes > 0 .and. source%dice%chance(0.4_dp)) then
-      name = source%dice%pick(of_probe)
-    else
-      name = source%dice%pick(names)
-    end if
-    if (source%dice%chance(source%wild)) name = source%dice%pick([character(len=16) :: "support(9).f", "probe(X).v", "g", "", &
-      & "support().f", "guide.q"])
-  end function quantity_name
 
 end module fuzz_orders

@@ -5,6 +5,7 @@ module fuzz_trial
   use fuzz_input, only: input_type
   use fuzz_oracle, only: judge
   use fuzz_process, only: ending_type, run_apart
+  use fuzz_schema, only: long_tasks
   use fuzz_text, only: newline
   use gestell_base_kinds, only: dp
   implicit none (type, external)
@@ -39,15 +40,13 @@ contains
 
   real(dp) function allowed(input)
     type(input_type), intent(in) :: input
-    character(len=*), parameter :: slow(*) = [character(len=11) :: "resonance", "critical", "campbell", "sensitivity", "trade", &
-      & "boundary", "balance"]
     integer :: i, k
 
     allowed = usual
-    do i = 1, size(slow)
-      if (index(input%document, trim(slow(i))) > 0) allowed = long
+    do i = 1, size(long_tasks)
+      if (index(input%document, trim(long_tasks(i))) > 0) allowed = long
       do k = 1, size(input%words)
-        if (index(input%words(k)%text, trim(slow(i))) > 0) allowed = long
+        if (index(input%words(k)%text, trim(long_tasks(i))) > 0) allowed = long
       end do
     end do
   end function allowed

@@ -13,6 +13,15 @@ module fuzz_values
     real(dp) :: wild = 0
   end type source_type
 
+  !> Measures that the groups have in common.
+  type, public :: scale_type
+    real(dp) :: length = 1, mass = 1, stiffness = 1, damping = 1, speed = 1
+    !> The joints so far: J1 ... Jn; the links L1 ... Lm; supports.
+    integer :: joints = 0, links = 0, supports = 0, probes = 0
+    !> Mass functions in place of joints and links; whether the frame may move in space.
+    logical :: functions = .false., space = .false.
+  end type scale_type
+
   character(len=*), parameter :: wild_numbers(*) = [character(len=24) :: &
     & "0", "0.0", "-0.0", "-1", "1", "NaN", "nan(7)", "Infinity", "-inf", "1e300", "-1e300", "1e307", "9.99e307", "1e308", &
     & "1e400", "1e-300", "1e-307", "2.3e-308", "1e-320", "4.9e-324", "-4.9e-324", "1e-400", "1e155", "1e-155", "1e-160", &
