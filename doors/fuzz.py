@@ -171,6 +171,7 @@ def one_input(seed, number, folder):
 
 def child(seed, first, last):
     """Runs inputs first to last and says what becomes of each; the parent reads the numbers."""
+    import gestell  # noqa: F401 - a package that is not there is no fault of an input
     with tempfile.TemporaryDirectory() as folder:
         for number in range(first, last + 1):
             print(number, "begins", flush=True)
@@ -196,7 +197,9 @@ def main():
             if words[1] == "fails":
                 failed += 1
                 print(f"FAIL  input {words[0]} of seed {seed}: {words[2]}")
-        reached = max((int(words[0]) for words in lines), default=number)
+        if not lines:
+            sys.exit(f"the package cannot be used: {run.stderr[-300:]}")
+        reached = max(int(words[0]) for words in lines)
         if run.returncode == 0:
             number = end + 1
             continue

@@ -1,0 +1,351 @@
+"""Lines of src that no test guards: one line is changed, compiled alone and linked, and the tests that reach it must fail.
+
+    python3 validation/mutants/mutants.py fixed                 thirty known mutants, each with the test that must find it
+    python3 validation/mutants/mutants.py change [BASE [N]]     N (default 20) of the lines changed since BASE (default main)
+    python3 validation/mutants/mutants.py draw N SEED           N of all lines: 500 take a night
+
+The last line is "N passed, M failed": a mutant passes when a test fails. Survivors are listed; whether one is equivalent, that is
+without any effect that a user could see, a reader must judge. build/mutants keeps the build, and which test reaches which procedure.
+"""
+import argparse
+import concurrent.futures
+import json
+import os
+import pathlib
+import random
+import re
+import resource
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+
+from reach import executed_procedures, procedures_of
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+HOME = ROOT / "build/mutants"
+FIXED = pathlib.Path(__file__).with_name("fixed.txt")
+# A test may take this many seconds of the processor, and this many times what it took without a mutant.
+SECONDS, TIMES = 10, 8
+
+# ---- where a line may change, and how
+
+_DECLARATION = re.compile(r"::|^\s*(use|implicit|import|private|public|interface|type|module|program|contains|end\b|function|subroutine|"
+                          r"(pure|elemental|recursive|impure|integer|real|logical|complex|class|character)\b.*\b(function|subroutine)\b|"
+                          r"(select|case|class is|type is|associate|block|error stop|else\s*$|do\s*$|exit|cycle|return)\b)", re.I)
+
+
+def executable_lines(text):
+    """Numbers of the lines in bodies of procedures that a mutant may change: one statement each, no declaration, no text."""
+    lines, found = text.split("\n"), []
+    inside = interface = continued = False
+    for number, line in enumerate(lines):
+        code = line.split("!")[0] if "'" not in line and '"' not in line else line
+        whole = not continued and not code.rstrip().endswith("&")
+        continued = code.rstrip().endswith("&")
+        if re.match(r"\s*(abstract )?interface\b", code):
+            interface = True
+        if re.match(r"\s*end interface", code):
+            interface = False
+        if re.match(r"\s*contains\s*$", code):
+            inside = True
+        if inside and not interface and whole and code.strip() and not _DECLARATION.search(code) and "'" not in code and '"' not in code:
+            found.append(number)
+    return found
+
+
+def _sign(line):
+    return [line[:m.start()] + {"+": " - ", "-": " + "}[m[1]] + line[m.end():] for m in re.finditer(r" ([+-]) ", line)]
+
+
+def _factor(line):
+    return [line[:m.start()] + {"*": " / ", "/": " * "}[m[1]] + line[m.end():] for m in re.finditer(r" ([*/]) ", line)]
+
+
+def _number(line):
+    return [line[:m.start()] + str(int(m[0]) + 1) + line[m.end():] for m in re.finditer(r"(?<![\w.%])\d+(?![\w.])", line)]
+
+
+def _comparison(line):
+    other = {"<": "<=", "<=": "<", ">": ">=", ">=": ">", "==": "/=", "/=": "=="}
+    return [line[:m.start()] + f" {other[m[1]]} " + line[m.end():] for m in re.finditer(r" (<=|>=|==|/=|<|>) ", line)]
+
+
+def _logic(line):
+    other = {"and": "or", "or": "and"}
+    return [line[:m.start()] + f".{other[m[1]]}." + line[m.end():] for m in re.finditer(r"\.(and|or)\.", line)]
+
+
+def _function(line):
+    other = {"min": "max", "max": "min", "sin": "cos", "cos": "sin", "minval": "maxval", "maxval": "minval", "floor": "ceiling",
+             "abs": "", "sqrt": ""}
+    return [line[:m.start()] + other[m[1]] + line[m.end():] for m in re.finditer(rf"\b({'|'.join(other)})(?=\()", line)]
+
+
+def _condition(line):
+    m = re.match(r"(\s*(?:else )?if \()(.*)(\) (?:then\b.*|[a-z].*))$", line)
+    return [f"{m[1]}.not. ({m[2]}){m[3]}"] if m and m[2].count("(") == m[2].count(")") else []
+
+
+def _dropped(line):
+    return [re.match(r"\s*", line)[0] + "continue"] if re.match(r"\s*(call \w|[\w%(), :]+ = )", line) else []
+
+
+def _bound(line):
+    m = re.match(r"(\s*[\w%(), :]*(?:error|bound|rounding|deviation)[\w%(), :]* = )(.+)$", line)
+    return [f"{m[1]}({m[2]}) / 10"] if m and "allocated" not in line else []
+
+
+OPERATORS = {"sign": _sign, "factor": _factor, "number": _number, "comparison": _comparison, "logic": _logic, "function": _function,
+             "condition": _condition, "dropped": _dropped, "bound": _bound}
+
+
+class Mutant:
+    """A file of src, the number of a line in it from 0, and what stands there instead."""
+
+    def __init__(self, path, number, new, kind=""):
+        self.path, self.number, self.new, self.kind = path, number, new, kind
+        self.old = (ROOT / path).read_text().split("\n")[number]
+
+    def __str__(self):
+        return f"{self.path}:{self.number + 1}: {self.old.strip()}  ->  {self.new.strip()}"
+
+    def write(self, file):
+        lines = (ROOT / self.path).read_text().split("\n")
+        lines[self.number] = self.new
+        file.write_text("\n".join(lines))
+
+
+def draw(dice, places):
+    """A mutant on one of the places [(path, line)]; each kind of change that the line allows is as likely as any other."""
+    while True:
+        path, number = dice.choice(places)
+        line = (ROOT / path).read_text().split("\n")[number]
+        kinds = {name: operator(line) for name, operator in OPERATORS.items()}
+        kinds = {name: lines for name, lines in kinds.items() if lines}
+        if kinds:
+            kind = dice.choice(sorted(kinds))
+            return Mutant(path, number, dice.choice(kinds[kind]), kind)
+
+
+# ---- build, link, run
+
+class Build:
+    """What fpm has built for the tests in one folder: modules, and objects of src, of the tests and of test-drive."""
+
+    def __init__(self, places):
+        mains = [path for place in places for path in pathlib.Path(place).glob("build/*/gestell/test_main.f90.o")]
+        if not mains:
+            sys.exit("the tests are not built: ./bootstrap fpm test")
+        self.objects = max(mains, key=lambda path: path.stat().st_mtime).parent
+        self.counted = any(self.objects.glob("*.gcno"))
+        self.parts = sorted(path for kind in ("src_*", "test_*", "*testdrive*") for path in self.objects.glob(kind + ".o"))
+
+    def object_of(self, path):
+        return self.objects / (path.replace("/", "_") + ".o")
+
+    def compile(self, mutant, folder):
+        """The mutant's object; None where it does not compile, or where it changes what other files see of its module."""
+        source = folder / pathlib.Path(mutant.path).name
+        mutant.write(source)
+        run = subprocess.run(["gfortran", "-c", "-O1", "-w", "-fPIC", "-fopenmp", "-fcheck=bounds", "-ffree-form", "-fimplicit-none",
+                              f"-I{ROOT}/include", f"-I{(ROOT / mutant.path).parent}", f"-J{folder}", f"-I{self.objects.parent}",
+                              str(source), "-o", str(folder / "mutant.o")], capture_output=True)
+        if run.returncode:
+            return None
+        changed = any(module.read_bytes() != (self.objects.parent / module.name).read_bytes() for module in folder.glob("*.mod"))
+        return None if changed else folder / "mutant.o"
+
+    def link(self, program, mutant=None):
+        """The program of the tests, with the mutant's object in place of its file's."""
+        parts = [path for path in self.parts if not mutant or path != self.object_of(mutant.path)]
+        run = subprocess.run(["gfortran", "-fopenmp", "-o", str(program)] + ["--coverage"] * self.counted + [str(path) for path in parts]
+                             + [str(program.parent / "mutant.o")] * (mutant is not None) + ["-llapack", "-lblas"], capture_output=True,
+                             text=True)
+        if run.returncode:
+            sys.exit(f"linking fails: {run.stderr[-1000:]}")
+
+
+def counted_build():
+    """The tests, built by fpm in a folder of links to this checkout, so that they count what is executed."""
+    copy = HOME / "checkout"
+    copy.mkdir(parents=True, exist_ok=True)
+    for name in os.listdir(ROOT):
+        if name not in ("build", ".git") and not (copy / name).is_symlink():
+            (copy / name).symlink_to(ROOT / name)
+    if not (copy / "build/dependencies").exists():
+        shutil.copytree(ROOT / "build/dependencies", copy / "build/dependencies", symlinks=True)
+    flags = "-O1 -g1 -fPIC -fopenmp -fcheck=bounds --coverage"
+    run = subprocess.run([str(ROOT / "bootstrap"), "sh", "-c", f"cd '{copy}' && fpm test --flag '{flags}' -- base"], capture_output=True,
+                         text=True)
+    if run.returncode:
+        sys.exit(f"the build fails:\n{run.stdout[-2000:]}{run.stderr[-2000:]}")
+    return Build([copy])
+
+
+def run_test(program, test, seconds, counters="/dev/null/none"):
+    """Whether a test passes within its seconds, what the program says, and the seconds it took. `counters`: a folder for them."""
+    environment = dict(os.environ, OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1", GCOV_PREFIX=str(counters))
+    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    run = subprocess.run([str(program), *test], capture_output=True, text=True, errors="replace", cwd=ROOT, env=environment,
+                         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (int(seconds) + 1, int(seconds) + 2)))
+    return run.returncode == 0, run.stderr, resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
+
+
+class Reach:
+    """For each quick test the seconds it takes and the procedures of src that it executes: {file: [(first line, last line)]}."""
+
+    def __init__(self, build):
+        file = HOME / "reach.json"
+        if not file.exists() or file.stat().st_mtime < (build.objects / "test_main.f90.o").stat().st_mtime:
+            file.write_text(json.dumps(self.record(build)))
+        self.tests = json.loads(file.read_text())
+
+    @staticmethod
+    def record(build):
+        procedures = {notes.stem: procedures_of(notes) for notes in build.objects.glob("src_*.gcno")}
+        paths = {str(path.relative_to(ROOT)).replace("/", "_"): str(path.relative_to(ROOT)) for path in (ROOT / "src").rglob("*.f90")}
+        tests = []
+        with tempfile.TemporaryDirectory() as folder:
+            program = pathlib.Path(folder) / "tests"
+            build.link(program)
+            _, told, _ = run_test(program, [], 1000)
+            suite = ""
+            for line in told.split("\n"):
+                if line.startswith("# "):
+                    suite = line[2:].strip()
+                if not line.startswith("  Starting ") or "..." in line:
+                    continue
+                test = [suite, line[11:].strip()]
+                counters = pathlib.Path(folder) / "counters"
+                passed, _, seconds = run_test(program, test, 100, counters)
+                reached = {}
+                for one in counters.rglob("src_*.gcda"):
+                    lines = [procedures[one.stem][identity] for identity in executed_procedures(one)]
+                    if lines and one.stem in paths:
+                        reached[paths[one.stem]] = lines
+                shutil.rmtree(counters, ignore_errors=True)
+                if passed:
+                    tests.append([test, seconds, reached])
+                else:
+                    print(f"without any mutant {test} fails; it is left out")
+        return tests
+
+    def of(self, mutant):
+        """The tests that execute the mutant's procedure, the shortest first."""
+        line = mutant.number + 1
+        return sorted(((seconds, test) for test, seconds, reached in self.tests
+                       if any(first <= line <= last for first, last in reached.get(mutant.path, []))), key=lambda each: each[0])
+
+
+def examine(build, mutant, tests):
+    """"killed by" a test, "survives N tests", or "" where it is no mutant."""
+    with tempfile.TemporaryDirectory() as folder:
+        folder = pathlib.Path(folder)
+        if not build.compile(mutant, folder):
+            return ""
+        program = folder / "tests"
+        build.link(program, mutant)
+        for seconds, test in tests:
+            if not run_test(program, test, SECONDS + TIMES * seconds)[0]:
+                return "killed by " + " | ".join(test)
+    return f"survives {len(tests)} tests"
+
+
+# ---- the three ways
+
+def fixed(arguments):
+    """The mutants of fixed.txt: `path | old | new | suite | test` a line."""
+    build = Build([arguments.build or ROOT])
+    failed = 0
+    lines = [line for line in FIXED.read_text().split("\n") if line and not line.startswith("#")]
+
+    def one(line):
+        path, old, new, suite, test = (word.strip() for word in line.split(" | "))
+        places = [i for i, text in enumerate((ROOT / path).read_text().split("\n")) if text.strip() == old]
+        if len(places) != 1:
+            return f"{path}: `{old}` stands there {len(places)} times; bring fixed.txt up to date"
+        verdict = examine(build, Mutant(path, places[0], new), [(SECONDS, [suite, test])])
+        return "" if verdict.startswith("killed") else f"{path}: {old}  ->  {new}: {verdict or 'does not compile'}, {suite} | {test}"
+    with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
+        for fault in pool.map(one, lines):
+            failed += fault != ""
+            if fault:
+                print("FAIL ", fault)
+    print(f"{len(lines) - failed} passed, {failed} failed")
+    return failed > 0
+
+
+def drawn(arguments):
+    """Mutants of random lines, of all or of those that a change touches."""
+    if arguments.way == "change":
+        places = changed_lines(arguments.base)
+    else:
+        places = [(str(path.relative_to(ROOT)), number) for path in sorted((ROOT / "src").rglob("*.f90"))
+                  for number in executable_lines(path.read_text())]
+    if not places:
+        sys.exit("there is no line to change")
+    build = counted_build()
+    reach = Reach(build)
+    dice, seen, survivors, killed = random.Random(arguments.seed), set(), [], 0
+    begin, wanted = time.time(), arguments.number
+    with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
+        while wanted > 0 and len(seen) < 20 * arguments.number:
+            batch = []
+            for _ in range(20 * wanted):
+                mutant = draw(dice, places)
+                if str(mutant) not in seen and len(batch) < wanted:
+                    seen.add(str(mutant))
+                    batch.append(mutant)
+            if not batch:
+                break
+            for mutant, verdict in zip(batch, pool.map(lambda each: examine(build, each, reach.of(each)), batch)):
+                if not verdict:
+                    continue
+                wanted -= 1
+                killed += verdict.startswith("killed")
+                if verdict.startswith("survives"):
+                    survivors.append(mutant)
+                print(f"{mutant}  [{mutant.kind}]  {verdict}", flush=True)
+    print(f"\n{killed + len(survivors)} mutants in {time.time() - begin:.0f} s; survivors:")
+    for mutant in survivors:
+        print(" ", mutant)
+    print(f"{killed} passed, {len(survivors)} failed")
+    return 0
+
+
+def changed_lines(base):
+    """The lines that may change among those that stand in src and not in `base`."""
+    told = subprocess.run(["git", "diff", "-U0", base, "--", "src"], capture_output=True, text=True, cwd=ROOT, check=True).stdout
+    places, path = [], None
+    for line in told.split("\n"):
+        if line.startswith("+++ b/"):
+            path = line[6:]
+            allowed = set(executable_lines((ROOT / path).read_text())) if path.endswith(".f90") else set()
+        found = re.match(r"@@ -\S+ \+(\d+)(?:,(\d+))? @@", line)
+        if found and path:
+            first, count = int(found[1]), int(found[2] or 1)
+            places += [(path, i) for i in range(first - 1, first - 1 + count) if i in allowed]
+    return places
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    ways = parser.add_subparsers(dest="way", required=True)
+    ways.add_parser("fixed").add_argument("--build", help="a checkout whose tests fpm has built; default: this one")
+    change = ways.add_parser("change")
+    change.add_argument("base", nargs="?", default="main")
+    change.add_argument("number", nargs="?", type=int, default=20)
+    change.add_argument("seed", nargs="?", type=int, default=1)
+    all_lines = ways.add_parser("draw")
+    all_lines.add_argument("number", type=int)
+    all_lines.add_argument("seed", type=int)
+    arguments = parser.parse_args()
+    HOME.mkdir(parents=True, exist_ok=True)
+    sys.exit(fixed(arguments) if arguments.way == "fixed" else drawn(arguments))
+
+
+if __name__ == "__main__":
+    main()
