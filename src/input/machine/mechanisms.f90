@@ -96,8 +96,8 @@ contains
     do i = 1, size(parts)
       names(i) = parts(i)%name
     end do
-    call add_copies(links, names, parts%original, originals, copies, error)
-    if (.not. allocated(error)) call add_copies(joints, names, parts%original, originals, copies, error)
+    call add_copies(links, names, (parts%original), originals, copies, error)
+    if (.not. allocated(error)) call add_copies(joints, names, (parts%original), originals, copies, error)
     if (allocated(error)) return
     call take_links(joints, links)
     call check_links(links, names, error)

@@ -103,7 +103,7 @@ contains
         & [(i, i = 1, 6)], m, b, c, h)
       h = h(:, in_frame)
       do i = 1, n
-        h(i, 4:) = h(i, 4:) - cross(frame%space%origin, h(i, :3))
+        h(i, 4:) = h(i, 4:) - cross(frame%space%origin, (h(i, :3)))
       end do
       do i = 1, 6
         found%series(i) = fourier_series(h(:, i))
