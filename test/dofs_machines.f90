@@ -13,7 +13,7 @@ module dofs_machines
 contains
 
   !> A slider-crank at 430 rpm on tilted mounts, one of which turns with the frame, with weights, a foundation and a probe. Every
-  !> fifth set has the exact frame, unless a `model` is asked for; holders of the speed take turns.
+  !> seventh set has the exact frame, unless a `model` is asked for; holders of the speed take turns.
   function machine_of(set, model) result(text)
     integer, intent(in) :: set
     character(len=*), intent(in), optional :: model
@@ -23,7 +23,7 @@ contains
     logical :: space
 
     space = set > last_plane
-    frame_model = merge("exact", "rest ", modulo(set, 5) == 0)
+    frame_model = merge("exact", "rest ", modulo(set, 7) == 5)
     frame_model = trim(frame_model)
     if (present(model)) frame_model = model
     text = "&drive speed_rpm=430, held_by='" // trim(holders(modulo(set, 3))) // "' /" // newline &
@@ -110,9 +110,9 @@ contains
     integer, intent(in) :: set
     character(len=:), allocatable :: text
 
-    text = "&sweep parameter='drive.speed_rpm', from=430, to=900, count=3, engine='direct', columns='rho_max'," &
+    text = "&sweep parameter='drive.speed_rpm', from=430, to=560, count=2, engine='direct', columns='rho_max'," &
       & // quantities_of(set) // ", measures='peak','rms','band' /" // newline &
-      & // "&resonance quantities='f','total.m','guide.m','probe(p).v', orders=2 /" // newline
+      & // "&resonance quantities='f','total.m','guide.m','probe(p).v', orders=1 /" // newline
   end function ranges_of
 
 end module dofs_machines

@@ -116,6 +116,8 @@ contains
       if (t > 3) b = exp(1000 * t)
     case ("pulse")
       c = c + 0.1_dp / (1.0e-6_dp + sin((t - 1) / 2)**2) * 1.0e-4_dp
+    case default
+      continue
     end select
   end subroutine matrices
 

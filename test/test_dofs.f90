@@ -64,8 +64,8 @@ contains
       call check_that(error, compared, ">=", 100, what // ": claims that were compared")
       if (allocated(error)) return
     end do
-    ! In most sets an order shakes a mode within the range.
-    call check_that(error, forces, ">=", 40, "sets with a critical speed")
+    ! In some sets the first order shakes a mode within the range.
+    call check_that(error, forces, ">=", 10, "sets with a critical speed")
   end subroutine test_all_sets
 
   !> Solves the machine with a set of degrees of freedom by all tasks, alone and over a range, and collects what they say.
@@ -185,6 +185,8 @@ contains
         if (.not. allocated(table%columns(k)%numbers) .or. index(name, "_error") > 0) cycle
         call claims%add(table, 1, name // repeat("_", merge(1, 0, name == "rho_max")), name, name // "_error")
       end do
+    case default
+      continue
     end select
   end subroutine collect
 

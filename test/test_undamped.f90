@@ -93,7 +93,7 @@ contains
     call expect([0.0_dp, 0.0_dp, 1.1_dp, -1.1_dp], [1.0e-8_dp, -1.0e-8_dp, 0.0_dp, 0.0_dp], small, &
       & [.false., .false., .true., .true.], "a real pair")
     call expect([pi, -pi + small, 1.1_dp, -1.1_dp], zero, small, [.false., .false., .true., .true.], "across the branch cut")
-    call expect([0.3_dp, -0.3_dp, 1.1_dp, -1.1_dp], zero, 0.5_dp, [.false., .false., .true., .true.], "wide discs")
+    call expect([0.3_dp, -0.3_dp, 1.1_dp, -1.1_dp], zero, 0.3_dp, [.false., .false., .true., .true.], "wide discs")
     call expect([0.3_dp, -0.3_dp, 1.1_dp, -1.1_dp], zero, 2.0_dp, [.false., .false., .false., .false.], "lost")
 
   contains
@@ -204,8 +204,8 @@ contains
     end do
   end subroutine check_lagrangian
 
-  !> The paper's machine at 1574.5 rpm, beside the tongue of 0.028 rpm about 1574.799 rpm; and in the tongue at 2426 rpm with ten
-  !> times the moving masses.
+  !> The paper's machine at 240 rpm, far from its tongues, where it is undamped by all equations; and in the tongue at 2426 rpm with
+  !> ten times the moving masses.
   subroutine test_four_bar(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_data) :: machine
@@ -213,7 +213,7 @@ contains
     integer :: i
 
     do i = 1, size(models)
-      machine = khang_machine(1574.5_dp)
+      machine = khang_machine(240.0_dp)
       call undamp(machine)
       call solve_multiplier(machine, trim(models(i)), multipliers, error)
       if (allocated(error)) return

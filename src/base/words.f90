@@ -66,6 +66,7 @@ contains
 
   !> Puts a piece behind the first `n` bytes of a text that has room for it.
   pure subroutine put(text, n, piece)
+    ! allow(C072)
     character(len=*), intent(inout) :: text
     integer, intent(inout) :: n
     character(len=*), intent(in) :: piece
@@ -95,6 +96,7 @@ contains
   end function printable
 
   pure subroutine make_printable(text)
+    ! allow(C072)
     character(len=*), intent(inout) :: text
     integer :: i, n
 
@@ -110,6 +112,7 @@ contains
   end subroutine make_printable
 
   pure subroutine make_one_line(text)
+    ! allow(C072)
     character(len=*), intent(inout) :: text
     integer :: i
 

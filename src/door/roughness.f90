@@ -60,6 +60,7 @@ contains
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: phases(:)
     real(dp), allocatable, intent(out) :: values(:, :)
+    ! allow(C072)
     character(len=*), intent(out) :: names(4)
     real(dp), allocatable, dimension(:, :, :) :: m, b, c
     real(dp), allocatable :: h(:, :)

@@ -76,8 +76,8 @@ contains
 
     allocate(tables(0))
     do i = 1, size(tasks)
-      if (tasks(i)%task%ordered .and. allocated(tasks(i)%task%tables)) &
-        & tables = [character(len=longest_table) :: tables, tasks(i)%task%tables]
+      if (.not. (tasks(i)%task%ordered .and. allocated(tasks(i)%task%tables))) cycle
+      tables = [character(len=longest_table) :: tables, tasks(i)%task%tables]
     end do
     call spare_input(folder, result_files(tables), path, error)
   end subroutine check_folder

@@ -155,10 +155,12 @@ contains
         & // concise(norm2(link%center), 3) // " m from joint '" // mechanism%joints(link%from)%name // "', the machine " &
         & // concise(size_of_machine, 3) // " m wide: is center right?" // newline
       if (link%to == 0) return
-      if (found%longest(i) - found%shortest(i) > stretched * found%longest(i) .and. .not. slides(mechanism, link%from, link%to)) &
-        & lines = lines // subject // " joins '" // mechanism%joints(link%from)%name // "' and '" &
-        & // mechanism%joints(link%to)%name // "', which no body joins: their distance varies from " &
-        & // concise(found%shortest(i), 3) // " to " // concise(found%longest(i), 3) // " m" // newline
+      if (found%longest(i) - found%shortest(i) <= stretched * found%longest(i)) return
+      if (.not. slides(mechanism, link%from, link%to)) then
+        lines = lines // subject // " joins '" // mechanism%joints(link%from)%name // "' and '" &
+          & // mechanism%joints(link%to)%name // "', which no body joins: their distance varies from " &
+          & // concise(found%shortest(i), 3) // " to " // concise(found%longest(i), 3) // " m" // newline
+      end if
     end associate
   end function link_slips
 
