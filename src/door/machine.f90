@@ -188,7 +188,7 @@ contains
 
     character(len=24) :: digits
 
-    if (value == aint(value) .and. abs(value) < longest_whole) then
+    if (abs(value - aint(value)) <= 0 .and. abs(value) < longest_whole) then
       write(digits, "(i0)") int(value, int64)
     else
       write(digits, "(es24.16e3)") value

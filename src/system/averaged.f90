@@ -151,8 +151,11 @@ contains
   pure logical function conserves(self, chosen)
     class(averaged_system), intent(in) :: self
     integer, intent(in) :: chosen(:)
+    integer :: i
 
-    conserves = self%whole%conserves(chosen)
+    ! it is solved as a whole, its states as if all were coupled
+    conserves = size(chosen) > 0
+    if (conserves) conserves = self%whole%conserves([(i, i = 1, self%states / 2)])
   end function conserves
 
 end module gestell_system_averaged

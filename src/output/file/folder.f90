@@ -56,14 +56,15 @@ contains
     logical :: there
     integer :: i
 
-    is_foreign = is_link(folder) .or. is_link(folder // "/" // mark)
+    is_foreign = is_link(folder)
+    if (.not. is_foreign) is_foreign = is_link(folder // "/" // mark)
     there = .false.
     do i = 1, size(files)
-      is_foreign = is_foreign .or. is_link(folder // "/" // trim(files(i)))
-      there = there .or. is_there(folder // "/" // trim(files(i)))
+      if (.not. is_foreign) is_foreign = is_link(folder // "/" // trim(files(i)))
+      if (.not. there) there = is_there(folder // "/" // trim(files(i)))
     end do
     ! looked for last: another process may be about to begin
-    if (there) is_foreign = is_foreign .or. .not. is_there(folder // "/" // mark)
+    if (there .and. .not. is_foreign) is_foreign = .not. is_there(folder // "/" // mark)
   end function is_foreign
 
   !> Whether a folder's name ends with the i-th character of a path.

@@ -199,7 +199,6 @@ contains
     type(multipliers_type) :: multipliers
     type(periodic_solution_type) :: start
     type(error_type), allocatable :: error
-    character(len=:), allocatable :: sentence
 
     if (failure%code /= failed_computation) return
     if (unheld(frame) /= "") then

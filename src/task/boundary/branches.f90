@@ -183,7 +183,9 @@ contains
     ends = branches(i)%ends()
     goes_on = .false.
     do k = 1, size(branches)
-      if (k /= i) goes_on = goes_on .or. branches(k)%passes(ends(side), branches(i)%motion_at(ends(side)))
+      if (k == i) cycle
+      goes_on = branches(k)%passes(ends(side), branches(i)%motion_at(ends(side)))
+      if (goes_on) return
     end do
   end function goes_on
 

@@ -95,7 +95,8 @@ contains
 
     passed = .false.
     do i = 1, size(branches)
-      passed = passed .or. branches(i)%passes(t, motion)
+      passed = branches(i)%passes(t, motion)
+      if (passed) return
     end do
   end function passed
 

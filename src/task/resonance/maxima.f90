@@ -66,9 +66,9 @@ contains
       if (abs(level(i + 1) - level(i)) > least) listed(merge(i + 1, i, level(i + 1) > level(i))) = .true.
     end do
     do i = 1, size(level)
-      if (i > 1 .and. .not. known(i)) then
+      if (begins_gap(known, i)) then
         last = end_of_gap(known, i)
-        if (known(i - 1) .and. rises_into(curve, level, known, i, last, least)) then
+        if (rises_into(curve, level, known, i, last, least)) then
           n = n + 1
           found(n) = without_bounds(curve, q, i, last)
         end if
@@ -93,6 +93,15 @@ contains
     allocate(maxima(n))
     maxima = found(:n)
   end subroutine find_maxima
+
+  !> Whether point `i` is the first of a gap, behind a point that is known.
+  pure logical function begins_gap(known, i)
+    logical, intent(in) :: known(:)
+    integer, intent(in) :: i
+
+    begins_gap = .false.
+    if (i > 1) begins_gap = known(i - 1) .and. .not. known(i)
+  end function begins_gap
 
   !> Whether point `i` is higher than both neighbours and stands out of both flanks by more than `least`. Where none of the
   !> exact frame's vibrations was found the neighbour is the next point at which one was.
@@ -317,7 +326,8 @@ contains
             if (abs(curve%points(k)%speed - maxima(m)%speed) >= abs(half - maxima(m)%speed)) exit
             k = k + merge(-1, 1, side == 1)
           end do
-          if (any(bent(min(i, k):max(i, k) - 1)) .or. is_across_jump(curve, maxima(m)%quantity, i, k)) cycle
+          if (any(bent(min(i, k):max(i, k) - 1))) cycle
+          if (is_across_jump(curve, maxima(m)%quantity, i, k)) cycle
           if (abs(rest(curve, maxima(m)%quantity, i, k) - 1) <= half_power) cycle
           if (abs(rest(curve, maxima(m)%quantity, i, k - merge(-1, 1, side == 1)) - 1) <= half_power) cycle
           speeds = [speeds, half]
