@@ -111,7 +111,7 @@ contains
     type(goal_branches_type) :: above(3), at, below(3)
     type(goal_type), allocatable :: goals(:)
     type(gestell_error), allocatable :: failure
-    real(dp) :: table(3), x(size(start)), h, change, found, unit
+    real(dp) :: table(3), x(size(start)), h, change, found, unit, side
     integer :: g, k, i, b, n
 
     call new_family(text, paths, start, family, order, configuration, error)
@@ -147,8 +147,10 @@ contains
         if (allocated(error)) return
       end do
       do g = 1, n
-        b = maxloc(merge(at%value, -huge(h), at%group == g), dim=1)
-        unit = max(at%value(b), tiny(unit))
+        ! the separation is the least of its branches, all else the greatest
+        side = merge(-1.0_dp, 1.0_dp, names(g) == "separation")
+        b = maxloc(merge(side * at%value, -huge(h), at%group == g), dim=1)
+        unit = max(abs(at%value(b)), tiny(unit))
         do i = 1, 3
           h = range(k) * 0.01_dp / 2**i
           table(i) = (top(above(i), h) - top(below(i), -h)) / (2 * h)
@@ -174,8 +176,8 @@ contains
 
       same = there%group == g
       if (kinds(g) == peak_measure) same = same .and. abs(there%value - at%value(b) &
-        & - step * (at%slope(k, b) + there%slope(k, :)) / 2) <= 1.0e-4_dp * at%value(b)
-      top = maxval(there%value, mask=same)
+        & - step * (at%slope(k, b) + there%slope(k, :)) / 2) <= 1.0e-4_dp * abs(at%value(b))
+      top = side * maxval(side * there%value, mask=same)
     end function top
 
   end subroutine compare
