@@ -111,7 +111,7 @@ contains
     type(goal_branches_type) :: above(3), at, below(3)
     type(goal_type), allocatable :: goals(:)
     type(gestell_error), allocatable :: failure
-    real(dp) :: table(3), x(size(start)), h, change, found, unit, side
+    real(dp) :: table(3), x(size(start)), h, change, found, unit, side, part_of_change
     integer :: g, k, i, b, n
 
     call new_family(text, paths, start, family, order, configuration, error)
@@ -158,8 +158,14 @@ contains
         ! Neville's table, twice
         table(:2) = table(2:) + (table(2:) - table(:2)) / 3
         change = (table(2) + (table(2) - table(1)) / 15) * range(k) / unit
+        part_of_change = 1.0e-7_dp
+        if (side < 0) then
+          ! with the larger steps another mode or order may be the nearest one; of the smallest its square is left
+          change = (top(above(3), h) - top(below(3), -h)) / (2 * h) * range(k) / unit
+          part_of_change = 1.0e-5_dp
+        end if
         found = at%slope(k, b) * range(k) / unit
-        call check_that(error, abs(found - change), "<=", 1.0e-7_dp * max(abs(change), 1.0_dp), trim(what) // " d " // &
+        call check_that(error, abs(found - change), "<=", part_of_change * max(abs(change), 1.0_dp), trim(what) // " d " // &
           & goals(g)%name() // " / d " // trim(paths(k)))
         if (allocated(error)) return
       end do
@@ -175,7 +181,7 @@ contains
       logical :: same(size(there%value))
 
       same = there%group == g
-      if (kinds(g) == peak_measure) same = same .and. abs(there%value - at%value(b) &
+      if (kinds(g) == peak_measure .and. side > 0) same = same .and. abs(there%value - at%value(b) &
         & - step * (at%slope(k, b) + there%slope(k, :)) / 2) <= 1.0e-4_dp * abs(at%value(b))
       top = side * maxval(side * there%value, mask=same)
     end function top
