@@ -161,6 +161,7 @@ def test_damaged_and_foreign():
                  ("zeros", bytes(len(kept)), note), ("a text", b"gestell " * 1000, note)]
         for what, data, message in cases:
             place.mkdir(exist_ok=True)
+            (place / "made_by_gestell").touch()
             (place / "journal").write_bytes(data)
             run = Run(folder, "-q", "input.nml", "-o", "out")
             equal(f"damaged, {what}", (run.code, run.err), (0, message))
@@ -168,6 +169,7 @@ def test_damaged_and_foreign():
         for what, options in (("another machine", ["-s", "frame.mass=23"]), ("no such task", ["-s", "case.tasks=stability"])):
             for output in ("out", "other"):
                 (folder / output / ".gestell-1").mkdir(parents=True, exist_ok=True)
+                (folder / output / ".gestell-1/made_by_gestell").touch()
             (place / "journal").write_bytes(kept)
             for output in ("out", "other"):
                 Run(folder, "-q", "input.nml", "-o", output, *options).done(f"foreign, {what}, {output}")

@@ -332,7 +332,7 @@ def test_together():
 
 
 # bytes of a mark: head, tile, checksum, summary, checksum
-MARK = 8 * (3 + 2 + 16 + 1)
+MARK = 8 * (3 + 2 + 17 + 1)
 
 
 def marks_of(output):
