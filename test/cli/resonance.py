@@ -46,7 +46,7 @@ def test_curve():
 
         header, peaks = rows(folder / "input", "peaks.csv")
         equal("peaks: header", ",".join(header), "quantity,unit,speed_rpm,value,width_rpm,damping_ratio,strongest_order,state,"
-              "small_motion")
+              "small_motion,other_side")
         psi = [row for row in peaks if row[0] == "psi"]
         # 127.36 rad/s, the lowest natural frequency of the averaged frame, swings twice in a turn at 608.1 rpm
         top = min(psi, key=lambda row: abs(float(row[2]) - 608.1))
