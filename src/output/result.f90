@@ -146,14 +146,15 @@ contains
     end do
   end subroutine draw
 
-  !> Adds curves to the picture of that name, behind what its last command plots; nothing where there is no such picture.
+  !> Adds curves to the picture of that name, where its commands plot @over; nothing where there is no such picture.
   pure subroutine draw_over(self, name, curves)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: name, curves
     integer :: i
 
     do i = 1, size(self%figures)
-      if (self%figures(i)%name == name) self%figures(i)%lines = self%figures(i)%lines // curves
+      if (self%figures(i)%name == name) self%figures(i)%lines = "over = """ // curves // """" // new_line("a") &
+        & // self%figures(i)%lines
     end do
   end subroutine draw_over
 

@@ -196,6 +196,7 @@ def test_slips():
                 ("kg for t", "frame.mass=0.018", ("the frame's radius of gyration is 6.58 m",)),
                 ("inertia", "frame.inertia=0.00078", ("the frame's radius of gyration is 0.00658 m",)),
                 ("inertia of a link", "link(rocker).inertia=6", ("link 'rocker': its radius of gyration is 4.9 m",)),
+                ("no mass to speak of", "link(rocker).mass=4.9e-324", ("link 'rocker': its radius of gyration is 3.52e+160 m",)),
                 ("no inertia to speak of", "link(rocker).inertia=6e-7", ("link 'rocker': its radius of gyration is 0.00155 m",)),
                 ("mm for m", "link(coupler).center(1)=180", ("link 'coupler': its centre of mass is 180 m from joint 'A'",))):
             came = warnings(folder, "-s", setting)

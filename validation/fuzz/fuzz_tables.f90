@@ -145,10 +145,14 @@ contains
         word = value_of(heads, fields, "state")
         may_miss = i > 3 .and. (word == "resonance" .or. word == "impossible" .or. word == "failed")
       case ("peaks")
-        may_miss = head == "width_rpm" .or. head == "damping_ratio"
-        if (may_miss) may_miss = together(heads, missing, [character(len=13) :: "width_rpm", "damping_ratio"])
+        if (head == "other_side") then
+          may_miss = value_of(heads, fields, "state") /= "jump"
+        else if (head == "width_rpm" .or. head == "damping_ratio") then
+          may_miss = together(heads, missing, [character(len=13) :: "width_rpm", "damping_ratio"])
+        end if
       case ("sensitivity")
-        may_miss = has(head, "_change_") .and. value_of(heads, fields, "state") == "failed"
+        word = value_of(heads, fields, "state")
+        may_miss = has(head, "_change_") .and. (word == "failed" .or. word == "zero")
       case ("separation")
         may_miss = all(missing([4, 5, 6, 7, 9, 10, 11, 12, 13])) .and. value_of(heads, fields, "state") == "undecided"
       case ("balance")

@@ -124,8 +124,8 @@ contains
 
     line = ""
     if (.not. (frame%inertia > 0 .and. frame%mass > no_mass * (frame%mass + moving) .and. any(frame%free >= 3))) return
-    radius = sqrt(frame%inertia / frame%mass)
-    if (allocated(frame%space)) radius = sqrt(maxval([(frame%space%inertia(i, i), i = 1, 3)]) / frame%mass)
+    radius = sqrt(frame%inertia) / sqrt(frame%mass)
+    if (allocated(frame%space)) radius = sqrt(maxval([(frame%space%inertia(i, i), i = 1, 3)])) / sqrt(frame%mass)
     if (radius >= smallest_radius * size_of_machine .and. radius <= greatest_radius * size_of_machine) return
     line = "the frame's radius of gyration is " // concise(radius, 3) // " m, the machine " // concise(size_of_machine, 3) &
       & // " m wide" // powers // newline
@@ -143,7 +143,7 @@ contains
     lines = ""
     associate (link => mechanism%links(i), subject => "link '" // mechanism%links(i)%name // "'")
       if (.not. (link%mass > 0)) return
-      radius = sqrt(link%inertia / link%mass)
+      radius = sqrt(link%inertia) / sqrt(link%mass)
       if (radius > greatest_radius * size_of_machine) then
         lines = subject // ": its radius of gyration is " // concise(radius, 3) // " m, the machine " &
           & // concise(size_of_machine, 3) // " m wide" // powers // newline

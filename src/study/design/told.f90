@@ -152,7 +152,7 @@ contains
       errors(g) = multipliers%error(1)
     end do
     if (.not. any(goals%about == of_motion .or. goals%about == of_torque)) return
-    call rows_of(frame, order%probes, pack(goals%measure, goals%about == of_motion), rows, error)
+    call rows_of(frame, order%probes, pack([(goals(g)%measure, g = 1, size(goals))], goals%about == of_motion), rows, error)
     if (.not. allocated(error)) call solve_vibration(frame, floquet, points, harmonics, vibration, error, max(rows, accelerations))
     if (allocated(error)) return
     do g = 1, size(goals)

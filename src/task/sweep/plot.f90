@@ -276,7 +276,8 @@ contains
       end do
       if (order%columns(rho_error)) call add(decades(column(rho_error)), "lg of the error of |ρ|", .false.)
     end if
-    lines = "growth(r) = r > 0 ? log(r) : NaN" // newline // "X(v) = v; Y(v) = v" // newline &
+    lines = "if (!exists('over')) over = ''" // newline // "growth(r) = r > 0 ? log(r) : NaN" // newline // "X(v) = v; Y(v) = v" &
+      & // newline &
       & // parameter_axis("x", plan%grid%axes(1), with_unit(plan%paths(1), plan%units(1)), 0.5_dp / (plan%grid%axes(1)%count - 1)) &
       & // parameter_axis("y", plan%grid%axes(2), with_unit(plan%paths(2), plan%units(2)), 0.5_dp / (plan%grid%axes(2)%count - 1)) &
       & // "# stable: blue, paler toward the border; unstable: orange to brown; no result: grey" // newline
@@ -310,7 +311,7 @@ contains
       else
         charts = charts // "set palette defined (0 '#FFFFFF', 1 '#56B4E9', 2 '#0072B2', 3 '#000000')" // newline
       end if
-      charts = charts // "plot 'sweep.csv' using (X(column(1))):(Y(column(2))):(" // value // ") with image" // newline
+      charts = charts // "plot 'sweep.csv' using (X(column(1))):(Y(column(2))):(" // value // ") with image @over" // newline
     end subroutine add
 
     !> The decimal logarithm of a column.

@@ -15,7 +15,8 @@ module gestell_task_boundary_level_plane
   private
 
   !> What a border of a level is, and whether the machine keeps to its vibration there.
-  character(len=15), parameter, public :: level_kinds(6) = [character(len=15) :: "level", "level", "level", "jump", "jump", "jump"]
+  character(len=15), parameter, public :: level_kinds(8) = [character(len=15) :: "level", "level", "level", "level", &
+    & "jump", "jump", "jump", "jump"]
   character(len=15), parameter, public :: level_states(8) = [character(len=15) :: state_names(:unreached), state_names(:unreached)]
 
   type, extends(plane_type), public :: level_plane_type
@@ -100,7 +101,7 @@ contains
         end if
         crossing%t = curve%position(here%x)
         crossing%error = maxval(abs(curve%position(here%ends) - crossing%t))
-        crossing%kind = 1 + here%state + merge(3, 0, here%jumps)
+        crossing%kind = 1 + here%state + merge(unreached + 1, 0, here%jumps)
         crossing%unstable_above = here%rises
         call found%found%add(crossing)
       end associate
