@@ -4,9 +4,12 @@ module dofs_machines
   implicit none (type, external)
   private
 
-  public :: machine_of, names_of, orders_of, quantities_of, ranges_of
+  public :: critical_range, machine_of, names_of, orders_of, quantities_of, ranges_of
 
   character, parameter :: newline = new_line("a")
+  !> Orders of the task `critical`: in some sets the first order meets a mode.
+  character(len=*), parameter :: critical_range = "&sweep parameter='drive.speed_rpm', from=430, to=760, count=2 /" // newline &
+    & // "&resonance orders=1 /" // newline
   !> Sets of degrees of freedom: the bits of the number are `dof_names`. The first seven are those of the plane.
   integer, parameter, public :: last_plane = 7, last_space = 63
 
@@ -112,7 +115,8 @@ contains
 
     text = "&sweep parameter='drive.speed_rpm', from=430, to=560, count=2, engine='direct', columns='rho_max'," &
       & // quantities_of(set) // ", measures='peak','rms','band' /" // newline &
-      & // "&resonance quantities='f','total.m','guide.m','probe(p).v', orders=1 /" // newline
+      & // "&resonance quantities='f','total.m','guide.m','probe(p).v', orders=1 /" // newline &
+      & // "&separation orders=1 /" // newline
   end function ranges_of
 
 end module dofs_machines

@@ -1,7 +1,7 @@
 !> Every task with every set of degrees of freedom, one to six: it runs, and a quantity has one value in all tasks that report it.
 module test_dofs
   use checks, only: check_success, check_that
-  use dofs_machines, only: last_plane, last_space, machine_of, names_of, orders_of, ranges_of
+  use dofs_machines, only: critical_range, last_plane, last_space, machine_of, names_of, orders_of, ranges_of
   use gestell, only: dp, gestell_error => error_type, machine_type, solution_type, table_type
   use gestell_base_text, only: exact
   use gestell_output_table, only: column_type
@@ -28,6 +28,7 @@ module test_dofs
     character(len=16) :: place = ""
   contains
     procedure :: add
+    procedure :: place_of
     procedure :: value_of
   end type claims_type
 
@@ -64,8 +65,8 @@ contains
       call check_that(error, compared, ">=", 100, what // ": claims that were compared")
       if (allocated(error)) return
     end do
-    ! In some sets the first order shakes a mode within the range.
-    call check_that(error, forces, ">=", 10, "sets with a critical speed")
+    ! Four of 13, 28, 43, 48, 53 and 63, whose mode has a peak within the range, have one of the force too.
+    call check_that(error, forces, "==", 4, "sets with a critical speed")
   end subroutine test_all_sets
 
   !> Solves the machine with a set of degrees of freedom by all tasks, alone and over a range, and collects what they say.
@@ -82,6 +83,8 @@ contains
     own = ""
     others = ""
     do i = 1, size(tasks)
+      ! It solves each machine dozens of times: sets of all sizes, twice.
+      if (tasks(i)%task%name == "trade" .and. .not. any(set == [1, 3, 7, 15, 31, 63, 32, 48, 56, 60, 62])) cycle
       if (any(tasks(i)%task%about == [all_machines, all_speeds])) then
         if (index(others, "'" // trim(tasks(i)%task%name) // "'") == 0) others = others // ",'" // trim(tasks(i)%task%name) // "'"
       else
@@ -237,17 +240,27 @@ contains
     end do
   end function word_of
 
-  !> The claim of a table on `what`; -1: there is none.
+  !> The first claim of a table on `what`; -1: there is none.
   pure real(dp) function value_of(self, what) result(value)
     class(claims_type), intent(in) :: self
     character(len=*), intent(in) :: what
-    integer :: i
+    integer :: first
 
+    first = self%place_of(what)
     value = -1
-    do i = 1, size(self%list)
-      if (self%list(i)%what == what) value = self%list(i)%value
-    end do
+    if (first > 0) value = self%list(first)%value
   end function value_of
+
+  !> Where the first claim on `what` stands; 0: there is none.
+  pure integer function place_of(self, what) result(place)
+    class(claims_type), intent(in) :: self
+    character(len=*), intent(in) :: what
+
+    do place = 1, size(self%list)
+      if (self%list(place)%what == what) return
+    end do
+    place = 0
+  end function place_of
 
   !> Compares every claim with the first on the same thing, within the errors that both tell.
   subroutine agree(claims, what, compared, error)
@@ -263,7 +276,7 @@ contains
     compared = 0
     do i = 1, size(claims%list)
       associate (claim => claims%list(i))
-        first = findloc(claims%list(:i)%what, claim%what, dim=1)
+        first = claims%place_of(claim%what)
         if (first == i) cycle
         compared = compared + 1
         associate (other => claims%list(first))
@@ -278,7 +291,8 @@ contains
     end do
   end subroutine agree
 
-  !> The force at a critical speed is the one that the task `forces` reports there; `count`: of sets that have one.
+  !> The force at a critical speed is the one that the task `forces` reports there; `count`: of sets that have one. Every fifth set
+  !> is searched.
   subroutine compare_critical(set, claims, count, what, error)
     integer, intent(in) :: set
     type(claims_type), intent(inout) :: claims
@@ -292,9 +306,16 @@ contains
     type(table_type) :: table
     type(gestell_error), allocatable :: failure
 
+    if (modulo(set, 5) /= 3) return
+    ! Critical speeds are those of vibrations about rest.
+    call machine%parse(machine_of(set, "rest") // critical_range, failure)
+    if (.not. allocated(failure)) call machine%solve(solution, failure, "critical")
+    if (.not. allocated(failure)) call solution%table("critical", table, failure)
+    call check_success(error, failure, "critical speeds, " // what)
+    if (allocated(error)) return
+    call collect(table, "critical", set, claims)
     if (claims%value_of("critical force") < 0) return
     count = count + 1
-    ! Critical speeds are those of vibrations about rest.
     call machine%parse(machine_of(set, "rest"), failure)
     if (.not. allocated(failure)) call machine%set("drive.speed_rpm", claims%value_of("critical speed"), failure)
     if (.not. allocated(failure)) call machine%solve(solution, failure, "forces")

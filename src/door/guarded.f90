@@ -42,7 +42,7 @@ module gestell_door_guarded
 
   !> After so many calls the coefficients are examined: what is smooth is solved by then, or is fast against the period.
   integer, parameter :: many_calls = 60000
-  !> A fastest free vibration that turns further within the period (rad) tells of a period in another unit.
+  !> A free motion that advances by more than this within the period (rad) suggests that the period is in another unit.
   real(dp), parameter :: absurd_advance = 1.0e5_dp
   !> Times at which the mass matrix is looked at; a determinant below this part of the greatest counts as zero.
   integer, parameter :: mass_points = 512
@@ -114,19 +114,27 @@ contains
       & // concise(seen%fastest, 2) // " rad in it (is it in the unit of time of the coefficients?)"
   end subroutine find_absurd_period
 
-  !> Where the determinant of M changes its sign, or comes to nothing.
+  !> Finds a time at which det M changes its sign or vanishes.
   subroutine find_singular_mass(system, watch)
     class(periodic_system), intent(in) :: system
     type(watch_type), intent(inout) :: watch
-    real(dp) :: determinants(0:mass_points), phase, low, high, middle
+    real(dp), dimension(system%states / 2, system%states / 2) :: m, b, c
+    real(dp) :: determinants(0:mass_points), greatest(system%states / 2), phase, low, high, middle
     integer :: k
 
     select type (system)
     class is (second_order_system)
+      ! Rows are divided by their greatest elements, for a product of many small masses underflows.
+      greatest = 0
       do k = 0, mass_points
-        determinants(k) = mass_determinant(system, real(k, dp) / mass_points)
+        call system%matrices(real(k, dp) / mass_points * system%period, m, b, c)
+        greatest = max(greatest, maxval(abs(m), dim=2))
       end do
-      watch%calls = watch%calls + mass_points + 1
+      greatest = merge(greatest, 1.0_dp, greatest > 0)
+      do k = 0, mass_points
+        determinants(k) = mass_determinant(system, real(k, dp) / mass_points, greatest)
+      end do
+      watch%calls = watch%calls + 2 * (mass_points + 1)
       if (.not. all(ieee_is_finite(determinants))) return
       if (.not. maxval(abs(determinants)) > 0) then
         watch%reason = "the mass matrix is singular at all times"
@@ -142,7 +150,7 @@ contains
         do while (high - low > 1.0e-9_dp)
           middle = (low + high) / 2
           watch%calls = watch%calls + 1
-          if (mass_determinant(system, middle) * determinants(k) > 0) then
+          if (mass_determinant(system, middle, greatest) * determinants(k) > 0) then
             high = middle
           else
             low = middle
@@ -155,15 +163,16 @@ contains
     end select
   end subroutine find_singular_mass
 
-  !> det M with rows over their greatest elements, by elimination with pivots.
-  real(dp) function mass_determinant(system, phase) result(determinant)
+  !> det M with rows divided by `greatest`, by elimination with pivots.
+  real(dp) function mass_determinant(system, phase, greatest) result(determinant)
     class(second_order_system), intent(in) :: system
-    real(dp), intent(in) :: phase
+    real(dp), intent(in) :: phase, greatest(:)
     real(dp), dimension(system%states / 2, system%states / 2) :: m, b, c
     integer :: f, i, k, row
 
     f = system%states / 2
     call system%matrices(phase * system%period, m, b, c)
+    m = m / spread(greatest, 2, f)
     determinant = 1
     do k = 1, f
       row = k - 1 + maxloc(abs(m(k:, k)), dim=1)
@@ -189,7 +198,7 @@ contains
     logical, intent(out) :: stop
     integer :: j, k
 
-    watch%calls = watch%calls + size(phases) * merge(2, 1, size(values, 2) > 1)
+    watch%calls = watch%calls + size(phases) * merge(2, 1, index(names(size(names)), "the load") == 1)
     do j = 1, size(names)
       do k = 1, size(phases)
         if (ieee_is_finite(values(k, j)) .or. allocated(watch%reason)) cycle
@@ -218,6 +227,8 @@ contains
     real(dp), intent(in) :: t
     real(dp), intent(out) :: h(:)
 
+    h = 0
+    if (allocated(self%watch%reason)) return
     call self%inner%load(t, h)
     self%watch%calls = self%watch%calls + 1
   end subroutine load
@@ -273,6 +284,8 @@ contains
     real(dp), intent(in) :: t
     real(dp), intent(out) :: f(:)
 
+    f = 0
+    if (allocated(self%watch%reason)) return
     call self%inner%forcing(t, f)
     self%watch%calls = self%watch%calls + 1
   end subroutine forcing

@@ -212,6 +212,8 @@ contains
       end if
     end if
     if (.not. allocated(error)) call set_path_text(self%document, self%schema, path, value, error)
+    ! Setting a path may have added a group.
+    if (allocated(self%counts)) deallocate(self%counts)
     if (.not. allocated(error)) call remember(self, path, value)
     !$omp end critical (gestell_door)
   end subroutine set_text

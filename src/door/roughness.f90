@@ -15,8 +15,8 @@ module gestell_door_roughness
 
   !> Equidistant times, and how many are taken at once.
   integer, parameter :: points = 4096, block = 64
-  !> Of a smooth function the fourth differences over twice the spacing are 16 times as great; of one that jumps they are as great,
-  !> with a kink twice, with a jump of its curvature four times as great.
+  !> Bounds on the ratio of the fourth differences over twice the spacing to those over the spacing: 16 if the function is smooth,
+  !> 1 at a jump, 2 at a kink, 4 at a jump of the curvature.
   real(dp), parameter :: smooth = 8, curved = 2.9_dp, bent = 1.45_dp
   !> At so many times differences are great beside a few jumps; at more, everywhere.
   integer, parameter :: few_places = 40
@@ -98,8 +98,8 @@ contains
     end do
   end subroutine sample_sums
 
-  !> By fourth differences, beside the breaks that the system tells of; where they are greatest closer and closer, for a smooth
-  !> function may be sharp.
+  !> Finds the roughest place by fourth differences, away from the declared breaks, and looks there with ever smaller spacing: a
+  !> smooth function may be sharp, or swing so fast that the first look does not resolve it.
   subroutine find_rough_place(system, which, name, values, calls, sentence)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: which
@@ -113,16 +113,13 @@ contains
     real(dp) :: ratio, spacing, place
     character(len=:), allocatable :: how
     character(len=24) :: names(4)
+    logical :: everywhere
     integer :: k, look
 
     spacing = 1.0_dp / points
     call take_differences(values, 0.5_dp * spacing, near, ratio, place)
     if (ratio > smooth) return
-    if (count(near > 0.3_dp * maxval(near)) > few_places) then
-      sentence = name // " is no smooth function of time: it changes from one to the next of " // concise(real(points, dp), 4) &
-        & // " times in the period (does the same time always give the same value?)"
-      return
-    end if
+    everywhere = count(near > 0.3_dp * maxval(near)) > few_places
     do look = 1, looks
       spacing = spacing / 4
       associate (from => max(0.0_dp, min(place - (closer - 1) * spacing / 2, 1 - closer * spacing)))
@@ -132,6 +129,11 @@ contains
       calls = calls + 2 * closer
       if (ratio > smooth) return
     end do
+    if (everywhere) then
+      sentence = name // " is no smooth function of time: it changes from one to the next of " // concise(real(points, dp), 4) &
+        & // " times in the period (does the same time always give the same value?)"
+      return
+    end if
     how = "jumps"
     if (ratio > bent) how = "has a kink"
     if (ratio > curved) how = "has a jump of its curvature"

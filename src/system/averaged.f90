@@ -3,7 +3,7 @@
 !>
 !>     <M> q'' + <B> q' + <C> q = h(t).
 module gestell_system_averaged
-  use gestell_base_kinds, only: dp
+  use gestell_base_kinds, only: dp, pi
   use gestell_system_second_order, only: second_order_system
   implicit none (type, external)
   private
@@ -59,7 +59,8 @@ contains
       points = 2 * points
       averaged%evaluations = points
       if (allocated(system%breaks)) change = max(change, (size(system%breaks) + 1) * range / points)
-      if (all(max(change, change_before) <= 4 * system%rounding * magnitude) .or. 2 * points > most_points) exit
+      if (all(max(change, change_before) <= 4 * system%rounding * max(magnitude, terms_of(mean(:, :, 1)))) &
+        & .or. 2 * points > most_points) exit
     end do
     change = safety * max(change, change_before / 2) + (system%rounding + epsilon(1.0_dp)) * magnitude
     averaged%m = mean(:, :, 1)
@@ -68,6 +69,20 @@ contains
     averaged%m_error = change(:, :, 1)
     averaged%b_error = change(:, :, 2)
     averaged%c_error = change(:, :, 3)
+
+  contains
+
+    !> The size of what masses that move with the period add to M, B and C, and which may cancel as in a balanced engine: what is
+    !> left then is rounding, and does not converge.
+    pure function terms_of(m) result(terms)
+      real(dp), intent(in) :: m(:, :)
+      real(dp) :: terms(f, f, 3)
+      integer :: k
+
+      do k = 1, 3
+        terms(:, :, k) = (2 * pi / system%period)**(k - 1) * term_size(m)
+      end do
+    end function terms_of
   end subroutine average
 
   !> How large the terms may be that an element is the sum of: |a_ik|, or sqrt(a_ii a_kk), which those of masses and

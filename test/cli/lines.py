@@ -85,7 +85,7 @@ def test_verbose():
             before, _, folded = page.partition("<summary>what the numbers rest on</summary>")
             check("page: folded", "rests on " in folded and "rests on " not in before, "in its fold", folded[:500])
             check("page: no folders", str(DATA) not in page and str(folder) not in page, "names alone", page[:600])
-            for words in ("<dd>1450 1/min</dd>", "<dd>5.569, 11.24, 17.34 Hz</dd>", "<dd>x 68.98 N, y 494.6 N</dd>"):
+            for words in ("<dd>1450 1/min</dd>", "<dd>5.569, 11.24, 17.34 Hz</dd>", "<dd>x 68.98 N, y 494.6 N, whole 494.6 N</dd>"):
                 check(f"page: {words}", words in page.partition("<h2>")[0], words, page.partition("<h2>")[0][-900:])
 
 

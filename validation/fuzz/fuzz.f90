@@ -1,10 +1,11 @@
 !> Random inputs, sound, nearly sound and not, through the whole program; every output is looked through:
 !>
-!>     fpm run fuzz --directory validation/fuzz --profile release -- [INPUTS [FIRST [SEED [FILE]]]]
+!>     fpm run fuzz --directory validation/fuzz --profile release -- [INPUTS [FIRST [SEED [FILE [PART]]]]]
 !>
 !> runs inputs FIRST (default 1) to FIRST + INPUTS - 1 (default 10000) of SEED (default 1), each in a process of its own, and
 !> stops with an error where one of them breaks what doc/input.md and doc/output.md promise. FILE keeps what is done: the
-!> same command goes on where it ended. Of each class of faults the first input is made smaller and shown.
+!> same command goes on where it ended. With PART an input has one PART-th of the usual time. Of each class of faults the first
+!> input is made smaller and shown.
 !>
 !>     fuzz show NUMBER [SEED]     prints an input       fuzz self-test     faults that are planted must be found
 program fuzz
@@ -50,14 +51,14 @@ program fuzz
     if (failed > 0) stop 1, quiet=.true.
   case default
     call make_place()
-    call run_all(number(1, default_inputs), number(2, 1_int64), number(3, 1_int64), word(4))
+    call run_all(number(1, default_inputs), number(2, 1_int64), number(3, 1_int64), word(4), number(5, 1_int64))
   end select
 
 contains
 
   !> Runs inputs `first` to `first` + `inputs` - 1.
-  subroutine run_all(inputs, first, seed, file)
-    integer(int64), intent(in) :: inputs, first, seed
+  subroutine run_all(inputs, first, seed, file, part)
+    integer(int64), intent(in) :: inputs, first, seed, part
     character(len=*), intent(in) :: file
     type(tally_type) :: tally
     type(ending_type) :: ending
@@ -68,7 +69,7 @@ contains
     if (file /= "") call tally%load(file)
     do i = tally%last + 1, first + inputs - 1
       call draw_input(seed, i, corpus, input)
-      call try(input, folder, ending, fault)
+      call try(input, folder, ending, fault, part)
       call tally%add(i, ending, fault, times)
       if (times > 1) print "(a, i0, 2a)", "input ", i, ": ", fault
       if (times == 1) then
@@ -128,7 +129,7 @@ contains
     digits = word(place)
     if (digits == "") return
     read (digits, *, iostat=status) number
-    if (status /= 0 .or. number < 1) error stop "usage: fuzz [INPUTS [FIRST [SEED [FILE]]]]"
+    if (status /= 0 .or. number < 1) error stop "usage: fuzz [INPUTS [FIRST [SEED [FILE [PART]]]]]"
   end function number
 
 end program fuzz

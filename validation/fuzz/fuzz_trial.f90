@@ -8,6 +8,7 @@ module fuzz_trial
   use fuzz_schema, only: long_tasks
   use fuzz_text, only: newline
   use gestell_base_kinds, only: dp
+  use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
@@ -20,16 +21,20 @@ module fuzz_trial
 
 contains
 
-  !> Runs the input in `folder`.
-  subroutine try(input, folder, ending, fault)
+  !> Runs the input in `folder`, for one `part`-th of the usual time.
+  subroutine try(input, folder, ending, fault, part)
     type(input_type), intent(in) :: input
     character(len=*), intent(in) :: folder
     type(ending_type), intent(out) :: ending
     character(len=:), allocatable, intent(out) :: fault
+    integer(int64), intent(in), optional :: part
+    real(dp) :: seconds
     logical :: clean
 
     call prepare(folder, input)
-    call run_apart(input%words, folder, allowed(input), ending)
+    seconds = allowed(input)
+    if (present(part)) seconds = seconds / real(part, dp)
+    call run_apart(input%words, folder, seconds, ending)
     fault = judge(input, ending, folder)
     call clear(folder, input, clean)
     ! parts of a sweep, and a run that was interrupted, leave what is done

@@ -92,15 +92,15 @@ contains
     if (value > huge(value)) words = "more than " // concise(huge(value), 3)
   end function up_to
 
-  !> The diagonal of the box about the mechanism and the heads of the supports (m).
+  !> The diagonal of the box about the mechanism, the frame's centre of mass and the heads of the supports (m).
   pure real(dp) function size_with_supports(frame, found) result(size_of)
     class(frame_type), intent(in) :: frame
     type(extremes_type), intent(in) :: found
     real(dp) :: low(3), high(3)
     integer :: i
 
-    low = [found%low + frame%origin, 0.0_dp]
-    high = [found%high + frame%origin, 0.0_dp]
+    low = [min(found%low + frame%origin, 0.0_dp), 0.0_dp]
+    high = [max(found%high + frame%origin, 0.0_dp), 0.0_dp]
     do i = 1, size(frame%supports)
       low(:2) = min(low(:2), frame%supports(i)%position)
       high(:2) = max(high(:2), frame%supports(i)%position)
@@ -123,6 +123,8 @@ contains
     integer :: i
 
     line = ""
+    ! A foundation alone tells nothing of the frame's size.
+    if (size(frame%supports) == 0 .and. .not. allocated(frame%space)) return
     if (.not. (frame%inertia > 0 .and. frame%mass > no_mass * (frame%mass + moving) .and. any(frame%free >= 3))) return
     radius = sqrt(frame%inertia) / sqrt(frame%mass)
     if (allocated(frame%space)) radius = sqrt(maxval([(frame%space%inertia(i, i), i = 1, 3)])) / sqrt(frame%mass)

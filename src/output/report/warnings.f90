@@ -2,7 +2,7 @@
 module gestell_output_report_warnings
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
-  use gestell_base_verdict, only: operator(==), operator(>), stable, undecided, unstable, verdict_type
+  use gestell_base_verdict, only: not_judged, operator(==), stable, undecided, unstable, verdict_type, worst
   use gestell_output_report_verdict, only: judgement_type
   use gestell_study_vibration_small_motion, only: moved_type, small_part, small_turn
   implicit none (type, external)
@@ -54,8 +54,8 @@ contains
     if (machine > 0) words = words // ", F by " // concise(small_part * machine, 2) // " m"
   end function small_motion_limits
 
-  !> The worst of the `verdicts` on machines at these speeds (1/min), and at which of them it holds. `things`: what lies at these
-  !> speeds, "speeds" where they are a range in its order; `consequence`: of being unstable.
+  !> The worst of the `verdicts` on machines at these speeds (1/min), and at which of them it holds; blank where none was judged.
+  !> `things`: what lies at these speeds, "speeds" where they are a range in its order; `consequence`: of being unstable.
   pure type(judgement_type) function judge_range(speeds, verdicts, things, consequence) result(judgement)
     real(dp), intent(in) :: speeds(:)
     type(verdict_type), intent(in) :: verdicts(:)
@@ -63,10 +63,12 @@ contains
     character(len=:), allocatable :: rest
     integer :: i
 
-    judgement%verdict = stable
+    judgement%verdict = not_judged
     do i = 1, size(verdicts)
-      if (verdicts(i) > judgement%verdict) judgement%verdict = verdicts(i)
+      judgement%verdict = worst(judgement%verdict, verdicts(i))
     end do
+    judgement%words = ""
+    if (judgement%verdict == not_judged) return
     judgement%words = "stable"
     if (judgement%verdict == stable) return
     if (judgement%verdict == unstable) then

@@ -17,7 +17,7 @@ module gestell_study_frame_model_newton
   implicit none (type, external)
   private
 
-  public :: iterate, loosened, next_motion, values_of
+  public :: iterate, loosened, next_motion, too_rough, values_of
 
   !> Accuracy of a vibration that is a start only.
   real(dp), parameter, public :: rough = 1.0e-6_dp
@@ -34,7 +34,7 @@ module gestell_study_frame_model_newton
   integer, parameter :: fewest_samples = 48, most_samples = 2**12
   !> A motion that Newton's method only passes on the way to a vibration gets no more samples than this, unless the step to it is
   !> small: motions that need more lead astray as a rule.
-  integer, parameter, public :: most_passed = 512
+  integer, parameter :: most_passed = 512
   real(dp), parameter :: small_step = 0.1_dp
   !> With more phases integration takes less than harmonic balance.
   integer, parameter :: most_balanced = 128
@@ -55,7 +55,7 @@ module gestell_study_frame_model_newton
     !> Whether a quick way did; the error that is allowed of such a motion or step, relative to it.
     logical :: quickly = .false.
     real(dp) :: of_step = of_step
-    !> Whether the motion is passed on the way to a vibration: then it may stay unresolved beyond `most_passed` samples.
+    !> Whether the motion is passed on the way to a vibration: then it may stay unresolved beyond `most_samples_passed`.
     logical :: passed = .false.
     !> Whether the quick ways are the only ones that are worth their cost.
     logical :: only_quickly = .false.
@@ -104,10 +104,12 @@ contains
         ! As long as steps are great the motion is no vibration: what is wrong about it says nothing of the machine.
         astray = .not. before < greatest_step
         next%passed = astray
-        next%only_quickly = astray .and. k > 1
+        next%only_quickly = astray .and. k > 1 .and. next%quickly
         call next_motion(frame, varied, order, samples, next, error, varied%motion, lack)
         if (astray .and. allocated(error)) exit
-        if (.not. next%step < small_step .and. size(next%q, 1) > most_passed) exit
+        if (.not. allocated(error)) then
+          if (.not. next%step < small_step .and. too_rough(frame, next)) exit
+        end if
       end if
       if (present(quickly)) quickly = next%quickly
       if (allocated(error)) return
@@ -188,12 +190,27 @@ contains
       unseen = maxval(beyond(frame%free) / next%scale(:size(frame%free))) / max(next%size, tiny(unseen))
       if (unseen <= max(resolved, accuracy%tolerance / 100, next%error / 100, &
         & merge(next%of_step / 100, 0.0_dp, next%quickly .and. .not. present(lack))) .or. 2 * n > most_samples &
-        & .or. next%error >= all_error .or. (next%passed .and. n > most_passed)) exit
+        & .or. next%error >= all_error .or. (next%passed .and. n > most_samples_passed(frame))) exit
       n = merge(first_samples, 2 * n, n < first_samples)
     end do
     next%error = max(next%error, unseen)
     if (present(floquet)) floquet = solved
   end subroutine next_motion
+
+  !> Samples beyond which a motion that is only passed is given up: more where the coefficients alone need many.
+  pure integer function most_samples_passed(frame)
+    class(frame_type), intent(in) :: frame
+
+    most_samples_passed = max(most_passed, min(2 * frame%least_steps, most_samples))
+  end function most_samples_passed
+
+  !> Whether a motion that is only passed is not resolved by as many samples as it may have.
+  pure logical function too_rough(frame, next)
+    class(frame_type), intent(in) :: frame
+    type(next_type), intent(in) :: next
+
+    too_rough = size(next%q, 1) > most_samples_passed(frame) .and. .not. next%error <= rough
+  end function too_rough
 
   !> The motion by harmonic balance, and its `change` from the motion `from` that it is told from.
   !> Eight arguments: as of `next_motion`.

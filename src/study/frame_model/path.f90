@@ -19,7 +19,7 @@ module gestell_study_frame_model_path
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_varied_frame, only: varied_frame_type
   use gestell_model_space, only: is_rotation
-  use gestell_study_frame_model_newton, only: loosened, most_passed, next_motion, next_type, values_of
+  use gestell_study_frame_model_newton, only: loosened, next_motion, next_type, too_rough, values_of
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -280,7 +280,7 @@ contains
     next%quickly = found%quickly
     if (allocated(error)) return
     next%q = found%q / spread(family%units, 1, size(found%q, 1))
-    if (size(next%q, 1) > most_passed) call fatal_error(error, "the motion on the path is too rough", failed_computation)
+    if (too_rough(about, found)) call fatal_error(error, "the motion on the path is too rough", failed_computation)
     if (family%multipliers) next%angles = angles_of(floquet)
   end subroutine next_iterate
 

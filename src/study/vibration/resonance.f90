@@ -26,8 +26,9 @@ module gestell_study_vibration_resonance
     procedure :: near
   end type resonance_type
 
-  !> A frequency closer than this to an order of the crank, relative to it, is called near.
-  real(dp), parameter :: near_order = 0.05_dp
+  !> A frequency closer than this to an order of the crank, relative to the order and to the distance between two orders, is called
+  !> near.
+  real(dp), parameter :: near_order = 0.05_dp, near_spacing = 0.125_dp
 
 contains
 
@@ -66,7 +67,7 @@ contains
     resonance%turns = frame%mechanism%turns
   end subroutine name_resonance
 
-  !> Whether nothing, or next to nothing, holds the frame in some direction: no vibration swings so slowly that is meant.
+  !> Whether the motion does not swing, or so slowly that nothing is meant to hold the frame in some direction.
   pure logical function loose(self)
     class(resonance_type), intent(in) :: self
     real(dp), parameter :: slowest = 1.0e-3_dp
@@ -86,7 +87,7 @@ contains
     real(dp), intent(in) :: ratio
     integer, intent(in) :: order
 
-    is_near = order > 0 .and. abs(ratio - order) < near_order * order
+    is_near = order > 0 .and. abs(ratio - order) < min(near_order * order, near_spacing)
   end function is_near
 
   !> In one sentence.
@@ -95,7 +96,7 @@ contains
     character(len=:), allocatable, intent(out) :: sentence
 
     if (resonance%loose()) then
-      sentence = "nothing, or next to nothing, holds the frame in some direction"
+      sentence = "a free motion does not swing: nothing holds the frame in some direction, or its dampers outweigh its springs"
     else
       sentence = "the natural frequency " // concise(resonance%frequency / (2 * pi), 6) // " Hz is " &
         & // concise(resonance%ratio / resonance%turns, 6) // " times the crank speed (order " &

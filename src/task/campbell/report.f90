@@ -39,7 +39,7 @@ contains
     report = newline // "CAMPBELL DIAGRAM  of " // counted(campbell%modes, "mode") // " at " &
       & // counted(count(campbell%points%ordered), "speed") // ", about rest" // newline
     judgement = campbell_verdict(campbell)
-    if (.not. judgement%verdict == stable) report = report // "  " // judgement%words // newline
+    if (judgement%verdict > stable) report = report // "  " // judgement%words // newline
     solved = campbell%points%solved
     if (.not. any(solved)) then
       report = report // "  no mode can be identified at any of the speeds" // newline
@@ -157,7 +157,7 @@ contains
     integer :: i, listed, quiet
 
     report = newline // "CRITICAL SPEEDS of the orders " // range_of(orders, turns) // ", about rest" // newline
-    if (verdict /= "stable") report = report // "  " // verdict // newline
+    if (verdict /= "stable" .and. verdict /= "") report = report // "  " // verdict // newline
     report = report // warning
     if (size(critical) == 0) then
       report = report // "  no crossing with a multiple of the speed within the range" // newline
@@ -206,7 +206,7 @@ contains
 
     do i = 1, size(campbell%points)
       associate (modes => campbell%points(i)%modes(:campbell%modes))
-        verdicts(i) = stable
+        if (campbell%points(i)%solved) verdicts(i) = stable
         if (any(modes%identified .and. modes%neutral)) verdicts(i) = undamped
         if (any(modes%identified .and. modes%growth >= -modes%error .and. .not. modes%neutral)) verdicts(i) = undecided
         if (any(modes%grows())) verdicts(i) = unstable

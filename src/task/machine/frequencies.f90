@@ -106,6 +106,10 @@ contains
     lines = ""
     do k = 1, size(frequencies)
       lines = lines // text(k) // tab
+      if (frequencies(k) < 0) then
+        lines = lines // "-" // repeat(tab, 6) // "unstable: grows by " // concise(-frequencies(k), 4) // " 1/s" // newline
+        cycle
+      end if
       if (.not. frequencies(k) > 0) then
         lines = lines // "0" // repeat(tab, 6) // "nothing holds the frame in this direction" // newline
         cycle

@@ -79,7 +79,7 @@ contains
         maximum = maximum_type(q, i, point%state, point%strongest(q), point%speed, point%values(1, q))
         maximum%rise = min(fall(curve, level, known, i, -1), fall(curve, level, known, i, 1))
         maximum%resolved = .not. any(bent(max(i - 1, 1):min(i, size(bent))))
-        maximum%half = [half_of(curve, level, known, i, -1), half_of(curve, level, known, i, 1)]
+        maximum%half = [half_of(curve, level, known, jump, i, -1), half_of(curve, level, known, jump, i, 1)]
         if (.not. maximum%resolved) maximum%half = ieee_value(1.0_dp, ieee_quiet_nan)
         maximum%width = abs(maximum%half(2) - maximum%half(1))
         maximum%damping_ratio = maximum%width / (2 * abs(point%speed))
@@ -223,11 +223,11 @@ contains
     end do
   end function fall
 
-  !> The speed on one side of the maximum at point `i` where half of its power is left; NaN: the curve turns up before.
-  real(dp) function half_of(curve, level, known, i, step) result(speed)
+  !> The speed on one side of the maximum at point `i` where half of its power is left; NaN: the curve turns up or jumps before.
+  real(dp) function half_of(curve, level, known, jump, i, step) result(speed)
     class(curve_points_type), intent(in) :: curve
     real(dp), intent(in) :: level(:)
-    logical, intent(in) :: known(:)
+    logical, intent(in) :: known(:), jump(0:)
     integer, intent(in) :: i, step
     real(dp) :: u(2)
     integer :: k
@@ -236,7 +236,7 @@ contains
     k = i + step
     u = 0
     do while (k >= 1 .and. k <= size(level))
-      if (.not. known(k)) return
+      if (.not. known(k) .or. jump(min(k, k - step))) return
       if (level(k) > level(k - step)) return
       u = [u(2), distance(level, i, k)]
       if (u(2) >= 1) then

@@ -37,7 +37,7 @@ contains
     refined = count(curve%points%refined)
     report = newline // "RESONANCE CURVE  " // concise(curve%points(1)%speed, 9) // " to " // concise(curve%points(n)%speed, 9) &
       & // " rpm, " // counted(n - refined, "speed") // " of the grid and " // text(refined) // " between" // newline
-    if (verdict /= "stable") report = report // "  " // verdict // newline
+    if (verdict /= "stable" .and. verdict /= "") report = report // "  " // verdict // newline
     report = report // warning
     do i = unreached + 1, ubound(state_names, 1)
       if (count(curve%points%state == i) == 0) cycle
