@@ -24,6 +24,14 @@ module test_averaged
 
   public :: collect_averaged
 
+  !> Of B one element is sin(t + 1) less the same by the theorem of addition.
+  type, extends(second_order_system) :: cancelling_type
+    real(dp) :: depth = 0.1_dp
+  contains
+    procedure :: matrices
+    procedure :: load
+  end type cancelling_type
+
 contains
 
   subroutine collect_averaged(testsuite)
@@ -35,8 +43,43 @@ contains
       & new_unittest("Mathieu's equation averaged; resonances name their harmonic", test_resonance), &
       & new_slow("coefficients and load that jump: stated errors hold", test_jumps), &
       & new_slow("random machines against quadruple precision: bounds hold and are of use", test_bounds), &
-      & new_unittest("the general integrator on the averaged model", test_integrator)]
+      & new_unittest("the general integrator on the averaged model", test_integrator), &
+      & new_unittest("coefficients that cancel take no more samples than others", test_cancelling)]
   end subroutine collect_averaged
+
+  !> In data/inline_twin.nml the masses are balanced: what they leave of B and C is rounding, which no number of samples changes.
+  subroutine test_cancelling(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(cancelling_type) :: system
+    type(averaged_system) :: model
+
+    system%states = 4
+    system%period = 2 * pi
+    system%least_steps = 8
+    system%rounding = epsilon(1.0_dp)
+    call average(system, model)
+    call check_that(error, real(model%evaluations, dp), "<=", 128.0_dp, "samples")
+    if (.not. allocated(error)) call check_that(error, abs(model%b(1, 2)), "<=", 1.0e-14_dp, "mean of what cancels")
+  end subroutine test_cancelling
+
+  subroutine matrices(self, t, m, b, c)
+    class(cancelling_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: m(:, :), b(:, :), c(:, :)
+
+    m = reshape([2.0_dp, 0.0_dp, 0.0_dp, 2.0_dp], [2, 2])
+    b = 0
+    b(1, 2) = sin(t + 1) - (sin(t) * cos(1.0_dp) + cos(t) * sin(1.0_dp))
+    c = m * (1 + self%depth * cos(t))
+  end subroutine matrices
+
+  subroutine load(self, t, h)
+    class(cancelling_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: h(:)
+
+    h = self%depth * cos(t)
+  end subroutine load
 
   !> Multipliers, start and motion at `phases` of the averaged model of `system`.
   subroutine solve(system, phases, multipliers, solution, x, error)

@@ -31,7 +31,8 @@ contains
 
     testsuite = [ &
       & new_unittest("faulty coefficients by their names", test_faults), &
-      & new_unittest("smooth coefficients at many calls stay as they are", test_smooth)]
+      & new_unittest("smooth coefficients at many calls stay as they are", test_smooth), &
+      & new_unittest("coefficients that swing fast, and many small masses, are sound", test_sound)]
   end subroutine collect_callbacks
 
   subroutine test_faults(error)
@@ -96,11 +97,39 @@ contains
     if (.not. allocated(error)) call check(error, real(product(motion%multipliers), dp), exp(-0.2_dp * pi), thr=1.0e-11_dp)
   end subroutine test_smooth
 
+  !> A stiffness of order 1000, which the first look at it does not resolve, and 17 masses of 1e-20, whose product underflows.
+  subroutine test_sound(error)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=*), parameter :: kinds(2) = ["fast ", "light"]
+    integer, parameter :: states(2) = [2, 34]
+    type(faulty_type) :: system
+    type(motion_type) :: motion
+    type(gestell_error), allocatable :: failure
+    integer, target, volatile :: calls
+    integer :: k
+
+    do k = 1, 2
+      calls = 0
+      system%states = states(k)
+      system%period = 2 * pi
+      system%fault = kinds(k)
+      system%calls => calls
+      call solve_system(system, motion, failure, tolerance=1.0e-9_dp, points=16)
+      call check_success(error, failure, kinds(k))
+      if (.not. allocated(error)) call check_that(error, real(calls, dp), ">", 60000.0_dp, kinds(k) // ": calls, enough for a look")
+      ! Liouville: the trace of M^-1 B is 0.1 or 17 * 0.05
+      if (.not. allocated(error)) call check_that(error, abs(sum(log(abs(motion%multipliers))) &
+        & + 2 * pi * merge(0.1_dp, 0.85_dp, k == 1)), "<=", 1.0e-8_dp, kinds(k) // ": log of the determinant")
+      if (allocated(error)) return
+    end do
+  end subroutine test_sound
+
   subroutine matrices(self, t, m, b, c)
     class(faulty_type), intent(in) :: self
     real(dp), intent(in) :: t
     real(dp), intent(out) :: m(:, :), b(:, :), c(:, :)
     real(dp) :: phase
+    integer :: i
 
     self%calls = self%calls + 1
     m = 1
@@ -120,6 +149,15 @@ contains
       if (t > 3) m = sqrt(3 - t)
     case ("infinite")
       if (t > 3) b = exp(1000 * t)
+    case ("fast")
+      c = 1 + 0.3_dp * cos(1000 * t)
+    case ("light")
+      m = 0
+      do i = 1, size(m, 1)
+        m(i, i) = 1.0e-20_dp
+      end do
+      b = 0.05_dp * m
+      c = (1 + 0.3_dp * cos(t) / (1.3_dp + sin(100 * t))) * m
     case ("pulse")
       c = c + 0.1_dp / (1.0e-6_dp + sin((t - 1) / 2)**2) * 1.0e-4_dp
     case default
@@ -134,6 +172,7 @@ contains
 
     self%calls = self%calls + 1
     h = cos(t)
+    if (self%fault == "light") h = 1.0e-20_dp * h
     if (self%fault == "load jump" .and. t > 2.2_dp) h = h + 1
     if (self%fault == "NaN load" .and. t > 3) h = sqrt(3 - t)
   end subroutine load

@@ -86,6 +86,13 @@ contains
     call machine%set("support(3).stiffness", 7.0_dp, failure)
     call refused(error, failure, "numbered from 1 to 2")
     if (allocated(error)) return
+    ! a path that is set adds its group, and there is no room for another
+    call machine%set("accuracy.tolerance", 1.0e-10_dp, failure)
+    call check_success(error, failure)
+    if (allocated(error)) return
+    call machine%add("&accuracy tolerance=1e-8 /", failure)
+    call refused(error, failure, "may stand only once")
+    if (allocated(error)) return
     call machine%get("support.damping", values, failure)
     call check_success(error, failure)
     if (allocated(error)) return

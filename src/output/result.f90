@@ -255,8 +255,7 @@ contains
     self%said = len(self%report)
   end function rest
 
-  !> A headline, the first of these lines; nothing where there are none, and where it stands there already. `said`: the report has
-  !> it elsewhere.
+  !> Adds the first line as a headline, unless it is blank or already one. `said`: the report has it elsewhere.
   pure subroutine warn(self, state, lines, said)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: state, lines

@@ -188,7 +188,7 @@ contains
     end associate
   end subroutine read_model
 
-  !> A vibration that is computed gets all forces on the ground, those of guides too: a page tells them.
+  !> Requests all forces on the ground, including those of guides, because the page reports them.
   pure subroutine want_forces(self)
     class(configuration_type), intent(inout) :: self
 

@@ -1,6 +1,7 @@
 """The task `resonance` as a user meets it: resonance.csv, peaks.csv, the report, what is refused."""
 
 import csv
+import json
 import math
 
 from broken_inputs import REST, SOUND
@@ -130,6 +131,8 @@ def test_fold():
             check(f"fold: psi of {sampled} at samples", 0 <= value / sampled - 1 < 4e-3, sampled, value)
         header, peaks = rows(folder / "input", "peaks.csv")
         equal("fold: rows", [(row[0], row[7]) for row in peaks], [("psi", "jump"), ("f", "jump")])
+        # what lies across the jump is another vibration: half of the power of this one is nowhere there
+        equal("fold: no width", [row[header.index("width_rpm")] for row in peaks], ["NaN", "NaN"])
         check("fold: finite", all(math.isfinite(float(row[3])) for row in peaks), "finite", peaks)
         at, value, other = (float(peaks[0][header.index(name)]) for name in ("speed_rpm", "value", "other_side"))
         equal("fold: the greatest of the curve", value, max(psi))
@@ -140,6 +143,19 @@ def test_fold():
         check("fold: both sides lie between the ends", FOLD_PSI[0] < other < 0.7 and value > FOLD_PSI[1], FOLD_PSI, (other, value))
         check("fold: report", "0 maxima, 1 jump" in run.out and "jump at a fold, other side 0.69" in run.flat
               and "without bounds" not in run.out, "a jump", run.out)
+
+
+def test_nothing_judged():
+    """A frame that nothing holds has no periodic vibration at any speed, so none is stable."""
+    text = ("&case tasks='resonance' /\n&model frame='rest' /\n&drive speed_rpm=229 /\n&joint name='O', type='ground', position=0,0 /\n"
+            "&joint name='A', type='crank', pivot='O', radius=0.12 /\n"
+            "&link name='eccentric', from='O', to='A', mass=9, inertia=0.02, center=0.12,0 /\n"
+            "&frame mass=40, inertia=2, origin=0.5,0, dof='xi' /\n&sweep parameter='drive.speed_rpm', from=180, to=260, count=4 /\n")
+    with Folder(input=text) as folder:
+        run = Run(folder, "--json", "input.nml")
+        head = (folder / "input" / "resonance.csv").read_text()
+        equal("nothing judged", (json.loads((folder / "input" / "results.json").read_text())["verdict"], "# verdict" in head,
+                                 "stable" in run.out.splitlines()[-1]), (None, False, False))
 
 
 def test_refused():
@@ -172,4 +188,4 @@ def test_refused():
             equal(f"resonance refused, {name}: no files", files(folder / "input"), [])
 
 
-RESONANCE_TESTS = (test_curve, test_directions, test_states, test_fold, test_refused)
+RESONANCE_TESTS = (test_curve, test_nothing_judged, test_directions, test_states, test_fold, test_refused)

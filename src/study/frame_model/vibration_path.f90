@@ -107,7 +107,7 @@ contains
     end do
   end subroutine follow_speed
 
-  !> The same from much damping.
+  !> Follows the vibration from heavy damping down to the machine's own.
   subroutine follow_damping(frame, accuracy, varied, steps, error)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy

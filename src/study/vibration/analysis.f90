@@ -190,7 +190,7 @@ contains
     if (allocated(error)) deallocate(analysis%resonance)
   end subroutine find_modes
 
-  !> Where no vibration was found: says what does not hold the frame, which resonance the one about rest is in, or what to try.
+  !> Explains a missing vibration: a direction that is not held, a resonance about rest, or what to try.
   subroutine explain_at_rest(frame, accuracy, failure)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy

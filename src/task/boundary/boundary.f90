@@ -58,7 +58,7 @@ module gestell_task_boundary
     logical :: found = .false.
     real(dp) :: value = 0, distance = 0
     character(len=10) :: there = ""
-    !> Where `value` is a border: on the far side of it the systems have the verdict `there` from this distance on. Else 0.
+    !> Error of `value` if it is a border: beyond this distance on the far side the verdict is `there`. Else 0.
     real(dp) :: error = 0
     !> Number of places on the way at which a border could not be excluded.
     integer :: open = 0
@@ -137,7 +137,7 @@ contains
   end function rest_of
 
   !> From the system at `base` (all parameters) along parameter `which`, over the range of its axis, to the nearest one that
-  !> is not unstable: 'stable', or where there is no damping 'undecided'. That is a border, with its error, or an end of the
+  !> is not unstable: 'stable', or where there is no damping 'undamped' or 'undecided'. That is a border, with its error, or an end of the
   !> range. Of another axis only its place counts. A stable `base` is its own nearest. Errors: as of `check_search` for that
   !> axis; `base`, `which` and `axes` do not fit together; the parameters make no sense.
   subroutine nearest_stable(family, base, which, axes, accuracy, tolerance, nearest, error)

@@ -152,7 +152,7 @@ contains
       if (.not. next > t) then
         next = min(1.0_dp, minval(ends(1, :), mask=ends(1, :) > t + narrow))
         call add_open(axis, t, next, rest)
-        ! Both ends of the gap are told of.
+        ! Both ends of the gap are already listed.
         where (abs(ends(2, :) - t) <= narrow) lost(2, :) = .false.
         where (abs(ends(1, :) - next) <= narrow) lost(1, :) = .false.
       end if
@@ -243,7 +243,7 @@ contains
     do k = 1, levels
       t(k) = ends(side, 1) + distance / 2**(k - 1) * merge(1, -1, side == 1)
       call difference_at(family, pair, t(k), square(k), error)
-      ! So near to the turning point Newton's method may not tell the vibrations apart.
+      ! This close to the turning point Newton's method may confuse the two vibrations.
       if (allocated(error)) exit
       before = table(1)
       table(k) = t(k)

@@ -223,7 +223,7 @@ contains
     critical%outcome = merge(peak, no_peak, critical%found(amplitude))
   end subroutine search
 
-  !> A crossing without damping is none where the order does not excite the vibration beside it either.
+  !> Discards an undamped crossing if the order does not excite the mode just beside it.
   subroutine look_beside(family, order, critical, error)
     class(family_type), intent(in) :: family
     type(campbell_order_type), intent(in) :: order

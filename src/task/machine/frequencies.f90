@@ -13,7 +13,7 @@ module gestell_task_machine_frequencies
   public :: frequency_lines, frequency_list, list_frequencies, report_frequencies, resonance_lines
 
   character, parameter :: newline = new_line("a")
-  !> Orders above this hardly shake: nearness to them is not worth a word.
+  !> Maximum order that is marked as near; higher ones hardly excite.
   integer, parameter :: highest_order = 50
   !> Frequencies whose relative difference is below this are equal.
   real(dp), parameter :: equal = 1.0e-9_dp

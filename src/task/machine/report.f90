@@ -78,7 +78,7 @@ contains
     end associate
   end function machine_lines
 
-  !> What in the input looks like a slip, a line each; empty where nothing does.
+  !> Lists probable errors of the input, one per line.
   function slips_of(configuration) result(lines)
     type(configuration_type), intent(in) :: configuration
     character(len=:), allocatable :: lines
@@ -219,8 +219,7 @@ contains
     end if
     if (word == "stable" .and. multipliers%error(1) >= 1) return
     if (word == "unstable") lines = "  it " // manner(multipliers%arg(1), turns) // newline
-    if (word == "undamped") lines = "  no damping, and no multiplier off the unit circle: proved by the symmetry of undamped " &
-      & // "machines (doc/theory.md)" // newline
+    if (word == "undamped") lines = "  no damping; all multipliers are proved to lie on the unit circle (doc/theory.md)" // newline
     lines = lines // "  largest multiplier  |rho| = " // modulus(multipliers, 1) // newline
     if (word == "undecided") then
       worst = maxloc(multipliers%log_abs + log(1 + multipliers%error), dim=1)
@@ -228,7 +227,7 @@ contains
       if (unheld /= "") then
         lines = lines // "  " // unheld // newline
       else
-        lines = lines // "  either the tolerance is too coarse (order a smaller one in &accuracy), or the machine lies on the " &
+        lines = lines // "  either the tolerance is too coarse (set a smaller one in &accuracy), or the machine lies on the " &
           & // "stability boundary" // newline
       end if
     end if

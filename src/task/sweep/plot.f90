@@ -93,7 +93,7 @@ contains
 
   contains
 
-    !> Adds a panel; the last of several tells of the axis.
+    !> Adds a panel; only the last of several labels the axis.
     subroutine add(panel)
       character(len=*), intent(in) :: panel
 
@@ -276,8 +276,8 @@ contains
       end do
       if (order%columns(rho_error)) call add(decades(column(rho_error)), "lg of the error of |ρ|", .false.)
     end if
-    lines = "if (!exists('over')) over = ''" // newline // "growth(r) = r > 0 ? log(r) : NaN" // newline // "X(v) = v; Y(v) = v" &
-      & // newline &
+    lines = "if (!exists('over')) { over = '' }" // newline // "growth(r) = r > 0 ? log(r) : NaN" // newline &
+      & // "X(v) = v; Y(v) = v" // newline &
       & // parameter_axis("x", plan%grid%axes(1), with_unit(plan%paths(1), plan%units(1)), 0.5_dp / (plan%grid%axes(1)%count - 1)) &
       & // parameter_axis("y", plan%grid%axes(2), with_unit(plan%paths(2), plan%units(2)), 0.5_dp / (plan%grid%axes(2)%count - 1)) &
       & // "# stable: blue, paler toward the border; unstable: orange to brown; no result: grey" // newline

@@ -97,7 +97,7 @@ contains
     call close_gaps(line, search, error)
     if (allocated(error)) return
     call name_unsolved(way, search)
-    ! What is too narrow to be told is left out afterwards: it explains verdicts too.
+    ! Borders narrower than the resolution are removed afterwards, because they also explain changes of verdict.
     call search%found%sort(0.0_dp)
     call search%name_unexplained()
     call search%found%sort(2 * line%step())
