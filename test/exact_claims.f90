@@ -51,8 +51,8 @@ module exact_claims
     type(claim_type) :: torque
     type(place_type), allocatable :: places(:)
     real(dp) :: band = 0, band_error = 0
-    !> q and q' at the start; allocated with the vibration.
-    real(dp), allocatable :: start(:)
+    !> q and q' over the period, both ends, shape (6, points + 1); allocated with the vibration.
+    real(dp), allocatable :: history(:, :)
   end type claims_type
 
 contains
@@ -102,7 +102,7 @@ contains
     claims%rho_error = context%analysis%multipliers%error
     claims%log_abs = context%analysis%multipliers%log_abs
     if (.not. allocated(context%analysis%vibration)) return
-    claims%start = context%analysis%vibration%history(:6, 1)
+    claims%history = context%analysis%vibration%history(:6, :)
     allocate(claims%quantities(size(names)))
     do k = 1, size(names)
       claims%quantities(k)%name = names(k)

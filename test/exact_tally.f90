@@ -1,6 +1,6 @@
 !> The population of the exact frame examined, machine by machine, and what is counted on the way.
 module exact_tally
-  use exact_check, only: compare, finding_type, verdict_is_wrong
+  use exact_check, only: compare, count_type, finding_type, verdict_is_wrong
   use exact_claims, only: claims_type, solve_text
   use exact_specimens, only: exact_specimen, specimen
   use exact_text, only: input_text
@@ -8,7 +8,7 @@ module exact_tally
   use oracle_machine, only: dp, xp
   use oracle_signals, only: find_signals, list_signals, name_length, signal_type
   use oracle_turn, only: units_of
-  use oracle_vibration, only: find_vibration, orbit_type, search_vibration, start_of
+  use oracle_vibration, only: find_vibration, orbit_type, pieces, search_vibration, start_of
   implicit none (type, external)
   private
 
@@ -19,11 +19,12 @@ module exact_tally
   real(dp), parameter, public :: most_seconds = 5
 
   type, public :: exact_tally_type
-    integer :: machines = 0, impossible = 0, vibrations = 0, numbers = 0, failed = 0
+    integer :: machines = 0, impossible = 0, vibrations = 0, failed = 0
+    type(count_type) :: counts
     !> Not found: by the library; of these by the oracle either, or by the oracle though. Beside the library's claim the oracle
     !> finds none, or is not sharp enough.
     integer :: not_found = 0, nor_by_oracle = 0, oracle_lost = 0
-    integer :: stable = 0, unstable = 0, undecided = 0, undecided_off_border = 0
+    integer :: stable = 0, unstable = 0, undamped = 0, undecided = 0, undecided_off_border = 0
     !> Processor time of the library, in all and the longest (s), and of the oracle.
     real(dp) :: seconds = 0, longest = 0, oracle_seconds = 0
     !> The greatest part of a bound that an error took, of those that keep it.
@@ -64,6 +65,7 @@ contains
     type(frame_type) :: frame
     type(orbit_type) :: orbit
     type(signal_type), allocatable :: signals(:)
+    character(len=name_length), allocatable :: names(:)
     !> A frame that turns by more has fallen over: no search from rest is to find that.
     real(dp), parameter :: far = 1.5_dp
     real(dp) :: before, after, turn
@@ -71,7 +73,8 @@ contains
     one = specimen(number)
     call new_frame(one%machine, frame)
     call list_signals(frame, 0, signals)
-    call solve_text(text_of(one), signals%name, claims)
+    names = signals%name
+    call solve_text(text_of(one), names, claims)
     tally%machines = tally%machines + 1
     if (claims%impossible) then
       tally%impossible = tally%impossible + 1
@@ -130,21 +133,31 @@ contains
     type(signal_type), allocatable, intent(inout) :: signals(:)
     real(xp), parameter :: settled = 1.0e-17_xp, seen = 1.0e-16_xp
     integer :: steps, samples, k
-    real(xp) :: unseen, before
+    real(xp) :: unseen, before, motor
+    real(xp), allocatable :: start(:, :)
 
     steps = 48 * frame%machine%turns
-    if (.not. allocated(claims%start)) then
+    if (.not. allocated(claims%history)) then
       call search_vibration(frame, steps, orbit)
       return
     end if
-    associate (start => real(claims%start, xp))
-      do
-        orbit = orbit_type()
-        call find_vibration(frame, start_of(frame, start(:3), start(4:)), steps, orbit)
-        if (orbit%turn%unsettled < settled .or. steps > 1000) exit
-        steps = 2 * steps
-      end do
-    end associate
+    allocate(start(2 * size(frame%free), pieces))
+    do k = 1, pieces
+      associate (x => real(claims%history(:, 1 + (k - 1) * (size(claims%history, 2) - 1) / pieces), xp))
+        start(:, k) = start_of(frame, x(:3), x(4:))
+      end associate
+    end do
+    ! Beside a flywheel the motor delivers the mean of the torque on the crank.
+    motor = 0
+    if (frame%machine%held_by == "flywheel" .and. allocated(claims%torque%history)) then
+      motor = sum(real(claims%torque%history(2:), xp)) / (size(claims%torque%history) - 1)
+    end if
+    do
+      orbit = orbit_type(motor=motor)
+      call find_vibration(frame, start, steps, orbit)
+      if (orbit%turn%unsettled < settled .or. steps > 1000) exit
+      steps = 2 * steps
+    end do
     if (.not. orbit%found) return
     samples = max(steps, 192 * frame%machine%turns)
     before = huge(before)
@@ -173,6 +186,8 @@ contains
       tally%stable = tally%stable + 1
     case ("unstable")
       tally%unstable = tally%unstable + 1
+    case ("undamped")
+      tally%undamped = tally%undamped + 1
     case default
       tally%undecided = tally%undecided + 1
       if (abs(excess) < border) return
@@ -191,7 +206,7 @@ contains
     type(finding_type), allocatable :: findings(:)
     integer :: k
 
-    call compare(claims, frame, orbit, signals, findings, tally%numbers)
+    call compare(claims, frame, orbit, signals, findings, tally%counts)
     do k = 1, size(findings)
       associate (finding => findings(k))
         if (finding%used <= 1) then

@@ -31,7 +31,7 @@ module oracle_signals
 
 contains
 
-  !> All quantities, at `samples` times of the period.
+  !> All quantities, at `samples` times of the period, a multiple of the orbit's pieces.
   subroutine find_signals(frame, orbit, samples, signals)
     type(frame_type), intent(in) :: frame
     type(orbit_type), intent(in) :: orbit
@@ -41,7 +41,7 @@ contains
     real(xp) :: q(3), v(3), a(3), phi
     integer :: k
 
-    call run_turn(frame, orbit%turn%x(:, 0), orbit%motor, samples, .false., turn)
+    call run_turn(frame, orbit%start, orbit%motor, samples, .false., turn)
     call list_signals(frame, samples, signals)
     do k = 1, samples
       phi = frame%speed * frame%period * (k - 1) / samples

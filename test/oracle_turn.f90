@@ -9,13 +9,16 @@ module oracle_turn
 
   public :: acceleration_of, run_turn, units_of
 
-  !> x = (q, q'/Omega) of the free degrees of freedom, in units of length in which both are alike (`units_of`). With `changes`
-  !> there are columns for the start and, last, for the motor's torque over `unit of torque`.
+  !> x = (q, q'/Omega) of the free degrees of freedom, in units of length in which both are alike (`units_of`). The period is
+  !> integrated in pieces of equal length, each from a start of its own: a small change, a rounding too, that grows by 1e12 in a
+  !> period grows by 33 in an eighth of it. With `changes` there are columns for the piece's start and, last, for the motor's torque
+  !> over `unit of torque`.
   type, public :: turn_type
-    !> Where the motion is after the steps, shape (states, 0:steps).
+    !> Where the motion is after the steps, shape (states, 0:steps); where two pieces meet, the start of the later one.
     real(xp), allocatable :: x(:, :)
-    !> Changes of the end, shape (states, states + 1), the dampers' work (J) with its changes, shape (states + 1).
-    real(xp), allocatable :: change(:, :), work_change(:)
+    !> The ends of the pieces, shape (states, pieces), their changes, shape (states, states + 1, pieces), the changes of the
+    !> dampers' work in each piece, shape (states + 1, pieces), and the work in the whole period (J).
+    real(xp), allocatable :: ends(:, :), change(:, :, :), work_change(:, :)
     real(xp) :: work = 0
     !> The greatest part of a step that did not settle, of the motion's size.
     real(xp) :: unsettled = 0
@@ -36,45 +39,47 @@ contains
     units(3) = 1 / sqrt(frame%machine%frame_inertia / frame%mass + frame%machine%origin(1)**2 + frame%machine%origin(2)**2)
   end function units_of
 
-  !> `start`: x there; `steps` of the period, `motor`: its torque (N m). `changes`: those of the end are wanted too.
+  !> `start`: x at the start of each piece, shape (states, pieces); `steps` of the period, a multiple of the number of pieces;
+  !> `motor`: its torque (N m). `changes`: those of the pieces' ends are wanted too.
   subroutine run_turn(frame, start, motor, steps, changes, turn)
     type(frame_type), intent(in) :: frame
-    real(xp), intent(in) :: start(:), motor
+    real(xp), intent(in) :: start(:, :), motor
     integer, intent(in) :: steps
     logical, intent(in) :: changes
     type(turn_type), intent(out) :: turn
     real(xp), allocatable :: y(:)
     real(xp) :: h, size_of_motion
-    integer :: n, k
+    integer :: n, k, piece, pieces
 
-    n = size(start)
+    n = size(start, 1)
+    pieces = size(start, 2)
     allocate(turn%x(n, 0:steps), source=0.0_xp)
-    if (changes) then
-      allocate(y(n + n * (n + 1) + n + 2), source=0.0_xp)
-      do k = 1, n
-        y(n + (k - 1) * n + k) = 1
-      end do
-    else
-      allocate(y(n), source=0.0_xp)
-    end if
-    y(:n) = start
-    turn%x(:, 0) = start
+    allocate(turn%ends(n, pieces), source=0.0_xp)
+    allocate(y(merge(n + n * (n + 1) + n + 2, n, changes)))
+    if (changes) allocate(turn%change(n, n + 1, pieces), turn%work_change(n + 1, pieces), source=0.0_xp)
     h = frame%machine%turns * 8 * atan(1.0_xp) / steps
-    size_of_motion = norm2(start)
-    do k = 1, steps
-      call extrapolate(frame, motor, (k - 1) * h, h, n, size_of_motion, y, turn%unsettled)
-      turn%x(:, k) = y(:n)
-      size_of_motion = max(size_of_motion, norm2(y(:n)))
-      ! Farther than that no machine moves: an iterate that has gone astray.
-      if (.not. size_of_motion < 1.0e6_xp) then
-        turn%broken = .true.
-        return
-      end if
+    size_of_motion = maxval(norm2(start, dim=1))
+    do piece = 1, pieces
+      y = 0
+      y(:n) = start(:, piece)
+      if (changes) y(n + 1:n + n * n:n + 1) = 1
+      do k = (piece - 1) * steps / pieces + 1, piece * steps / pieces
+        turn%x(:, k - 1) = y(:n)
+        call extrapolate(frame, motor, (k - 1) * h, h, n, size_of_motion, y, turn%unsettled)
+        size_of_motion = max(size_of_motion, norm2(y(:n)))
+        ! Farther than that no machine moves: an iterate that has gone astray.
+        if (.not. size_of_motion < 1.0e6_xp) then
+          turn%broken = .true.
+          return
+        end if
+      end do
+      turn%ends(:, piece) = y(:n)
+      if (.not. changes) cycle
+      turn%change(:, :, piece) = reshape(y(n + 1:n + n * (n + 1)), [n, n + 1])
+      turn%work = turn%work + y(n + n * (n + 1) + 1)
+      turn%work_change(:, piece) = y(n + n * (n + 1) + 2:)
     end do
-    if (.not. changes) return
-    turn%change = reshape(y(n + 1:n + n * (n + 1)), [n, n + 1])
-    turn%work = y(n + n * (n + 1) + 1)
-    turn%work_change = y(n + n * (n + 1) + 2:)
+    turn%x(:, steps) = turn%ends(:, pieces)
   end subroutine run_turn
 
   !> One step h of the drive's angle.

@@ -10,8 +10,9 @@
 !>
 !> KIND exact: other machines by the exact frame, a third of a second each, against an oracle in extended precision (oracle_...):
 !> multipliers, verdicts, and history, peak, root of the mean square and harmonics of displacements, probes, torque and the forces
-!> of every place. Stops with an error where a bound is beaten, a verdict wrong, a vibration that exists is not found, or a solution
-!> takes more than five seconds of the processor. KIND input prints the input files of these machines instead.
+!> of every place. Stops with an error where a bound is beaten, a verdict wrong or left open though the bound does not reach the
+!> border, a vibration that exists is not found, a quantity not reported, or a solution takes more than five seconds of the
+!> processor. KIND input prints the input files of these machines instead.
 program population
   use exact_specimens, only: specimen
   use exact_tally, only: examine_exact => examine, exact_tally_type, exact_line => line_length, text_of
@@ -80,12 +81,15 @@ contains
     print "(a, i0, a, i0)", "in all ", shown, ", in machines ", exact%failed
     print "(/, a, i0, a, i0, a, i0, a)", "Machines ", first, " to ", first + machines - 1, " by the exact frame; ", &
       & exact%impossible, " do not turn."
-    print "(a, i0, a, i0, a, f6.3)", "Vibrations: ", exact%vibrations, ", numbers held against bounds: ", exact%numbers, &
-      & "; greatest part of a bound that was kept: ", exact%used
+    print "(a, i0, a, i0, a, f6.3)", "Vibrations: ", exact%vibrations, ", numbers held against bounds: ", &
+      & exact%counts%numbers, "; greatest part of a bound that was kept: ", exact%used
+    print "(a, f6.3, a)", "The oracle is too blunt (its error exceeds a quarter of the bound) for ", 100.0_dp &
+      & * exact%counts%blunt / max(exact%counts%numbers, 1), " % of them."
     print "(a, i0, a, i0, a)", "Without vibration: ", exact%not_found, ", of which the oracle finds none either in ", &
       & exact%nor_by_oracle, "."
-    print "(a, i0, a, i0, a, i0, a, i0)", "Verdicts: stable ", exact%stable, ", unstable ", exact%unstable, ", undecided ", &
-      & exact%undecided, ", of these not within 1e-5 of the border ", exact%undecided_off_border
+    print "(a, i0, a, i0, a, i0, a, i0, a, i0)", "Verdicts: stable ", exact%stable, ", unstable ", exact%unstable, &
+      & ", undamped ", exact%undamped, ", undecided ", exact%undecided, ", of these not within 1e-5 of the border ", &
+      & exact%undecided_off_border
     print "(a, f0.1, a, f0.3, a, f0.1)", "Processor time (s): library ", exact%seconds, ", the slowest ", exact%longest, &
       & ", oracle ", exact%oracle_seconds
     print "(/, a, /)", "Remarks:"
