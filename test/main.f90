@@ -34,6 +34,7 @@ program main
   use test_door, only: collect_door
   use test_drive, only: collect_drive
   use test_exact, only: collect_exact
+  use test_exact_check, only: collect_exact_check
   use test_exact_paths, only: collect_exact_paths
   use test_equivalence, only: collect_equivalence
   use test_factors, only: collect_factors
@@ -182,6 +183,7 @@ program main
     & new_testsuite("door", collect_door), &
     & new_testsuite("drive", collect_drive), &
     & new_testsuite("exact", collect_exact), &
+    & new_testsuite("exact_check", collect_exact_check), &
     & new_testsuite("exact_paths", collect_exact_paths), &
     & new_testsuite("newton", collect_newton), &
     & new_testsuite("axes", collect_axes), &
