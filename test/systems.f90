@@ -90,6 +90,14 @@ module systems
     procedure :: forcing => plain_forcing
   end type plain_type
 
+  !> Of B one element is sin(t + 1) less the same by the theorem of addition.
+  type, extends(second_order_system), public :: cancelling_type
+    real(dp) :: depth = 0.1_dp
+  contains
+    procedure :: matrices => cancelling_matrices
+    procedure :: load => cancelling_load
+  end type cancelling_type
+
 contains
 
   pure function diagonal(d) result(a)
@@ -294,5 +302,24 @@ contains
 
     call self%system%forcing(t, f)
   end subroutine plain_forcing
+
+  subroutine cancelling_matrices(self, t, m, b, c)
+    class(cancelling_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: m(:, :), b(:, :), c(:, :)
+
+    m = reshape([2.0_dp, 0.0_dp, 0.0_dp, 2.0_dp], [2, 2])
+    b = 0
+    b(1, 2) = sin(t + 1) - (sin(t) * cos(1.0_dp) + cos(t) * sin(1.0_dp))
+    c = m * (1 + self%depth * cos(t))
+  end subroutine cancelling_matrices
+
+  subroutine cancelling_load(self, t, h)
+    class(cancelling_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: h(:)
+
+    h = self%depth * cos(t)
+  end subroutine cancelling_load
 
 end module systems

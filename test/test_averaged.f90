@@ -17,20 +17,12 @@ module test_averaged
   use reference_linear, only: qp
   use reference_machine, only: khang_machine, machine_data
   use slow_tests, only: new_slow
-  use systems, only: constant_type, diagonal, jumping_type, mathieu_type
+  use systems, only: cancelling_type, constant_type, diagonal, jumping_type, mathieu_type
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   implicit none (type, external)
   private
 
   public :: collect_averaged
-
-  !> Of B one element is sin(t + 1) less the same by the theorem of addition.
-  type, extends(second_order_system) :: cancelling_type
-    real(dp) :: depth = 0.1_dp
-  contains
-    procedure :: matrices
-    procedure :: load
-  end type cancelling_type
 
 contains
 
@@ -61,25 +53,6 @@ contains
     call check_that(error, real(model%evaluations, dp), "<=", 128.0_dp, "samples")
     if (.not. allocated(error)) call check_that(error, abs(model%b(1, 2)), "<=", 1.0e-14_dp, "mean of what cancels")
   end subroutine test_cancelling
-
-  subroutine matrices(self, t, m, b, c)
-    class(cancelling_type), intent(in) :: self
-    real(dp), intent(in) :: t
-    real(dp), intent(out) :: m(:, :), b(:, :), c(:, :)
-
-    m = reshape([2.0_dp, 0.0_dp, 0.0_dp, 2.0_dp], [2, 2])
-    b = 0
-    b(1, 2) = sin(t + 1) - (sin(t) * cos(1.0_dp) + cos(t) * sin(1.0_dp))
-    c = m * (1 + self%depth * cos(t))
-  end subroutine matrices
-
-  subroutine load(self, t, h)
-    class(cancelling_type), intent(in) :: self
-    real(dp), intent(in) :: t
-    real(dp), intent(out) :: h(:)
-
-    h = self%depth * cos(t)
-  end subroutine load
 
   !> Multipliers, start and motion at `phases` of the averaged model of `system`.
   subroutine solve(system, phases, multipliers, solution, x, error)

@@ -6,8 +6,8 @@ module gestell_base_paths
 
   public :: full_path, is_link, is_same
 
-  !> Maximum length of a path (PATH_MAX); size of a buffer for struct stat; its first bytes, which identify a file by device and inode
-  !> (on macOS with mode and number of links between them).
+  !> Maximum length of a path (PATH_MAX); size of a buffer for struct stat; its first bytes, which identify a file by device and
+  !> inode (on macOS with mode and number of links between them).
   integer, parameter :: longest_path = 4096, stat_bytes = 1024, identity_bytes = 16
 
   interface

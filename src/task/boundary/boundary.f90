@@ -137,8 +137,8 @@ contains
   end function rest_of
 
   !> From the system at `base` (all parameters) along parameter `which`, over the range of its axis, to the nearest one that
-  !> is not unstable: 'stable', or where there is no damping 'undamped' or 'undecided'. That is a border, with its error, or an end of the
-  !> range. Of another axis only its place counts. A stable `base` is its own nearest. Errors: as of `check_search` for that
+  !> is not unstable: 'stable', or where there is no damping 'undamped' or 'undecided'. That is a border, with its error, or an end
+  !> of the range. Of another axis only its place counts. A stable `base` is its own nearest. Errors: as of `check_search` for that
   !> axis; `base`, `which` and `axes` do not fit together; the parameters make no sense.
   subroutine nearest_stable(family, base, which, axes, accuracy, tolerance, nearest, error)
     class(family_type), intent(in), target :: family
