@@ -155,6 +155,7 @@ contains
         may_miss = has(head, "_change_") .and. (word == "failed" .or. word == "zero")
       case ("separation")
         may_miss = all(missing([4, 5, 6, 7, 9, 10, 11, 12, 13])) .and. value_of(heads, fields, "state") == "undecided"
+        if (head == "share" .or. index(head, "energy_") == 1) may_miss = all(missing([7, 11, 12, 13]))
       case ("balance")
         may_miss = i > 7 .and. all(missing(8:21))
       case ("balance_harmonics")

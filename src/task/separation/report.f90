@@ -92,8 +92,11 @@ contains
       row = row // "0"
     end if
     do k = 1, one%dofs
-      if (one%at%identified) row = row // tab // fixed(100 * one%energy(k), 0)
-      if (.not. one%at%identified) row = row // tab // "?"
+      if (ieee_is_finite(one%energy(k))) then
+        row = row // tab // fixed(100 * one%energy(k), 0)
+      else
+        row = row // tab // "?"
+      end if
     end do
     row = row // tab // concise(one%order, 4) // tab
     if (one%dofs == 3) row = row // number(one%excitation, 5) // tab
