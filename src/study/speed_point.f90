@@ -23,7 +23,7 @@ module gestell_study_speed_point
   implicit none (type, external)
   private
 
-  public :: check_speed_order, solve_response, solve_speed_point, state_of, verdict_of
+  public :: check_speed_order, solve_response, solve_speed_point, state_of, take_turns, verdict_of
 
   !> What is wanted at every speed.
   type, public :: speed_order_type
@@ -160,7 +160,7 @@ contains
     if (.not. allocated(error)) call member%solve(order%accuracy, .true., error)
     if (.not. allocated(error)) call member%multipliers(.true., multipliers, error)
     if (allocated(error) .or. .not. member%is_sound()) return
-    call take_turns(frame, multipliers, point)
+    call take_turns(frame, multipliers%arg, multipliers%log_abs, multipliers%vectors, point)
     select type (frame)
     class is (varied_frame_type)
       point%linear = .not. frame%newton
@@ -244,9 +244,11 @@ contains
 
   !> How far each free vibration turns. Of two conjugate multipliers one belongs to the rotation q = exp(i w t), w > 0: that
   !> whose eigenvector has Im(q* M q') > 0. Real multipliers come in pairs too.
-  subroutine take_turns(frame, multipliers, point)
+  subroutine take_turns(frame, arg, log_abs, vectors, point)
     class(frame_type), intent(in) :: frame
-    type(multipliers_type), intent(in) :: multipliers
+    !> ln(rho) of all multipliers, shapes (states), and their eigenvectors, shape (states, states)
+    real(dp), intent(in) :: arg(:), log_abs(:)
+    complex(dp), intent(in) :: vectors(:, :)
     type(speed_point_type), intent(inout) :: point
     type(error_type), allocatable :: none
     real(dp), allocatable :: frequencies(:)
@@ -263,12 +265,12 @@ contains
     call frame%matrices(0.0_dp, m, b, c)
     n = 0
     second = .false.
-    do k = 1, size(multipliers%arg)
-      turn = multipliers%arg(k) / (2 * pi)
+    do k = 1, size(arg)
+      turn = arg(k) / (2 * pi)
       if (turn < 0 .or. n == f) cycle
       if (turn > 0 .and. turn < 0.5_dp) then
-        q = multipliers%vectors(:f, k)
-        q_dot = multipliers%vectors(f + 1:, k)
+        q = vectors(:f, k)
+        q_dot = vectors(f + 1:, k)
         turn = sign(turn, aimag(dot_product(q, matmul(m, q_dot))))
       else
         associate (skip => second(merge(1, 2, turn > 0)))
@@ -278,7 +280,7 @@ contains
       end if
       n = n + 1
       point%turns(n) = turn
-      point%growth(n) = multipliers%log_abs(k)
+      point%growth(n) = log_abs(k)
     end do
     call frame%natural_frequencies(frequencies, none)
     if (.not. allocated(none)) point%averaged_turns = max(frequencies, 0.0_dp) / abs(frame%speed)

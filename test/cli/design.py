@@ -121,7 +121,7 @@ def design_tests():
     with Folder(input=ROTOR + sweep + mounts) as folder:
         if Run(folder, "input.nml").done("design, range"):
             rows = table(folder / "input", "design_range")
-            equal("design, range: conditions", len(rows), 21)
+            equal("design, range: conditions", sum(row["between"] == "0" for row in rows), 21)
             goal = table(folder / "input", "design_goals")[0]
             near("design, range: the worst", max(float(row["fx_rms_after_N"]) for row in rows), float(goal["after"]), 1e-9)
             for row in rows:
@@ -155,12 +155,80 @@ def design_tests():
             check("design, out of reach: said", "DESIGN OUT OF REACH within these ranges: xi peak comes to" in run.out, "out", run.out)
             equal("design, out of reach: state", table(folder / "input", "design_goals")[1]["state"], "violated")
     limit_tests(reach)
+    between_tests()
     for what, words, message in REFUSED:
         with Folder(input=SOUND.replace("'stability', 'response'", "'design'") + words) as folder:
             run = Run(folder, "input.nml")
             equal(f"design, {what}: code", run.code, 2)
             check(f"design, {what}: message", re.search(message, run.err), message, run.err)
             equal(f"design, {what}: nothing written", files(folder), ["input.nml"])
+
+
+def between_tests():
+    """The worst of a range lies between the speeds that are given: in closed form, and as the task `resonance` finds it."""
+    # an rms of one harmonic over a sharp resonance, which no mounting of these ranges keeps out of the range
+    sweep = "&sweep parameter='drive.speed_rpm', from=300, to=1500, count=5 /\n"
+    mounts = "&design parameter='foundation.stiffness(1,1)', from=4e4, to=2e5 /\n"
+    with Folder(input=ROTOR + sweep + mounts + "&objective quantity='fx' /\n") as folder:
+        if Run(folder, "-q", "input.nml").done("design, between the speeds"):
+            stiffness = float(table(folder / "input", "design")[0]["after"])
+            goal = table(folder / "input", "design_goals")[0]
+
+            def rms(speed):
+                w = speed * math.pi / 30
+                return abs(complex(stiffness, DAMPING * w) * 0.05 * w**2 / complex(stiffness - MASS * w**2, DAMPING * w)) / math.sqrt(2)
+
+            worst = max(rms(300 + 1200 * k / 2e5) for k in range(200001))
+            near("design, between the speeds: the worst", float(goal["after"]), worst, 1e-5 * worst)
+            near("design, between the speeds: where", float(goal["after_speed_rpm"]),
+                 math.sqrt(stiffness / MASS) * 30 / math.pi, 0.01 * float(goal["after_speed_rpm"]))
+            # the softest mounting has the lowest resonance, whose top is about U w^2 sqrt(c m) / b / sqrt(2)
+            near("design, between the speeds: the best", stiffness, 4e4, 1.0)
+    # a scatter of the mounting: the stiffest has the highest top, U w^2 sqrt(..) at its own resonance between the speeds
+    scatter = "&sweep parameter='drive.speed_rpm', from=300, to=1000, count=4 /\n&robust mounting_percent=10 /\n"
+    with Folder(input=ROTOR + scatter + mounts.replace("2e5", "9e4") + "&objective quantity='fx' /\n") as folder:
+        if Run(folder, "-q", "input.nml").done("design, between, scatter"):
+            stiffness = 1.1 * float(table(folder / "input", "design")[0]["after"])
+            goal = table(folder / "input", "design_goals")[0]
+            worst = max(rms(300 + 700 * k / 2e5) for k in range(200001))
+            near("design, between, scatter: the worst", float(goal["after"]), worst, 1e-5 * worst)
+            near("design, between, scatter: the best", stiffness, 4.4e4, 1.0)
+    # within its limit at the start: it stays within it, everywhere
+    limited = ("&sweep parameter='drive.speed_rpm', from=600, to=700, count=2 /\n&objective quantity='xi', measure='peak' /\n"
+               "&constraint quantity='fx', at_most=400 /\n&design parameter='foundation.stiffness(1,1)', from=4e4, to=2e5, starts=4 /\n")
+    with Folder(input=ROTOR + limited) as folder:
+        if Run(folder, "-q", "input.nml").done("design, between, limit"):
+            goals = table(folder / "input", "design_goals")
+            equal("design, between, limit: kept", goals[1]["state"], "met")
+            check("design, between, limit: no worse", float(goals[0]["after"]) <= float(goals[0]["before"]), goals[0]["before"],
+                  goals[0]["after"])
+            stiffness = float(table(folder / "input", "design")[0]["after"])
+            worst = max(rms(600 + 100 * k / 2e5) for k in range(200001))
+            check("design, between, limit: kept everywhere", worst <= 400 * (1 + 1e-6), 400, worst)
+    # from 604 to 675 1/min lie the resonances of these mountings: the sampled speeds meet the limit, the range does not
+    with Folder(input=ROTOR + limited.replace("400", "2000").replace("4e4", "8e4").replace("2e5", "1e5")) as folder:
+        run = Run(folder, "input.nml")
+        if run.done("design, between, out of reach"):
+            goals = table(folder / "input", "design_goals")
+            equal("design, between, out of reach: state", goals[1]["state"], "violated")
+            stiffness = float(table(folder / "input", "design")[0]["after"])
+            worst = max(rms(600 + 100 * k / 2e5) for k in range(200001))
+            near("design, between, out of reach: the worst", float(goals[1]["after"]), worst, 1e-5 * worst)
+            check("design, between, out of reach: said", "DESIGN OUT OF REACH within these ranges: fx rms comes to" in run.out, "out",
+                  run.out)
+    # a four-bar by the exact frame, whose sampled speeds all miss the resonance
+    with Folder(input=DISC + "&design parameter='support.stiffness', from=2e4, to=4e5, starts=2 /\n"
+                "&objective quantity='f', measure='peak' /\n&sweep parameter='drive.speed_rpm', from=200, to=300, count=6 /\n"
+                "&resonance quantities='f' /\n") as folder:
+        if Run(folder, "-q", "input.nml").done("design, exact, between"):
+            goal = table(folder / "input", "design_goals")[0]
+            again = (folder / "input" / "design.nml").read_text().replace("tasks = 'design'", "tasks = 'resonance'")
+            with Folder(input=again) as other:
+                if Run(other, "-q", "input.nml").done("design, exact, between: resonance"):
+                    found = max(float(row["f_peak_N"]) for row in table(other / "input", "resonance"))
+                    near("design, exact, between: the worst", float(goal["after"]), found, 1e-5 * found)
+            check("design, exact, between: no worse than before", float(goal["after"]) <= float(goal["before"]), goal["before"],
+                  goal["after"])
 
 
 def limit_tests(reach):

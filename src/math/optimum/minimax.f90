@@ -85,7 +85,6 @@ contains
     real(dp), intent(in) :: start(:), tolerance
     type(optimum_type), intent(out) :: optimum
     type(error_type), allocatable, intent(out) :: error
-    integer, parameter :: patience = 15
     type(search_type) :: search
     type(point_type) :: here, there, best
     type(optimum_type) :: now
@@ -108,13 +107,13 @@ contains
       lower = phi(search, best%greatest) - phi(search, here%greatest)
       rounding = noise_of(phi(search, best%greatest))
       idle = idle + 1
-      if (lower > rounding .and. norm2(here%s - best%s) > standstill) idle = 0
-      if (now%stationarity < 0.5_dp * optimum%stationarity) idle = 0
+      if (lower > max(rounding, problem%worth * abs(phi(search, best%greatest))) .and. norm2(here%s - best%s) > standstill) idle = 0
+      if (now%stationarity < 0.5_dp * optimum%stationarity .and. .not. problem%worth > 0) idle = 0
       if (now%converged .or. lower > rounding .or. (lower >= -rounding .and. now%stationarity < optimum%stationarity)) then
         optimum = now
         best = here
       end if
-      if (now%converged .or. idle > patience) exit
+      if (now%converged .or. idle > problem%patience) exit
       call walk(problem, search, here, d, descent, there, error)
       if (allocated(error)) return
       if (there%known) then

@@ -22,6 +22,9 @@ module gestell_math_optimum_scaled
   type, abstract, public :: minimax_problem
     integer :: objectives = 1, constraints = 0
     real(dp), allocatable :: lower(:), upper(:)
+    !> What a step has to win, relative to the value, so that the search goes on, and how many steps in a row may win less.
+    real(dp) :: worth = 0
+    integer :: patience = 15
   contains
     procedure(evaluate_at), deferred :: evaluate
   end type minimax_problem

@@ -13,28 +13,35 @@ module gestell_study_design
   use gestell_study_design_goal, only: goal_type, of_machine, of_shaking
   use gestell_study_design_moments, only: new_moments
   use gestell_study_design_parts, only: mass_part, other_part, place_parts
-  use gestell_study_design_problem, only: design_order_type, design_problem, is_squared
+  use gestell_study_design_problem, only: design_order_type, design_problem, inside, is_squared, take_inverse
   use gestell_study_family, only: family_type
   implicit none (type, external)
   private
 
-  public :: halton, is_convex, prove, prove_conflict, search_from
+  public :: halton, is_convex, limits_alone, prove, prove_conflict, search_from
 
   !> Stationarity that is asked for.
   real(dp), parameter, public :: usual_tolerance = 1.0e-8_dp
+  !> Over a range resonances at its ends are walls, at which steps become short: what a step has to win, relative to the objective,
+  !> and how many in a row may win less.
+  real(dp), parameter :: worth_it = 1.0e-4_dp
+  integer, parameter :: patience = 3
 
 contains
 
   !> A local optimum; its `slope` and `slack` are those of the square where `is_squared`. Errors: there is no machine at the start;
   !> as of `minimise`.
-  subroutine search_from(family, order, start, optimum, error)
+  subroutine search_from(family, order, start, optimum, error, tolerance)
     class(family_type), intent(in), target :: family
     type(design_order_type), intent(in) :: order
     real(dp), intent(in) :: start(:)
     type(optimum_type), intent(out) :: optimum
     type(error_type), allocatable, intent(out) :: error
+    !> Stationarity that is asked for, the usual one without
+    real(dp), intent(in), optional :: tolerance
     type(design_problem) :: problem
     real(dp), dimension(size(start)) :: corner
+    real(dp) :: wanted
     integer :: i
 
     problem%family => family
@@ -51,8 +58,27 @@ contains
     problem%objectives = merge(1, size(order%objectives), order%largest)
     problem%constraints = size(order%constraints) + problem%moments%limits()
     problem%squared = is_squared(order)
-    call minimise_under_all(problem, order, start, optimum, error)
-    if (allocated(error) .or. .not. problem%squared) return
+    call take_inverse(problem)
+    wanted = usual_tolerance
+    if (present(tolerance)) wanted = tolerance
+    if (allocated(order%range)) then
+      problem%worth = worth_it
+      problem%patience = patience
+    end if
+    call minimise_under_all(problem, order, start, wanted, optimum, error)
+    if (allocated(error)) return
+    ! the search's unit of a limit that is steep at the start may be far greater than the limit
+    associate (limits => order%constraints)
+      optimum%feasible = optimum%feasible .and. all(optimum%groups(problem%objectives + 1:problem%objectives + size(limits)) &
+        & <= inside * abs(limits%limit) .or. .not. abs(limits%limit) > 0)
+    end associate
+    if (problem%inverted) then
+      ! d(-1 / f) = df / f^2
+      optimum%price = optimum%price / optimum%objective**2
+      optimum%bound_price = optimum%bound_price / optimum%objective**2
+      optimum%objective = -1 / optimum%objective - problem%shift
+    end if
+    if (.not. problem%squared) return
     ! d(f^2) = 2 f df
     optimum%objective = sqrt(optimum%objective)
     if (.not. optimum%objective > 0) return
@@ -61,10 +87,10 @@ contains
   end subroutine search_from
 
   !> A local optimum in the problem's coordinates turned back to the parameters, under all conditions of `order`.
-  subroutine minimise_under_all(problem, order, start, optimum, error)
+  subroutine minimise_under_all(problem, order, start, tolerance, optimum, error)
     type(design_problem), intent(inout) :: problem
     type(design_order_type), intent(in) :: order
-    real(dp), intent(in) :: start(:)
+    real(dp), intent(in) :: start(:), tolerance
     type(optimum_type), intent(out) :: optimum
     type(error_type), allocatable, intent(out) :: error
     logical :: used(size(order%conditions)), more, known
@@ -72,7 +98,7 @@ contains
     integer :: evaluations, gradients, iterations
 
     x = start
-    used = size(used) == 1
+    used = size(used) == 1 .or. allocated(order%range)
     if (.not. all(used)) call add_worse(problem%family, order, x, used, more, known, error)
     evaluations = merge(0, 1, size(used) == 1)
     gradients = 0
@@ -80,7 +106,7 @@ contains
     do
       if (allocated(error)) return
       problem%order%conditions = pack(order%conditions, used)
-      call minimise(problem, problem%moments%from(x), usual_tolerance, optimum, error)
+      call minimise(problem, problem%moments%from(x), tolerance, optimum, error)
       if (allocated(error)) return
       call problem%moments%turn_optimum(optimum)
       evaluations = evaluations + optimum%evaluations
@@ -134,16 +160,24 @@ contains
     type(design_order_type) :: limits
     type(optimum_type) :: optimum
 
+    call limits_alone(order, limits)
+    excess = 0
+    call search_from(family, limits, start, optimum, error)
+    if (.not. allocated(error)) excess = optimum%objective - prove(limits, optimum)
+  end subroutine prove_conflict
+
+  !> The same design, whose only objective is by how much its limits are exceeded at most, each in parts of its size.
+  subroutine limits_alone(order, limits)
+    type(design_order_type), intent(in) :: order
+    type(design_order_type), intent(out) :: limits
+
     limits = order
     limits%largest = .true.
     deallocate(limits%objectives, limits%constraints)
     allocate(limits%objectives(size(order%constraints)), limits%constraints(0))
     limits%objectives = order%constraints
     limits%objectives%weight = 1 / order%constraints%scale()
-    excess = 0
-    call search_from(family, limits, start, optimum, error)
-    if (.not. allocated(error)) excess = optimum%objective - prove(limits, optimum)
-  end subroutine prove_conflict
+  end subroutine limits_alone
 
   !> By how much the objective of an optimum can be above that of any other machine, of a convex problem.
   pure real(dp) function prove(order, optimum) result(gap)

@@ -80,7 +80,7 @@ contains
 
   !> The motion of `neighbours%frame` as it is run, by its `model`; where it does not move, `moves`, the frame rests. Errors: there
   !> is no vibration that could be told; as of `settle`.
-  subroutine solve_motion(neighbours, condition, model, accuracy, moves, motion, error)
+  subroutine solve_motion(neighbours, condition, model, accuracy, moves, motion, error, near)
     type(neighbours_type), intent(in) :: neighbours
     type(condition_type), intent(in) :: condition
     character(len=*), intent(in) :: model
@@ -88,6 +88,8 @@ contains
     logical, intent(in) :: moves
     type(motion_type), intent(out) :: motion
     type(error_type), allocatable, intent(out) :: error
+    !> A motion under a condition beside this one.
+    type(motion_type), intent(in), optional :: near
     type(frame_type) :: run
     type(series_type) :: series
     integer :: k, n
@@ -95,7 +97,7 @@ contains
     motion%condition = condition
     call at_condition(neighbours%frame, condition, run)
     if (moves) then
-      call settle(run, model, accuracy, motion%frame, error)
+      call settle_beside(run, model, accuracy, motion%frame, error, near)
       if (.not. allocated(error)) call take_series(motion%frame, accuracy, allocated(neighbours%beside), series, &
         & motion%quick, error)
       if (allocated(error)) return
@@ -108,6 +110,27 @@ contains
     allocate(motion%q(n, run%dofs(), 0:2))
     call series%values(motion%phases, motion%q(:, :, 0), motion%q(:, :, 1), motion%q(:, :, 2))
   end subroutine solve_motion
+
+  !> `frame` by its model, from the motion `near` where it is that of an exact frame. Errors: as of `settle`.
+  subroutine settle_beside(frame, model, accuracy, settled, error, near)
+    type(frame_type), intent(in) :: frame
+    character(len=*), intent(in) :: model
+    type(accuracy_type), intent(in) :: accuracy
+    class(frame_type), allocatable, intent(out) :: settled
+    type(error_type), allocatable, intent(out) :: error
+    type(motion_type), intent(in), optional :: near
+
+    if (present(near)) then
+      if (allocated(near%frame)) then
+        select type (other => near%frame)
+        class is (varied_frame_type)
+          call settle(frame, model, accuracy, settled, error, near=other%motion)
+          return
+        end select
+      end if
+    end if
+    call settle(frame, model, accuracy, settled, error)
+  end subroutine settle_beside
 
   !> The derivatives of a motion that was solved with these arguments. Errors: as of `find_slopes`.
   subroutine solve_slopes(neighbours, model, accuracy, moves, motion, error)

@@ -24,10 +24,18 @@ module gestell_study_design_neighbours
 
   public :: at_condition, find_neighbours, remember
 
+  !> Numbers of a condition that may differ along a line.
+  integer, parameter, public :: along_speed = 1, along_stiffness = 2
+
   !> How a machine is run: its speed (rad/s; 0: its own), and by which factors speed, stiffness and damping of the mounting differ
   !> from what they should be.
   type, public :: condition_type
     real(dp) :: speed = 0, speed_factor = 1, stiffness_factor = 1, damping_factor = 1
+    !> Which number differs along a line through a range.
+    integer :: along = along_speed
+  contains
+    procedure :: number
+    procedure :: moved_to
   end type condition_type
 
   !> How a parameter is changed for derivatives: its range; where it is the `part` of one link alone, its index in the linkage and
@@ -235,6 +243,32 @@ contains
     end subroutine remember_one
 
   end subroutine remember
+
+  !> The number that differs along the line: a speed (rad/s), or a factor.
+  elemental real(dp) function number(self)
+    class(condition_type), intent(in) :: self
+
+    number = self%speed_factor
+    if (abs(self%speed) > 0) number = self%speed * self%speed_factor
+    if (self%along == along_stiffness) number = self%stiffness_factor
+  end function number
+
+  !> The same condition at another place of the line.
+  elemental function moved_to(self, value) result(there)
+    class(condition_type), intent(in) :: self
+    real(dp), intent(in) :: value
+    type(condition_type) :: there
+
+    there = self
+    if (self%along == along_stiffness) then
+      there%stiffness_factor = value
+    else if (abs(self%speed) > 0) then
+      there%speed = value
+      there%speed_factor = 1
+    else
+      there%speed_factor = value
+    end if
+  end function moved_to
 
   !> The machine as it is run.
   subroutine at_condition(frame, condition, run)

@@ -2,52 +2,27 @@
 module gestell_study_design_problem
   use gestell_base_error, only: error_type, invalid_input
   use gestell_base_kinds, only: dp
-  use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_math_optimum_minimax, only: branches_type, minimax_problem
-  use gestell_model_frame, only: frame_type
-  use gestell_model_frame_rows, only: probe_type
-  use gestell_study_design_branches, only: measure_branches
-  use gestell_study_design_exponents, only: solve_exponents
-  use gestell_study_design_goal, only: components, goal_type, of_machine, of_multipliers, of_torque, plain_values, &
-    & take_samples
+  use gestell_study_design_evaluation, only: add_condition, add_top, design_order_type, goal_branches_type, &
+    & no_branches, top_type
+  use gestell_study_design_goal, only: goal_type, of_torque
   use gestell_study_design_moments, only: moments_type
-  use gestell_study_design_motion, only: beside, coarse, motion_type, solve_motion, solve_slopes, usual_phases
-  use gestell_study_design_neighbours, only: at_condition, condition_type, find_neighbours, neighbours_type, remember, step_type
-  use gestell_study_design_separation, only: find_branches, separation_type
+  use gestell_study_design_motion, only: motion_type, solve_motion, solve_slopes, usual_phases
+  use gestell_study_design_neighbours, only: find_neighbours, neighbours_type, remember
   use gestell_study_family, only: family_type
   use gestell_study_measure, only: rms_measure
   implicit none (type, external)
   private
 
-  public :: evaluate_goals, is_squared
+  public :: design_order_type, evaluate_goals, goal_branches_type, is_squared, take_inverse
 
-  !> What is asked of a design. The objective is the sum of the `objectives`, each times its weight, or the largest of them.
-  type, public :: design_order_type
-    type(goal_type), allocatable :: objectives(:), constraints(:)
-    logical :: largest = .false.
-    type(condition_type), allocatable :: conditions(:)
-    type(probe_type), allocatable :: probes(:)
-    character(len=11) :: model = "exact"
-    type(accuracy_type) :: accuracy
-    !> Ranges of the parameters, shape (parameters).
-    real(dp), allocatable :: lower(:), upper(:)
-    !> Which of them is the first of its link, and what of it each is; shapes (parameters).
-    integer, allocatable :: body(:), part(:)
-    !> The links that they are of, 0: of none alone, and their units in SI; shapes (parameters). Where they are not allocated, all
-    !> neighbours are members of the family.
-    integer, allocatable :: link(:)
-    real(dp), allocatable :: unit(:)
-  contains
-    procedure :: steps
-  end type design_order_type
+  !> A step to an objective that is greater than the least so far by this factor is not taken, however much greater it is.
+  real(dp), parameter :: refused = 1.5_dp
+  !> The least objective, relative to its scale, whose inverse is taken.
+  real(dp), parameter :: tiny_part = 1.0e-100_dp
 
   !> By so much, relative to it, the search stays within a limit, so that it is met when the search ends within its tolerance.
   real(dp), parameter, public :: inside = 2.0e-6_dp
-
-  !> Branches of goals, each at a condition, shape (branches); `side`: 1: it keeps below a limit, -1: above.
-  type, extends(branches_type), public :: goal_branches_type
-    integer, allocatable :: condition(:), side(:)
-  end type goal_branches_type
 
   !> Groups of branches: the objectives, or one where the largest counts, then the constraints, whose zero is their limit, and those
   !> of the coordinates.
@@ -58,6 +33,15 @@ module gestell_study_design_problem
     !> Whether the square of the one objective is taken, an rms: it has derivatives where nothing is left too, and is nearly a
     !> quadratic function of masses.
     logical :: squared = .false.
+    !> Whether -1 / (objective + `shift`) is taken, as over a range limits of vibrations are those of -1 / value: beside a resonance
+    !> that nears the end of the range, a wall for every other step, these are nearly straight.
+    logical :: inverted = .false.
+    !> The least objective so far.
+    real(dp), private :: least = huge(1.0_dp)
+    real(dp) :: shift = 0
+    !> The last machine that was looked at over a range, which costs far more than its derivatives: a step that is taken asks again.
+    real(dp), allocatable, private :: last_x(:)
+    type(goal_branches_type), private :: last
   contains
     procedure :: evaluate
   end type design_problem
@@ -72,14 +56,25 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(goal_branches_type) :: own
     type(goal_type) :: goals(size(self%order%objectives) + size(self%order%constraints))
-    real(dp) :: parameters(size(x))
+    real(dp) :: parameters(size(x)), worst
     integer :: i, g, n
 
     parameters = self%moments%to(x)
+    worst = -huge(worst)
     n = size(self%order%objectives)
     goals(:n) = self%order%objectives
     goals(n + 1:) = self%order%constraints
-    call evaluate_goals(self%family, self%order, goals, parameters, gradients, own, error)
+    if (is_last()) then
+      own = self%last
+    else
+      if (self%inverted .and. self%constraints == 0 .and. self%least < huge(self%least)) self%order%range%enough &
+        & = (refused * (self%least + self%shift) - self%shift) / goals%weight
+      call evaluate_goals(self%family, self%order, goals, parameters, gradients .or. allocated(self%order%range), own, error)
+    end if
+    if (allocated(self%order%range) .and. .not. allocated(error)) then
+      self%last_x = parameters
+      self%last = own
+    end if
     at%known = own%known
     if (allocated(error) .or. .not. at%known) return
     allocate(at%group, source=own%group)
@@ -93,36 +88,56 @@ contains
           ! an objective has no limit, unless it stands for what a limit is exceeded by
           at%value(i) = goal%weight * own%side(i) * (own%value(i) - goal%limit)
           if (gradients) at%slope(:, i) = goal%weight * own%side(i) * own%slope(:, i)
-          if (.not. self%squared) cycle
-          if (gradients) at%slope(:, i) = 2 * at%value(i) * at%slope(:, i)
-          at%value(i) = at%value(i)**2
+          if (self%inverted) then
+            worst = max(worst, at%value(i))
+            at%value(i) = max(at%value(i) + self%shift, tiny_part)
+            if (gradients) at%slope(:, i) = at%slope(:, i) / at%value(i)**2
+            at%value(i) = -1 / at%value(i)
+          else if (self%squared) then
+            if (gradients) at%slope(:, i) = 2 * at%value(i) * at%slope(:, i)
+            at%value(i) = at%value(i)**2
+          end if
         else
           at%group(i) = g - n + self%objectives
           at%value(i) = own%side(i) * (own%value(i) - goal%limit)
-          if (goal%sense /= 0) at%value(i) = at%value(i) + inside * abs(goal%limit)
           if (gradients) at%slope(:, i) = own%side(i) * own%slope(:, i)
+          if (allocated(self%order%range) .and. goal%sense > 0 .and. goal%is_periodic() .and. own%value(i) > 0) then
+            ! the same to first order at the limit
+            if (gradients) at%slope(:, i) = (goal%limit / own%value(i))**2 * at%slope(:, i)
+            at%value(i) = goal%limit / own%value(i) * at%value(i)
+          end if
+          if (goal%sense /= 0) at%value(i) = at%value(i) + inside * abs(goal%limit)
         end if
       end associate
     end do
+    if (self%inverted) self%least = min(self%least, worst)
     if (gradients) call self%moments%turn_slopes(parameters, at%slope)
     call self%moments%add_limits(x, self%objectives + size(self%order%constraints) + 1, at)
+
+  contains
+
+    pure logical function is_last()
+      is_last = allocated(self%last_x)
+      if (is_last) is_last = all(abs(self%last_x - parameters) <= 0)
+    end function is_last
+
   end subroutine evaluate
 
-  !> How the parameters are changed for derivatives, shape (parameters).
-  pure function steps(self)
-    class(design_order_type), intent(in) :: self
-    type(step_type) :: steps(size(self%lower))
-    integer :: k
+  !> Takes the inverse of an objective over a range where it is the greatest of vibrations.
+  pure subroutine take_inverse(problem)
+    type(design_problem), intent(inout) :: problem
 
-    steps%range = self%upper - self%lower
-    if (allocated(self%link)) then
-      do k = 1, size(steps)
-        steps(k)%link = self%link(k)
-        steps(k)%part = self%part(k)
-        steps(k)%unit = self%unit(k)
-      end do
-    end if
-  end function steps
+    associate (goals => problem%order%objectives)
+      if (.not. allocated(problem%order%range) .or. problem%objectives > 1) return
+      problem%inverted = all(goals%is_periodic() .and. goals%sense > 0)
+      ! what a limit is exceeded by, in parts of it, plus 1
+      if (any(abs(goals%limit) > 0)) then
+        problem%shift = 1
+        problem%inverted = problem%inverted .and. all(abs(goals%weight * goals%limit - 1) < 1.0e-9_dp)
+      end if
+      if (problem%inverted) problem%squared = .false.
+    end associate
+  end subroutine take_inverse
 
   !> Whether the objective is one rms.
   pure logical function is_squared(order)
@@ -133,8 +148,8 @@ contains
       & .and. .not. abs(order%objectives(1)%limit) > 0
   end function is_squared
 
-  !> The branches of `goals`, whose numbers are their groups, at x, over all conditions; not known where there is no such machine,
-  !> or no vibration. Errors: x or goals make no sense.
+  !> The branches of `goals`, whose numbers are their groups, at x, over all conditions, or over the range; not known where there is
+  !> no such machine, or no vibration. Errors: x or goals make no sense.
   subroutine evaluate_goals(family, order, goals, x, gradients, at, error)
     class(family_type), intent(in) :: family
     type(design_order_type), intent(in) :: order
@@ -144,13 +159,8 @@ contains
     type(goal_branches_type), intent(out) :: at
     type(error_type), allocatable, intent(out) :: error
     type(neighbours_type) :: neighbours
-    type(motion_type), allocatable :: motions(:)
-    type(goal_branches_type) :: values
-    logical :: counts(size(order%conditions))
-    integer :: c
 
-    call begin(at)
-    call begin(values)
+    at = no_branches(size(x))
     if (gradients) then
       call find_neighbours(family, x, neighbours, at%known, error, order%steps())
     else
@@ -158,37 +168,81 @@ contains
     end if
     if (allocated(error) .or. .not. at%known) return
     call remember(neighbours, usual_phases(), any(goals%about == of_torque))
+    if (allocated(order%range)) then
+      call evaluate_range(neighbours, order, goals, gradients, at, error)
+    else
+      call evaluate_conditions(neighbours, order, goals, gradients, at, error)
+    end if
+    if (.not. allocated(error)) return
+    at%known = .false.
+    if (error%code /= invalid_input) deallocate(error)
+  end subroutine evaluate_goals
+
+  !> The same over the conditions that are given. Error: there is no vibration at one of them.
+  subroutine evaluate_conditions(neighbours, order, goals, gradients, at, error)
+    type(neighbours_type), intent(in) :: neighbours
+    type(design_order_type), intent(in) :: order
+    type(goal_type), intent(in) :: goals(:)
+    logical, intent(in) :: gradients
+    type(goal_branches_type), intent(inout) :: at
+    type(error_type), allocatable, intent(out) :: error
+    type(motion_type), allocatable :: motions(:)
+    type(goal_branches_type) :: values
+    logical :: counts(size(order%conditions))
+    integer :: c
+
+    values = at
     allocate(motions(size(order%conditions)))
     do c = 1, size(motions)
       call solve_motion(neighbours, order%conditions(c), trim(order%model), order%accuracy, any(goals%needs_motion()), motions(c), &
         & error)
       if (.not. allocated(error)) call add_condition(neighbours, motions(c), order, goals, c, values, error)
-      if (allocated(error)) exit
+      if (allocated(error)) return
     end do
-    if (.not. allocated(error) .and. gradients) then
-      counts = near_the_greatest(goals, values, size(motions))
-      do c = 1, size(motions)
-        if (.not. counts(c)) cycle
-        call solve_slopes(neighbours, trim(order%model), order%accuracy, any(goals%needs_motion()), motions(c), error)
-        if (.not. allocated(error)) call add_condition(neighbours, motions(c), order, goals, c, at, error)
-        if (allocated(error)) exit
-      end do
-    else if (.not. allocated(error)) then
+    if (.not. gradients) then
       at = values
+      return
     end if
-    if (.not. allocated(error)) return
-    at%known = .false.
-    if (error%code /= invalid_input) deallocate(error)
+    counts = near_the_greatest(goals, values, size(motions))
+    do c = 1, size(motions)
+      if (.not. counts(c)) cycle
+      call solve_slopes(neighbours, trim(order%model), order%accuracy, any(goals%needs_motion()), motions(c), error)
+      if (.not. allocated(error)) call add_condition(neighbours, motions(c), order, goals, c, at, error)
+      if (allocated(error)) return
+    end do
+  end subroutine evaluate_conditions
 
-  contains
+  !> The same over the whole range. Error: there is no vibration at one of its maxima.
+  subroutine evaluate_range(neighbours, order, goals, gradients, at, error)
+    type(neighbours_type), intent(in) :: neighbours
+    type(design_order_type), intent(in) :: order
+    type(goal_type), intent(in) :: goals(:)
+    logical, intent(in) :: gradients
+    type(goal_branches_type), intent(inout) :: at
+    type(error_type), allocatable, intent(out) :: error
+    type(top_type), allocatable :: tops(:)
+    type(motion_type), allocatable :: motions(:)
+    integer :: k
 
-    subroutine begin(branches)
-      type(goal_branches_type), intent(out) :: branches
-
-      allocate(branches%group(0), branches%condition(0), branches%side(0), branches%value(0), branches%slope(size(x), 0))
-    end subroutine begin
-
-  end subroutine evaluate_goals
+    call order%range%find_tops(neighbours, order, goals, tops, at%known, error)
+    if (allocated(error) .or. .not. at%known) return
+    if (.not. gradients) then
+      at%group = tops%goal
+      at%condition = [(k, k = 1, size(tops))]
+      at%side = [(1, k = 1, size(tops))]
+      at%value = tops%excess + goals(tops%goal)%limit
+      return
+    end if
+    allocate(motions(size(tops)))
+    do k = 1, size(tops)
+      call solve_motion(neighbours, tops(k)%condition, trim(order%model), order%accuracy, any(goals%needs_motion()), motions(k), &
+        & error, tops(k)%motion)
+      if (.not. allocated(error)) call solve_slopes(neighbours, trim(order%model), order%accuracy, any(goals%needs_motion()), &
+        & motions(k), error)
+      if (.not. allocated(error)) call add_top(neighbours, motions(k), order, goals(tops(k)%goal), tops(k), k, at, error)
+      if (allocated(error)) return
+    end do
+  end subroutine evaluate_range
 
   !> The conditions where a goal is near the worst of all: at the others it cannot become that within a step that the model of the
   !> problem is good for; should it, the step is shortened.
@@ -211,114 +265,5 @@ contains
       end do
     end do
   end function near_the_greatest
-
-  !> Adds the branches of the goals at one condition.
-  subroutine add_condition(neighbours, motion, order, goals, condition, at, error)
-    type(neighbours_type), intent(in) :: neighbours
-    type(motion_type), intent(in) :: motion
-    type(design_order_type), intent(in) :: order
-    type(goal_type), intent(in) :: goals(:)
-    integer, intent(in) :: condition
-    type(goal_branches_type), intent(inout) :: at
-    type(error_type), allocatable, intent(out) :: error
-    real(dp) :: samples(size(motion%phases), components(motion%frame), size(goals))
-    real(dp), allocatable :: slopes(:, :, :, :), values(:), changes(:, :)
-    logical, allocatable :: sides(:, :)
-    integer :: g, i, s
-
-    allocate(slopes(size(samples, 1), size(samples, 2), size(goals), motion%parameters()), source=0.0_dp)
-    if (any(goals%is_periodic())) then
-      call take_samples(goals, motion%frame, order%probes, motion%phases, motion%q, samples, error)
-      if (.not. allocated(error)) call differentiate_samples(neighbours, motion, order%probes, goals, samples, slopes, error)
-      if (allocated(error)) return
-    end if
-    do g = 1, size(goals)
-      select case (goals(g)%about)
-      case (of_multipliers)
-        call solve_exponents(neighbours, motion, coarse(order%accuracy), values, changes, error)
-      case (of_machine)
-        call differentiate_plain(neighbours, motion, goals(g), values, changes, error)
-      case default
-        call measure_branches(goals(g)%measure%kind, goals(g)%measure%band, motion%frame%period, samples(:, :, g), &
-          & slopes(:, :, g, :), values, changes)
-      end select
-      if (allocated(error)) return
-      sides = goals(g)%sides(values)
-      do s = 1, 2
-        call append(at, g, condition, 3 - 2 * s, pack([(i, i = 1, size(values))], sides(:, s)), values, changes)
-      end do
-    end do
-  end subroutine add_condition
-
-  !> Adds the `chosen` ones of a goal's branches at a condition.
-  pure subroutine append(at, group, condition, side, chosen, values, changes)
-    type(goal_branches_type), intent(inout) :: at
-    integer, intent(in) :: group, condition, side, chosen(:)
-    real(dp), intent(in) :: values(:), changes(:, :)
-    real(dp), allocatable :: slope(:, :)
-    integer :: n, i
-
-    n = size(at%value)
-    allocate(slope(size(at%slope, 1), n + size(chosen)), source=0.0_dp)
-    slope(:, :n) = at%slope
-    slope(:size(changes, 1), n + 1:) = changes(:, chosen)
-    call move_alloc(slope, at%slope)
-    at%group = [at%group, [(group, i = 1, size(chosen))]]
-    at%condition = [at%condition, [(condition, i = 1, size(chosen))]]
-    at%side = [at%side, [(side, i = 1, size(chosen))]]
-    at%value = [at%value, values(chosen)]
-  end subroutine append
-
-  !> Derivatives of the goals' samples, shape (phases, components, goals, parameters), by the neighbours with their motions.
-  subroutine differentiate_samples(neighbours, motion, probes, goals, samples, slopes, error)
-    type(neighbours_type), intent(in) :: neighbours
-    type(motion_type), intent(in) :: motion
-    type(probe_type), intent(in) :: probes(:)
-    type(goal_type), intent(in) :: goals(:)
-    real(dp), intent(in) :: samples(:, :, :)
-    real(dp), intent(out) :: slopes(:, :, :, :)
-    type(error_type), allocatable, intent(out) :: error
-    class(frame_type), allocatable :: frame
-    real(dp) :: q(size(motion%phases), size(motion%q, 2), 0:2), other(size(samples, 1), size(samples, 2), size(goals))
-    integer :: i, k
-
-    do k = 1, size(slopes, 4)
-      slopes(:, :, :, k) = neighbours%weight(0, k) * samples
-      do i = 1, 2
-        q = motion%q + neighbours%distance(i, k) * motion%slope(:, :, :, k)
-        call beside(neighbours, motion%frame, motion, q, k, i, frame)
-        call take_samples(goals, frame, probes, motion%phases, q, other, error)
-        if (allocated(error)) return
-        slopes(:, :, :, k) = slopes(:, :, :, k) + neighbours%weight(i, k) * other
-      end do
-    end do
-  end subroutine differentiate_samples
-
-  !> A number of the machine and its derivatives, shape (parameters, values). Error: as of `find_branches`.
-  subroutine differentiate_plain(neighbours, motion, goal, values, changes, error)
-    type(neighbours_type), intent(in) :: neighbours
-    type(motion_type), intent(in) :: motion
-    type(goal_type), intent(in) :: goal
-    real(dp), allocatable, intent(out) :: values(:), changes(:, :)
-    type(error_type), allocatable, intent(out) :: error
-    type(frame_type) :: run
-    type(separation_type) :: branches
-    real(dp), allocatable :: other(:)
-    integer :: i, k
-
-    call at_condition(neighbours%frame, motion%condition, run)
-    if (goal%is_least()) call find_branches(run, goal%speeds, branches, error)
-    if (allocated(error)) return
-    call plain_values(goal, run, branches, values)
-    allocate(changes(motion%parameters(), size(values)))
-    do k = 1, size(changes, 1)
-      changes(k, :) = neighbours%weight(0, k) * values
-      do i = 1, 2
-        call at_condition(neighbours%beside(i, k), motion%condition, run)
-        call plain_values(goal, run, branches, other)
-        changes(k, :) = changes(k, :) + neighbours%weight(i, k) * other
-      end do
-    end do
-  end subroutine differentiate_plain
 
 end module gestell_study_design_problem

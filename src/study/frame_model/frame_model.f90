@@ -41,18 +41,23 @@ module gestell_study_frame_model
 
   !> A first step of Newton's method beyond this tells that the vibration is far enough from the linear one to be one of several.
   real(dp), parameter :: notably_nonlinear = 0.02_dp
+  !> A first step from the motion of a frame that differs little is shorter than this part of the motion.
+  real(dp), parameter :: beside = 0.3_dp
 
 contains
 
   !> `frame` by `model`, one of `frame_models`. Errors: there is no such model; as of `solve_floquet` and `solve_periodic`; Newton's
   !> method finds no vibration.
-  subroutine settle(frame, model, accuracy, settled, error, newton)
+  recursive subroutine settle(frame, model, accuracy, settled, error, newton, near)
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: model
     type(accuracy_type), intent(in) :: accuracy
     class(frame_type), allocatable, intent(out) :: settled
     type(error_type), allocatable, intent(out) :: error
     type(newton_type), intent(out), optional :: newton
+    !> A motion beside that of the exact frame, where Newton's method begins; the usual ways are taken if that leads far away, for
+    !> it may be to another vibration.
+    type(series_type), intent(in), optional :: near
     type(varied_frame_type), allocatable :: varied
     type(series_type) :: rest
     real(dp), allocatable :: steps(:)
@@ -65,6 +70,17 @@ contains
       allocate(varied)
       varied = varied_frame(frame, rest)
       varied%newton = model == "exact" .and. is_excited(frame)
+      if (varied%newton .and. present(near)) then
+        call varied%move_to(near)
+        call iterate(frame, accuracy, .false., varied, steps, error)
+        if (.not. allocated(error) .and. maxval([0.0_dp, steps]) < beside) then
+          call move_alloc(varied, settled)
+          return
+        end if
+        if (allocated(error)) deallocate(error)
+        call settle(frame, model, accuracy, settled, error, newton)
+        return
+      end if
       if (varied%newton) then
         call find_vibration(frame, accuracy, varied, error, newton)
       else

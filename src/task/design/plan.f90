@@ -2,7 +2,7 @@
 module gestell_task_design_plan
   use gestell_base_error, only: error_type
   use gestell_base_key, only: key_type
-  use gestell_base_kinds, only: dp, pi
+  use gestell_base_kinds, only: dp
   use gestell_input_machine_family, only: document_family_type, new_document_family
   use gestell_input_machine_quantities, only: kind_of_measure
   use gestell_base_words, only: word_length
@@ -15,15 +15,17 @@ module gestell_task_design_plan
   use gestell_input_wording, only: lower, shown
   use gestell_study_design, only: is_convex
   use gestell_study_design_goal, only: goal_type, new_goal, of_machine
-  use gestell_study_design_neighbours, only: condition_type
+  use gestell_study_design_neighbours, only: along_speed
   use gestell_study_design_parts, only: inertia_part, mass_part, other_part, place_parts
   use gestell_study_design_problem, only: design_order_type
   use gestell_study_family, only: family_type
   use gestell_study_measure, only: peak_measure
   use gestell_system_periodic, only: periodic_system
-  use gestell_task_configuration, only: configuration_type, read_plan
-  use gestell_task_design_keys, only: constraint_keys, design_keys, fewest_of_curve, objective_keys, robust_keys
+  use gestell_task_configuration, only: configuration_type
+  use gestell_task_design_conditions, only: read_conditions
+  use gestell_task_design_keys, only: constraint_keys, design_keys, fewest_of_curve, objective_keys
   use gestell_task_design_limits, only: read_limit, refuse_contradictions
+  use gestell_task_design_range, only: range_line_type
   use gestell_task_sweep_plan, only: find_number, overlap
   implicit none (type, external)
   private
@@ -53,6 +55,10 @@ module gestell_task_design_plan
     !> Turns of the drive in a period.
     integer :: turns = 1
     logical :: convex = .false., robust = .false.
+    !> The lines through the range of speeds and the scatter.
+    type(range_line_type), allocatable :: lines(:)
+  contains
+    procedure :: covers
   end type design_plan_type
 
   integer, parameter :: most_parameters = 40
@@ -67,6 +73,13 @@ contains
 
     call self%inner%member(parameters(self%owner), system, error)
   end subroutine member
+
+  !> Whether goals may be worst between the conditions that are given.
+  pure logical function covers(self)
+    class(design_plan_type), intent(in) :: self
+
+    covers = size(self%lines) > 0 .and. (any(self%order%objectives%needs_motion()) .or. any(self%order%constraints%needs_motion()))
+  end function covers
 
   !> The plan of a checked document. Errors: no group &design or &objective; a path that cannot change, or twice; an empty range;
   !> values that make no sense; goals that there are not; averaged masses.
@@ -83,8 +96,14 @@ contains
     if (.not. allocated(error)) call read_goals(configuration, "objective", objective_keys, plan%order%objectives, error)
     if (.not. allocated(error)) call read_goals(configuration, "constraint", constraint_keys, plan%order%constraints, error)
     if (.not. allocated(error)) call read_choices(configuration%document, plan, error)
-    if (.not. allocated(error)) call read_conditions(configuration, plan, error)
     if (allocated(error)) return
+    call read_conditions(configuration, plan%all_paths, plan%order%conditions, plan%lines, plan%robust, error)
+    if (allocated(error)) return
+    plan%turns = configuration%turns()
+    if (size(plan%lines) > 0) then
+      if (plan%lines(1)%start%along == along_speed .and. abs(plan%lines(1)%start%speed) > 0) call keep_away(plan%order, &
+        & minval(abs(plan%lines(1)%places)), maxval(abs(plan%lines(1)%places)))
+    end if
     plan%order%probes = configuration%probes
     plan%order%model = configuration%model()
     plan%order%accuracy = configuration%accuracy
@@ -331,53 +350,15 @@ contains
     end do
   end function having
 
-  !> All speeds of the sweep, where there is one, each with all that may differ.
-  subroutine read_conditions(configuration, plan, error)
-    type(configuration_type), intent(inout) :: configuration
-    type(design_plan_type), intent(inout) :: plan
-    type(error_type), allocatable, intent(out) :: error
-    type(group_type) :: group
-    type(condition_type), allocatable :: longer(:)
-    real(dp), allocatable :: speeds(:)
-    real(dp) :: scatter(3)
-    integer :: i, j, k, s, n
+  !> Separations are those over the whole range of speeds.
+  pure subroutine keep_away(order, least, greatest)
+    type(design_order_type), intent(inout) :: order
+    real(dp), intent(in) :: least, greatest
+    integer :: g
 
-    plan%turns = configuration%turns()
-    allocate(speeds(1))
-    speeds = 0
-    if (all(lower(plan%all_paths) /= "drive.speed_rpm")) speeds = configuration%frame%speed
-    if (count_groups(configuration%document, "sweep") > 0) then
-      if (any(lower(plan%all_paths) == "drive.speed_rpm")) then
-        call input_error(the_group(configuration%document, "sweep"), "parameter", "the speed is a parameter of the design", error)
-        return
-      end if
-      if (.not. allocated(configuration%plan)) call read_plan(configuration, .true., error)
-      if (allocated(error)) return
-      speeds = configuration%speeds() * pi / 30 / configuration%turns()
-    end if
-    group = the_group(configuration%document, "robust")
-    call read(group, robust_keys, "speed_percent", scatter(1), error)
-    if (.not. allocated(error)) call read(group, robust_keys, "mounting_percent", scatter(2), error)
-    if (.not. allocated(error)) call read(group, robust_keys, "damping_percent", scatter(3), error)
-    if (allocated(error)) return
-    scatter = scatter / 100
-    plan%robust = any(scatter > 0)
-    allocate(longer(27 * size(speeds)))
-    n = 0
-    do s = 1, size(speeds)
-      do k = -1, 1
-        if (k /= 0 .and. .not. scatter(3) > 0) cycle
-        do j = -1, 1
-          if (j /= 0 .and. .not. scatter(2) > 0) cycle
-          do i = -1, 1
-            if (i /= 0 .and. .not. scatter(1) > 0) cycle
-            n = n + 1
-            longer(n) = condition_type(speeds(s), 1 + i * scatter(1), 1 + j * scatter(2), 1 + k * scatter(3))
-          end do
-        end do
-      end do
+    do g = 1, size(order%constraints)
+      order%constraints(g)%speeds = [least, greatest]
     end do
-    plan%order%conditions = longer(:n)
-  end subroutine read_conditions
+  end subroutine keep_away
 
 end module gestell_task_design_plan

@@ -68,8 +68,8 @@ contains
     tics = ""
     top = 110
     do g = 1, size(design%goals)
-      before = worst_of(design%before, design%goals(g), g, plan)
-      after = worst_of(design%after, design%goals(g), g, plan)
+      before = worst_of(design%before, design, g, plan%turns)
+      after = worst_of(design%after, design, g, plan%turns)
       if (.not. abs(before(1)) > 0) cycle
       tics = tics // ", " // tic(design%goals(g)%name()) // " " // text(g)
       block = block // text(g) // "," // concise(100 * after(1) / before(1), 6) // ","
@@ -120,8 +120,8 @@ contains
     integer :: g
 
     do g = 1, 2
-      numbers(:, g, 1) = worst_of(design%before, design%goals(g), g, plan)
-      numbers(:, g, 2) = worst_of(design%after, design%goals(g), g, plan)
+      numbers(:, g, 1) = worst_of(design%before, design, g, plan%turns)
+      numbers(:, g, 2) = worst_of(design%after, design, g, plan%turns)
     end do
     lines = "set title heading noenhanced" // newline // "set key top right; set offsets graph 0.05, graph 0.05, graph 0.05, " &
       & // "graph 0.05" // newline // axis("x", 1) // axis("y", 2) // point("before", 1) // point("after", 2) &

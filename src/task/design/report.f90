@@ -8,8 +8,9 @@ module gestell_task_design_report
   use gestell_study_design_goal, only: goal_type
   use gestell_study_design_told, only: told_type
   use gestell_task_design_plan, only: design_plan_type
-  use gestell_task_design_search, only: design_type, is_there
-  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use gestell_task_design_search, only: design_type
+  use gestell_task_design_starts, only: is_there
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_positive_inf, ieee_value
   implicit none (type, external)
   private
 
@@ -18,23 +19,31 @@ module gestell_task_design_report
   character, parameter :: newline = new_line("a")
   !> A gap below which the objective is called the least there is.
   real(dp), parameter :: proved = 1.0e-6_dp
+  !> What the worst of a range may exceed the highest of its maxima by, relative to it: these are climbed until a step wins 1e-12.
+  real(dp), parameter :: of_place = 1.0e-7_dp
   !> What an equality may miss its limit by, relative to it.
   real(dp), parameter :: equality = 1.0e-6_dp
 
 contains
 
   !> A goal at its worst condition: value, error, speed (1/min; 0: the machine's own).
-  pure function worst_of(told, goal, g, plan) result(numbers)
+  pure function worst_of(told, design, g, turns) result(numbers)
     type(told_type), intent(in) :: told
-    type(goal_type), intent(in) :: goal
-    integer, intent(in) :: g
-    type(design_plan_type), intent(in) :: plan
+    type(design_type), intent(in) :: design
+    !> Its number, and the turns of the drive in a period
+    integer, intent(in) :: g, turns
     real(dp) :: numbers(3)
     integer :: c
 
-    c = told%worst(g, goal)
+    c = told%worst(g, design%goals(g))
     numbers = [told%values(g, max(c, 1)), told%errors(g, max(c, 1)), 0.0_dp]
-    if (c > 0) numbers(3) = plan%order%conditions(c)%speed * plan%order%conditions(c)%speed_factor * plan%turns * 30 / pi
+    if (c == 0) return
+    associate (condition => design%order%conditions(c))
+      numbers(3) = condition%speed * condition%speed_factor * turns * 30 / pi
+    end associate
+    if (size(design%order%conditions) > 1) numbers(2) = numbers(2) + of_place * abs(numbers(1))
+    ! of a condition where there is no vibration nothing is known
+    if (.not. all(ieee_is_finite(told%values(g, :)))) numbers(2) = ieee_value(1.0_dp, ieee_positive_inf)
   end function worst_of
 
   !> met, violated or undecided.
@@ -80,13 +89,13 @@ contains
     integer :: g, n
 
     n = size(plan%order%objectives)
-    before = worst_of(design%before, design%goals(1), 1, plan)
-    after = worst_of(design%after, design%goals(1), 1, plan)
+    before = worst_of(design%before, design, 1, plan%turns)
+    after = worst_of(design%after, design, 1, plan%turns)
     words = "DESIGN: " // design%goals(1)%name() // " from " // concise(before(1), 4) // " to " // concise(after(1), 4) // " " &
       & // trim(design%goals(1)%measure%unit) // change_words(before(1), after(1))
     state = ""
     do g = n + 1, size(design%goals)
-      after = worst_of(design%after, design%goals(g), g, plan)
+      after = worst_of(design%after, design, g, plan%turns)
       if (limit_state(design%goals(g), after(1), after(2)) == "met") cycle
       state = "unstable"
       words = "DESIGN OUT OF REACH within these ranges" // trim(merge(" (proved)", "         ", design%conflict > 0)) // ": " &
@@ -123,8 +132,9 @@ contains
         & // " after" // newline
       if (after /= "stable") report = report // "  a limit keeps it stable: &constraint quantity='rho_max', at_most=0.999 /" &
         & // newline
-      if (size(plan%order%conditions) > 1) report = report // "  worst of " // counted(size(plan%order%conditions), "condition") &
-        & // trim(merge(": speeds and scatter", ": speeds            ", plan%robust)) // newline
+      if (size(design%order%conditions) > 1) report = report // "  worst of " // counted(size(plan%order%conditions), "condition") &
+        & // trim(merge(": speeds and scatter", ": speeds            ", plan%robust)) // trim(merge(", and of all between them", &
+        & "                         ", size(plan%lines) > 0)) // newline
       report = report // newline // goal_lines(plan, design) // newline // parameter_lines(plan, design)
     end associate
     if (size(design%found) > 1) report = report // newline // start_lines(design)
@@ -136,14 +146,16 @@ contains
     character(len=:), allocatable :: lines
     character(len=2), parameter :: signs(-1:1) = [">=", "= ", "<="]
     real(dp) :: before(3), after(3), worth
+    logical :: over_range
     integer :: g, n
 
+    over_range = size(design%order%conditions) > 1
     n = size(plan%order%objectives)
     lines = ""
     do g = 1, size(design%goals)
       associate (goal => design%goals(g))
-        before = worst_of(design%before, goal, g, plan)
-        after = worst_of(design%after, goal, g, plan)
+        before = worst_of(design%before, design, g, plan%turns)
+        after = worst_of(design%after, design, g, plan%turns)
         lines = lines // goal%name() // tab // concise(before(1), 5) // tab // concise(after(1), 5) // tab &
           & // concise(after(2), 1) // tab // trim(goal%measure%unit) // tab
         if (g <= n) then
@@ -154,10 +166,15 @@ contains
             & // trim(limit_state(goal, after(1), after(2))) // tab
           if (worth > 0) lines = lines // concise(worth, 2) // " %"
         end if
+        if (over_range) lines = lines // tab // concise(after(3), 6)
         lines = lines // newline
       end associate
     end do
-    lines = tabulated("lrrrllr", ",before,after,error,,,1 % is worth", lines)
+    if (over_range) then
+      lines = tabulated("lrrrllrr", ",before,after,error,,,1 % is worth,at rpm", lines)
+    else
+      lines = tabulated("lrrrllr", ",before,after,error,,,1 % is worth", lines)
+    end if
   end function goal_lines
 
   !> By how many per cent the objective falls where limit `c` is wider by 1 %; 0 where the limits cannot be met.

@@ -8,7 +8,8 @@ module gestell_task_design_tables
   use gestell_task_design_keys, only: limit_keys
   use gestell_task_design_plan, only: design_plan_type
   use gestell_task_design_report, only: limit_state, limit_worth, worst_of
-  use gestell_task_design_search, only: design_type, is_there
+  use gestell_task_design_search, only: design_type
+  use gestell_task_design_starts, only: is_there
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private
@@ -62,8 +63,8 @@ contains
     measure = ""
     do g = 1, size(design%goals)
       associate (goal => design%goals(g))
-        before(:, g) = worst_of(design%before, goal, g, plan)
-        after(:, g) = worst_of(design%after, goal, g, plan)
+        before(:, g) = worst_of(design%before, design, g, plan%turns)
+        after(:, g) = worst_of(design%after, design, g, plan%turns)
         role(g) = "objective"
         if (goal%is_periodic()) measure(g) = measure_names(goal%measure%kind)
         if (g <= n) cycle
@@ -85,6 +86,8 @@ contains
     call table%add("limit", plain, "what it is limited to", limit)
     call table%add("state", "met, violated or undecided", state)
     call table%add("limit_worth", percent, "of the objective, by which it falls where the limit is wider by 1 %", worth)
+    call table%add("before_speed", rpm, "where it was worst; 0: the speed is a parameter", before(3, :))
+    call table%add("after_speed", rpm, "where it is worst", after(3, :))
   end function goal_table
 
   !> design_range.csv: a row for every condition.
@@ -93,9 +96,9 @@ contains
     type(design_type), intent(in) :: design
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: name
-    integer :: g
+    integer :: c, g
 
-    associate (conditions => plan%order%conditions)
+    associate (conditions => design%order%conditions)
       table = new_table("design_range", "Before and after over the range", "Objectives and limits at every condition.", verdict)
       call table%add("speed", rpm, "crank speed; 0: it is a parameter", conditions%speed * conditions%speed_factor &
         & * plan%turns * 30 / pi)
@@ -117,6 +120,8 @@ contains
       end do
       call table%add("verdict_before", "on the machine of the file", design%before%verdicts)
       call table%add("verdict_after", "on the design", design%after%verdicts)
+      call table%add("between", "1: a maximum between the conditions that were given", [(c > size(plan%order%conditions), c = 1, &
+        & size(conditions))])
     end associate
   end function range_table
 

@@ -18,14 +18,20 @@ contains
   !> The speeds that should be looked at next: where the frequency, between two neighbours on a straight line over the speed,
   !> is a harmonic of the period's; once that is found, one and three half-widths away from it, or what stands out little
   !> would be missed.
-  function crossing_speeds(curve) result(speeds)
+  !> `pairs`: for two frequencies whose sum is a harmonic instead, where tongues of instability lie.
+  !> `counts`, shape (points): whether more should be known of a crossing that is found at this point; of all without.
+  function crossing_speeds(curve, pairs, counts) result(speeds)
     class(curve_points_type), intent(in) :: curve
+    logical, intent(in), optional :: pairs, counts(:)
     real(dp), allocatable :: speeds(:)
     real(dp), allocatable :: swings(:, :), damping(:, :)
     integer :: highest, i, j, k
 
     allocate(speeds(0))
     call swings_of_modes(curve, swings, damping)
+    if (present(pairs)) then
+      if (pairs) call add_up(swings, damping)
+    end if
     highest = most_orders * maxval([1, curve%points%drive_turns])
     do i = 1, size(curve%points) - 1
       do j = 1, size(swings, 1)
@@ -33,9 +39,9 @@ contains
           if (min(a, b) < 0) cycle
           do k = max(1, ceiling(min(a, b))), min(highest, floor(min(max(a, b), real(highest, dp))))
             if (found(a, damping(j, i), k)) then
-              speeds = [speeds, around(curve, s, damping(j, i) / k)]
+              if (asked(i)) speeds = [speeds, around(curve, s, damping(j, i) / k)]
             else if (found(b, damping(j, i + 1), k)) then
-              speeds = [speeds, around(curve, t, damping(j, i + 1) / k)]
+              if (asked(i + 1)) speeds = [speeds, around(curve, t, damping(j, i + 1) / k)]
             else
               ! a s + (b t - a s) (x - s) / (t - s) = k x
               speeds = [speeds, s + (t - s) * (a - k) * s / ((a - k) * s - (b - k) * t)]
@@ -44,7 +50,35 @@ contains
         end associate
       end do
     end do
+
+  contains
+
+    pure logical function asked(i)
+      integer, intent(in) :: i
+
+      asked = .true.
+      if (present(counts)) asked = counts(i)
+    end function asked
+
   end function crossing_speeds
+
+  !> The modes' sums in place of the modes.
+  pure subroutine add_up(swings, damping)
+    real(dp), allocatable, intent(inout) :: swings(:, :), damping(:, :)
+    real(dp), dimension(size(swings, 1) * (size(swings, 1) + 1) / 2, size(swings, 2)) :: sums, dampings
+    integer :: i, j, k
+
+    k = 0
+    do j = 1, size(swings, 1)
+      do i = 1, j
+        k = k + 1
+        sums(k, :) = merge(swings(i, :) + swings(j, :), -1.0_dp, min(swings(i, :), swings(j, :)) >= 0)
+        dampings(k, :) = damping(i, :) + damping(j, :)
+      end do
+    end do
+    swings = sums
+    damping = dampings
+  end subroutine add_up
 
   !> One and three half-widths away from a resonance at `speed`, where no point is near.
   function around(curve, speed, half_width) result(speeds)

@@ -1,0 +1,249 @@
+!> The goals of a design at one condition, as branches with derivatives.
+module gestell_study_design_evaluation
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_math_optimum_minimax, only: branches_type
+  use gestell_model_frame, only: frame_type
+  use gestell_model_frame_rows, only: probe_type
+  use gestell_study_design_branches, only: measure_branches
+  use gestell_study_design_exponents, only: solve_exponents
+  use gestell_study_design_goal, only: components, goal_type, of_machine, of_multipliers, plain_values, take_samples
+  use gestell_study_design_motion, only: beside, coarse, motion_type
+  use gestell_study_design_neighbours, only: at_condition, condition_type, neighbours_type, step_type
+  use gestell_study_design_separation, only: find_branches, separation_type
+  implicit none (type, external)
+  private
+
+  public :: add_condition, add_top, no_branches
+
+  !> How machines are solved: by which model, how accurately; the probes that goals may name.
+  type, public :: setting_type
+    type(probe_type), allocatable :: probes(:)
+    character(len=11) :: model = "exact"
+    type(accuracy_type) :: accuracy
+  end type setting_type
+
+  !> A range of conditions, between those that are given as well.
+  type, abstract, public :: range_type
+    !> An excess of each goal, shape (goals), beyond which it need not be known how great it is; none if not allocated.
+    real(dp), allocatable :: enough(:)
+  contains
+    procedure(find_tops), deferred :: find_tops
+  end type range_type
+
+  !> Where a goal is worst over a range of conditions.
+  type, public :: top_type
+    type(condition_type) :: condition
+    !> The goal's number, that of the line through the range, and by how much it exceeds its limit.
+    integer :: goal = 0, line = 0
+    real(dp) :: excess = 0
+    !> Whether the goal is less on both sides; no: the line ends here.
+    logical :: inside = .false.
+    !> A motion beside the one there, where it is known.
+    type(motion_type) :: motion
+  end type top_type
+
+  !> What is asked of a design. The objective is the sum of the `objectives`, each times its weight, or the largest of them.
+  type, extends(setting_type), public :: design_order_type
+    type(goal_type), allocatable :: objectives(:), constraints(:)
+    logical :: largest = .false.
+    type(condition_type), allocatable :: conditions(:)
+    !> The range that counts instead of the conditions where it is allocated.
+    class(range_type), allocatable :: range
+    !> Ranges of the parameters, shape (parameters).
+    real(dp), allocatable :: lower(:), upper(:)
+    !> Which of them is the first of its link, and what of it each is; shapes (parameters).
+    integer, allocatable :: body(:), part(:)
+    !> The links that they are of, 0: of none alone, and their units in SI; shapes (parameters). Where they are not allocated, all
+    !> neighbours are members of the family.
+    integer, allocatable :: link(:)
+    real(dp), allocatable :: unit(:)
+  contains
+    procedure :: steps
+  end type design_order_type
+
+  !> Branches of goals, each at a condition, shape (branches); `side`: 1: it keeps below a limit, -1: above.
+  type, extends(branches_type), public :: goal_branches_type
+    integer, allocatable :: condition(:), side(:)
+  end type goal_branches_type
+
+  abstract interface
+    !> The maxima of each goal over the range that are near the worst of it; `known`: there is a vibration everywhere. Error: the
+    !> goals make no sense.
+    subroutine find_tops(self, neighbours, setting, goals, tops, known, error)
+      import :: error_type, goal_type, neighbours_type, range_type, setting_type, top_type
+      implicit none (type, external)
+      class(range_type), intent(in) :: self
+      type(neighbours_type), intent(in) :: neighbours
+      class(setting_type), intent(in) :: setting
+      type(goal_type), intent(in) :: goals(:)
+      type(top_type), allocatable, intent(out) :: tops(:)
+      logical, intent(out) :: known
+      type(error_type), allocatable, intent(out) :: error
+    end subroutine find_tops
+  end interface
+
+contains
+
+  !> How the parameters are changed for derivatives, shape (parameters).
+  pure function steps(self)
+    class(design_order_type), intent(in) :: self
+    type(step_type) :: steps(size(self%lower))
+    integer :: k
+
+    steps%range = self%upper - self%lower
+    if (allocated(self%link)) then
+      do k = 1, size(steps)
+        steps(k)%link = self%link(k)
+        steps(k)%part = self%part(k)
+        steps(k)%unit = self%unit(k)
+      end do
+    end if
+  end function steps
+
+  !> An empty list of branches of a design with this number of parameters.
+  pure function no_branches(parameters) result(branches)
+    integer, intent(in) :: parameters
+    type(goal_branches_type) :: branches
+
+    allocate(branches%group(0), branches%condition(0), branches%side(0), branches%value(0), branches%slope(parameters, 0))
+  end function no_branches
+
+  !> Adds the branches of the goals at one condition.
+  subroutine add_condition(neighbours, motion, setting, goals, condition, at, error)
+    type(neighbours_type), intent(in) :: neighbours
+    type(motion_type), intent(in) :: motion
+    class(setting_type), intent(in) :: setting
+    type(goal_type), intent(in) :: goals(:)
+    integer, intent(in) :: condition
+    type(goal_branches_type), intent(inout) :: at
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: samples(size(motion%phases), components(motion%frame), size(goals))
+    real(dp), allocatable :: slopes(:, :, :, :), values(:), changes(:, :)
+    logical, allocatable :: sides(:, :)
+    integer :: g, i, s
+
+    allocate(slopes(size(samples, 1), size(samples, 2), size(goals), motion%parameters()), source=0.0_dp)
+    if (any(goals%is_periodic())) then
+      call take_samples(goals, motion%frame, setting%probes, motion%phases, motion%q, samples, error)
+      if (.not. allocated(error)) call differentiate_samples(neighbours, motion, setting%probes, goals, samples, slopes, error)
+      if (allocated(error)) return
+    end if
+    do g = 1, size(goals)
+      select case (goals(g)%about)
+      case (of_multipliers)
+        call solve_exponents(neighbours, motion, coarse(setting%accuracy), values, changes, error)
+      case (of_machine)
+        call differentiate_plain(neighbours, motion, goals(g), values, changes, error)
+      case default
+        call measure_branches(goals(g)%measure%kind, goals(g)%measure%band, motion%frame%period, samples(:, :, g), &
+          & slopes(:, :, g, :), values, changes)
+      end select
+      if (allocated(error)) return
+      sides = goals(g)%sides(values)
+      do s = 1, 2
+        call append(at, g, condition, 3 - 2 * s, pack([(i, i = 1, size(values))], sides(:, s)), values, changes)
+      end do
+    end do
+  end subroutine add_condition
+
+  !> Adds the goal that a top is of, at the motion there: the highest branch; the others have their own tops elsewhere, and beside a
+  !> resonance what they do at this speed says nothing of how high these are. At the end of a line all branches count. Error: the
+  !> goals make no sense.
+  subroutine add_top(neighbours, motion, setting, goal, top, number, at, error)
+    type(neighbours_type), intent(in) :: neighbours
+    type(motion_type), intent(in) :: motion
+    class(setting_type), intent(in) :: setting
+    type(goal_type), intent(in) :: goal
+    type(top_type), intent(in) :: top
+    !> That of the condition
+    integer, intent(in) :: number
+    type(goal_branches_type), intent(inout) :: at
+    type(error_type), allocatable, intent(out) :: error
+    type(goal_branches_type) :: there
+    integer, allocatable :: counts(:)
+    integer :: i
+
+    there = no_branches(size(at%slope, 1))
+    call add_condition(neighbours, motion, setting, [goal], number, there, error)
+    if (allocated(error)) return
+    counts = [(i, i = 1, size(there%value))]
+    if (top%inside) counts = [maxloc(there%side * (there%value - goal%limit), dim=1)]
+    do i = 1, size(counts)
+      call append(at, top%goal, number, there%side(counts(i)), counts(i:i), there%value, there%slope)
+    end do
+  end subroutine add_top
+
+  !> Adds the `chosen` ones of a goal's branches at a condition.
+  pure subroutine append(at, group, condition, side, chosen, values, changes)
+    type(goal_branches_type), intent(inout) :: at
+    integer, intent(in) :: group, condition, side, chosen(:)
+    real(dp), intent(in) :: values(:), changes(:, :)
+    real(dp), allocatable :: slope(:, :)
+    integer :: n, i
+
+    n = size(at%value)
+    allocate(slope(size(at%slope, 1), n + size(chosen)), source=0.0_dp)
+    slope(:, :n) = at%slope
+    slope(:size(changes, 1), n + 1:) = changes(:, chosen)
+    call move_alloc(slope, at%slope)
+    at%group = [at%group, [(group, i = 1, size(chosen))]]
+    at%condition = [at%condition, [(condition, i = 1, size(chosen))]]
+    at%side = [at%side, [(side, i = 1, size(chosen))]]
+    at%value = [at%value, values(chosen)]
+  end subroutine append
+
+  !> Derivatives of the goals' samples, shape (phases, components, goals, parameters), by the neighbours with their motions.
+  subroutine differentiate_samples(neighbours, motion, probes, goals, samples, slopes, error)
+    type(neighbours_type), intent(in) :: neighbours
+    type(motion_type), intent(in) :: motion
+    type(probe_type), intent(in) :: probes(:)
+    type(goal_type), intent(in) :: goals(:)
+    real(dp), intent(in) :: samples(:, :, :)
+    real(dp), intent(out) :: slopes(:, :, :, :)
+    type(error_type), allocatable, intent(out) :: error
+    class(frame_type), allocatable :: frame
+    real(dp) :: q(size(motion%phases), size(motion%q, 2), 0:2), other(size(samples, 1), size(samples, 2), size(goals))
+    integer :: i, k
+
+    do k = 1, size(slopes, 4)
+      slopes(:, :, :, k) = neighbours%weight(0, k) * samples
+      do i = 1, 2
+        q = motion%q + neighbours%distance(i, k) * motion%slope(:, :, :, k)
+        call beside(neighbours, motion%frame, motion, q, k, i, frame)
+        call take_samples(goals, frame, probes, motion%phases, q, other, error)
+        if (allocated(error)) return
+        slopes(:, :, :, k) = slopes(:, :, :, k) + neighbours%weight(i, k) * other
+      end do
+    end do
+  end subroutine differentiate_samples
+
+  !> A number of the machine and its derivatives, shape (parameters, values). Error: as of `find_branches`.
+  subroutine differentiate_plain(neighbours, motion, goal, values, changes, error)
+    type(neighbours_type), intent(in) :: neighbours
+    type(motion_type), intent(in) :: motion
+    type(goal_type), intent(in) :: goal
+    real(dp), allocatable, intent(out) :: values(:), changes(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    type(frame_type) :: run
+    type(separation_type) :: branches
+    real(dp), allocatable :: other(:)
+    integer :: i, k
+
+    call at_condition(neighbours%frame, motion%condition, run)
+    if (goal%is_least()) call find_branches(run, goal%speeds, branches, error)
+    if (allocated(error)) return
+    call plain_values(goal, run, branches, values)
+    allocate(changes(motion%parameters(), size(values)))
+    do k = 1, size(changes, 1)
+      changes(k, :) = neighbours%weight(0, k) * values
+      do i = 1, 2
+        call at_condition(neighbours%beside(i, k), motion%condition, run)
+        call plain_values(goal, run, branches, other)
+        changes(k, :) = changes(k, :) + neighbours%weight(i, k) * other
+      end do
+    end do
+  end subroutine differentiate_plain
+
+end module gestell_study_design_evaluation

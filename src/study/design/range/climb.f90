@@ -1,0 +1,137 @@
+!> The maximum of a function of one number within an interval, step by step:
+!>
+!>     call climb%start(places, values)                  ! three, ascending
+!>     do while (.not. climb%done)
+!>       (the value at climb%next)
+!>       call climb%take(value)
+!>     end do
+!>
+!> Where the place in the middle is not the highest the places move uphill, twice as far apart each time. Then parabolas, and
+!> sections by the golden mean where these do not shorten the interval (R. P. Brent, Algorithms for Minimization without
+!> Derivatives, 1973, chapter 5). Beside a resonance a peak goes as P = P_0 / sqrt(1 + u^2): of -1/P^2 the parabola is exact.
+module gestell_study_design_range_climb
+  use gestell_base_kinds, only: dp
+  implicit none (type, external)
+  private
+
+  type, public :: climb_type
+    !> The place to be looked at next; where the maximum is, which may be a little above the highest value that is known, `highest`.
+    real(dp) :: next = 0, top = 0, highest = 0
+    !> Whether the maximum is found, to the `gain` that is asked for, or the steps are used up; how many values were taken.
+    logical :: done = .false.
+    !> Whether it is a smooth maximum; otherwise it lies at a jump or at the end of the interval, or was not found.
+    logical :: smooth = .false.
+    integer :: steps = 0
+    real(dp), private :: x(3) = 0, f(3) = 0, bounds(2) = 0, gain = 0, before = 0
+    integer, private :: most = 0
+  contains
+    procedure :: start
+    procedure :: take
+    procedure, private :: aim
+  end type climb_type
+
+  real(dp), parameter :: golden = 0.381966011250105_dp
+  !> A smooth maximum is found within so many steps.
+  integer, parameter, public :: of_smooth = 12
+  !> The shortest interval, relative to the place.
+  real(dp), parameter :: shortest = 1.0e-10_dp
+
+contains
+
+  !> `bounds`: the interval that is never left. `gain`: what a further step may win, relative to the value; `most`: most steps.
+  subroutine start(self, x, f, bounds, gain, most)
+    class(climb_type), intent(out) :: self
+    real(dp), intent(in) :: x(3), f(3), bounds(2), gain
+    integer, intent(in) :: most
+
+    self%x = x
+    self%f = f
+    self%bounds = bounds
+    self%gain = gain
+    self%most = most
+    self%before = x(3) - x(1)
+    call self%aim()
+  end subroutine start
+
+  !> The value at `next`.
+  pure subroutine take(self, value)
+    class(climb_type), intent(inout) :: self
+    real(dp), intent(in) :: value
+
+    self%steps = self%steps + 1
+    associate (x => self%x, f => self%f, new => self%next)
+      if (new > x(3)) then
+        x = [x(2), x(3), new]
+        f = [f(2), f(3), value]
+      else if (new < x(1)) then
+        x = [new, x(1), x(2)]
+        f = [value, f(1), f(2)]
+      else if (value > f(2)) then
+        if (new > x(2)) then
+          x = [x(2), new, x(3)]
+          f = [f(2), value, f(3)]
+        else
+          x = [x(1), new, x(2)]
+          f = [f(1), value, f(2)]
+        end if
+      else if (new > x(2)) then
+        x(3) = new
+        f(3) = value
+      else
+        x(1) = new
+        f(1) = value
+      end if
+    end associate
+    call self%aim()
+  end subroutine take
+
+  !> Where to look next.
+  pure subroutine aim(self)
+    class(climb_type), intent(inout) :: self
+    real(dp) :: left, right, a, b, step
+
+    associate (x => self%x, f => self%f)
+      self%top = x(maxloc(f, dim=1))
+      self%highest = maxval(f)
+      self%done = self%steps >= self%most
+      if (self%done) return
+      if (f(3) > f(2) .and. f(3) >= f(1)) then
+        self%done = x(3) >= self%bounds(2)
+        self%next = min(x(3) + 2 * (x(3) - x(1)), self%bounds(2))
+        return
+      else if (f(1) > f(2)) then
+        self%done = x(1) <= self%bounds(1)
+        self%next = max(x(1) - 2 * (x(3) - x(1)), self%bounds(1))
+        return
+      end if
+      left = x(2) - x(1)
+      right = x(3) - x(2)
+      self%done = max(left, right) <= shortest * abs(x(2))
+      if (self%done) return
+      ! f(2) - f = a t^2 - b t
+      a = ((f(2) - f(1)) / left + (f(2) - f(3)) / right) / (left + right)
+      b = ((f(3) - f(2)) / right * left + (f(2) - f(1)) / left * right) / (left + right)
+      step = 0
+      if (a > 0) step = b / (2 * a)
+      self%done = a > 0 .and. b**2 / (4 * a) <= self%gain * abs(f(2)) .and. min(f(2) - f(1), f(2) - f(3)) <= 100 * self%gain &
+        & * abs(f(2))
+      self%smooth = self%done
+      if (self%done) then
+        self%top = x(2) + step
+        return
+      end if
+      if (self%steps > of_smooth) then
+        ! beside a jump parabolas win nothing
+        step = merge(-0.5_dp * left, 0.5_dp * right, left > right)
+      else if (.not. a > 0 .or. (left + right > 0.5_dp * self%before .and. modulo(self%steps, 3) == 2)) then
+        step = merge(-golden * left, golden * right, left > right)
+      else if (abs(step) < 1.0e-3_dp * min(left, right)) then
+        ! the other side closes in on a top that is all but found
+        step = sign(min(left, right) * 1.0e-2_dp, merge(-1.0_dp, 1.0_dp, left > right))
+      end if
+      if (modulo(self%steps, 3) == 2) self%before = left + right
+      self%next = min(max(x(2) + step, x(1) + 0.01_dp * left), x(3) - 0.01_dp * right)
+    end associate
+  end subroutine aim
+
+end module gestell_study_design_range_climb

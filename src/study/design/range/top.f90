@@ -1,0 +1,154 @@
+!> One machine looked at over a range of conditions: what its goals and its free vibrations are at one of them, and where along a
+!> line through the range a goal is worst. At such a top the derivative with respect to the condition is zero, so the derivatives
+!> with respect to the parameters are those at the condition held fixed (local reduction, as in semi-infinite programming: R.
+!> Hettich, K. O. Kortanek, SIAM Review 35, 1993, 380-429, section 2.2).
+module gestell_study_design_range_top
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
+  use gestell_study_design_coordinates, only: coordinates_type, find_coordinates
+  use gestell_study_design_evaluation, only: add_condition, goal_branches_type, no_branches, setting_type
+  use gestell_study_design_goal, only: goal_type, of_machine, of_multipliers
+  use gestell_study_design_motion, only: coarse, motion_type, solve_motion
+  use gestell_study_design_neighbours, only: condition_type, neighbours_type
+  use gestell_study_design_range_climb, only: climb_type, of_smooth
+  use gestell_study_frame_model_newton, only: rough
+  use gestell_study_speed_point, only: no_solution, reached, speed_point_type, take_turns
+  implicit none (type, external)
+  private
+
+  public :: climb_from, excess_of, level_of, look
+
+  !> What a further step of a search may win, relative, and its steps at the most.
+  real(dp), parameter :: gain = 1.0e-10_dp
+  integer, parameter :: most_steps = 40
+
+contains
+
+  !> The machine at a condition: `point%values(1, g)` is by how much goal g exceeds its limit; its turns and growth are those of the
+  !> free vibrations where they can be told. No solution: `point%state`. Error: the goals make no sense.
+  subroutine look(neighbours, setting, goals, condition, multipliers, point, error, near)
+    type(neighbours_type), intent(in) :: neighbours
+    class(setting_type), intent(in) :: setting
+    type(goal_type), intent(in) :: goals(:)
+    type(condition_type), intent(in) :: condition
+    !> Whether the free vibrations are wanted too
+    logical, intent(in) :: multipliers
+    type(speed_point_type), intent(out) :: point
+    type(error_type), allocatable, intent(out) :: error
+    !> A motion under a condition beside this one, where it is known, from which the search begins; becomes the motion that is found
+    type(motion_type), intent(inout), optional :: near
+    type(motion_type) :: motion
+    type(goal_branches_type) :: at
+    type(error_type), allocatable :: failure
+    integer :: g, i
+
+    point%speed = condition%number()
+    point%state = no_solution
+    allocate(point%values(1, size(goals)), source=-huge(1.0_dp))
+    call solve_motion(neighbours, condition, trim(setting%model), setting%accuracy, any(goals%needs_motion()), motion, failure, &
+      & near)
+    if (allocated(failure)) return
+    at = no_branches(0)
+    do g = 1, size(goals)
+      if (goals(g)%about == of_multipliers) cycle
+      call add_condition(neighbours, motion, setting, goals(g:g), g, at, error)
+      if (allocated(error)) return
+    end do
+    ! of one goal at a time the group is 1, and its number the condition
+    do i = 1, size(at%value)
+      g = at%condition(i)
+      point%values(1, g) = max(point%values(1, g), at%side(i) * (at%value(i) - goals(g)%limit))
+    end do
+    point%state = reached
+    if (present(near)) near = motion
+    if (.not. (multipliers .or. any(goals%about == of_multipliers))) return
+    call take_free_vibrations(motion, setting%accuracy, point, failure)
+    if (allocated(failure)) return
+    do g = 1, size(goals)
+      if (goals(g)%about == of_multipliers) point%values(1, g) = goals(g)%excess(exp(maxval(point%growth)))
+    end do
+  end subroutine look
+
+  !> Turns and growth of the free vibrations. Errors: as of `solve_floquet` and `solve_multipliers`.
+  subroutine take_free_vibrations(motion, accuracy, point, error)
+    type(motion_type), intent(in) :: motion
+    type(accuracy_type), intent(in) :: accuracy
+    type(speed_point_type), intent(inout) :: point
+    type(error_type), allocatable, intent(out) :: error
+    type(coordinates_type) :: free
+    type(floquet_type) :: floquet
+    type(multipliers_type) :: multipliers
+    logical :: fits
+
+    call find_coordinates(motion%frame, size(motion%phases), coarse(accuracy), free, fits, motion%quick)
+    if (fits) then
+      call take_turns(motion%frame, aimag(free%lambda) * free%period, real(free%lambda) * free%period, spread(free%scale, 2, &
+        & size(free%lambda)) * free%p(:, :, 1), point)
+      return
+    end if
+    call solve_floquet(motion%frame, accuracy_type(tolerance=rough), .false., floquet, error)
+    if (.not. allocated(error)) call solve_multipliers(floquet, .true., multipliers, error)
+    if (.not. allocated(error)) call take_turns(motion%frame, multipliers%arg, multipliers%log_abs, multipliers%vectors, point)
+  end subroutine take_free_vibrations
+
+  !> A function of a goal's excess that rises with it, and is nearly a parabola beside a resonance.
+  elemental real(dp) function level_of(goal, excess) result(level)
+    type(goal_type), intent(in) :: goal
+    real(dp), intent(in) :: excess
+    real(dp) :: value
+
+    level = excess
+    if (.not. is_inverted(goal)) return
+    value = excess + goal%limit
+    level = -huge(level)
+    if (value > 1 / sqrt(huge(value))) level = -1 / value**2
+  end function level_of
+
+  !> The excess at a level.
+  elemental real(dp) function excess_of(goal, level) result(excess)
+    type(goal_type), intent(in) :: goal
+    real(dp), intent(in) :: level
+
+    excess = level
+    if (is_inverted(goal)) excess = 1 / sqrt(-level) - goal%limit
+  end function excess_of
+
+  !> Whether levels are those of 1 / value^2.
+  elemental logical function is_inverted(goal)
+    type(goal_type), intent(in) :: goal
+
+    is_inverted = goal%sense > 0 .and. all(goal%about /= [of_multipliers, of_machine])
+  end function is_inverted
+
+  !> Climbs to the maximum of a goal over a line from three places, ascending, whose levels are known. Error: the goal makes no
+  !> sense.
+  !> Nine arguments: a climb, its machine and where it begins.
+  subroutine climb_from(neighbours, setting, goal, start, places, levels, climb, error, motion)
+    type(neighbours_type), intent(in) :: neighbours
+    class(setting_type), intent(in) :: setting
+    type(goal_type), intent(in) :: goal
+    !> A condition on the line
+    type(condition_type), intent(in) :: start
+    real(dp), intent(in) :: places(3), levels(3)
+    type(climb_type), intent(out) :: climb
+    type(error_type), allocatable, intent(out) :: error
+    !> With it each motion is found from the last; becomes the last
+    type(motion_type), intent(inout), optional :: motion
+    type(speed_point_type) :: point
+    real(dp) :: level
+
+    ! what is found from its neighbour is a step of a search: where it is not smooth a rough place is enough
+    call climb%start(places, levels, places([1, 3]), gain, merge(of_smooth, most_steps, present(motion)))
+    do while (.not. climb%done)
+      call look(neighbours, setting, [goal], start%moved_to(climb%next), .false., point, error, motion)
+      if (allocated(error)) return
+      level = -huge(level)
+      if (point%state == reached) level = level_of(goal, point%values(1, 1))
+      call climb%take(level)
+    end do
+  end subroutine climb_from
+
+end module gestell_study_design_range_top

@@ -1,0 +1,123 @@
+!> The conditions under which a design is run: the speeds of the sweep with all that may differ, and the lines between them.
+module gestell_task_design_conditions
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_input_namelist_document, only: count_groups, group_type, the_group
+  use gestell_input_namelist_message, only: input_error
+  use gestell_input_schema_read, only: read
+  use gestell_input_wording, only: lower
+  use gestell_math_sorting, only: ascending
+  use gestell_study_design_neighbours, only: along_speed, along_stiffness, condition_type
+  use gestell_task_configuration, only: configuration_type, read_plan
+  use gestell_task_design_keys, only: robust_keys
+  use gestell_task_design_range, only: range_line_type
+  implicit none (type, external)
+  private
+
+  public :: read_conditions
+
+contains
+
+  !> Errors: the speed is a parameter of the design, one of `paths`, and runs too; values out of range.
+  subroutine read_conditions(configuration, paths, conditions, lines, robust, error)
+    type(configuration_type), intent(inout) :: configuration
+    character(len=*), intent(in) :: paths(:)
+    type(condition_type), allocatable, intent(out) :: conditions(:)
+    type(range_line_type), allocatable, intent(out) :: lines(:)
+    !> Whether anything may differ from what it should be
+    logical, intent(out) :: robust
+    type(error_type), allocatable, intent(out) :: error
+    type(group_type) :: group
+    type(condition_type), allocatable :: longer(:)
+    real(dp), allocatable :: speeds(:)
+    real(dp) :: scatter(3)
+    integer :: i, j, k, s, n
+
+    robust = .false.
+    allocate(speeds(1))
+    speeds = 0
+    if (all(lower(paths) /= "drive.speed_rpm")) speeds = configuration%frame%speed
+    if (count_groups(configuration%document, "sweep") > 0) then
+      if (any(lower(paths) == "drive.speed_rpm")) then
+        call input_error(the_group(configuration%document, "sweep"), "parameter", "the speed is a parameter of the design", error)
+        return
+      end if
+      if (.not. allocated(configuration%plan)) call read_plan(configuration, .true., error)
+      if (allocated(error)) return
+      speeds = configuration%speeds() * pi / 30 / configuration%turns()
+    end if
+    group = the_group(configuration%document, "robust")
+    call read(group, robust_keys, "speed_percent", scatter(1), error)
+    if (.not. allocated(error)) call read(group, robust_keys, "mounting_percent", scatter(2), error)
+    if (.not. allocated(error)) call read(group, robust_keys, "damping_percent", scatter(3), error)
+    if (allocated(error)) return
+    scatter = scatter / 100
+    robust = any(scatter > 0)
+    allocate(longer(27 * size(speeds)))
+    n = 0
+    do s = 1, size(speeds)
+      do k = -1, 1
+        if (k /= 0 .and. .not. scatter(3) > 0) cycle
+        do j = -1, 1
+          if (j /= 0 .and. .not. scatter(2) > 0) cycle
+          do i = -1, 1
+            if (i /= 0 .and. .not. scatter(1) > 0) cycle
+            n = n + 1
+            longer(n) = condition_type(speeds(s), 1 + i * scatter(1), 1 + j * scatter(2), 1 + k * scatter(3))
+          end do
+        end do
+      end do
+    end do
+    conditions = longer(:n)
+    call lay_lines(conditions, scatter, lines)
+  end subroutine read_conditions
+
+  !> Lines over the speed at every corner of the other scatter, and over the stiffness at the least and the greatest speed.
+  subroutine lay_lines(conditions, scatter, lines)
+    type(condition_type), intent(in) :: conditions(:)
+    real(dp), intent(in) :: scatter(3)
+    type(range_line_type), allocatable, intent(out) :: lines(:)
+    type(condition_type) :: start
+    real(dp), allocatable :: speeds(:), ends(:)
+    integer :: j, k, e
+
+    allocate(lines(0))
+    start%speed = conditions(1)%speed
+    start%along = along_speed
+    allocate(speeds(size(conditions)))
+    speeds = conditions%speed * conditions%speed_factor
+    if (.not. abs(start%speed) > 0) speeds = conditions%speed_factor
+    speeds = unlike(speeds(ascending(abs(speeds))))
+    do k = -1, 1
+      if (k /= 0 .and. .not. scatter(3) > 0) cycle
+      start%damping_factor = 1 + k * scatter(3)
+      do j = -1, 1
+        if (size(speeds) == 1 .or. (j /= 0 .and. .not. scatter(2) > 0)) cycle
+        start%stiffness_factor = 1 + j * scatter(2)
+        lines = [lines, range_line_type(start, speeds)]
+      end do
+    end do
+    if (.not. scatter(2) > 0) return
+    ends = unlike([speeds(1), speeds(size(speeds))])
+    do k = -1, 1
+      if (k /= 0 .and. .not. scatter(3) > 0) cycle
+      start%damping_factor = 1 + k * scatter(3)
+      do e = 1, size(ends)
+        start%along = along_speed
+        start = start%moved_to(ends(e))
+        start%along = along_stiffness
+        lines = [lines, range_line_type(start, [1 - scatter(2), 1.0_dp, 1 + scatter(2)])]
+      end do
+    end do
+  end subroutine lay_lines
+
+  !> A list in order without repetitions.
+  pure function unlike(list) result(left)
+    real(dp), intent(in) :: list(:)
+    real(dp), allocatable :: left(:)
+    real(dp), parameter :: same = 1.0e-12_dp
+
+    left = pack(list, [.true., abs(list(2:) - list(:size(list) - 1)) > same * abs(list(2:))])
+  end function unlike
+
+end module gestell_task_design_conditions

@@ -1,0 +1,386 @@
+!> A design over the whole range of its speeds and its scatter: where its goals are worst between the speeds that are given.
+!>
+!> The range is looked at along lines: over the speed at every corner of the scatter, over the stiffness of the mounting at the
+!> least and the greatest speed. A resonance is a curve on which the speed rises with the stiffness, so it meets one of these lines.
+!> Along a line the means of resonance curves find what lies between the points: the multipliers of neighbours tell where a free
+!> vibration, or a tongue of instability, meets an order; an interval is divided where the straight lines from both sides leave room
+!> for more than the worst that is known; each maximum that is near the worst is then climbed.
+module gestell_task_design_range
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_model_frame, only: frame_type
+  use gestell_study_design_evaluation, only: design_order_type, range_type, setting_type, top_type
+  use gestell_study_design_goal, only: goal_type, of_multipliers, of_torque
+  use gestell_study_design_motion, only: usual_phases
+  use gestell_study_design_neighbours, only: condition_type, find_neighbours, neighbours_type, remember
+  use gestell_study_design_range_climb, only: climb_type
+  use gestell_study_design_range_top, only: climb_from, excess_of, level_of, look
+  use gestell_study_family, only: family_type
+  use gestell_study_speed_point, only: reached, speed_point_type
+  use gestell_task_resonance_points, only: curve_points_type
+  use gestell_task_resonance_seeds, only: crossing_speeds
+  implicit none (type, external)
+  private
+
+  public :: survey_machine, survey_range
+
+  !> A line through the range: the condition at its start, which says along what it goes, and the places that are given.
+  type, public :: range_line_type
+    type(condition_type) :: start
+    real(dp), allocatable :: places(:)
+  end type range_line_type
+
+  !> The range, as the search for a design looks at it.
+  type, extends(range_type), public :: lines_type
+    type(range_line_type), allocatable :: lines(:)
+  contains
+    procedure :: find_tops
+  end type lines_type
+
+  !> What was found in a machine.
+  type, public :: survey_type
+    !> By how much each goal exceeds its limit at its worst, and the line on which that is; shapes (goals).
+    real(dp), allocatable :: excess(:)
+    integer, allocatable :: line(:)
+    !> The conditions at all maxima near the worst, and one where there is no vibration, if there is any.
+    type(condition_type), allocatable :: conditions(:)
+    logical :: known = .true.
+  end type survey_type
+
+  !> A line with its points.
+  type, extends(curve_points_type) :: curve_type
+    type(range_line_type) :: line
+  end type curve_type
+
+  !> Maxima below the worst by more than this part of the goal's size are left out; an interval is divided where there is room for
+  !> more than this part of it.
+  real(dp), parameter :: near = 0.25_dp, room = 0.01_dp
+  !> Points closer than this, relative to their places, are one; rounds and points of a line at the most.
+  real(dp), parameter :: same = 1.0e-9_dp
+  integer, parameter :: most_rounds = 16, most_points = 3000
+  !> What two ways to one value may differ by, relative to it.
+  real(dp), parameter :: agreement = 1.0e-6_dp
+
+contains
+
+  subroutine find_tops(self, neighbours, setting, goals, tops, known, error)
+    class(lines_type), intent(in) :: self
+    type(neighbours_type), intent(in) :: neighbours
+    class(setting_type), intent(in) :: setting
+    type(goal_type), intent(in) :: goals(:)
+    type(top_type), allocatable, intent(out) :: tops(:)
+    logical, intent(out) :: known
+    type(error_type), allocatable, intent(out) :: error
+    type(curve_type) :: curves(size(self%lines))
+    integer :: l
+
+    call look_along(neighbours, setting, goals, self%lines, curves, error, self%enough)
+    if (allocated(error)) return
+    known = all([(all(curves(l)%points%state == reached), l = 1, size(curves))])
+    if (known) call climb_all(neighbours, setting, goals, curves, .false., tops, error, self%enough)
+  end subroutine find_tops
+
+  !> The machine at the parameters `x` along all lines. Errors: x or the goals make no sense.
+  subroutine survey_range(family, order, lines, x, reported, survey, error)
+    class(family_type), intent(in) :: family
+    type(design_order_type), intent(in) :: order
+    type(range_line_type), intent(in) :: lines(:)
+    real(dp), intent(in) :: x(:)
+    !> Whether it is to be reported: then the multipliers are the last goal, and every maximum is that of the vibrations which the
+    !> model finds without knowing their neighbours.
+    logical, intent(in) :: reported
+    type(survey_type), intent(out) :: survey
+    type(error_type), allocatable, intent(out) :: error
+    type(neighbours_type) :: neighbours
+    logical :: known
+
+    call find_neighbours(family, x, neighbours, known, error)
+    if (allocated(error)) return
+    if (known) then
+      call survey_machine(neighbours%frame, order, lines, reported, survey, error)
+    else
+      allocate(survey%conditions(0))
+      allocate(survey%excess(size(order%objectives) + size(order%constraints) + merge(1, 0, reported)), source=-huge(1.0_dp))
+      allocate(survey%line(size(survey%excess)), source=1)
+      survey%known = .false.
+    end if
+  end subroutine survey_range
+
+  !> The same of a machine.
+  subroutine survey_machine(machine, order, lines, reported, survey, error)
+    type(frame_type), intent(in) :: machine
+    type(design_order_type), intent(in) :: order
+    type(range_line_type), intent(in) :: lines(:)
+    logical, intent(in) :: reported
+    type(survey_type), intent(out) :: survey
+    type(error_type), allocatable, intent(out) :: error
+    type(neighbours_type) :: neighbours
+    type(goal_type), allocatable :: goals(:)
+    type(curve_type) :: curves(size(lines))
+    type(top_type), allocatable :: tops(:)
+    integer :: k, l, n
+
+    n = size(order%objectives) + size(order%constraints)
+    allocate(goals(n + merge(1, 0, reported)), survey%conditions(0))
+    goals(:size(order%objectives)) = order%objectives
+    goals(size(order%objectives) + 1:n) = order%constraints
+    if (reported) then
+      goals(n + 1)%about = of_multipliers
+      goals(n + 1)%measure%quantity = "rho_max"
+      goals(n + 1)%limit = 1
+    end if
+    allocate(survey%excess(size(goals)), source=-huge(1.0_dp))
+    allocate(survey%line(size(goals)), source=1)
+    neighbours%frame = machine
+    call remember(neighbours, usual_phases(), any(goals%about == of_torque))
+    call look_along(neighbours, order, goals, lines, curves, error)
+    if (.not. allocated(error)) call climb_all(neighbours, order, goals, curves, reported, tops, error)
+    if (allocated(error)) return
+    do k = 1, size(tops)
+      associate (g => tops(k)%goal)
+        if (tops(k)%excess > survey%excess(g)) survey%line(g) = tops(k)%line
+        survey%excess(g) = max(survey%excess(g), tops(k)%excess)
+      end associate
+      if (.not. any(is_same(tops(:k - 1)%condition, tops(k)%condition))) survey%conditions = [survey%conditions, tops(k)%condition]
+    end do
+    do l = 1, size(curves)
+      k = findloc(curves(l)%points%state == reached, .false., dim=1)
+      if (k == 0 .or. .not. survey%known) cycle
+      survey%known = .false.
+      survey%conditions = [survey%conditions, curves(l)%line%start%moved_to(curves(l)%points(k)%speed)]
+    end do
+  end subroutine survey_machine
+
+  !> Whether two conditions are the same.
+  elemental logical function is_same(one, other)
+    type(condition_type), intent(in) :: one, other
+    real(dp), parameter :: alike = 1.0e-7_dp
+
+    is_same = abs(one%speed * one%speed_factor - other%speed * other%speed_factor) <= alike * abs(one%speed * one%speed_factor) &
+      & .and. all(abs([one%speed_factor - other%speed_factor, one%stiffness_factor - other%stiffness_factor, one%damping_factor &
+      & - other%damping_factor]) <= alike)
+  end function is_same
+
+  !> The points of all lines.
+  subroutine look_along(neighbours, setting, goals, lines, curves, error, enough)
+    type(neighbours_type), intent(in) :: neighbours
+    class(setting_type), intent(in) :: setting
+    type(goal_type), intent(in) :: goals(:)
+    type(range_line_type), intent(in) :: lines(:)
+    type(curve_type), intent(out) :: curves(:)
+    type(error_type), allocatable, intent(out) :: error
+    !> An excess of each goal that ends the look
+    real(dp), intent(in), optional :: enough(:)
+    integer :: l
+
+    do l = 1, size(lines)
+      curves(l)%line = lines(l)
+      allocate(curves(l)%points(0))
+      call refine(neighbours, setting, goals, curves(l), error, enough)
+      if (allocated(error)) return
+    end do
+  end subroutine look_along
+
+  !> Adds points until none are wanted.
+  subroutine refine(neighbours, setting, goals, curve, error, enough)
+    type(neighbours_type), intent(in) :: neighbours
+    class(setting_type), intent(in) :: setting
+    type(goal_type), intent(in) :: goals(:)
+    type(curve_type), intent(inout) :: curve
+    type(error_type), allocatable, intent(out) :: error
+    !> As of `look_along`
+    real(dp), intent(in), optional :: enough(:)
+    type(speed_point_type), allocatable :: points(:)
+    real(dp), allocatable :: wanted(:), new(:)
+    logical :: tongues
+    integer :: g, i, round
+
+    tongues = any(goals%about == of_multipliers)
+    curve%descends = curve%line%places(size(curve%line%places)) < curve%line%places(1)
+    allocate(new, source=curve%line%places)
+    do round = 1, most_rounds
+      allocate(points(size(new)))
+      do i = 1, size(new)
+        call look(neighbours, setting, goals, curve%line%start%moved_to(new(i)), .true., points(i), error)
+        if (allocated(error)) return
+      end do
+      call curve%insert(points, refined=round > 1)
+      deallocate(points)
+      if (is_enough(curve, enough)) exit
+      wanted = crossing_speeds(curve, counts=is_high(curve, goals))
+      if (tongues) wanted = [wanted, crossing_speeds(curve, pairs=.true.)]
+      do g = 1, size(goals)
+        wanted = [wanted, roomy_places(curve, goals(g), excesses(curve, g))]
+      end do
+      call curve%new_ones(wanted, same, new)
+      if (size(new) == 0 .or. size(curve%points) + size(new) > most_points) exit
+    end do
+  end subroutine refine
+
+  !> Whether a goal is at least half of its worst, or the multipliers are a goal.
+  pure function is_high(curve, goals) result(high)
+    type(curve_type), intent(in) :: curve
+    type(goal_type), intent(in) :: goals(:)
+    logical :: high(size(curve%points))
+    real(dp) :: excess(size(high))
+    integer :: g
+
+    high = .false.
+    do g = 1, size(goals)
+      excess = excesses(curve, g)
+      high = high .or. goals(g)%about == of_multipliers .or. excess >= maxval(excess) - size_of(goals(g), maxval(excess)) / 2
+    end do
+  end function is_high
+
+  !> Whether a goal exceeds `enough` at a point.
+  pure logical function is_enough(curve, enough)
+    type(curve_type), intent(in) :: curve
+    real(dp), intent(in), optional :: enough(:)
+    integer :: g
+
+    is_enough = present(enough)
+    if (is_enough) is_enough = any([(maxval(excesses(curve, g)) > enough(g), g = 1, size(enough))])
+  end function is_enough
+
+  !> The excess of goal number `g` at all points.
+  pure function excesses(curve, g)
+    type(curve_type), intent(in) :: curve
+    integer, intent(in) :: g
+    real(dp) :: excesses(size(curve%points))
+    integer :: i
+
+    excesses = [(curve%points(i)%values(1, g), i = 1, size(excesses))]
+  end function excesses
+
+  !> The size of a goal whose excess is this.
+  pure real(dp) function size_of(goal, excess)
+    type(goal_type), intent(in) :: goal
+    real(dp), intent(in) :: excess
+
+    size_of = max(abs(excess + goal%limit), abs(goal%limit))
+    ! multipliers: what free vibrations grow by, or decay
+    if (goal%about == of_multipliers) size_of = max(abs(excess), abs(goal%limit - 1), sqrt(epsilon(size_of)))
+  end function size_of
+
+  !> The middles of intervals where the straight lines through the two points on either side meet above the worst.
+  function roomy_places(curve, goal, excess) result(places)
+    type(curve_type), intent(in) :: curve
+    type(goal_type), intent(in) :: goal
+    real(dp), intent(in) :: excess(:)
+    real(dp), allocatable :: places(:)
+    real(dp) :: h, rise(2), top, worst
+    integer :: i
+
+    allocate(places(0))
+    worst = maxval(excess)
+    associate (p => curve%points)
+      do i = 2, size(p) - 2
+        if (any(excess(i - 1:i + 2) <= -huge(worst))) cycle
+        h = abs(p(i + 1)%speed - p(i)%speed)
+        rise(1) = (excess(i) - excess(i - 1)) / abs(p(i)%speed - p(i - 1)%speed)
+        rise(2) = (excess(i + 1) - excess(i + 2)) / abs(p(i + 2)%speed - p(i + 1)%speed)
+        if (.not. sum(rise) > 0) cycle
+        ! excess(i) + rise(1) t = excess(i + 1) + rise(2) (h - t)
+        top = (excess(i + 1) - excess(i) + rise(2) * h) / sum(rise)
+        if (top <= 0 .or. top >= h) cycle
+        top = excess(i) + rise(1) * top
+        if (top <= worst .or. top - maxval(excess(i:i + 1)) <= room * size_of(goal, worst)) cycle
+        places = [places, (p(i)%speed + p(i + 1)%speed) / 2]
+      end do
+    end associate
+  end function roomy_places
+
+  !> Climbs all maxima of all goals that are near the worst, unless one is more than enough.
+  subroutine climb_all(neighbours, setting, goals, curves, reported, tops, error, enough)
+    type(neighbours_type), intent(in) :: neighbours
+    class(setting_type), intent(in) :: setting
+    type(goal_type), intent(in) :: goals(:)
+    type(curve_type), intent(in) :: curves(:)
+    !> As of `survey_range`
+    logical, intent(in) :: reported
+    type(top_type), allocatable, intent(out) :: tops(:)
+    type(error_type), allocatable, intent(out) :: error
+    !> As of `look_along`
+    real(dp), intent(in), optional :: enough(:)
+    integer, allocatable :: place(:), found(:, :)
+    real(dp) :: worst, least
+    integer :: g, k, l
+
+    allocate(found(3, 0))
+    do g = 1, size(goals)
+      worst = maxval([(maxval(excesses(curves(l), g)), l = 1, size(curves))])
+      least = worst - near * size_of(goals(g), worst)
+      ! of the stability that no limit asks for: the worst, and all that is unstable
+      if (reported .and. g == size(goals)) least = min(worst, 0.0_dp)
+      do l = 1, size(curves)
+        place = tops_of(excesses(curves(l), g), least)
+        found = reshape([found, [(g, l, place(k), k = 1, size(place))]], [3, size(found, 2) + size(place)])
+      end do
+    end do
+    allocate(tops(size(found, 2)))
+    do k = 1, size(tops)
+      tops(k)%goal = found(1, k)
+      tops(k)%line = found(2, k)
+      call climb_one(neighbours, setting, goals(found(1, k)), curves(found(2, k)), found(3, k), reported, tops(k), error, &
+        & any([(is_enough(curves(l), enough), l = 1, size(curves))]))
+      if (allocated(error)) return
+    end do
+  end subroutine climb_all
+
+  !> The places of the maxima, of at least `least`, of values along a line.
+  pure function tops_of(values, least) result(places)
+    real(dp), intent(in) :: values(:), least
+    integer, allocatable :: places(:)
+    real(dp) :: all_of_them(0:size(values) + 1)
+    integer :: i
+
+    all_of_them(0) = -huge(least)
+    all_of_them(size(values) + 1) = -huge(least)
+    all_of_them(1:size(values)) = values
+    places = pack([(i, i = 1, size(values))], [(all_of_them(i) > -huge(least) .and. all_of_them(i) >= least &
+      & .and. all_of_them(i) > all_of_them(i - 1) .and. all_of_them(i) >= all_of_them(i + 1), i = 1, size(values))])
+  end function tops_of
+
+  !> Climbs from point `i` of a curve, which neither neighbour exceeds, to the top there.
+  !> Nine arguments: a climb, its machine and what it finds.
+  subroutine climb_one(neighbours, setting, goal, curve, i, reported, top, error, skipped)
+    type(neighbours_type), intent(in) :: neighbours
+    class(setting_type), intent(in) :: setting
+    type(goal_type), intent(in) :: goal
+    type(curve_type), intent(in) :: curve
+    integer, intent(in) :: i
+    logical, intent(in) :: reported
+    type(top_type), intent(inout) :: top
+    type(error_type), allocatable, intent(out) :: error
+    !> Whether the point itself is enough
+    logical, intent(in) :: skipped
+    type(speed_point_type) :: point
+    type(climb_type) :: climb
+    integer :: three(3)
+
+    associate (p => curve%points, start => curve%line%start, g => top%goal)
+      top%condition = start%moved_to(p(i)%speed)
+      top%excess = p(i)%values(1, g)
+      top%inside = i > 1 .and. i < size(p)
+      if (skipped .or. .not. top%inside) return
+      three = merge([i + 1, i, i - 1], [i - 1, i, i + 1], curve%descends)
+      if (any(p(three)%state /= reached)) return
+      associate (places => p(three)%speed, levels => level_of(goal, [p(three(1))%values(1, g), p(three(2))%values(1, g), &
+        & p(three(3))%values(1, g)]))
+        call climb_from(neighbours, setting, goal, start, places, levels, climb, error, top%motion)
+        if (allocated(error)) return
+        if (reported) then
+          call look(neighbours, setting, [goal], start%moved_to(climb%top), .false., point, error)
+          if (allocated(error)) return
+          ! a vibration that was found from its neighbour may be another one
+          if (.not. climb%smooth .or. abs(point%values(1, 1) - excess_of(goal, climb%highest)) > agreement &
+            & * size_of(goal, point%values(1, 1))) call climb_from(neighbours, setting, goal, start, places, levels, climb, error)
+          if (allocated(error)) return
+        end if
+      end associate
+      top%condition = start%moved_to(climb%top)
+      top%excess = max(top%excess, excess_of(goal, climb%highest))
+    end associate
+  end subroutine climb_one
+
+end module gestell_task_design_range

@@ -1,0 +1,160 @@
+!> The searches for a design from several starts.
+module gestell_task_design_starts
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_math_optimum_minimax, only: optimum_type
+  use gestell_study_design, only: halton, search_from
+  use gestell_study_family, only: family_type
+  use gestell_task_design_cover, only: better, cover_range, judge_by
+  use gestell_task_design_plan, only: design_plan_type
+  use gestell_task_design_range, only: survey_range, survey_type
+  use gestell_task_executor, only: executor_type, spread_over, work_type
+  use gestell_task_record, only: record_type
+  implicit none (type, external)
+  private
+
+  public :: is_there, search_starts
+
+  !> A piece is a start.
+  type, extends(work_type) :: starts_type
+    class(family_type), pointer :: family => null()
+    type(design_plan_type), pointer :: plan => null()
+    real(dp), allocatable :: starts(:, :)
+    type(optimum_type), allocatable :: found(:)
+  contains
+    procedure :: compute
+    procedure :: exchange
+  end type starts_type
+
+  !> A piece is an optimum that is to hold over the range.
+  type, extends(starts_type) :: covers_type
+  contains
+    procedure :: compute => cover
+  end type covers_type
+
+  !> So many of the different optima, those that are the best over the range, are improved there.
+  integer, parameter :: most_covered = 3
+
+contains
+
+  !> The optima from all starts; where there are lines through a range, over that. Errors: there is no machine at any of the starts;
+  !> the goals make no sense.
+  subroutine search_starts(family, plan, found, error, executor)
+    class(family_type), intent(in), target :: family
+    type(design_plan_type), intent(in), target :: plan
+    type(optimum_type), allocatable, intent(out) :: found(:)
+    type(error_type), allocatable, intent(out) :: error
+    class(executor_type), intent(inout), optional :: executor
+    type(starts_type) :: work
+    type(covers_type) :: covers
+    type(survey_type) :: survey
+    integer :: first(plan%starts), k, n
+    integer, allocatable :: distinct(:)
+
+    work%family => family
+    work%plan => plan
+    allocate(work%starts(size(plan%start), plan%starts), work%found(plan%starts))
+    work%starts(:, 1) = plan%start
+    do k = 2, plan%starts
+      work%starts(:, k) = plan%order%lower + halton(k - 1, size(plan%start)) * (plan%order%upper - plan%order%lower)
+    end do
+    call spread_over(work, plan%starts, error, executor)
+    if (allocated(error)) return
+    call move_alloc(work%found, found)
+    if (.not. plan%covers()) return
+    ! each optimum once
+    first = [(first_of(k), k = 1, plan%starts)]
+    distinct = pack([(k, k = 1, plan%starts)], [(first(k) == k .and. is_there(found(k)), k = 1, plan%starts)])
+    do k = 1, size(distinct)
+      call survey_range(family, plan%order, plan%lines, found(distinct(k))%x, .false., survey, error)
+      if (allocated(error)) return
+      call judge_by(plan%order, survey, found(distinct(k)))
+      found(distinct(k))%converged = .false.
+    end do
+    do n = 1, min(most_covered, size(distinct))
+      do k = n + 1, size(distinct)
+        if (better(found(distinct(k)), found(distinct(n)))) distinct([n, k]) = distinct([k, n])
+      end do
+    end do
+    covers%family => family
+    covers%plan => plan
+    n = min(most_covered, size(distinct))
+    allocate(covers%found(n))
+    covers%found = found(distinct(:n))
+    call spread_over(covers, n, error, executor)
+    if (allocated(error)) return
+    found(distinct(:n)) = covers%found
+    do k = 1, plan%starts
+      if (is_there(found(k))) found(k) = found(first(k))
+    end do
+
+  contains
+
+    !> The first start with the same optimum.
+    pure integer function first_of(n) result(f)
+      integer, intent(in) :: n
+      real(dp), parameter :: same = 1.0e-3_dp
+
+      do f = 1, n - 1
+        if (.not. (is_there(found(f)) .and. is_there(found(n)))) cycle
+        if (all(abs(found(f)%x - found(n)%x) <= same * (plan%order%upper - plan%order%lower))) return
+      end do
+      f = n
+    end function first_of
+
+  end subroutine search_starts
+
+  !> Whether there was a machine at the start.
+  pure logical function is_there(optimum)
+    type(optimum_type), intent(in) :: optimum
+
+    is_there = allocated(optimum%x)
+    if (is_there) is_there = size(optimum%x) > 0
+  end function is_there
+
+  recursive subroutine compute(self, k, error)
+    class(starts_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(error_type), allocatable, intent(out) :: error
+
+    call search_from(self%family, self%plan%order, self%starts(:, k), self%found(k), error)
+    ! there may be no machine at a start: others are to be had
+    if (allocated(error) .and. size(self%found) > 1) then
+      if (allocated(self%found(k)%x)) deallocate(self%found(k)%x)
+      deallocate(error)
+    end if
+  end subroutine compute
+
+  recursive subroutine cover(self, k, error)
+    class(covers_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(error_type), allocatable, intent(out) :: error
+
+    call cover_range(self%family, self%plan%order, self%plan%lines, self%found(k), error)
+  end subroutine cover
+
+  subroutine exchange(self, k, record)
+    class(starts_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(record_type), intent(inout) :: record
+
+    associate (one => self%found(k))
+      call record%pass(one%x)
+      call record%pass(one%groups)
+      call record%pass(one%price)
+      call record%pass(one%bound_price)
+      call record%pass(one%slope)
+      call record%pass(one%objective)
+      call record%pass(one%violation)
+      call record%pass(one%stationarity)
+      call record%pass(one%slack)
+      call record%pass(one%gap)
+      call record%pass(one%iterations)
+      call record%pass(one%evaluations)
+      call record%pass(one%gradients)
+      call record%pass(one%converged)
+      call record%pass(one%feasible)
+    end associate
+  end subroutine exchange
+
+end module gestell_task_design_starts
