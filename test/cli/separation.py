@@ -161,4 +161,25 @@ def test_refused():
             equal(f"separation, {what}: nothing written", files(folder), ["input.nml"])
 
 
-SEPARATION_TESTS = (test_diagonal, test_coupled, test_range, test_averaged_and_unstable, test_drawn, test_refused)
+def test_gyroscopic_design():
+    """A design counts mean gyroscopic moments as the task does; dampers of 0.4 % move the task's frequencies by 1e-5 at most."""
+    text = ("&case tasks='separation','design' /\n&drive speed_rpm=400 /\n&joint name='O', type='ground', position=0,0 /\n"
+            "&joint name='A', type='crank', pivot='O', radius=0.1 /\n"
+            "&link name='rotor', from='O', to='A', mass=1.999999, inertia=0.28791667,0.28791667,0.5625 /\n"
+            "&frame mass=1e-6, inertia=1e-9,1e-9,1e-9, origin=0,0,0, dof='xi','eta','zeta','rot_xi','rot_eta','psi' /\n"
+            "&support position=0,0,-0.5, stiffness=800,800,800, damping=0.2263,0.2263,0.2263 /\n"
+            "&support position=0,0, 0.5, stiffness=800,800,0, damping=0.2263,0.2263,0 /\n"
+            f"&foundation stiffness={'0,' * 14}100{',0' * 21}, damping=0,0,0.1,0,0,0 /\n"
+            "&design parameter='frame.mass', from=1e-6, to=2e-6 /\n&objective quantity='added_mass' /\n"
+            "&constraint quantity='separation', at_least=1 /\n&model frame='rest' /\n")
+    with Folder(input=text) as folder:
+        if Run(folder, "input.nml").done("gyroscopic design"):
+            table = [line.split(",") for line in (folder / "input" / "separation.csv").read_text().splitlines() if line[0] != "#"]
+            task = min(float(row[table[0].index("distance_percent")]) for row in table[1:])
+            goals = [line.split(",") for line in (folder / "input" / "design_goals.csv").read_text().splitlines() if line[0] != "#"]
+            found = float(goals[2][goals[0].index("before")])
+            # 100 (f / (k n) - 1) near 15
+            near("gyroscopic design", found, task, 1e-5 * (100 + task))
+
+
+SEPARATION_TESTS = (test_gyroscopic_design, test_diagonal, test_coupled, test_range, test_averaged_and_unstable, test_drawn, test_refused)

@@ -3,10 +3,12 @@
 !> Between two natural frequencies that meet, the eigenvectors turn by any angle for the smallest change of the machine, so the
 !> greater of both has no derivative. It is the greatest of Rayleigh's quotients u' C u / u' M u over the directions u of their
 !> plane (R. A. Horn, C. R. Johnson, Matrix Analysis, 1985, section 4.2): directions all around that plane are branches as well.
+!> With mean gyroscopic moments G, which grow with the speed, the functional is the root w of w^2 u* M u = i w u* G u + u* C u; it
+!> is stationary at the modes u, too.
 module gestell_study_design_separation
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_math_lapack, only: eigensystem, inverse_factor
+  use gestell_math_lapack, only: eigensystem, inverse_factor, symmetric_pencil
   use gestell_model_frame, only: frame_type
   use gestell_system_averaged, only: averaged_system
   implicit none (type, external)
@@ -17,7 +19,7 @@ module gestell_study_design_separation
   !> Directions in which the machine vibrates, shape (degrees of freedom, branches), each beside a harmonic of the period, and the
   !> side on which its frequency is to stay, 1: above, -1: below; shapes (branches).
   type, public :: separation_type
-    real(dp), allocatable :: u(:, :)
+    complex(dp), allocatable :: u(:, :)
     integer, allocatable :: harmonic(:), side(:)
   end type separation_type
 
@@ -36,36 +38,39 @@ contains
     type(separation_type), intent(out) :: branches
     type(error_type), allocatable, intent(out) :: error
     type(averaged_system) :: model
-    complex(dp), allocatable :: squares(:), right(:, :), left(:, :)
-    real(dp), allocatable :: r(:, :), modes(:, :)
+    complex(dp), allocatable :: modes(:, :, :)
+    real(dp), allocatable :: frequencies(:, :)
     integer, allocatable :: harmonics(:), side(:, :)
-    real(dp) :: ends(2), frequency
-    integer :: d, h, i, k
+    real(dp) :: ends(2)
+    integer :: d, e, h, i, k, n
 
     call frame%averaged(model)
-    call inverse_factor(model%m, r, error)
-    if (allocated(error)) return
-    call eigensystem(matmul(r, matmul(model%c + transpose(model%c), transpose(r))) / 2, squares, right, left, error)
-    if (allocated(error)) return
-    modes = matmul(transpose(r), real(right))
+    n = size(model%m, 1)
     harmonics = frame%mechanism%harmonics(orders)
     ends = ends_of(frame, speeds)
-    allocate(side(size(squares), size(harmonics)))
-    allocate(branches%u(size(squares), 0), branches%harmonic(0), branches%side(0))
+    allocate(modes(n, n, 2), frequencies(n, 2), side(n, size(harmonics)))
+    do e = 1, 2
+      call find_modes(model%m, gyroscopic(frame, model, ends(e)), (model%c + transpose(model%c)) / 2, frequencies(:, e), &
+        & modes(:, :, e), error)
+      if (allocated(error)) return
+    end do
+    allocate(branches%u(n, 0), branches%harmonic(0), branches%side(0))
     do h = 1, size(harmonics)
-      do i = 1, size(squares)
-        frequency = sign(sqrt(abs(real(squares(i)))), real(squares(i)))
-        side(i, h) = merge(1, -1, frequency / (harmonics(h) * ends(2)) - 1 > 1 - frequency / (harmonics(h) * ends(1)))
-        call add(modes(:, i), harmonics(h), side(i, h))
+      do i = 1, n
+        side(i, h) = merge(1, -1, frequencies(i, 2) / (harmonics(h) * ends(2)) - 1 &
+          & > 1 - frequencies(i, 1) / (harmonics(h) * ends(1)))
+        call add(modes(:, i, end_of(side(i, h))), harmonics(h), side(i, h))
       end do
     end do
-    do i = 1, size(squares)
+    do i = 1, n
       do k = 1, i - 1
-        if (abs(squares(i) - squares(k)) > near * max(abs(squares(i)), abs(squares(k)))) cycle
         do h = 1, size(harmonics)
-          if (side(i, h) /= side(k, h)) cycle
+          e = end_of(side(i, h))
+          associate (squares => frequencies([i, k], e) * abs(frequencies([i, k], e)))
+            if (side(i, h) /= side(k, h) .or. abs(squares(1) - squares(2)) > near * maxval(abs(squares))) cycle
+          end associate
           do d = 1, around - 1
-            call add(cos(pi * d / around) * modes(:, i) + sin(pi * d / around) * modes(:, k), harmonics(h), side(i, h))
+            call add(cos(pi * d / around) * modes(:, i, e) + sin(pi * d / around) * modes(:, k, e), harmonics(h), side(i, h))
           end do
         end do
       end do
@@ -74,7 +79,7 @@ contains
   contains
 
     subroutine add(u, harmonic, which)
-      real(dp), intent(in) :: u(:)
+      complex(dp), intent(in) :: u(:)
       integer, intent(in) :: harmonic, which
 
       branches%u = reshape([branches%u, u], [size(u), size(branches%harmonic) + 1])
@@ -92,7 +97,7 @@ contains
     type(separation_type), intent(in) :: branches
     real(dp), allocatable, intent(out) :: distances(:)
     type(averaged_system) :: model
-    real(dp) :: ends(2), square
+    real(dp) :: ends(2), m, g, c, root, frequency
     integer :: b
 
     call frame%averaged(model)
@@ -100,11 +105,69 @@ contains
     allocate(distances(size(branches%side)))
     do b = 1, size(distances)
       associate (u => branches%u(:, b), side => branches%side(b))
-        square = dot_product(u, matmul(model%c, u)) / dot_product(u, matmul(model%m, u))
-        distances(b) = 100 * side * (sign(sqrt(abs(square)), square) / (branches%harmonic(b) * ends(merge(2, 1, side > 0))) - 1)
+        m = real(dot_product(u, matmul(model%m, u)), dp)
+        g = aimag(dot_product(u, matmul(gyroscopic(frame, model, ends(end_of(side))), u)))
+        c = real(dot_product(u, matmul(model%c, u)), dp)
+        root = g**2 + 4 * m * c
+        frequency = -sqrt(max(0.0_dp, -c / m))
+        if (root >= 0) frequency = (sqrt(root) - g) / (2 * m)
+        distances(b) = 100 * side * (frequency / (branches%harmonic(b) * ends(end_of(side))) - 1)
       end associate
     end do
   end subroutine take_distances
+
+  !> Frequencies without damping, ascending, and modes u exp(i w t). Modes that do not swing are those without G.
+  !> Error: the mass matrix is not positive definite.
+  subroutine find_modes(m, g, c, frequencies, modes, error)
+    real(dp), intent(in) :: m(:, :), g(:, :), c(:, :)
+    real(dp), intent(out) :: frequencies(:)
+    complex(dp), intent(out) :: modes(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: states(2 * size(m, 1), 2 * size(m, 1))
+    complex(dp), allocatable :: values(:), right(:, :), left(:, :)
+    real(dp), allocatable :: r(:, :), squares(:), vectors(:, :)
+    integer :: i, k, n
+
+    call symmetric_pencil(c, m, squares, error, vectors)
+    if (allocated(error)) return
+    frequencies = sign(sqrt(abs(squares)), squares)
+    modes = vectors
+    if (.not. any(abs(g) > 0)) return
+    call inverse_factor(m, r, error)
+    if (allocated(error)) return
+    n = size(m, 1)
+    states = 0
+    do i = 1, n
+      states(i, n + i) = 1
+    end do
+    states(n + 1:, :n) = -matmul(r, matmul(c, transpose(r)))
+    states(n + 1:, n + 1:) = -matmul(r, matmul(g, transpose(r)))
+    call eigensystem(states, values, right, left, error)
+    if (allocated(error)) return
+    do i = n, n - count(aimag(values) > 0) + 1, -1
+      k = maxloc(aimag(values), dim=1)
+      frequencies(i) = aimag(values(k))
+      modes(:, i) = matmul(transpose(r), right(:n, k))
+      values(k) = 0
+    end do
+  end subroutine find_modes
+
+  !> The mean gyroscopic moments at a speed of the crank (rad/s).
+  pure function gyroscopic(frame, model, speed) result(g)
+    class(frame_type), intent(in) :: frame
+    type(averaged_system), intent(in) :: model
+    real(dp), intent(in) :: speed
+    real(dp), allocatable :: g(:, :)
+
+    g = (model%b - transpose(model%b)) / 2 * (speed / abs(frame%speed))
+  end function gyroscopic
+
+  !> The end of the range, 1 or 2, that is nearer to a mode on this side of an order.
+  pure integer function end_of(side)
+    integer, intent(in) :: side
+
+    end_of = merge(2, 1, side > 0)
+  end function end_of
 
   pure function ends_of(frame, speeds) result(ends)
     class(frame_type), intent(in) :: frame
