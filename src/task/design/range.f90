@@ -228,6 +228,7 @@ contains
     high = .false.
     do g = 1, size(goals)
       excess = excesses(curve, g)
+      if (maxval(excess) <= -huge(1.0_dp)) cycle
       high = high .or. goals(g)%about == of_multipliers .or. excess >= maxval(excess) - size_of(goals(g), maxval(excess)) / 2
     end do
   end function is_high
@@ -309,6 +310,7 @@ contains
     allocate(found(3, 0))
     do g = 1, size(goals)
       worst = maxval([(maxval(excesses(curves(l), g)), l = 1, size(curves))])
+      if (worst <= -huge(worst)) cycle
       least = worst - near * size_of(goals(g), worst)
       ! of the stability that no limit asks for: the worst, and all that is unstable
       if (reported .and. g == size(goals)) least = min(worst, 0.0_dp)
