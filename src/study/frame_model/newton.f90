@@ -120,7 +120,8 @@ contains
       call varied%move_to(next%series)
       ! Steps fall at least as the last two did, those of a linear system as quick solutions miss it: what is yet to come. A motion
       ! that is all error is not told better by another.
-      left = step * min(1.0_dp, max(step / before, missed))
+      left = step
+      if (step < before) left = step * min(1.0_dp, max(step / before, missed))
       if (linear .and. next%quickly) left = step * missed
       next%of_step = min(of_last_step, max(of_step, part_left * accuracy%tolerance / max(left, tiny(left))))
       if ((k > 0 .or. linear) .and. (left <= max(part_left * accuracy%tolerance, next%error) .or. next%error >= all_error)) then
