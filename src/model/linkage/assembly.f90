@@ -172,10 +172,12 @@ contains
     ! Aside of round angles, where dead points lie.
     closes = [(assembled(joints, bad, (k + aside) * step), k = 0, samples)]
     if (.not. any(closes)) then
-      words = "; it closes at no crank angle" // four_bar(joints, bad)
+      words = "; it closes at no crank angle"
+      call add_four_bar(joints, bad, words)
       return
     else if (all(closes)) then
-      words = "; elsewhere it closes, but for gaps of less than 4 deg" // four_bar(joints, bad)
+      words = "; elsewhere it closes, but for gaps of less than 4 deg"
+      call add_four_bar(joints, bad, words)
       return
     end if
     words = "; it closes"
@@ -189,11 +191,12 @@ contains
         to = end_of(k, k - 1)
         found = found + 1
         if (found > 1 .and. found <= most_listed) words = words // ","
-        if (found <= most_listed) words = words // " from " // degrees(from) // " to " // degrees(to)
+        if (found <= most_listed) words = words // " from " // fixed(degrees(from), 2) // " to " // fixed(degrees(to), 2)
         if (found == most_listed + 1) words = words // ", ..."
       end if
     end do
-    words = words // " deg" // four_bar(joints, bad)
+    words = words // " deg"
+    call add_four_bar(joints, bad, words)
 
   contains
 
@@ -214,11 +217,10 @@ contains
       end do
     end function end_of
 
-    pure function degrees(angle) result(number)
+    pure real(dp) function degrees(angle)
       real(dp), intent(in) :: angle
-      character(len=:), allocatable :: number
 
-      number = fixed(modulo(angle * turns * 180 / pi, 360.0_dp * turns), 2)
+      degrees = modulo(angle * turns * 180 / pi, 360.0_dp * turns)
     end function degrees
 
   end subroutine explain_closure
@@ -243,17 +245,16 @@ contains
     end do
   end function assembled
 
-  !> Of a dyad between the crank and the ground: that it is a parallelogram, or no Grashof linkage; else empty.
-  function four_bar(joints, bad) result(words)
+  !> Adds of a dyad between the crank and the ground that it is a parallelogram, or no Grashof linkage.
+  subroutine add_four_bar(joints, bad, words)
     type(named_joint_type), intent(in) :: joints(:)
     integer, intent(in) :: bad
-    character(len=:), allocatable :: words
+    character(len=:), allocatable, intent(inout) :: words
     real(dp), parameter :: rounding = 1.0e-9_dp
     type(point_type) :: at(bad)
     real(dp) :: bars(4)
     integer :: i, crank, ground, pivot
 
-    words = ""
     select type (dyad => joints(bad)%joint)
     class is (rrr_joint)
       crank = 0
@@ -279,12 +280,12 @@ contains
       return
     end select
     if (all(abs(bars(:2) - bars([3, 4])) <= rounding * maxval(bars))) then
-      words = "; it is a parallelogram: describe its second arm by another joint of type 'crank', with the same radius and phase " &
-        & // "about its own pivot"
+      words = words // "; it is a parallelogram: describe its second arm by another joint of type 'crank', with the same radius " &
+        & // "and phase about its own pivot"
     else if (minval(bars) + maxval(bars) > (sum(bars) - minval(bars) - maxval(bars)) * (1 + rounding)) then
-      words = "; no Grashof linkage: the shortest and the longest bar, " // concise(minval(bars) + maxval(bars), 6) &
+      words = words // "; no Grashof linkage: the shortest and the longest bar, " // concise(minval(bars) + maxval(bars), 6) &
         & // " m together, are longer than the other two, " // concise(sum(bars) - minval(bars) - maxval(bars), 6) // " m"
     end if
-  end function four_bar
+  end subroutine add_four_bar
 
 end module gestell_model_linkage_assembly

@@ -202,7 +202,7 @@ contains
 
     if (failure%code /= failed_computation) return
     if (unheld(frame) /= "") then
-      failure%message = "there is no periodic vibration: " // unheld(frame)
+      failure%message = "there is no periodic vibration: " // trim(unheld(frame))
       return
     end if
     call solve_floquet(frame, accuracy, .true., at_rest%floquet, error)
@@ -228,7 +228,7 @@ contains
     character(len=:), allocatable :: sentence
 
     if (unheld(frame) /= "") then
-      failure%message = "there is no periodic vibration: " // unheld(frame)
+      failure%message = "there is no periodic vibration: " // trim(unheld(frame))
       return
     end if
     analysis%resonance = find_nearest(analysis%multipliers)

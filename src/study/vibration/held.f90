@@ -14,12 +14,15 @@ module gestell_study_vibration_held
   !> Parts of a vector or of the greatest stiffness that are rounding.
   real(dp), parameter :: rounding = 1.0e-13_dp, small_part = 1.0e-6_dp
 
+  !> Longer than any of the sentences; of texts of other lengths gfortran keeps the length where threads share it.
+  integer, parameter :: sentence_length = 160
+
 contains
 
   !> Says in which directions nothing holds the frame about rest; empty where it is held in all.
   function unheld(frame) result(sentence)
     class(frame_type), intent(in) :: frame
-    character(len=:), allocatable :: sentence
+    character(len=sentence_length) :: sentence
     type(averaged_system) :: model
     type(error_type), allocatable :: error
     real(dp), allocatable :: squares(:), vectors(:, :), unit(:)
@@ -39,10 +42,10 @@ contains
     unit = [(sqrt(model%m(i, i)), i = 1, size(squares))]
     along = [(all(abs(model%c(:, i)) <= nothing * unit * unit(i)), i = 1, size(squares))]
     if (count(along) == directions) then
-      sentence = "the frame is not held in " // names_of(pack(frame%free, along)) // ": add &support"
+      sentence = "the frame is not held in " // trim(names_of(pack(frame%free, along))) // ": add &support"
     else if (directions == 1) then
       i = minloc(abs(squares), dim=1)
-      sentence = "the frame " // way_of(frame, unit * vectors(:, i), vectors(:, i)) // ": add another &support"
+      sentence = "the frame " // trim(way_of(frame, unit * vectors(:, i), vectors(:, i))) // ": add another &support"
     else
       sentence = "the frame is not held in " // text(directions) // " directions: add another &support"
     end if
@@ -52,13 +55,13 @@ contains
   pure function way_of(frame, parts, motion) result(words)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: parts(:), motion(:)
-    character(len=:), allocatable :: words
+    character(len=sentence_length) :: words
     real(dp) :: q(6)
 
     q = 0
     q(frame%free) = merge(motion, 0.0_dp, abs(parts) > small_part * maxval(abs(parts)))
     if (allocated(frame%space)) then
-      words = "is not held in a motion of " // names_of(pack(frame%free, abs(q(frame%free)) > 0)) // " together"
+      words = "is not held in a motion of " // trim(names_of(pack(frame%free, abs(q(frame%free)) > 0))) // " together"
     else if (abs(q(3)) > 0) then
       words = "turns freely about the point (" // concise(-q(2) / q(3), 4) // ", " // concise(q(1) / q(3), 4) // ") m from F"
     else
@@ -68,12 +71,12 @@ contains
 
   pure function names_of(dofs) result(words)
     integer, intent(in) :: dofs(:)
-    character(len=:), allocatable :: words
+    character(len=sentence_length) :: words
     integer :: i
 
     words = trim(dof_names(dofs(1)))
     do i = 2, size(dofs)
-      words = words // ", " // trim(dof_names(dofs(i)))
+      words = trim(words) // ", " // trim(dof_names(dofs(i)))
     end do
   end function names_of
 

@@ -85,7 +85,7 @@ contains
 
     lines = ""
     if (allocated(configuration%impossible)) return
-    lines = unheld(configuration%frame)
+    lines = trim(unheld(configuration%frame))
     if (lines /= "") lines = lines // newline
     lines = lines // slips(configuration%frame)
   end function slips_of
