@@ -42,12 +42,14 @@ contains
     figure = new_figure("design", "The parameters of the design within their ranges", lines, width=800, height=160 + 34 * n)
   end function plot_parameters
 
-  !> design_starts.gp: the local optima from all starts.
-  function plot_starts() result(figure)
+  !> design_starts.gp: the local optima from all starts, with these `objectives`.
+  function plot_starts(objectives) result(figure)
+    real(dp), intent(in) :: objectives(:)
     type(figure_type) :: figure
 
     figure = new_figure("design_starts", "Objective of the local optima from all starts", "set title heading noenhanced" &
-      & // newline // "set xlabel 'start'; set ylabel 'objective, weighted'; set yrange [0:*]; set xtics 1" // newline &
+      & // newline // "set xlabel 'start'; set ylabel 'objective, weighted'; set yrange [0:" &
+      & // merge("1", "*", all(abs(objectives) <= 0)) // "]; set xtics 1" // newline &
       & // "set offsets 0.5, 0.5, graph 0.05, 0; set key bottom right" // newline &
       & // "plot 'design_starts.csv' using 1:(column('violation') > 0 ? NaN : $2) with points lt 1 pt 7 ps 1.2 " &
       & // "title 'limits met', '' using 1:(column('violation') > 0 ? $2 : NaN) with points lt 2 pt 6 ps 1.2 lw 2 " &
