@@ -188,17 +188,16 @@ contains
     end do
   end function mass_determinant
 
-  !> Notes values that are no numbers, and examines the coefficients when many calls are spent. `stop`: the search for a
+  !> Notes values that are no numbers, and examines the coefficients when many calls are spent. `given_up`: the search for a
   !> solution is of no use.
-  subroutine take(system, watch, phases, values, names, stop)
+  subroutine take(system, watch, phases, values, names, given_up)
     class(periodic_system), intent(in) :: system
     type(watch_type), intent(inout) :: watch
     real(dp), intent(in) :: phases(:), values(:, :)
     character(len=*), intent(in) :: names(:)
-    logical, intent(out) :: stop
+    logical, intent(out) :: given_up
     integer :: j, k
 
-    watch%calls = watch%calls + size(phases) * merge(2, 1, index(names(size(names)), "the load") == 1)
     do j = 1, size(names)
       do k = 1, size(phases)
         if (ieee_is_finite(values(k, j)) .or. allocated(watch%reason)) cycle
@@ -207,7 +206,7 @@ contains
       end do
     end do
     if (.not. (allocated(watch%reason) .or. watch%examined) .and. watch%calls > many_calls) call examine(system, watch)
-    stop = allocated(watch%reason)
+    given_up = allocated(watch%reason)
   end subroutine take
 
   subroutine matrices(self, t, m, b, c)
@@ -238,20 +237,21 @@ contains
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
     real(dp), contiguous, intent(out), optional :: h(:, :)
-    logical :: stop
+    logical :: given_up
     integer :: i
 
-    stop = allocated(self%watch%reason)
-    if (.not. stop) then
+    given_up = allocated(self%watch%reason)
+    if (.not. given_up) then
       call self%inner%sample_second_order(phases, m, b, c, h)
+      self%watch%calls = self%watch%calls + size(phases) * merge(2, 1, present(h))
       if (present(h)) then
         call take(self%inner, self%watch, phases, reshape([rows(m), rows(b), rows(c), sum(h, dim=2)], [size(phases), 4]), &
-          & watched, stop)
+          & watched, given_up)
       else
-        call take(self%inner, self%watch, phases, reshape([rows(m), rows(b), rows(c)], [size(phases), 3]), watched(:3), stop)
+        call take(self%inner, self%watch, phases, reshape([rows(m), rows(b), rows(c)], [size(phases), 3]), watched(:3), given_up)
       end if
     end if
-    if (.not. stop) return
+    if (.not. given_up) return
     ! A system that is soon solved.
     m = 0
     do i = 1, size(m, 2)
@@ -295,19 +295,21 @@ contains
     real(dp), intent(in) :: phases(:)
     real(dp), intent(out) :: p(:, :, :)
     real(dp), intent(out), optional :: f(:, :)
-    logical :: stop
+    logical :: given_up
 
-    stop = allocated(self%watch%reason)
-    if (.not. stop) then
+    given_up = allocated(self%watch%reason)
+    if (.not. given_up) then
       call self%inner%sample(phases, p, f)
+      self%watch%calls = self%watch%calls + size(phases) * merge(2, 1, present(f))
       if (present(f)) then
         call take(self%inner, self%watch, phases, reshape([sum(sum(p, dim=1), dim=1), sum(f, dim=1)], [size(phases), 2]), &
-          & [character(len=24) :: "the matrix P", "the load f"], stop)
+          & [character(len=24) :: "the matrix P", "the load f"], given_up)
       else
-        call take(self%inner, self%watch, phases, reshape([sum(sum(p, dim=1), dim=1)], [size(phases), 1]), ["the matrix P"], stop)
+        call take(self%inner, self%watch, phases, reshape([sum(sum(p, dim=1), dim=1)], [size(phases), 1]), ["the matrix P"], &
+          & given_up)
       end if
     end if
-    if (.not. stop) return
+    if (.not. given_up) return
     p = 0
     if (present(f)) f = 0
   end subroutine sample

@@ -22,7 +22,7 @@ module gestell_math_optimum_scaled
   type, abstract, public :: minimax_problem
     integer :: objectives = 1, constraints = 0
     real(dp), allocatable :: lower(:), upper(:)
-    !> What a step has to win, relative to the value, so that the search goes on, and how many steps in a row may win less.
+    !> Relative improvement below which a step counts as idle, and the number of idle steps in a row after which the search ends.
     real(dp) :: worth = 0
     integer :: patience = 15
   contains

@@ -79,12 +79,9 @@ contains
     character(len=*), intent(in) :: name
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: words
-    character(len=*), parameter :: of_space(5) = [character(len=10) :: ".fz, ", ".mx, .my, ", ".z, ", ".vz, ", ".az, "]
-    integer :: supports, all(5)
+    integer :: supports, in_space
 
-    ! Characters of these names: in the plane none.
-    all = 0
-    if (allocated(frame%space)) all = len_trim(of_space) + 1
+    in_space = merge(1, 0, allocated(frame%space))
     supports = size(frame%supports)
     if (allocated(frame%space)) supports = size(frame%space%supports)
     words = "'" // name // "' is no quantity: there are xi, eta, psi"
@@ -92,11 +89,22 @@ contains
     words = words // " (also with _dot, _ddot), fx, fy"
     if (allocated(frame%space)) words = words // ", fz, mx, my"
     words = words // ", m, f"
-    if (supports > 0) words = words // ", support(1).fx (.fy, " // of_space(1)(:all(1)) // ".f; to " // text(supports) // ")"
-    words = words // ", foundation.fx, guide.fx, total.fx (.fy, " // of_space(1)(:all(1)) // ".f, " // of_space(2)(:all(2)) // ".m)"
-    if (size(probes) > 0) words = words // ", probe(" // trim(probes(1)%name) // ").x (.y, " // of_space(3)(:all(3)) &
-      & // ".d, .vx, .vy, " // of_space(4)(:all(4)) // ".v, .ax, .ay, " // of_space(5)(:all(5)) // ".a)"
+    if (supports > 0) words = words // ", support(1).fx (.fy, " // of_space(".fz, ") // ".f; to " // text(supports) // ")"
+    words = words // ", foundation.fx, guide.fx, total.fx (.fy, " // of_space(".fz, ") // ".f, " // of_space(".mx, .my, ") // ".m)"
+    if (size(probes) > 0) words = words // ", probe(" // trim(probes(1)%name) // ").x (.y, " // of_space(".z, ") &
+      & // ".d, .vx, .vy, " // of_space(".vz, ") // ".v, .ax, .ay, " // of_space(".az, ") // ".a)"
     call fatal_error(error, words, invalid_input)
+
+  contains
+
+    !> These names where the frame is in space, else nothing.
+    pure function of_space(names)
+      character(len=*), intent(in) :: names
+      character(len=in_space * len(names)) :: of_space
+
+      of_space = names
+    end function of_space
+
   end subroutine explain
 
   !> A degree of freedom or its rate or acceleration; none: `quantity` gets no weights.

@@ -120,11 +120,13 @@ contains
     real(dp), intent(in) :: moving, size_of_machine
     character(len=:), allocatable :: line
     real(dp) :: radius
-    integer :: i
+    integer :: i, supports
 
     line = ""
-    ! A foundation alone tells nothing of the frame's size.
-    if (size(frame%supports) == 0 .and. .not. allocated(frame%space)) return
+    supports = size(frame%supports)
+    if (allocated(frame%space)) supports = size(frame%space%supports)
+    ! The size of a frame without supports is not known.
+    if (supports == 0) return
     if (.not. (frame%inertia > 0 .and. frame%mass > no_mass * (frame%mass + moving) .and. any(frame%free >= 3))) return
     radius = sqrt(frame%inertia) / sqrt(frame%mass)
     if (allocated(frame%space)) radius = sqrt(maxval([(frame%space%inertia(i, i), i = 1, 3)])) / sqrt(frame%mass)

@@ -22,8 +22,7 @@ module gestell_study_design
 
   !> Stationarity that is asked for.
   real(dp), parameter, public :: usual_tolerance = 1.0e-8_dp
-  !> Over a range resonances at its ends are walls, at which steps become short: what a step has to win, relative to the objective,
-  !> and how many in a row may win less.
+  !> Over a range steps become short where a resonance lies at its end: `worth` and `patience` of the search there.
   real(dp), parameter :: worth_it = 1.0e-4_dp
   integer, parameter :: patience = 3
 

@@ -26,7 +26,7 @@ module gestell_study_design_evaluation
 
   !> A range of conditions, between those that are given as well.
   type, abstract, public :: range_type
-    !> An excess of each goal, shape (goals), beyond which it need not be known how great it is; none if not allocated.
+    !> Excess of each goal, shape (goals), above which its exact size is not needed; not allocated: always needed.
     real(dp), allocatable :: enough(:)
   contains
     procedure(find_tops), deferred :: find_tops
@@ -38,7 +38,7 @@ module gestell_study_design_evaluation
     !> The goal's number, that of the line through the range, and by how much it exceeds its limit.
     integer :: goal = 0, line = 0
     real(dp) :: excess = 0
-    !> Whether the goal is less on both sides; no: the line ends here.
+    !> Whether the maximum is one inside the line; otherwise it lies at its end.
     logical :: inside = .false.
     !> A motion beside the one there, where it is known.
     type(motion_type) :: motion

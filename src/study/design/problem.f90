@@ -16,12 +16,12 @@ module gestell_study_design_problem
 
   public :: design_order_type, evaluate_goals, goal_branches_type, is_squared, take_inverse
 
-  !> A step to an objective that is greater than the least so far by this factor is not taken, however much greater it is.
+  !> A step is refused if its objective exceeds the least so far by this factor; by how much more need not be known.
   real(dp), parameter :: refused = 1.5_dp
   !> The least objective, relative to its scale, whose inverse is taken.
   real(dp), parameter :: tiny_part = 1.0e-100_dp
 
-  !> By so much, relative to it, the search stays within a limit, so that it is met when the search ends within its tolerance.
+  !> Relative margin to each limit that the search keeps, so that the limit is met when it ends within its tolerance.
   real(dp), parameter, public :: inside = 2.0e-6_dp
 
   !> Groups of branches: the objectives, or one where the largest counts, then the constraints, whose zero is their limit, and those
@@ -33,13 +33,13 @@ module gestell_study_design_problem
     !> Whether the square of the one objective is taken, an rms: it has derivatives where nothing is left too, and is nearly a
     !> quadratic function of masses.
     logical :: squared = .false.
-    !> Whether -1 / (objective + `shift`) is taken, as over a range limits of vibrations are those of -1 / value: beside a resonance
-    !> that nears the end of the range, a wall for every other step, these are nearly straight.
+    !> Whether the search minimises -1 / (objective + `shift`). Where a resonance comes close to the end of a range, the objective
+    !> rises like 1 / distance, and its inverse is nearly linear. Limits of vibrations over a range are inverted likewise.
     logical :: inverted = .false.
     !> The least objective so far.
     real(dp), private :: least = huge(1.0_dp)
     real(dp) :: shift = 0
-    !> The last machine that was looked at over a range, which costs far more than its derivatives: a step that is taken asks again.
+    !> The last machine that was evaluated over a range, kept because a step that is accepted is evaluated again with derivatives.
     real(dp), allocatable, private :: last_x(:)
     type(goal_branches_type), private :: last
   contains
@@ -259,6 +259,7 @@ contains
     do g = 1, size(goals)
       excess = values%side * (values%value - goals(g)%limit)
       i = maxloc(excess, dim=1, mask=values%group == g)
+      if (i == 0) cycle
       worst = excess(i) - near * abs(values%value(i))
       do i = 1, size(excess)
         if (values%group(i) == g .and. excess(i) >= worst) counts(values%condition(i)) = .true.

@@ -101,14 +101,14 @@ contains
     type(figure_type) :: figure
     character(len=:), allocatable :: lines, style
 
-    ! the corners of a scatter are no curve
-    style = trim(merge("points     ", "linespoints", plan%robust))
+    ! The corners of a scatter are no curve; the maxima between the given speeds stand behind these in the file.
+    style = trim(merge("with points                   ", "smooth unique with linespoints", plan%robust))
     lines = "set title heading noenhanced" // newline // "set xlabel 'crank speed (rpm)'; set ylabel " &
       & // quoted(plan%order%objectives(1)%name() // " (" // trim(plan%order%objectives(1)%measure%unit) // ")") // " noenhanced" &
       & // newline &
       & // "set yrange [0:*]; set key top left" // newline &
-      & // "plot 'design_range.csv' using (abs($1)):5 with " // style // " lt 8 pt 7 ps 0.4 title 'before', " &
-      & // "'' using (abs($1)):7 with " // style // " lt 1 pt 7 ps 0.4 title 'after'" // newline
+      & // "plot 'design_range.csv' using (abs($1)):5 " // style // " lt 8 pt 7 ps 0.4 title 'before', " &
+      & // "'' using (abs($1)):7 " // style // " lt 1 pt 7 ps 0.4 title 'after'" // newline
     figure = new_figure("design_range", "Before and after the design over the speed", lines, width=800, height=480)
   end function plot_range
 

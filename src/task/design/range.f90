@@ -1,10 +1,10 @@
-!> A design over the whole range of its speeds and its scatter: where its goals are worst between the speeds that are given.
+!> Finds where the goals of a design are worst over the whole range of its speeds and its scatter, between the given speeds too.
 !>
 !> The range is looked at along lines: over the speed at every corner of the scatter, over the stiffness of the mounting at the
 !> least and the greatest speed. A resonance is a curve on which the speed rises with the stiffness, so it meets one of these lines.
 !> Along a line the means of resonance curves find what lies between the points: the multipliers of neighbours tell where a free
-!> vibration, or a tongue of instability, meets an order; an interval is divided where the straight lines from both sides leave room
-!> for more than the worst that is known; each maximum that is near the worst is then climbed.
+!> vibration, or a tongue of instability, meets an order; an interval is halved where the straight lines extrapolated from both
+!> sides meet above the greatest value known; each maximum near the greatest is then refined.
 module gestell_task_design_range
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -22,7 +22,7 @@ module gestell_task_design_range
   implicit none (type, external)
   private
 
-  public :: survey_machine, survey_range
+  public :: joined, survey_machine, survey_range
 
   !> A line through the range: the condition at its start, which says along what it goes, and the places that are given.
   type, public :: range_line_type
@@ -52,8 +52,8 @@ module gestell_task_design_range
     type(range_line_type) :: line
   end type curve_type
 
-  !> Maxima below the worst by more than this part of the goal's size are left out; an interval is divided where there is room for
-  !> more than this part of it.
+  !> Maxima below the greatest by more than the first part of the goal's size are left out; an interval is halved if its
+  !> extrapolated maximum exceeds its ends by more than the second.
   real(dp), parameter :: near = 0.25_dp, room = 0.01_dp
   !> Points closer than this, relative to their places, are one; rounds and points of a line at the most.
   real(dp), parameter :: same = 1.0e-9_dp
@@ -141,7 +141,7 @@ contains
         if (tops(k)%excess > survey%excess(g)) survey%line(g) = tops(k)%line
         survey%excess(g) = max(survey%excess(g), tops(k)%excess)
       end associate
-      if (.not. any(is_same(tops(:k - 1)%condition, tops(k)%condition))) survey%conditions = [survey%conditions, tops(k)%condition]
+      survey%conditions = joined(survey%conditions, [tops(k)%condition])
     end do
     do l = 1, size(curves)
       k = findloc(curves(l)%points%state == reached, .false., dim=1)
@@ -150,6 +150,18 @@ contains
       survey%conditions = [survey%conditions, curves(l)%line%start%moved_to(curves(l)%points(k)%speed)]
     end do
   end subroutine survey_machine
+
+  !> `list` with those of `more` that it does not have yet.
+  pure function joined(list, more)
+    type(condition_type), intent(in) :: list(:), more(:)
+    type(condition_type), allocatable :: joined(:)
+    integer :: k
+
+    joined = list
+    do k = 1, size(more)
+      if (.not. any(is_same(joined, more(k)))) joined = [joined, more(k)]
+    end do
+  end function joined
 
   !> Whether two conditions are the same.
   elemental logical function is_same(one, other)
@@ -169,7 +181,7 @@ contains
     type(range_line_type), intent(in) :: lines(:)
     type(curve_type), intent(out) :: curves(:)
     type(error_type), allocatable, intent(out) :: error
-    !> An excess of each goal that ends the look
+    !> Excess of each goal at which no more points are needed
     real(dp), intent(in), optional :: enough(:)
     integer :: l
 

@@ -14,7 +14,7 @@ module gestell_task_design_search
   use gestell_task_design_cover, only: better, judge_by
   use gestell_task_design_improved, only: digits
   use gestell_task_design_plan, only: design_plan_type
-  use gestell_task_design_range, only: lines_type, survey_machine, survey_range, survey_type
+  use gestell_task_design_range, only: joined, lines_type, survey_machine, survey_range, survey_type
   use gestell_task_design_starts, only: is_there, search_starts
   use gestell_task_executor, only: executor_type
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
@@ -106,7 +106,7 @@ contains
     if (.not. allocated(error)) call find_neighbours(family, design%x, found, known, error)
     if (allocated(error)) return
     design%order = plan%order
-    design%order%conditions = [plan%order%conditions, after%conditions, before%conditions]
+    design%order%conditions = joined(joined(plan%order%conditions, after%conditions), before%conditions)
     call tell_goals(machine, design%order, design%goals, design%before, error)
     if (.not. allocated(error)) call tell_goals(found%frame, design%order, design%goals, design%after, error)
     if (allocated(error)) return
