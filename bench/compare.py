@@ -134,16 +134,17 @@ class Program:
         return int(re.search(r"VmHWM:\s*(\d+)", status).group(1)) / 1024
 
 
-# Of the library `auto` is the whole solution, `multipliers` the same without x0.
+# Of the library `auto` is the whole solution, `multipliers` the same without x0, `peaks` with all that task response says.
 GAUSS = {f"gauss{s}": STEPS for s in range(2, 11)}
 PLAIN = {f"gauss{s}-plain": STEPS for s in range(6, 11)}
-WHOLE = ("auto", "multipliers")
+WHOLE = ("auto", "multipliers", "peaks")
 
 
 def programs_in(build, python, ours_only, in_space):
     speed = [str(build / "speed" / "bin" / "speed"), str(BENCH.parent / ("validation/space" if in_space else "data"))]
     found = [Program("Gestell", speed, GAUSS), Program("Gestell, all", speed, {"auto": TOLERANCE}),
-             Program("Gestell, multipliers", speed, {"multipliers": TOLERANCE}), Program("Gestell, plain", speed, PLAIN)]
+             Program("Gestell, multipliers", speed, {"multipliers": TOLERANCE}),
+             Program("Gestell, with peaks", speed, {"peaks": TOLERANCE}), Program("Gestell, plain", speed, PLAIN)]
     peers = [("GSL", "gsl", {"rk8pd": TOLERANCE, "rk8pd-steps": STEPS, "msadams": TOLERANCE}),
              ("Boost.odeint", "boost", {"rkf78": TOLERANCE, "rkf78-steps": STEPS, "bulirsch-stoer": TOLERANCE}),
              ("SUNDIALS", "sundials", {"erk8": TOLERANCE, "erk8-steps": STEPS, "adams": TOLERANCE})]

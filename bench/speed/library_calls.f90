@@ -1,7 +1,7 @@
 !> What is timed of the library: the only place that calls it.
 module library_calls
   use gestell_door_numerics, only: accuracy_type, dp, error_type, evidence, evidence_type, floquet_type, frame_type, method_type, &
-    & multipliers_type, periodic_solution_type, solve_floquet, solve_multipliers, solve_periodic
+    & multipliers_type, solve_floquet, solve_multipliers, solve_periodic, solve_vibration, vibration_type
   use gestell_math_lapack, only: factorise, solve_factored
   use gestell_floquet_period_period_map, only: period_map
   use gestell_floquet_integrator_mesh, only: mesh
@@ -40,28 +40,30 @@ contains
     evaluations = (size(nodes) - 1) * method%stages
   end subroutine map_with_steps
 
-  !> All that a user is told: multipliers with error bounds, the verdict and, if `forced`, x0 with bounds, to a tolerance.
-  subroutine solve_to_tolerance(frame, tolerance, forced, rho, x0, evaluations, error)
+  !> What a user is told to a tolerance: of `what` "multipliers" these with error bounds and the verdict, of "auto" x0 with bounds
+  !> too, of "peaks" also the vibration with peaks, rms, harmonics and the history of a turn, all with bounds.
+  subroutine solve_to_tolerance(frame, tolerance, what, rho, x0, evaluations, error)
     type(frame_type), intent(in) :: frame
     real(dp), intent(in) :: tolerance
-    logical, intent(in) :: forced
+    character(len=*), intent(in) :: what
     complex(dp), intent(out) :: rho(:)
     real(dp), intent(out) :: x0(:)
     integer, intent(out) :: evaluations
     type(error_type), allocatable, intent(out) :: error
     type(floquet_type) :: floquet
     type(multipliers_type) :: multipliers
-    type(periodic_solution_type) :: start
+    type(vibration_type) :: vibration
     type(evidence_type) :: found
     character(len=:), allocatable :: verdict
 
     x0 = 0
-    call solve_floquet(frame, accuracy_type(tolerance=tolerance), forced, floquet, error)
+    call solve_floquet(frame, accuracy_type(tolerance=tolerance), what /= "multipliers", floquet, error)
     if (.not. allocated(error)) call solve_multipliers(floquet, .false., multipliers, error)
-    if (.not. allocated(error) .and. forced) call solve_periodic(floquet, start, error)
+    if (.not. allocated(error) .and. what == "auto") call solve_periodic(floquet, vibration%start, error)
+    if (.not. allocated(error) .and. what == "peaks") call solve_vibration(frame, floquet, 360, 20, vibration, error)
     if (allocated(error)) return
     rho = multipliers%rho
-    if (forced) x0 = start%x0
+    if (what /= "multipliers") x0 = vibration%start%x0
     verdict = multipliers%verdict()
     call evidence(floquet, found)
     evaluations = found%evaluations

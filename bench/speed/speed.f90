@@ -7,10 +7,10 @@
 !>     machine rpm method setting seconds size unit_1 ... unit_n
 !>
 !> Method `auto`: the whole solution to the tolerance `setting`, answered by shortest time, median time, runs, evaluations, the
-!> real and the imaginary parts of the multipliers and x0. `multipliers`: the same without x0, zeros in its place. Every other
-!> method: Phi(T) (rows) and x0 with `setting` steps, `gauss9-plain` as Gauss had it, not fitted to the fastest motion. The
-!> solution is repeated for so many `seconds`, or -`seconds` times if that is negative. Reading the file and proving that the
-!> mechanism turns come before; all kinematics are timed.
+!> real and the imaginary parts of the multipliers and x0. `multipliers`: the same without x0, zeros in its place; `peaks`: also
+!> all that the task response says. Every other method: Phi(T) (rows) and x0 with `setting` steps, `gauss9-plain` as
+!> Gauss had it, not fitted to the fastest motion. The solution is repeated for so many `seconds`, or -`seconds` times if that is
+!> negative. Reading the file and proving that the mechanism turns come before; all kinematics are timed.
 program speed
   use gestell_door_numerics, only: dp, error_type, frame_type, method_type, new_method
   use gestell_floquet_integrator_gauss, only: gauss_method
@@ -26,6 +26,7 @@ program speed
   implicit none (type, external)
 
   integer, parameter :: most_runs = 1001
+  character(len=*), parameter :: whole(3) = [character(len=11) :: "auto", "multipliers", "peaks"]
   character(len=200) :: folder, line
   character(len=40) :: machine, rpm, method
   real(dp) :: setting, seconds
@@ -57,7 +58,7 @@ contains
     call read_machine(machine, rpm, frame)
     n = frame%states
     allocate(phi(n, n), x0(n), found(n * n + n), rho(n))
-    if (method /= "auto" .and. method /= "multipliers") then
+    if (all(method /= whole)) then
       length = index(method // "-", "-") - 1
       call new_method(method(:length), prepared, error)
       if (allocated(error)) then
@@ -76,8 +77,8 @@ contains
     do
       call system_clock(start)
       select case (method)
-      case ("auto", "multipliers")
-        call solve_to_tolerance(frame, setting, method == "auto", rho, x0, evaluations, error)
+      case ("auto", "multipliers", "peaks")
+        call solve_to_tolerance(frame, setting, method, rho, x0, evaluations, error)
       case default
         call map_with_steps(frame, prepared, nint(setting), phi, x0, evaluations, error)
       end select
@@ -93,7 +94,7 @@ contains
 
     call sort(times(:runs))
     select case (method)
-    case ("auto", "multipliers")
+    case ("auto", "multipliers", "peaks")
       numbers = 3 * n
       found(:numbers) = [rho%re, rho%im, x0]
     case default

@@ -151,6 +151,16 @@ INPUTS = [
     ("decimal comma in a vector", changed("position=0.40, 0.0", "position=0,40, 0,0"), 2,
      "input.nml:4: &joint 'B0': position = 0, 40, 0, 0: takes 2 values, has 4 (a decimal comma? use a "
      "point)"),
+    ("typeset quotes", changed("name='crank'", "name=\u2018crank\u2019"), 2,
+     "input.nml:7: &link '\u2018crank\u2019': name = \u2018crank\u2019: must stand in straight quotes, ' or \""),
+    ("typeset quotes about two words", changed("'four-bar'", "\u201cfour-bar linkage\u201d"), 2,
+     "input.nml:1: &case: title = \u201cfour-bar, linkage\u201d: takes 1 value, has 2 (must stand in straight quotes, ' or \")"),
+    ("copy of no mechanism", SOUND + "&repeat of='main', name='two', origin=0.1,0.0 /\n", 2,
+     "input.nml:16: &repeat 'two': of = 'main': names a mechanism, and there is none: put &mechanism name='main' / before the joints "
+     "that are to be copied"),
+    ("ratio of a copy", "&mechanism name='main' /\n" + SOUND + "&repeat of='main', name='two', ratio=1480,1450 /\n", 2,
+     "input.nml:17: &repeat 'two': ratio = 1480, 1450: with it all cranks stand where they stood after more than 64 turns of the "
+     "drive, or one turns too often"),
     ("repeat count too large", changed("0.5,0.5,0.05", "4*0.5"), 2,
      "input.nml:15: &foundation: damping = 4*0.5: takes 3 or 6 values, has 4"),
     ("gap in a vector", changed("origin=-0.20,0.20", "origin=,0.20"), 2,

@@ -193,14 +193,31 @@ def test_slips():
         equal("no slip", warnings(folder), [])
         for what, setting, words in (
                 ("another pin", "link(coupler).to=B0", ("link 'coupler' joins 'A' and 'B0'", "0.33 to 0.47 m")),
-                ("kg for t", "frame.mass=0.018", ("the frame's radius of gyration is 6.58 m",)),
+                ("kg for t", "frame.mass=0.018", ("the frame has 0.018 kg, the mechanism 1.35 kg",)),
+                # 19.35 kg on 784.532 N/m
+                ("N/m for N/mm", "support.stiffness=392.266", ("by 0.242 m even along the stiffest axis, 1.01 Hz",)),
+                # 2e5 N s/m beside 2 sqrt(784532 N/m 19.35 kg)
+                ("N s/m for N s/mm", "support.damping=1e5", ("at least 25.7 times the critical damping",)),
+                ("softer along one axis", "support(1).stiffness(1)=0.4", ()),
                 ("inertia", "frame.inertia=0.00078", ("the frame's radius of gyration is 0.00658 m",)),
                 ("inertia of a link", "link(rocker).inertia=6", ("link 'rocker': its radius of gyration is 4.9 m",)),
                 ("no mass to speak of", "link(rocker).mass=4.9e-324", ("link 'rocker': its radius of gyration is 3.48e160 m",)),
                 ("no inertia to speak of", "link(rocker).inertia=6e-7", ("link 'rocker': its radius of gyration is 0.00155 m",)),
                 ("mm for m", "link(coupler).center(1)=180", ("link 'coupler': its centre of mass is 180 m from joint 'A'",))):
             came = warnings(folder, "-s", setting)
-            check(f"slip: {what}", len(came) == 1 and all(word in " ".join(came[0].split()) for word in words), words, came)
+            check(f"slip: {what}", len(came) == (1 if words else 0) and all(word in " ".join(came[0].split()) for word in words), words, came)
+        flat = "the third value of {} counts in space only, and the frame moves in its plane"
+        for key, old, new, spread in (("position", "0.3,-0.2, st", "0.3,-0.2,0.1, st", ""), ("origin", "-0.2,0.2", "-0.2,0.2,0.1", ""),
+                                      ("stiffness", "392266,392266", "392266,392266,392266", ""),
+                                      ("position", "0.3,-0.2, st", "0.3,-0.2,0.0, st", "zero"),
+                                      ("position", "0.3,-0.2, st", "0.3,-0.2,0.1, st", "dof")):
+            text = FOUR_BAR.replace(old, new)
+            if spread == "dof":
+                text = text.replace("&frame ", "&frame dof='xi','eta','psi', ")
+            with Folder(input=text) as other:
+                came = warnings(other)
+            check(f"out of the plane: {key} {spread}", len(came) == (not spread) and all(flat.format(key) in " ".join(one.split())
+                                                                                         for one in came), flat.format(key), came)
         run = Run(folder, "input.nml", "-s", "link(coupler).to=B0")
         check("slip: last line", run.out.splitlines()[-1].startswith("VERDICT  stable; 1 warning above"), "1 warning", run.out)
         equal("sound: last line", Run(folder, "input.nml").out.splitlines()[-1], "VERDICT  stable")

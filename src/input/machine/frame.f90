@@ -6,12 +6,13 @@ module gestell_input_machine_frame
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: text
   use gestell_base_words, only: word_length
-  use gestell_input_namelist_document, only: document_type, group_type, groups_named, indices_named, the_group
+  use gestell_input_namelist_document, only: document_type, find_entry, group_type, groups_named, indices_named, &
+    & the_group
   use gestell_input_schema_read, only: count_values, read, read_place
   use gestell_input_machine_loads, only: foundation_keys, gravity_keys, read_foundation, read_gravity
   use gestell_input_machine_mechanisms, only: read_planes
   use gestell_input_machine_mechanism, only: name_line
-  use gestell_input_namelist_message, only: in_group, input_error
+  use gestell_input_namelist_message, only: in_group, input_error, label
   use gestell_input_schema_units, only: units_type
   use gestell_model_frame, only: frame_type, dof_names, new_frame
   use gestell_model_mechanism_held, only: held_subject, holders
@@ -29,7 +30,7 @@ module gestell_input_machine_frame
   implicit none (type, external)
   private
 
-  public :: foundation_keys, gravity_keys, read_drive_and_frame, read_frame
+  public :: foundation_keys, gravity_keys, read_drive_and_frame, read_frame, values_out_of_the_plane
 
   type(key_type), parameter, public :: drive_keys(*) = [ &
     & key_type("drive", "speed_rpm", real_key, "crank speed, counter-clockwise positive", required=.true., symbol="1/min", &
@@ -248,6 +249,29 @@ contains
       end do
     end do
   end subroutine refuse_tilted
+
+  !> A line on values along zeta of an input without `dof`, whose frame moves in its plane; empty where there is none but zero.
+  function values_out_of_the_plane(doc) result(line)
+    type(document_type), intent(in) :: doc
+    character(len=:), allocatable :: line
+    character(len=9), parameter :: keys(3) = [character(len=9) :: "position", "origin", "stiffness"]
+    integer :: i, k
+
+    line = ""
+    if (count_values(the_group(doc, "frame"), "dof") > 0) return
+    do i = 1, size(doc%groups)
+      associate (group => doc%groups(i))
+        if (all(group%name /= [character(len=9) :: "support", "frame", "mechanism", "repeat"])) cycle
+        do k = 1, size(keys)
+          if (count_values(group, trim(keys(k))) < 3) cycle
+          if (.not. abs(group%entries(find_entry(group, trim(keys(k))))%values(3)%number) > 0) cycle
+          line = label(group) // ": the third value of " // trim(keys(k)) // " counts in space only, and the frame moves in " &
+            & // "its plane: should &frame dof name zeta, rot_xi, rot_eta?" // new_line("a")
+          return
+        end do
+      end associate
+    end do
+  end function values_out_of_the_plane
 
   !> The supports, as those of the plane and as those in space.
   subroutine read_supports(doc, units, data, error)

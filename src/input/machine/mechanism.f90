@@ -5,7 +5,7 @@ module gestell_input_machine_mechanism
   use gestell_base_key, only: key_type, nonnegative, of_inertia, of_length, of_mass, real_key, text_key
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
-  use gestell_input_namelist_document, only: count_groups, document_type, group_type, has, name_of, the_group
+  use gestell_input_namelist_document, only: count_groups, document_type, group_type, has, indices_named, name_of, the_group
   use gestell_input_schema_read, only: count_values, read
   use gestell_input_machine_joints, only: check_known, read_joint, type_of_joint
   use gestell_input_machine_copies, only: members_type
@@ -160,7 +160,7 @@ contains
     end do
     call gear(linkage%joints, linkage%turns, linkage%crank_turns, i)
     if (i > 0) then
-      call input_error(joints%groups(i), "", "with its ratio all cranks stand where they stood after more than " &
+      call input_error(group_of_ratio(doc, joints, i), "ratio", "with it all cranks stand where they stood after more than " &
         & // text(most_turns) // " turns of the drive, or one turns too often", error)
       return
     end if
@@ -174,6 +174,23 @@ contains
       if (allocated(error)) return
     end do
   end subroutine read_linkage
+
+  !> The group whose key `ratio` gears joint `i`: its own, or that of its mechanism or copy.
+  pure function group_of_ratio(doc, joints, i) result(group)
+    type(document_type), intent(in) :: doc
+    type(members_type), intent(in) :: joints
+    integer, intent(in) :: i
+    type(group_type) :: group
+    integer :: copy
+
+    group = joints%groups(i)
+    if (has(group, "ratio") .or. count_groups(doc, "mechanism") == 0) return
+    copy = joints%mechanism(i) - count_groups(doc, "mechanism")
+    associate (mechanisms => indices_named(doc, "mechanism"), copies => indices_named(doc, "repeat"))
+      if (copy > 0) group = doc%groups(copies(copy))
+      if (copy <= 0) group = doc%groups(mechanisms(joints%mechanism(i)))
+    end associate
+  end function group_of_ratio
 
   !> The joints of one mechanism.
   pure function pack_groups(joints, mechanism) result(groups)

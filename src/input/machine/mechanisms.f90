@@ -274,10 +274,13 @@ contains
     call read(group, repeat_keys, "of", of, error)
     if (allocated(error)) return
     i = findloc(before%name == of, .true., dim=1)
-    if (i == 0) then
+    if (size(before) == 0) then
+      call input_error(group, "of", "names a mechanism, and there is none: put &mechanism name='" // of // "' / before the " &
+        & // "joints that are to be copied", error)
+    else if (i == 0) then
       call input_error(group, "of", "there is no mechanism '" // of // "' before it" // suggestion(of, before%name), error)
-      return
     end if
+    if (allocated(error)) return
     copy = before(i)
     copy%name = name_of(group)
     call read_placement(group, repeat_keys, units, copy, error)

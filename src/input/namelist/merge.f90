@@ -4,7 +4,7 @@ module gestell_input_namelist_merge
   use gestell_base_kinds, only: dp
   use gestell_input_namelist_document, only: group_type, entry_type, value_type
   use gestell_input_namelist_message, only: refuse_entry, label, location
-  use gestell_input_schema_rule, only: check_values, element_of, values_words, subscript_words, extent_words, comma_hint, &
+  use gestell_input_schema_rule, only: check_values, element_of, values_words, subscript_words, extent_words, slip_hint, &
     unknown_key
   use gestell_base_key, only: key_type
   use gestell_input_schema, only: schema_type, find_key_rule
@@ -76,7 +76,7 @@ contains
     else if (element == 0) then
       call refuse_entry(group, entry, "is no element: " // extent_words(rule), error)
     else if (size(entry%values) > 1 .or. entry%values(1)%count > 1) then
-      call refuse_entry(group, entry, "takes 1 value" // comma_hint(entry, rule), error)
+      call refuse_entry(group, entry, "takes 1 value" // slip_hint(entry, rule), error)
     else
       if (.not. allocated(merged%key)) call start(entry, rule, rule%most, merged)
       if (size(merged%values) < element) then
@@ -105,10 +105,10 @@ contains
     total = sum(real(entry%values%count, dp))
     if (rule%shorter > 0 .and. all(nint(min(total, 1.0e6_dp)) /= [rule%shorter, rule%most])) then
       call refuse_entry(group, entry, "takes " // decimal(rule%shorter) // " or " // decimal(rule%most) // " values, has " &
-        // decimal(nint(min(total, 1.0e6_dp))) // comma_hint(entry, rule), error)
+        // decimal(nint(min(total, 1.0e6_dp))) // slip_hint(entry, rule), error)
       return
     else if (total > rule%most) then
-      call refuse_entry(group, entry, values_words(rule, total) // comma_hint(entry, rule), error)
+      call refuse_entry(group, entry, values_words(rule, total) // slip_hint(entry, rule), error)
       return
     else if (total < rule%least .and. rule%shorter == 0) then
       call refuse_entry(group, entry, values_words(rule, total), error)

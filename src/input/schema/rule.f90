@@ -13,10 +13,11 @@ module gestell_input_schema_rule
   implicit none (type, external)
   private
 
-  public :: check_values, element_of, values_words, subscript_words, extent_words, comma_hint, unknown_key
+  public :: check_values, element_of, values_words, subscript_words, extent_words, slip_hint, unknown_key
 
   !> Keys of one name.
   character(len=*), parameter :: names(*) = [character(len=5) :: "name", "pivot", "from", "to"]
+  character(len=*), parameter :: straight_quotes = "must stand in straight quotes, ' or """
 
 contains
 
@@ -52,6 +53,7 @@ contains
     reason = ""
     if (rule%kind == text_key) then
       if (.not. value%quoted) reason = "must stand in quotes: '" // shown(value%text) // "'"
+      if (.not. value%quoted .and. has_typeset_quotes(value%text)) reason = straight_quotes
       if (rule%name == "name" .and. value%text == "") reason = "must not be blank"
       n = huge(n)
       if (rule%rank > 0) n = longest_word
@@ -127,15 +129,29 @@ contains
     end if
   end function extent_words
 
-  !> A hint where too many values look like one number with a decimal comma.
-  pure function comma_hint(entry, rule) result(hint)
+  !> Whether a text begins with a quote as word processors set it (in UTF-8).
+  pure logical function has_typeset_quotes(text)
+    character(len=*), intent(in) :: text
+    character(len=*), parameter :: begin = char(226) // char(128)
+    character, parameter :: ends(*) = [char(152), char(153), char(154), char(156), char(157), char(158)]
+
+    has_typeset_quotes = .false.
+    if (len(text) >= 3) has_typeset_quotes = text(:2) == begin .and. any(text(3:3) == ends)
+  end function has_typeset_quotes
+
+  !> A hint where too many values look like one number with a decimal comma, or like one text in quotes that are none.
+  pure function slip_hint(entry, rule) result(hint)
     type(entry_type), intent(in) :: entry
     type(key_type), intent(in) :: rule
     character(len=:), allocatable :: hint
     integer :: i, first
 
     hint = ""
-    if (rule%kind == text_key) return
+    if (rule%kind == text_key) then
+      if (.not. allocated(entry%values(1)%text)) return
+      if (has_typeset_quotes(entry%values(1)%text)) hint = " (" // straight_quotes // ")"
+      return
+    end if
     do i = 1, size(entry%values) - 1
       associate (whole => entry%values(i), decimals => entry%values(i+1))
         if (whole%quoted .or. decimals%quoted .or. whole%count > 1 .or. decimals%count > 1) cycle
@@ -147,7 +163,7 @@ contains
         return
       end associate
     end do
-  end function comma_hint
+  end function slip_hint
 
   !> Message for a key that the schema does not know.
   pure function unknown_key(key, schema, group) result(message)

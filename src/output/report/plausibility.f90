@@ -24,8 +24,12 @@ module gestell_output_report_plausibility
   real(dp), parameter :: smallest_radius = 0.02_dp, greatest_radius = 3
   !> Of a link relative to its length, of a rod 0.29.
   real(dp), parameter :: smallest_of_link = 0.01_dp
-  !> A frame whose mass is less than this part of the whole is no body.
-  real(dp), parameter :: no_mass = 1.0e-3_dp
+  !> A frame whose mass is less than this part of the whole is no body; a body has as a rule more than the next part.
+  real(dp), parameter :: no_mass = 1.0e-3_dp, light = 0.1_dp
+  !> m/s^2. A machine of 1 m gives way under its weight by this part of its size on mounts of 1 Hz; those of machines have 2 to 30.
+  real(dp), parameter :: fall = 9.81_dp, deep = 0.25_dp
+  !> Damping ratio of the whole machine moving along an axis; rubber has up to 0.15, oil dampers up to 1.
+  real(dp), parameter :: overdamped = 5
   !> Relative change of a length that is no rounding.
   real(dp), parameter :: stretched = 1.0e-6_dp
   !> Part of a follower's rms acceleration that the upper half of the orders of its table may have.
@@ -71,6 +75,7 @@ contains
         & // concise(narrowest) // units // newline
       size_of_machine = size_with_supports(frame, found)
       lines = lines // frame_slip(frame, mechanism%mass, size_of_machine)
+      lines = lines // mounting_slips(frame, frame%mass + mechanism%mass, size_of_machine)
       do i = 1, size(mechanism%links)
         lines = lines // link_slips(mechanism, i, found, size_of_machine)
       end do
@@ -114,7 +119,7 @@ contains
     size_of = norm2(high - low)
   end function size_with_supports
 
-  !> Radius of gyration of the frame.
+  !> Mass and radius of gyration of the frame.
   pure function frame_slip(frame, moving, size_of_machine) result(line)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: moving, size_of_machine
@@ -123,6 +128,11 @@ contains
     integer :: i, supports
 
     line = ""
+    if (frame%mass > no_mass * (frame%mass + moving) .and. frame%mass < light * moving) then
+      line = "the frame has " // concise(frame%mass) // " kg, the mechanism " // concise(moving) // " kg: is the frame's mass " &
+        & // "right?" // newline
+      return
+    end if
     supports = size(frame%supports)
     if (allocated(frame%space)) supports = size(frame%space%supports)
     ! The size of a frame without supports is not known.
@@ -134,6 +144,35 @@ contains
     line = "the frame's radius of gyration is " // concise(radius, 3) // " m, the machine " // concise(size_of_machine, 3) &
       & // " m wide" // powers // newline
   end function frame_slip
+
+  !> Stiffness and damping by the axis that has most stiffness, and the one that has least damping.
+  pure function mounting_slips(frame, mass, size_of_machine) result(lines)
+    class(frame_type), intent(in) :: frame
+    real(dp), intent(in) :: mass, size_of_machine
+    character(len=:), allocatable :: lines
+    !> The numbers of xi, eta and zeta.
+    integer, parameter :: shifts(3) = [1, 2, 4]
+    real(dp), allocatable :: stiffness(:, :), damping(:, :), along(:), ratios(:)
+    integer, allocatable :: axes(:)
+    real(dp) :: k
+    integer :: i
+
+    lines = ""
+    axes = pack(shifts, [(any(frame%free == shifts(i)), i = 1, size(shifts))])
+    stiffness = frame%ground_stiffness()
+    damping = frame%ground_damping()
+    along = [(stiffness(axes(i), axes(i)), i = 1, size(axes))]
+    axes = pack(axes, along > 0)
+    if (size(axes) == 0) return
+    k = maxval(along)
+    ratios = [(damping(axes(i), axes(i)) / sqrt(stiffness(axes(i), axes(i))) / sqrt(mass) / 2, i = 1, size(axes))]
+    if (fall / k > deep * size_of_machine / mass) lines = "under its weight the machine gives way on its mounts by " &
+      & // concise(fall / k * mass, 3) // " m even along the stiffest axis, " // concise(sqrt(k) / sqrt(mass) / (2 * pi), 3) &
+      & // " Hz: is the stiffness right? It is in N/m where &units says nothing else" // newline
+    if (minval(ratios) > overdamped) lines = lines // "moving along any axis the machine has at least " &
+      & // concise(minval(ratios), 3) // " times the critical damping: are the dampings right? They are in N s/m where " &
+      & // "&units says nothing else" // newline
+  end function mounting_slips
 
   !> Radius of gyration, centre of mass and length of link number `i`.
   function link_slips(mechanism, i, found, size_of_machine) result(lines)

@@ -110,6 +110,7 @@ contains
     if (allocated(error)) return
     if (tasks%judged()) then
       call solve_multipliers(analysis%floquet, tasks%modes, multipliers, error)
+      if (allocated(error) .and. .not. tasks%averaged) call blame_the_mounting(frame, error)
       if (allocated(error)) return
       analysis%multipliers = multipliers
     end if
@@ -202,7 +203,7 @@ contains
 
     if (failure%code /= failed_computation) return
     if (unheld(frame) /= "") then
-      failure%message = "there is no periodic vibration: " // trim(unheld(frame))
+      call blame_the_mounting(frame, failure)
       return
     end if
     call solve_floquet(frame, accuracy, .true., at_rest%floquet, error)
@@ -219,6 +220,14 @@ contains
     call explain(frame, accuracy, at_rest, failure)
   end subroutine explain_at_rest
 
+  !> Says of a `failure` in which directions nothing holds the frame, where there are any.
+  subroutine blame_the_mounting(frame, failure)
+    class(frame_type), intent(in) :: frame
+    type(error_type), intent(inout) :: failure
+
+    if (unheld(frame) /= "") failure%message = "there is no periodic vibration: " // trim(unheld(frame))
+  end subroutine blame_the_mounting
+
   !> Says of a resonance's `failure` what does not hold the frame, or which mode it is.
   subroutine explain(frame, accuracy, analysis, failure)
     class(frame_type), intent(in) :: frame
@@ -228,7 +237,7 @@ contains
     character(len=:), allocatable :: sentence
 
     if (unheld(frame) /= "") then
-      failure%message = "there is no periodic vibration: " // trim(unheld(frame))
+      call blame_the_mounting(frame, failure)
       return
     end if
     analysis%resonance = find_nearest(analysis%multipliers)

@@ -9,6 +9,7 @@ module gestell_task_machine_report
   use gestell_floquet_solution, only: evidence, evidence_type, liouville_defect
   use gestell_task_configuration, only: configuration_type
   use gestell_base_words, only: on_one_line
+  use gestell_input_machine_frame, only: values_out_of_the_plane
   use gestell_input_wording, only: counted
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_report_plausibility, only: slips
@@ -87,7 +88,7 @@ contains
     if (allocated(configuration%impossible)) return
     lines = trim(unheld(configuration%frame))
     if (lines /= "") lines = lines // newline
-    lines = lines // slips(configuration%frame)
+    lines = lines // slips(configuration%frame) // values_out_of_the_plane(configuration%document)
   end function slips_of
 
   !> Makes headlines of these lines, which the report has in its head.
