@@ -7,7 +7,8 @@
 # numbalsoda, CC and CXX the compilers of the peers, FLAGS the flags of the library. A whole run takes an hour or so; with
 # --ours-only the library is measured alone, with --cases khang_four_bar:240 one case. --charts-only measures the charts of a
 # million machines alone and renews their section of bench/RESULTS.md, --space-only the one in space, --multibody-only the section
-# beside Exudyn, which the Python that EXUDYN names has (python3 as a rule); without, that section stays as it is.
+# beside Exudyn, which the Python that EXUDYN names has (python3 as a rule); without, that section stays as it is. --brief measures
+# the portable build beside GSL and Boost in two cases, for a section of this processor that whole runs leave as it is.
 
 set -eu
 cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.."
@@ -18,7 +19,14 @@ peer_flags="-O3 -march=native"
 mkdir -p "$build"
 say() { printf 'bench: %s\n' "$*" >&2; }
 
-processor() { sed -n 's/^model name[^:]*: *//p' /proc/cpuinfo | head -n 1; }
+# With its widest vectors, for processors of one name differ in these.
+processor() {
+  local widest=
+  for vectors in avx2:AVX2 avx512f:AVX-512; do
+    if grep -qw "${vectors%:*}" /proc/cpuinfo; then widest=" with ${vectors#*:}"; fi
+  done
+  sed -n "s/^model name[^:]*: *\\(.*\\)/\\1$widest/p" /proc/cpuinfo | head -n 1
+}
 
 # library NAME FOLDER FLAGS
 library() {
@@ -65,6 +73,17 @@ TEXT
   sed -i '/^| program | peak/,$d' "$build/space.md"
 }
 
+# The section of this processor alone, and those of others.
+brief() {
+  say "in brief"
+  {
+    printf '## In brief: %s\n\nThe portable build, `--profile release`, %s.\n\n' "$(processor)" "$(date +%Y-%m-%d)"
+    python3 bench/compare.py "$build" --python false --cases khang_four_bar:240 --states 6 | sed '/^| program | peak/,$d'
+    python3 bench/compare.py "$build" --python false --states 12 | sed 's/ rpm to/ rpm, six degrees of freedom, to/; /^| program | peak/,$d'
+  } | cat -s | sed '${/^$/d;}' >"$build/brief.md"
+}
+briefs() { awk '/^## / { within = /^## In brief: / } within' bench/RESULTS.md; }
+
 # The section on charts.
 charts() {
   local alone=()
@@ -90,12 +109,13 @@ multibody() {
   sed -i '${/^$/d;}' "$build/multibody.md"
 }
 
-ours_only='' charts_only='' space_only='' multibody_only='' options=()
+ours_only='' charts_only='' space_only='' multibody_only='' brief_only='' options=()
 for word; do
   case $word in
     --charts-only) charts_only=yes ;;
     --space-only) space_only=yes ;;
     --multibody-only) multibody_only=yes ;;
+    --brief) brief_only=yes flags= ;;
     --ours-only) ours_only=yes options+=("$word") ;;
     *) options+=("$word") ;;
   esac
@@ -153,6 +173,11 @@ if [[ $charts_only ]]; then
   replace '## Charts' "$build/charts.md"
   exit
 fi
+if [[ $brief_only ]]; then
+  brief
+  replace "$(head -n 1 "$build/brief.md")" "$build/brief.md"
+  exit
+fi
 if [[ $space_only ]]; then
   in_space
   replace '## In space' "$build/space.md"
@@ -184,6 +209,7 @@ bash bench/flags.sh >"$build/flags.md"
 charts
 multibody
 
+briefs >"$build/briefs.md"
 cat - "$build/comparison.md" >bench/RESULTS.md <<TEXT
 # Results of the benchmarks
 
@@ -204,7 +230,7 @@ two errors are both small enough. Times are medians over rounds in which the pro
 - **Gestell** (row 1) does what the peers do: so many steps of a method, no estimate of the error.
 - **Gestell, all** (row 2) is told a tolerance and nothing else: the method and the steps are chosen, multipliers, x0 and bounds on
   their errors and the verdict computed; its first error is that of the multipliers.
-- **Gestell, multipliers** is the same without x0.
+- **Gestell, multipliers** is the same without x0, **Gestell, with peaks** with all that the task \`response\` says too.
 - **Gestell, plain** is row 1 by Gauss' methods as they are, not fitted to the fastest motion.
 - **SciPy**: DOP853 with the right-hand side in Python, as one writes it with numpy (plain) and as fast as Python gets
   (scalar), and compiled by numba.
@@ -214,7 +240,7 @@ TEXT
   printf '\n'
   cat "$build/space.md"
   printf '\n'
-  cat "$build/multibody.md"
+  cat "$build/briefs.md" "$build/multibody.md"
   printf '\n## Operations and the peak of the core\n\nMeasured peak of one core: %s 1e9 operations a second (fused' "$peak"
   printf ' multiply-adds in registers, bench/peak.c).\nInstructions and operations of one solution are counted by valgrind'
   printf ' in a build for AVX2; times are those of the build above.\n\n'
