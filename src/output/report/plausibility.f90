@@ -154,7 +154,7 @@ contains
     integer, parameter :: shifts(3) = [1, 2, 4]
     real(dp), allocatable :: stiffness(:, :), damping(:, :), along(:), ratios(:)
     integer, allocatable :: axes(:)
-    real(dp) :: k
+    real(dp) :: k, sag
     integer :: i
 
     lines = ""
@@ -165,14 +165,23 @@ contains
     axes = pack(axes, along > 0)
     if (size(axes) == 0) return
     k = maxval(along)
-    ratios = [(damping(axes(i), axes(i)) / sqrt(stiffness(axes(i), axes(i))) / sqrt(mass) / 2, i = 1, size(axes))]
-    if (fall / k > deep * size_of_machine / mass) lines = "under its weight the machine gives way on its mounts by " &
-      & // concise(fall / k * mass, 3) // " m even along the stiffest axis, " // concise(sqrt(k) / sqrt(mass) / (2 * pi), 3) &
+    ratios = [(quotient(quotient(damping(axes(i), axes(i)), sqrt(stiffness(axes(i), axes(i)))), sqrt(mass)) / 2, i = 1, size(axes))]
+    sag = quotient(fall * mass, k)
+    if (sag > deep * size_of_machine) lines = "under its weight the machine gives way on its mounts by " &
+      & // concise(sag, 3) // " m even along the stiffest axis, " // concise(sqrt(k) / sqrt(mass) / (2 * pi), 3) &
       & // " Hz: is the stiffness right? It is in N/m where &units says nothing else" // newline
     if (minval(ratios) > overdamped) lines = lines // "moving along any axis the machine has at least " &
       & // concise(minval(ratios), 3) // " times the critical damping: are the dampings right? They are in N s/m where " &
       & // "&units says nothing else" // newline
   end function mounting_slips
+
+  !> a / b, both positive, or the greatest number where that overflows.
+  elemental real(dp) function quotient(a, b)
+    real(dp), intent(in) :: a, b
+
+    quotient = huge(a)
+    if (b >= 1 .or. a < min(b, 1.0_dp) * huge(a)) quotient = a / b
+  end function quotient
 
   !> Radius of gyration, centre of mass and length of link number `i`.
   function link_slips(mechanism, i, found, size_of_machine) result(lines)
