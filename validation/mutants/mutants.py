@@ -5,10 +5,14 @@
     python3 validation/mutants/mutants.py draw N SEED           N of all lines: 500 take a night
 
 The last line is "N passed, M failed": a mutant passes when a test fails. Survivors are listed; whether one is equivalent, that is
-without any effect that a user could see, a reader must judge. build/mutants keeps the build, and which test reaches which procedure.
+without any effect that a user could see, a reader must judge (doc/mutants.md). `fixed` runs the one test that each line names, and
+first without the mutant: it must pass then. The others run the quick tests of `fpm test` that reach the mutated procedure, the shortest
+first, then the files of test/cli that reach it; `draw` ends with 1 where fewer than 90 % die. build/mutants keeps the build, and which
+test reaches which procedure.
 """
 import argparse
 import concurrent.futures
+import functools
 import json
 import os
 import pathlib
@@ -16,9 +20,11 @@ import random
 import re
 import resource
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
 from reach import executed_procedures, procedures_of
@@ -26,8 +32,16 @@ from reach import executed_procedures, procedures_of
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 HOME = ROOT / "build/mutants"
 FIXED = pathlib.Path(__file__).with_name("fixed.txt")
-# A test may take this many seconds of the processor, and this many times what it took without a mutant.
+# A test may take this many seconds, and this many times what it took without a mutant: of the processor, on the command line by the clock.
 SECONDS, TIMES = 10, 8
+# Bytes that it may take.
+MEMORY = 6 * 1024**3
+# The share that must die of those drawn from all lines.
+SHARE = 0.9
+# The test of a file in test/cli bears this name for a suite.
+COMMAND_LINE = "command line"
+# gcc's counters need these; they do nothing where nobody reads what is counted.
+SILENCE = "".join(f"subroutine s{i}() bind(c, name='__gcov_{name}')\nend\n" for i, name in enumerate(("init", "exit", "merge_add")))
 
 # ---- where a line may change, and how
 
@@ -135,12 +149,13 @@ class Build:
     """What fpm has built for the tests in one folder: modules, and objects of src, of the tests and of test-drive."""
 
     def __init__(self, places):
-        mains = [path for place in places for path in pathlib.Path(place).glob("build/*/gestell/test_main.f90.o")]
+        mains = [path for place in places for path in pathlib.Path(place).resolve().glob("build/*/gestell/test_main.f90.o")]
         if not mains:
             sys.exit("the tests are not built: ./bootstrap fpm test")
         self.objects = max(mains, key=lambda path: path.stat().st_mtime).parent
         self.counted = any(self.objects.glob("*.gcno"))
-        self.parts = sorted(path for kind in ("src_*", "test_*", "*testdrive*") for path in self.objects.glob(kind + ".o"))
+        self.parts = {main: sorted(path for kind in kinds for path in self.objects.glob(kind + ".o"))
+                      for main, kinds in (("test", ("src_*", "test_*", "*testdrive*")), ("app", ("src_*", "app_*")))}
 
     def object_of(self, path):
         return self.objects / (path.replace("/", "_") + ".o")
@@ -157,14 +172,19 @@ class Build:
         changed = any(module.read_bytes() != (self.objects.parent / module.name).read_bytes() for module in folder.glob("*.mod"))
         return None if changed else folder / "mutant.o"
 
-    def link(self, program, mutant=None):
-        """The program of the tests, with the mutant's object in place of its file's."""
-        parts = [path for path in self.parts if not mutant or path != self.object_of(mutant.path)]
-        run = subprocess.run(["gfortran", "-fopenmp", "-o", str(program)] + ["--coverage"] * self.counted + [str(path) for path in parts]
-                             + [str(program.parent / "mutant.o")] * (mutant is not None) + ["-llapack", "-lblas"], capture_output=True,
-                             text=True)
+    def link(self, folder, main="test", mutant=None, counting=False):
+        """The tests, or by main="app" the program, in a folder; with the object of a mutant in place of its file's."""
+        program = folder / {"test": "tests", "app": "gestell"}[main]
+        parts = [path for path in self.parts[main] if not mutant or path != self.object_of(mutant.path)]
+        parts += [folder / "mutant.o"] * (mutant is not None)
+        if self.counted and not counting:
+            (folder / "silence.f90").write_text(SILENCE)
+            parts.append(folder / "silence.f90")
+        run = subprocess.run(["gfortran", "-fopenmp", "-o", str(program)] + ["--coverage"] * counting + [str(path) for path in parts]
+                             + ["-llapack", "-lblas"], capture_output=True, text=True, cwd=folder)
         if run.returncode:
             sys.exit(f"linking fails: {run.stderr[-1000:]}")
+        return program
 
 
 def counted_build():
@@ -184,21 +204,51 @@ def counted_build():
     return Build([copy])
 
 
-def run_test(program, test, seconds, counters="/dev/null/none"):
+def run_test(program, test, seconds, counters=None):
     """Whether a test passes within its seconds, what the program says, and the seconds it took. `counters`: a folder for them."""
-    environment = dict(os.environ, OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1", GCOV_PREFIX=str(counters))
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-    run = subprocess.run([str(program), *test], capture_output=True, text=True, errors="replace", cwd=ROOT, env=environment,
-                         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (int(seconds) + 1, int(seconds) + 2)))
+    run = subprocess.run([str(program), *test], capture_output=True, text=True, errors="replace", cwd=ROOT, env=environment(program, counters),
+                         preexec_fn=lambda: limit(seconds))
     return run.returncode == 0, run.stderr, resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
 
 
+def run_file(program, name, seconds, counters=None):
+    """The same for a file of test/cli. It is ended when it says that a test has failed."""
+    begin = time.time()
+    run = subprocess.Popen([sys.executable, str(ROOT / "test/cli/run.py"), str(program), name], stdout=subprocess.PIPE, text=True,
+                           stderr=subprocess.DEVNULL, errors="replace", cwd=program.parent, env=environment(program, counters),
+                           start_new_session=True, preexec_fn=lambda: limit(seconds))
+    clock = threading.Timer(seconds, os.killpg, (run.pid, signal.SIGKILL))
+    clock.start()
+    told = ""
+    for line in run.stdout:
+        told += line
+        if line.startswith("FAILED"):
+            os.killpg(run.pid, signal.SIGKILL)
+    clock.cancel()
+    return run.wait() == 0, told, time.time() - begin
+
+
+def environment(program, counters):
+    """One thread; what a test leaves behind goes away with the program."""
+    return dict(os.environ, OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1", TMPDIR=str(program.parent),
+                GCOV_PREFIX=str(counters or program.parent / "uncounted"))
+
+
+def limit(seconds):
+    """A mutant may neither run for ever nor take all memory."""
+    resource.setrlimit(resource.RLIMIT_CPU, (int(seconds) + 1, int(seconds) + 2))
+    resource.setrlimit(resource.RLIMIT_DATA, (MEMORY, MEMORY))
+
+
 class Reach:
-    """For each quick test the seconds it takes and the procedures of src that it executes: {file: [(first line, last line)]}."""
+    """For each quick test, and each file of test/cli, the seconds it takes and the procedures of src that it executes:
+    {file: [(first line, last line)]}."""
 
     def __init__(self, build):
         file = HOME / "reach.json"
-        if not file.exists() or file.stat().st_mtime < (build.objects / "test_main.f90.o").stat().st_mtime:
+        newest = max(path.stat().st_mtime for path in [*build.objects.glob("*.o"), *(ROOT / "test/cli").glob("*.py")])
+        if not file.exists() or file.stat().st_mtime < newest:
             file.write_text(json.dumps(self.record(build)))
         self.tests = json.loads(file.read_text())
 
@@ -206,49 +256,55 @@ class Reach:
     def record(build):
         procedures = {notes.stem: procedures_of(notes) for notes in build.objects.glob("src_*.gcno")}
         paths = {str(path.relative_to(ROOT)).replace("/", "_"): str(path.relative_to(ROOT)) for path in (ROOT / "src").rglob("*.f90")}
-        tests = []
+        found = []
+
+        def add(test, run, *call):
+            counters = pathlib.Path(folder) / "counters"
+            passed, _, seconds = run(*call, 1000, counters)
+            reached = {}
+            for one in counters.rglob("src_*.gcda"):
+                lines = [procedures[one.stem][identity] for identity in executed_procedures(one)]
+                if lines and one.stem in paths:
+                    reached[paths[one.stem]] = lines
+            shutil.rmtree(counters, ignore_errors=True)
+            if passed:
+                found.append([test, seconds, reached])
+            else:
+                print(f"without any mutant {' | '.join(test)} fails; it is left out", flush=True)
+
         with tempfile.TemporaryDirectory() as folder:
-            program = pathlib.Path(folder) / "tests"
-            build.link(program)
-            _, told, _ = run_test(program, [], 1000)
-            suite = ""
-            for line in told.split("\n"):
-                if line.startswith("# "):
-                    suite = line[2:].strip()
-                if not line.startswith("  Starting ") or "..." in line:
-                    continue
-                test = [suite, line[11:].strip()]
-                counters = pathlib.Path(folder) / "counters"
-                passed, _, seconds = run_test(program, test, 100, counters)
-                reached = {}
-                for one in counters.rglob("src_*.gcda"):
-                    lines = [procedures[one.stem][identity] for identity in executed_procedures(one)]
-                    if lines and one.stem in paths:
-                        reached[paths[one.stem]] = lines
-                shutil.rmtree(counters, ignore_errors=True)
-                if passed:
-                    tests.append([test, seconds, reached])
-                else:
-                    print(f"without any mutant {test} fails; it is left out")
-        return tests
+            program = build.link(pathlib.Path(folder), counting=True)
+            # A name that does not exist makes the program list the names that do.
+            for suite in re.findall(r"^  (\S+)$", run_test(program, ["?"], SECONDS)[1], re.M):
+                for name in re.findall(r"- (.+)$", run_test(program, [suite, "?"], SECONDS)[1], re.M):
+                    if not name.startswith("slow: "):
+                        add([suite, name], run_test, program, [suite, name])
+            program = build.link(pathlib.Path(folder), "app", counting=True)
+            for path in sorted((ROOT / "test/cli").glob("*.py")):
+                if "_TESTS = " in path.read_text() or path.stem == "run":
+                    add([COMMAND_LINE, path.stem], run_file, program, path.stem)
+        return found
 
     def of(self, mutant):
-        """The tests that execute the mutant's procedure, the shortest first."""
+        """The tests that execute the mutant's procedure: the shortest first, those on the command line last."""
         line = mutant.number + 1
         return sorted(((seconds, test) for test, seconds, reached in self.tests
-                       if any(first <= line <= last for first, last in reached.get(mutant.path, []))), key=lambda each: each[0])
+                       if any(first <= line <= last for first, last in reached.get(mutant.path, []))),
+                      key=lambda each: (each[1][0] == COMMAND_LINE, each[0]))
 
 
 def examine(build, mutant, tests):
     """"killed by" a test, "survives N tests", or "" where it is no mutant."""
     with tempfile.TemporaryDirectory() as folder:
-        folder = pathlib.Path(folder)
+        folder, programs = pathlib.Path(folder), {}
         if not build.compile(mutant, folder):
             return ""
-        program = folder / "tests"
-        build.link(program, mutant)
         for seconds, test in tests:
-            if not run_test(program, test, SECONDS + TIMES * seconds)[0]:
+            main = "app" if test[0] == COMMAND_LINE else "test"
+            if main not in programs:
+                programs[main] = build.link(folder, main, mutant)
+            run, what = (run_file, test[1]) if main == "app" else (run_test, test)
+            if not run(programs[main], what, SECONDS + TIMES * seconds)[0]:
                 return "killed by " + " | ".join(test)
     return f"survives {len(tests)} tests"
 
@@ -258,23 +314,27 @@ def examine(build, mutant, tests):
 def fixed(arguments):
     """The mutants of fixed.txt: `path | old | new | suite | test` a line."""
     build = Build([arguments.build or ROOT])
-    failed = 0
     lines = [line for line in FIXED.read_text().split("\n") if line and not line.startswith("#")]
+    with tempfile.TemporaryDirectory() as folder:
+        program = build.link(pathlib.Path(folder))
+        passes = functools.cache(lambda suite, test: run_test(program, [suite, test], SECONDS)[0])
 
-    def one(line):
-        path, old, new, suite, test = (word.strip() for word in line.split(" | "))
-        places = [i for i, text in enumerate((ROOT / path).read_text().split("\n")) if text.strip() == old]
-        if len(places) != 1:
-            return f"{path}: `{old}` stands there {len(places)} times; bring fixed.txt up to date"
-        verdict = examine(build, Mutant(path, places[0], new), [(SECONDS, [suite, test])])
-        return "" if verdict.startswith("killed") else f"{path}: {old}  ->  {new}: {verdict or 'does not compile'}, {suite} | {test}"
-    with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
-        for fault in pool.map(one, lines):
-            failed += fault != ""
-            if fault:
-                print("FAIL ", fault)
-    print(f"{len(lines) - failed} passed, {failed} failed")
-    return failed > 0
+        def one(line):
+            path, old, new, suite, test = (word.strip() for word in line.split(" | "))
+            places = [i for i, text in enumerate((ROOT / path).read_text().split("\n")) if text.strip() == old]
+            if len(places) != 1:
+                return f"{path}: `{old}` stands there {len(places)} times; bring fixed.txt up to date"
+            if not passes(suite, test):
+                return f"{suite} | {test}: there is no such test, or it fails without the mutant of {path}"
+            verdict = examine(build, Mutant(path, places[0], new), [(SECONDS, [suite, test])])
+            return "" if verdict.startswith("killed") else f"{path}: {old}  ->  {new}: {verdict or 'no mutant'}, {suite} | {test}"
+
+        with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
+            faults = [fault for fault in pool.map(one, lines) if fault]
+    for fault in faults:
+        print("FAIL ", fault)
+    print(f"{len(lines) - len(faults)} passed, {len(faults)} failed")
+    return len(faults) > 0
 
 
 def drawn(arguments):
@@ -311,8 +371,11 @@ def drawn(arguments):
     print(f"\n{killed + len(survivors)} mutants in {time.time() - begin:.0f} s; survivors:")
     for mutant in survivors:
         print(" ", mutant)
+    few = arguments.way == "draw" and killed < SHARE * (killed + len(survivors))
+    if few:
+        print(f"fewer than {SHARE:.0%} die")
     print(f"{killed} passed, {len(survivors)} failed")
-    return 0
+    return few
 
 
 def changed_lines(base):

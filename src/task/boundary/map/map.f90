@@ -149,6 +149,8 @@ contains
     logical :: passed(vertices%count)
     integer :: k
 
+    ! Without vertices there is no list.
+    if (vertices%count == 0) return
     passed = vertices%list(:vertices%count)%next > 0
     do k = 1, vertices%count
       if (vertices%list(k)%next > 0) passed(vertices%list(k)%next) = .true.
