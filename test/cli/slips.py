@@ -157,6 +157,17 @@ def test_undamped():
             equal(f"undamped, {model}, last line", run.out.splitlines()[-1], "VERDICT  undamped")
             equal(f"undamped, {model}, JSON", json.loads((folder / model / "results.json").read_text())["verdict"], "undamped")
             equal(f"undamped, {model}, code", Run(folder, "-q", "--fail-if-unstable", "input.nml", "-s", f"model.frame={model}").code, 10)
+        along = FOUR_BAR.replace("&frame ", "&frame dof='xi','eta','psi','zeta', ")
+        for old, new in (("392266,392266", "392266,392266,392266"), ("damping=0.25,0.25", "damping=0.25,0.25,0")):
+            along = along.replace(old, new)
+        (folder / "along.nml").write_text(along)
+        run = Run(folder, "along.nml", "-s", "case.tasks='stability','modes'")
+        check("no damper along zeta", "VERDICT  undamped" in run.out, "undamped", run.out)
+        hertz = math.sqrt(2 * 392266 / (18 + 1.35)) / (2 * math.pi)
+        check("no damper along zeta: its frequency", any(abs(pair[0] - hertz) < 1e-5 * hertz for pair in multipliers(run).values()), hertz,
+              run.out)
+        run = Run(folder, "along.nml", "-s", "support(1).angle=0,20,0")
+        check("no damper along zeta, a mount that leans", "VERDICT  stable" in run.out, "stable", run.out)
         run = Run(folder, "input.nml", "-s", "support(1).damping(2)=1e-6")
         check("the least damper", "VERDICT  undamped" not in run.out, "not undamped", run.out)
         settings = ("-s", "case.tasks=sweep", "-s", "sweep.engine=direct", "-s", "sweep.columns=verdict")

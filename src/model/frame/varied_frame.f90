@@ -27,7 +27,8 @@ module gestell_model_frame_varied_frame
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_mounting, only: damping_matrix, stiffness_matrix
   use gestell_model_frame_moved_mounting, only: add_mounting, ground_load, mounting_energy, mounting_power
-  use gestell_model_space, only: in_frame, is_rotation
+  use gestell_model_space, only: in_frame
+  use gestell_model_space_blocks, only: all_connected
   use gestell_model_space_drive, only: driven_type, follow_frame
   use gestell_model_space_energy, only: mounting_power_in_space => mounting_power
   use gestell_model_space_variation, only: ground_in_space, sample_varied
@@ -308,17 +309,21 @@ contains
     end do
   end subroutine add_foundation
 
-  !> Which of the free degrees of freedom act on each other: those of the frame at rest, and once it turns, rotations with all
-  !> others.
+  !> Which of the free degrees of freedom act on each other at any of many phases, which lie as no symmetry of a machine does.
   function coupled(self)
     class(varied_frame_type), intent(in) :: self
-    logical, allocatable :: coupled(:, :), turns(:)
+    logical, allocatable :: coupled(:, :)
+    integer, parameter :: at_once = 4
+    real(dp), dimension(at_once, size(self%free), size(self%free)) :: m, b, c
+    integer :: first, k
 
-    coupled = self%frame_type%coupled()
-    turns = is_rotation(self%free)
-    where (spread(turns, 1, size(turns)) .or. spread(turns, 2, size(turns)))
-      coupled = .true.
-    end where
+    allocate(coupled(size(self%free), size(self%free)), source=.false.)
+    do first = 0, 4 * self%least_steps - 1, at_once
+      call self%sample_second_order([((first + k + 1 / pi) / (4 * self%least_steps), k = 0, at_once - 1)], m, b, c)
+      coupled = coupled .or. any(abs(m) > 0 .or. abs(b) > 0 .or. abs(c) > 0, dim=1)
+      coupled = coupled .or. transpose(coupled)
+      if (all_connected(coupled)) exit
+    end do
   end function coupled
 
   !> Forces (N) and moment about F at rest (N m) on the ground, shape (dofs, points), for states x, shape (states, points).
