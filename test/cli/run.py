@@ -3,7 +3,8 @@
     ./bootstrap python3 test/cli/run.py                 builds the program, then tests it
     python3 test/cli/run.py PROGRAM                     tests a program that is there
     python3 test/cli/run.py PROGRAM space held          the tests of these files alone; "run" are those of this one
-    python3 test/cli/run.py PROGRAM --write-golden      writes the files in golden/ anew, after a change that is meant
+    python3 test/cli/run.py PROGRAM --write-golden      writes the files in golden/ anew, after a change that is meant; with names of
+                                                        files before it, theirs alone
 
 Prints the tests that failed, with what was expected and what came, and as last line "N passed, M failed".
 """
@@ -48,8 +49,10 @@ from overflow import OVERFLOW_TESTS  # noqa: E402
 from plots import PLOT_TESTS  # noqa: E402
 from quantities import QUANTITY_TESTS  # noqa: E402
 from ratios import RATIO_TESTS  # noqa: E402
+from records import RECORD_TESTS, write_records  # noqa: E402
 from report import REPORT_TESTS  # noqa: E402
 from resonance import RESONANCE_TESTS  # noqa: E402
+from scaling import SCALING_TESTS  # noqa: E402
 from several import SEVERAL_TESTS  # noqa: E402
 from sensitivity import SENSITIVITY_TESTS  # noqa: E402
 from separation import SEPARATION_TESTS  # noqa: E402
@@ -627,7 +630,8 @@ def main():
              *FINDINGS_TESTS, *PLOT_TESTS, *REPORT_TESTS, *MODEL_TESTS, *MOMENT_TESTS, *AXES_TESTS, *CRITICAL_TESTS,
              *RESONANCE_TESTS, *BALANCE_TESTS, *DESIGN_TESTS, *SENSITIVITY_TESTS, *SEPARATION_TESTS, *SEVERAL_TESTS, *SPACE_TESTS,
              *SPACE_LOOKS_TESTS, *SPACE_STUDIES_TESTS, *SPACE_BALANCE_TESTS, *RATIO_TESTS, *TOLD_TESTS, *SLIP_TESTS, *VERDICT_TESTS,
-             *FAULT_TESTS, *STAGING_TESTS, *WEIGHT_TESTS, *HELD_TESTS, *JSON_TESTS, *LINES_TESTS)
+             *FAULT_TESTS, *STAGING_TESTS, *WEIGHT_TESTS, *HELD_TESTS, *JSON_TESTS, *LINES_TESTS, *RECORD_TESTS,
+             *SCALING_TESTS)
     files_of = {test: Path(inspect.getfile(test)).stem for test in tests}
     unknown = set(names) - set(files_of.values())
     if unknown:
@@ -635,10 +639,10 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         Run.program = os.path.abspath(program) if program else build(folder)
         if "--write-golden" in sys.argv:
-            write_golden()
-            write_averaged_golden()
-            write_sweep_golden()
-            write_findings_golden()
+            for name, write in (("run", write_golden), ("averaged", write_averaged_golden), ("sweeps", write_sweep_golden),
+                                ("findings", write_findings_golden), ("records", write_records)):
+                if not names or name in names:
+                    write()
         for test in tests:
             if not names or files_of[test] in names:
                 test()

@@ -1,0 +1,138 @@
+"""Whole runs of every task, as they were when somebody last read them: reports, tables with their heads, pictures' scripts, the page.
+
+A record is no proof that a number is right; other tests are. It guards what nothing else asks for: words, columns, units, remarks,
+which curve a picture draws, that bounds are neither lost nor much smaller or larger than they were. After a change that is meant,
+`run.py PROGRAM records --write-golden` writes the records anew; read what differs.
+"""
+
+import json
+import math
+import re
+from pathlib import Path
+
+from broken_inputs import REST, SOUND
+from critical import NEEDLE
+from design import PLACES, ROTOR
+from harness import Folder, Run, check, equal
+
+HERE = Path(__file__).resolve().parent
+RECORDS = HERE / "golden" / "records"
+DATA = HERE.parents[1] / "data"
+SHORT = "&response points=12, harmonics=3 /\n"
+ROCKING = (DATA / "rocking_sieve.nml").read_text()
+SPEEDS = "&sweep parameter='drive.speed_rpm', from={}, to={}, count={} /\n"
+DAMPED = SOUND.replace("0.5,0.5,0.05", "10.0,10.0,1.0") + REST
+
+
+def data(name, more=SHORT):
+    return (DATA / f"{name}.nml").read_text() + more
+
+
+# Name, input, tasks.
+RUNS = {
+    "machine": (data("compressor"), "stability modes response forces power drawing balance separation sensitivity"),
+    "space": (data("engine_in_space"), "stability modes response forces power separation"),
+    "averaged": (SOUND + "&model coefficients='averaged' /\n" + SHORT, "stability modes response forces"),
+    "cam": (data("cam_press", SHORT + "&gravity /\n"), "stability response separation drawing"),
+    "rotor": (ROTOR + "&gravity /\n" + SHORT, "stability modes response"),
+    "shaper": (data("shaper"), "stability response"),
+    "powertrain": (data("powertrain"), "stability separation"),
+    "trade": (DAMPED, "trade"),
+    "speeds": (NEEDLE + REST + SPEEDS.format(2000, 4000, 9), "campbell critical resonance"),
+    "sweep": (DAMPED + SPEEDS.format(200, 300, 4), "sweep"),
+    "chart": (ROCKING + SPEEDS.format(120, 300, 4) + "&sweep parameter='frame.inertia', from=2, to=3, count=3 /\n", "sweep"),
+    "borders": (ROCKING + SPEEDS.format(120, 300, 7), "boundary"),
+    "level": (DAMPED + SPEEDS.format(240, 300, 3) + "&boundary quantity='f', measure='rms', level=60 /\n", "boundary"),
+    "design": (ROTOR + PLACES + "&objective quantity='fx' /\n&constraint quantity='xi', at_most=1.0e-3 /\n", "design"),
+}
+# A number, but not the digit of a name.
+NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?(?![\w(])")
+
+
+def recorded(what, folder):
+    """Lines of the record: the report, each table's head, columns, middle and last row, each script from its heading on."""
+    run = Run(folder, "--verbose", "--json", "-o", "out", "-s", "case.tasks=" + ",".join(f"'{task}'" for task in RUNS[what][1].split()),
+              "input.nml")
+    equal(f"record {what}", (run.code, run.err), (0, ""))
+    if run.code:
+        return []
+    # What takes how long differs from run to run, and with it the rows.
+    timed = what == "trade"
+    lines = ["== report", *([] if timed else run.out.splitlines())]
+    for name, table in json.loads((folder / "out" / "results.json").read_text())["tables"].items():
+        head = [line for line in (folder / "out" / f"{name}.csv").read_text().splitlines() if line[:1] == "#" and "version" not in line]
+        lines += [f"== {name}.csv, {table['heading']}", *head]
+        columns = table["columns"]
+        lines += ["keys " + json.dumps([column["key"] for column in columns], ensure_ascii=False),
+                  "errors " + json.dumps([column["error"] for column in columns if column["error"]], ensure_ascii=False)]
+        lines += dict.fromkeys(f"unit {column['unit']}, meaning {column['meaning']}" for column in columns)
+        rows = table["rows"]
+        lines += ["row " + json.dumps(rows[i], ensure_ascii=False) for i in sorted({len(rows) // 2, len(rows) - 1}) if rows and not timed]
+        script = (folder / "out" / f"{name}.gp")
+        if script.exists():
+            lines += [f"== {name}.gp", *script.read_text().partition("heading = ")[2].splitlines()]
+    lines = [" ".join(line.split()) for line in lines]
+    return [NUMBER.sub("#", line) for line in lines] if timed else lines
+
+
+def write_records():
+    RECORDS.mkdir(parents=True, exist_ok=True)
+    for what in RUNS:
+        with Folder(input=RUNS[what][0]) as folder:
+            (RECORDS / f"{what}.txt").write_text("\n".join(rounded(line) for line in recorded(what, folder)) + "\n")
+
+
+def rounded(line):
+    """Rows have five digits in the record."""
+    if not line.startswith("row ["):
+        return line
+    return re.sub(r"[-+]?\d\.\d{9,}(?:[eE][-+]?\d+)?", lambda m: f"{float(m[0]):.5g}", line)
+
+
+def alike(came, right):
+    """Numbers of a report: three digits; defects and bounds at the size of rounding errors, by a factor of 3."""
+    came, right = abs(float(came)), abs(float(right))
+    if max(came, right) < 1e-6:
+        return max(came, right) < 1e-13 or max(came, right) <= 3.5 * min(came, right)
+    return abs(came - right) <= 2e-3 * max(came, right)
+
+
+def test_records():
+    for what, (text, _) in RUNS.items():
+        with Folder(input=text) as folder:
+            came = recorded(what, folder)
+        right = (RECORDS / f"{what}.txt").read_text().splitlines()
+        if not came:
+            continue
+        equal(f"record {what}: lines", len(came), len(right))
+        place, keys, errors = "", [], []
+        for one, two in zip(came, right):
+            if two.startswith("== "):
+                place, keys, errors = two[3:], [], []
+            if two.startswith("keys ["):
+                keys = json.loads(two[5:])
+            if two.startswith("errors ["):
+                errors = json.loads(two[7:])
+            if two.startswith("row [") and one.startswith("row ["):
+                compare_rows(f"record {what}, {place}", json.loads(one[4:]), json.loads(two[4:]), keys, errors)
+                continue
+            good = NUMBER.sub("#", one) == NUMBER.sub("#", two) and all(map(alike, NUMBER.findall(one), NUMBER.findall(two)))
+            check(f"record {what}, {place}", good, two, one)
+
+
+def compare_rows(what, came, right, keys, errors):
+    """A row against the recorded one: bounds by a factor of 3, what they bound and all else within a thousandth of the row's greatest
+    number in that unit; phases of amplitudes that are next to nothing are left out."""
+    equal(f"{what}: width", len(came), len(right))
+    for i, (key, one, two) in enumerate(zip(keys, came, right)):
+        if "phase" in key or not isinstance(two, (int, float)) or isinstance(one, str):
+            if "phase" not in key:
+                equal(f"{what}: {key}", one, two)
+        elif key in errors:
+            check(f"{what}: {key}", alike(one, two) if max(abs(one), abs(two)) < 1e-6 else two / 3 <= one <= 3 * two, two, one)
+        else:
+            scale = max(abs(other) for other in right if isinstance(other, (int, float)))
+            check(f"{what}: {key}", abs(one - two) <= 1e-3 * abs(two) + 1e-12 * scale, two, one)
+
+
+RECORD_TESTS = (test_records,)

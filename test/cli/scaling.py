@@ -1,0 +1,89 @@
+"""Machines of other size, mass and speed: by dimensions every number of every table follows from that of the first, bounds too.
+
+Factors are powers of two, so that the arithmetic is the same to the last bit but where a constant has a dimension.
+"""
+
+import json
+import re
+
+from harness import Folder, Run, check, equal
+from records import DATA, NEEDLE, REST, SHORT, SPEEDS
+
+# Exponents of mass, length and time.
+UNITS = {"kg": (1, 0, 0), "m": (0, 1, 0), "s": (0, 0, 1), "N": (1, 1, -2), "W": (1, 2, -3), "J": (1, 2, -2), "Hz": (0, 0, -1),
+         "mm": (0, 1, 0), "rpm": (0, 0, -1), "rad": (0, 0, 0), "deg": (0, 0, 0), "%": (0, 0, 0), "1": (0, 0, 0)}
+KEYS = {"mass": "kg", "inertia": "kg m^2", "flywheel_inertia": "kg m^2", "stiffness": "N/m", "damping": "N s/m", "speed_rpm": "rpm",
+        "limit_mm_s": "mm/s", "band_hz": "Hz", "position": "m", "radius": "m", "lengths": "m", "center": "m", "origin": "m",
+        "guide_point": "m", "from": "rpm", "to": "rpm"}
+MACHINES = {
+    "compressor": ((DATA / "compressor.nml").read_text().replace("limit_mm_s=18.0", "limit_mm_s=18.0, band_hz=10,1000").replace(
+        "'foot', position=-0.20,-0.25", "'foot', position=-0.20,-0.25, band_hz=10,1000") + SHORT,
+        "stability modes response forces power drawing balance separation"),
+    "engine in space": ((DATA / "engine_in_space.nml").read_text() + SHORT, "stability modes response forces power separation"),
+    "needle bar": (NEEDLE + REST + SPEEDS.format(2000, 4000, 9), "campbell critical resonance"),
+}
+# Larger, heavier, faster, and all at once.
+SCALES = ((2, 0, 0), (0, 1, 0), (0, 0, -1), (-1, 2, 1))
+
+
+def exponent(unit, scale):
+    """The power of two by which a number with this unit grows."""
+    total, sign = 0, 1
+    for word in re.findall(r"/|[^ /]+", unit or ""):
+        if word == "/":
+            sign = -1
+            continue
+        name, _, power = word.partition("^")
+        total += sign * int(power or 1) * sum(a * b for a, b in zip(UNITS[name], scale))
+    return total
+
+
+def scaled(text, scale):
+    """The input with all its numbers that have a dimension multiplied."""
+    def numbers(found):
+        factor = 2.0 ** exponent(KEYS[found[1]], scale)
+        return found[1] + found[2] + re.sub(r"-?\d[\d.]*(?:[eE]-?\d+)?", lambda one: repr(float(one[0]) * factor), found[3])
+    lines = (line.split("!")[0] for line in text.splitlines())
+    return "\n".join(re.sub(rf"\b({'|'.join(KEYS)})( *= *)((?:-?[\d.]+(?:[eE]-?\d+)?[, ]*)+)", numbers, line) for line in lines) + "\n"
+
+
+def found(folder, what, text, tasks):
+    (folder / "input.nml").write_text(text)
+    run = Run(folder, "-q", "--json", "-s", "case.tasks=" + ",".join(f"'{task}'" for task in tasks.split()), "input.nml")
+    equal(what, (run.code, run.err), (0, ""))
+    return json.loads(run.out)["tables"] if run.code == 0 else {}
+
+
+def test_scaling():
+    for name, (text, tasks) in MACHINES.items():
+        with Folder(input=text) as folder:
+            first = found(folder, name, scaled(text, (0, 0, 0)), tasks)
+            for scale in SCALES:
+                what = f"{name} by 2^{scale}"
+                other = found(folder, what, scaled(text, scale), tasks)
+                equal(f"{what}: tables", list(other), list(first))
+                for table in first.keys() & other.keys():
+                    compare(f"{what}: {table}", first[table], other[table], scale)
+
+
+def compare(what, one, two, scale):
+    """Numbers by 1e-9 of the greatest of their column. Bounds rest on norms in which metres stand beside radians and m/s: they follow
+    the mass alone."""
+    equal(f"{what}: rows", len(two["rows"]), len(one["rows"]))
+    bounds = {column["error"] for column in one["columns"]}
+    for k, column in enumerate(one["columns"]):
+        mixed = column["key"] in bounds
+        # Mode shapes have a norm of their own in every table; a force that is opposite half a turn later has two peaks.
+        free = column["key"].endswith(("_re", "_im")) or "phase" in column["key"] or "engine" in what and "crank_deg" in column["key"]
+        pairs = [(a[k], b[k]) for a, b in zip(one["rows"], two["rows"]) if (a[k], b[k]) != (None, None)]
+        if any(not isinstance(x, (int, float)) for pair in pairs for x in pair):
+            equal(f"{what}: {column['key']}", [b for _, b in pairs], [a for a, _ in pairs])
+            continue
+        factor = 2.0 ** exponent(column["unit"], scale)
+        greatest = max((abs(a) for a, _ in pairs), default=0)
+        good = free or mixed and any(scale[1:]) or all(abs(b - a * factor) <= 1e-9 * greatest * factor for a, b in pairs)
+        worst = max(pairs, key=lambda pair: abs(pair[1] - pair[0] * factor), default=None)
+        check(f"{what}: {column['key']}", good, f"{factor} times", worst)
+
+
+SCALING_TESTS = (test_scaling,)
