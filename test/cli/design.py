@@ -37,8 +37,21 @@ def force(unbalance, speed=SPEED):
     return abs(complex(SPRING, DAMPING * w) * unbalance * w**2 / complex(SPRING - MASS * w**2, DAMPING * w)) / math.sqrt(2)
 
 
+def test_bounds_worth():
+    """What the objective falls by where a range grows by 1 %: of the unbalance U - x m, on a mass that grows with m, in closed form."""
+    text = ROTOR + PLACES.replace("-0.08", "-0.04") + "&design parameter='link(cw).mass', from=0.2, to=1.0 /\n&objective quantity='fx' /\n"
+    w, left = SPEED * math.pi / 30, 0.05 * math.cos(math.pi / 6) - 0.04
+    stiffness = complex(SPRING - MASS * w**2, DAMPING * w)
+    worth = [0.01 * 0.12 / left, 0.0, 0.01 * 0.8 * (0.04 / left - w**2 * stiffness.real / abs(stiffness)**2)]
+    with Folder(input=text) as folder:
+        if Run(folder, "-q", "input.nml").done("design, what bounds are worth"):
+            for row, wanted in zip(table(folder / "input", "design"), worth):
+                near(f"design, worth of a bound: {row['parameter']}", float(row["bound_worth_percent"]), 100 * wanted, 1e-4)
+
+
 def design_tests():
     """All of them."""
+    test_bounds_worth()
     with Folder(input=ROTOR + PLACES + "&objective quantity='fx' /\n") as folder:
         run = Run(folder, "input.nml")
         if run.done("design"):
