@@ -3,7 +3,7 @@ module test_peaks
   use checks, only: check_success, check_that
   use families, only: machine_family
   use gestell_base_error, only: gestell_error => error_type
-  use gestell_math_fourier, only: greatest
+  use gestell_math_fourier, only: find_tops, greatest
   use gestell_base_kinds, only: dp, pi
   use gestell_study_family, only: family_type
   use gestell_study_grid, only: axis_type, grid_type, new_grid
@@ -25,6 +25,7 @@ contains
 
     testsuite = [ &
       & new_unittest("peaks between samples", test_between), &
+      & new_unittest("few places are searched where samples are as good as equal", test_as_good_as_equal), &
       & new_slow("a machine against single solutions", test_machine), &
       & new_slow("beside a resonance", test_resonance), &
       & new_slow("a light frame to twelve digits", test_twelve_digits), &
@@ -55,6 +56,46 @@ contains
       if (allocated(error)) return
     end do
   end subroutine test_between
+
+  !> A constant with rounding, as the force of a rotor: a third of the samples lie above their neighbours, and only the curve
+  !> between them tells which is beside the greatest value. It is compared with samples of the curve at a 32nd of the spacing,
+  !> summed term by term.
+  subroutine test_as_good_as_equal(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: samples = 1024, orders = samples / 2 - 1, many = 32 * samples
+    !> A place searched costs at least four sums over the orders, samples at a part of the spacing about 32 times as much.
+    integer, parameter :: most_places = 128
+    real(dp), parameter :: rounding = 1.0e-12_dp
+    real(dp) :: a(0:orders, 2), f(samples), dense, spacing, loss
+    real(dp), allocatable :: c(:), fine(:), places(:)
+    integer :: i, k
+
+    a(0, :) = [1.0_dp, 0.0_dp]
+    ! Pseudo-random by a multiplication modulo a prime (Lehmer).
+    k = 1
+    do i = 1, orders
+      k = mod(16807 * k, 65537)
+      a(i, 1) = rounding * (k / 32768.5_dp - 1)
+      k = mod(16807 * k, 65537)
+      a(i, 2) = rounding * (k / 32768.5_dp - 1)
+    end do
+    allocate(c(0:many - 1), fine(0:many - 1))
+    c(:) = [(cos(2 * pi * i / many), i = 0, many - 1)]
+    fine(:) = a(0, 1)
+    do i = 0, many - 1
+      do k = 1, orders
+        fine(i) = fine(i) + a(k, 1) * c(modulo(k * i, many)) + a(k, 2) * c(modulo(k * i - many / 4, many))
+      end do
+    end do
+    f = fine(::many / samples)
+    dense = maxval(abs(fine))
+    loss = (2 * pi / samples)**2 / 8 * sum([(real(i, dp)**2 * norm2(a(i, :)), i = 1, orders)])
+    call find_tops(f, a(0, 1), a(1:, 1), a(1:, 2), loss, places, spacing)
+    call check_that(error, real(size(places), dp), "<=", real(most_places, dp), "places that are searched")
+    if (allocated(error)) return
+    ! Beside a top samples at a 32nd of the spacing miss (pi / 64)^2 / 2 of the ripple at the most; sums round at 1e-15.
+    call check_that(error, abs(greatest(f) - dense), "<=", 1.3e-3_dp * (dense - 1) + 1.0e-14_dp, "the greatest between samples")
+  end subroutine test_as_good_as_equal
 
   pure real(dp) function polynomial(a, theta)
     real(dp), intent(in) :: a(0:, :), theta

@@ -6,7 +6,7 @@ module gestell_math_fourier
   implicit none (type, external)
   private
 
-  public :: fourier_series, greatest, greatest_between, transform_matrix
+  public :: find_tops, fourier_series, greatest, greatest_between, transform_matrix
 
   !> f(theta) = mean + sum_k amplitude(k) cos(k theta + phase(k)), theta from 0 to 2 pi over the period.
   type, public :: fourier_type
@@ -154,31 +154,69 @@ contains
     peak = greatest_between(samples, self%amplitude * cos(self%phase), -self%amplitude * sin(self%phase))
   end function peak
 
-  !> max |f|: the zero of f' beside every one of the `samples` that the maximum can lie at. Half a spacing away f has lost at
-  !> most spacing^2 max |f''| / 8 of it. The highest orders are left out where rounding of the samples makes amplitudes as great as
-  !> theirs, epsilon / sqrt(samples) of the highest: k^2 would make them many candidates.
+  !> max |f|: the zero of f' beside every one of the samples that the maximum can lie at. The highest orders are left out where
+  !> rounding of the samples makes amplitudes as great as theirs, epsilon / sqrt(samples) of the highest: k^2 would make them many
+  !> candidates.
   pure real(dp) function greatest_between(samples, cosine, sine) result(peak)
     real(dp), intent(in) :: samples(:), cosine(:), sine(:)
     real(dp), parameter :: noise = 4 * epsilon(1.0_dp)
-    real(dp) :: step, highest, loss, mean
+    real(dp), allocatable :: places(:)
+    real(dp) :: highest, loss, mean, step
     integer :: i, k, n, orders
 
     n = size(samples)
-    step = 2 * pi / n
     mean = sum(samples) / n
     highest = maxval(abs(samples))
     do orders = size(cosine), 1, -1
       if (hypot(cosine(orders), sine(orders)) > noise / sqrt(real(n, dp)) * highest) exit
     end do
-    loss = step**2 / 8 * sum([(real(k, dp)**2 * hypot(cosine(k), sine(k)), k = 1, orders)])
+    loss = (2 * pi / n)**2 / 8 * sum([(real(k, dp)**2 * hypot(cosine(k), sine(k)), k = 1, orders)])
     peak = highest
     if (loss <= epsilon(loss) * highest) return
-    do i = 1, n
-      if (abs(samples(i)) < highest - loss) cycle
-      if (abs(samples(i)) < abs(samples(1 + modulo(i - 2, n))) .or. abs(samples(i)) < abs(samples(1 + modulo(i, n)))) cycle
-      peak = max(peak, refined(mean, cosine(:orders), sine(:orders), step * (i - 1), step))
+    call find_tops(samples, mean, cosine(:orders), sine(:orders), loss, places, step)
+    do i = 1, size(places)
+      peak = max(peak, refined(mean, cosine(:orders), sine(:orders), places(i), step))
     end do
   end function greatest_between
+
+  !> The places of samples that may have the maximum of |f| beside them: half a spacing away |f| has lost at most `loss`,
+  !> spacing^2 max |f''| / 8, of it. Samples that are as good as equal, as those of a constant with rounding, would all be such
+  !> places. More than a few cost more than samples at a part of the spacing, which say of most of them that they are none: the
+  !> loss falls with the square of the spacing, `step`.
+  pure subroutine find_tops(samples, mean, cosine, sine, loss, places, step)
+    real(dp), intent(in) :: samples(:), mean, cosine(:), sine(:), loss
+    real(dp), allocatable, intent(out) :: places(:)
+    real(dp), intent(out) :: step
+    !> The spacing is divided by `finer` at a time, while so many places times the divisor are left.
+    integer, parameter :: finer = 4, finest = finer**2, few = 8
+    real(dp), allocatable :: f(:)
+    integer :: divisor, i, n
+
+    f = abs(samples)
+    divisor = 1
+    do
+      n = size(f)
+      step = 2 * pi / n
+      places = pack([(step * (i - 1), i = 1, n)], f >= maxval(f) - loss / divisor**2 .and. f >= cshift(f, -1) &
+        & .and. f >= cshift(f, 1))
+      if (divisor == finest .or. size(places) <= few * finer * divisor) return
+      divisor = finer * divisor
+      f = abs(values_at(mean, cosine, sine, divisor * size(samples)))
+    end do
+  end subroutine find_tops
+
+  !> f at n equidistant places, n more than twice the orders.
+  pure function values_at(mean, cosine, sine, n) result(f)
+    real(dp), intent(in) :: mean, cosine(:), sine(:)
+    integer, intent(in) :: n
+    real(dp) :: f(n)
+    complex(dp) :: c(n)
+
+    c = 0
+    c(1) = mean
+    c(2:1 + size(cosine)) = cmplx(cosine, sine, dp)
+    f = real(dft(c))
+  end function values_at
 
   !> The greatest |f| beside `start`, where |f| is not smaller than one `step` to both sides: Newton's iteration for f' = 0,
   !> kept between a place where |f| rises to the top and one beyond it.
