@@ -270,7 +270,7 @@ contains
       & "m", "m/s", "m/s^2"]
     character(len=16), parameter :: bad(*) = [character(len=16) :: "", "x", "support(5).fx", "support(0).fx", "support(1).m", &
       & "support(1)", "support().fx", "support(1).", ".fx", "fx.fx", "probe(a).x", "probe(a.b).z", "probe(a.b)", "guide.d", &
-      & "probe().x", "support(1)x.fx"]
+      & "probe().x", "support(1)x.fx", "support(04).fx", "support(+4).fx", "support( 4).fx", "support(1e0).fx"]
     type(frame_type) :: frame
     type(quantity_type) :: quantity
     type(gestell_error), allocatable :: failure

@@ -19,6 +19,7 @@ contains
 
     testsuite = [ &
       & new_unittest("programs at random", test_random), &
+      & new_unittest("a program of 2000 limits", test_many_groups), &
       & new_unittest("programs that have no solution", test_failures)]
   end subroutine collect_quadratic_program
 
@@ -56,6 +57,37 @@ contains
       end do
     end do
   end subroutine test_random
+
+  !> The distance from the middle of a square, which 2000 lines around it limit, each by a group of a branch and zero, is least at a
+  !> point of the hull of the lines' normals: by the conditions of `test_random`. A method that solves for the multiplier of every
+  !> group in every step does not come to its end in a minute.
+  subroutine test_many_groups(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: limits = 2000, n = 2
+    real(dp), parameter :: heavy = 1.0e3_dp
+    real(dp) :: a(n, 2 * limits + 1), v(2 * limits + 1), d(n), lambda(2 * limits + 1), turn
+    integer :: group(2 * limits + 1), g
+    type(gestell_error), allocatable :: failure
+
+    do g = 1, limits
+      turn = 1.0_dp * g / limits
+      a(:, g) = -[cos(turn), sin(turn)]
+    end do
+    a(:, limits + 1:) = 0
+    ! Each line lies at a distance of 1 from the start: a . d >= 1.
+    v(:limits) = 1
+    v(limits + 1:) = 0
+    group = [(g, g = 1, limits), (g, g = 1, limits), limits + 1]
+    call solve_quadratic_program(unit_matrix(n), [(heavy, g = 1, limits), 1.0_dp], group, v, a, d, lambda, failure)
+    call check_success(error, failure, "2000 limits")
+    if (allocated(error)) return
+    call check_that(error, lambda, ">=", 0.0_dp)
+    call check_that(error, abs(d + matmul(a, lambda)), "<=", 1.0e-9_dp)
+    call check_that(error, v(:limits) + matmul(d, a(:, :limits)), "<=", 1.0e-9_dp)
+    ! The first and the last line, at the angles 1/2000 and 1, meet the nearest point of all: on the bisector, at 1 / cos of half
+    ! the angle between them.
+    call check_that(error, abs(norm2(d) - 1 / cos((1 - 1.0_dp / limits) / 2)), "<=", 1.0e-9_dp, "distance")
+  end subroutine test_many_groups
 
   !> Numbers from -1 to 1 that are always the same.
   pure subroutine numbers(seed, list)

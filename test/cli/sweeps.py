@@ -609,34 +609,71 @@ def limited_memory():
     resource.setrlimit(resource.RLIMIT_AS, (2**36, 2**36))
 
 
+NEARLY_ISOSCELES = """&case title='slider crank', tasks='stability' /
+&drive speed_rpm=60 /
+&joint name='O', type='ground', position=0,0 /
+&joint name='A', type='crank', pivot='O', radius=0.1 /
+&joint name='B', type='RRP', ends='A', lengths=0.10000001, guide_point=0,0, guide_angle=0, branch=1 /
+&link name='crank', from='O', to='A', mass=1, inertia=0.001 /
+&link name='rod', from='A', to='B', mass=1, inertia=0.001, center=0.05,0 /
+&link name='slider', from='B', mass=1, inertia=0 /
+&frame mass=50, inertia=2, origin=0,0 /
+&support position=-0.2,-0.2, stiffness=1e5,1e5, damping=100,100 /
+&support position=0.2,-0.2, stiffness=1e5,1e5, damping=100,100 /
+&model frame='rest' /
+&accuracy tolerance=0.01 /
+"""
+
+
+def shown_on_terminal(folder, *words):
+    """What the program writes to standard error where that is a terminal, and for how many seconds it runs; None: there is no terminal."""
+    try:
+        leader, follower = os.openpty()
+    except OSError:
+        print("skipped: what a terminal shows, for there is none")
+        return None
+    begin = time.monotonic()
+    run = subprocess.Popen([Run.program, *words], cwd=folder, stderr=follower)
+    os.close(follower)
+    shown = b""
+    while True:
+        try:
+            piece = os.read(leader, 4096)
+        except OSError:
+            break
+        if not piece:
+            break
+        shown += piece
+    run.wait()
+    os.close(leader)
+    return shown, time.monotonic() - begin
+
+
 def test_progress():
     """A bar on a terminal, at most ten times a second, and nothing of it elsewhere."""
     with Folder(input=SWEEP + LONG.replace("count=25", "count=200") + "&accuracy tolerance=1e-14 /\n") as folder:
-        try:
-            leader, follower = os.openpty()
-        except OSError:
-            print("skipped: the progress bar, without a terminal to show it")
+        seen = shown_on_terminal(folder, "-q", "input.nml")
+        if seen is None:
             return
-        begin = time.monotonic()
-        run = subprocess.Popen([Run.program, "-q", "input.nml"], cwd=folder, stderr=follower)
-        os.close(follower)
-        shown = b""
-        while True:
-            try:
-                piece = os.read(leader, 4096)
-            except OSError:
-                break
-            if not piece:
-                break
-            shown += piece
-        run.wait()
-        seconds = time.monotonic() - begin
-        os.close(leader)
+        shown, seconds = seen
         bars = shown.count(b"points/s")
         check("progress, bars", 1 <= bars <= 10 * seconds + 1, f"1 to {10 * seconds + 1:.0f}", bars)
         check("progress, the line disappears", shown.split(b"\r")[-2].strip() == b"", "blanks", shown[-100:])
 
 
+def test_slow_machine():
+    """A machine that takes seconds says why. A slider-crank whose rod l is longer than its crank r by d passes a dead point at the
+    distance sqrt(2 d / r) of the crank angle: 4.5e-4 here, of which a turn has 14050."""
+    with Folder(input=NEARLY_ISOSCELES) as folder:
+        seen = shown_on_terminal(folder, "-q", "input.nml")
+        if seen is None:
+            return
+        words = seen[0].split(b"\r")
+        steps = [int(word.split()[6]) for word in words if word.startswith(b"near a dead point: at least ")]
+        check("a slow machine, why", len(steps) == 1 and 14050 <= steps[0] <= 15500, "steps from 14050 to 15500", seen[0][:200])
+        check("a slow machine, the line disappears", words[-2].strip() == b"", "blanks", seen[0][-100:])
+
+
 SWEEP_TESTS = (test_golden, test_as_single_runs, test_shapes, test_impossible, test_nearly_singular, test_other_tasks,
                test_refused, test_threads, test_parts, test_together, test_killed, test_damaged, test_unwritten_rows, test_npy, test_foreign,
-               test_full_disk, test_one_line, test_one_line_is_lost, test_progress)
+               test_full_disk, test_one_line, test_one_line_is_lost, test_progress, test_slow_machine)

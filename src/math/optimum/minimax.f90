@@ -19,7 +19,8 @@ module gestell_math_optimum_minimax
   use gestell_base_kinds, only: dp
   use gestell_math_matrix, only: unit_matrix
   use gestell_math_optimum_quadratic_program, only: solve_quadratic_program
-  use gestell_math_optimum_scaled, only: branches_type, minimax_problem, point_type, scaled_type
+  use gestell_math_optimum_scaled, only: branches_type, greatest_by_group, minimax_problem, point_type, scaled_type, &
+    & sums_by_group
   implicit none (type, external)
   private
 
@@ -210,7 +211,8 @@ contains
         call solve(search%weight)
       end do
     end if
-    prices = [(sum(multiplier(:branches), here%group == m + g), g = 1, constraints)]
+    prices = sums_by_group(multiplier(:branches), here%group, m + constraints)
+    prices = prices(m + 1:)
     if (violation() <= nothing) search%weight(m + 1:) = min(search%weight(m + 1:), &
       & max(0.5_dp * search%weight(m + 1:), 2 * prices, lightest))
     allocate(d(size(here%s)), source=0.0_dp)
@@ -234,11 +236,9 @@ contains
 
     !> Values of the groups in the linearised branches after the step.
     function model() result(greatest)
-      real(dp) :: greatest(size(search%unit)), linear(branches)
-      integer :: k
+      real(dp) :: greatest(size(search%unit))
 
-      linear = here%value + matmul(step, slope(:, :branches))
-      greatest = [(maxval(linear, here%group == k), k = 1, size(greatest))]
+      greatest = greatest_by_group(here%value + matmul(step, slope(:, :branches)), here%group, size(greatest))
     end function model
 
     real(dp) function violation()
@@ -345,9 +345,9 @@ contains
     type(point_type), intent(in) :: here
     real(dp), intent(in) :: lambda(:), tolerance
     type(optimum_type), intent(out) :: now
-    real(dp) :: top(size(search%unit)), objective, slack, scale
+    real(dp) :: top(size(search%unit)), prices(size(search%unit)), objective, slack, scale
     real(dp), dimension(size(here%s)) :: slope
-    integer :: g, m
+    integer :: m
 
     m = search%objectives
     top = counted(search, here%greatest)
@@ -357,7 +357,8 @@ contains
     now%objective = sum(now%groups(:m))
     now%violation = maxval([0.0_dp, now%groups(m + 1:)])
     now%feasible = all(here%greatest(m + 1:) <= tolerance)
-    now%price = [(sum(lambda, here%group == g) * search%unit(1) / search%unit(g), g = m + 1, size(search%unit))]
+    prices = sums_by_group(lambda, here%group, size(search%unit)) * search%unit(1) / search%unit
+    now%price = prices(m + 1:)
     ! dL/ds, and what is missing for each branch with a multiplier to be its group's value.
     slope = matmul(here%slope, lambda)
     slack = dot_product(lambda, top(here%group) - here%value)

@@ -45,7 +45,15 @@ contains
     if (allocated(error)) return
     a = matmul(inverse_l, slope)
     length = norm2(a, 1)
-    working = [(minloc(length, 1, group == g), g = 1, size(weight))]
+    working = spread(0, 1, size(weight))
+    do i = 1, size(value)
+      g = group(i)
+      if (g == 0) cycle
+      if (working(g) > 0) then
+        if (.not. length(i) < length(working(g))) cycle
+      end if
+      working(g) = i
+    end do
     multiplier(working) = weight
     do step = 1, 20 * (size(value) + size(d))
       call settle()
@@ -135,19 +143,38 @@ contains
       call constrained_least_squares(unit_matrix(size(d)), gradient, differences(:rows, :), gaps(:rows), y, error)
     end subroutine settle
 
-    !> r of (1).
+    !> r of (1). Where a branch is the only one of its group in the working set its r is given: -1 for the group of p, else 0. So
+    !> what is to be solved has no more unknowns than the working set has branches of shared groups, at most twice the parameters.
     function change(entering) result(ratio)
       integer, intent(in) :: entering
-      real(dp) :: ratio(size(working)), member(size(weight), size(working)), total(size(weight))
-      integer :: j
+      real(dp) :: ratio(size(working)), total(size(weight))
+      real(dp), allocatable :: member(:, :), found(:)
+      integer, allocatable :: shared(:), groups(:)
+      integer :: members(0:size(weight)), row(size(weight)), j
 
-      member = 0
-      do j = 1, size(working)
-        if (group(working(j)) > 0) member(group(working(j)), j) = 1
-      end do
       total = 0
       if (group(entering) > 0) total(group(entering)) = -1
-      call constrained_least_squares(a(:, working), -a(:, entering), member, total, ratio, error)
+      members = 0
+      do j = 1, size(working)
+        members(group(working(j))) = members(group(working(j))) + 1
+      end do
+      members(0) = 2
+      shared = pack([(j, j = 1, size(working))], members(group(working)) > 1)
+      ratio = 0
+      do j = 1, size(working)
+        if (members(group(working(j))) == 1) ratio(j) = total(group(working(j)))
+      end do
+      if (size(shared) == 0) return
+      groups = pack([(j, j = 1, size(weight))], members(1:) > 1)
+      row(groups) = [(j, j = 1, size(groups))]
+      allocate(member(size(groups), size(shared)), source=0.0_dp)
+      allocate(found(size(shared)))
+      do j = 1, size(shared)
+        if (group(working(shared(j))) > 0) member(row(group(working(shared(j)))), j) = 1
+      end do
+      call constrained_least_squares(a(:, working(shared)), -a(:, entering) - matmul(a(:, working), ratio), member, &
+        & total(groups), found, error)
+      ratio(shared) = found
     end function change
 
   end subroutine solve_quadratic_program

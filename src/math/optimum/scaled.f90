@@ -7,6 +7,8 @@ module gestell_math_optimum_scaled
   implicit none (type, external)
   private
 
+  public :: greatest_by_group, sums_by_group
+
   !> What a problem's functions are at a point: branches, each of a group; a group's value is its greatest branch.
   type, public :: branches_type
     !> Shape (branches), from 1 to the number of groups, each of which has one at least.
@@ -72,7 +74,7 @@ contains
     real(dp), intent(in) :: start(:)
     type(point_type), intent(out) :: here
     type(error_type), allocatable, intent(out) :: error
-    integer :: g, b, i
+    integer :: first(problem%objectives + problem%constraints), g, b, i
 
     if (any([size(problem%lower), size(problem%upper)] /= size(start))) then
       call fatal_error(error, "as many bounds as parameters are wanted", invalid_input)
@@ -93,8 +95,13 @@ contains
       call fatal_error(error, "there is nothing to start from", failed_computation)
       return
     end if
+    first = 0
+    do b = size(here%value), 1, -1
+      g = here%group(b)
+      if (.not. here%value(b) < here%greatest(g)) first(g) = b
+    end do
     do g = 1, size(self%unit)
-      b = maxloc(here%value, 1, here%group == g)
+      b = first(g)
       self%unit(g) = max(abs(here%value(b)), maxval(abs(here%slope(self%free, b))))
     end do
     self%unit(:problem%objectives) = maxval(self%unit(:problem%objectives))
@@ -113,22 +120,50 @@ contains
     type(point_type), intent(out) :: there
     type(error_type), allocatable, intent(out) :: error
     type(branches_type) :: at
-    integer :: g
+    logical :: has_branch(size(self%unit))
 
     there%s = min(max(s, 0.0_dp), 1.0_dp)
     self%evaluations = self%evaluations + 1
     if (gradients) self%gradients = self%gradients + 1
     call problem%evaluate(self%place(problem, there%s), gradients, at, error)
     if (allocated(error) .or. .not. at%known) return
-    there%known = all(ieee_is_finite(at%value)) .and. all([(any(at%group == g), g = 1, size(self%unit))])
+    has_branch = .false.
+    has_branch(at%group) = .true.
+    there%known = all(ieee_is_finite(at%value)) .and. all(has_branch)
     if (there%known .and. gradients) there%known = all(ieee_is_finite(at%slope))
     if (.not. there%known) return
     there%group = at%group
     there%value = at%value / self%unit(at%group)
-    there%greatest = [(maxval(there%value, at%group == g), g = 1, size(self%unit))]
+    there%greatest = greatest_by_group(there%value, at%group, size(self%unit))
     if (gradients) there%slope = at%slope * spread(self%span, 2, size(at%value)) &
       & / spread(self%unit(at%group), 1, size(s))
   end subroutine look
+
+  !> The greatest of a number of each branch over the branches of each group, shape (groups).
+  pure function greatest_by_group(number, group, groups) result(greatest)
+    real(dp), intent(in) :: number(:)
+    integer, intent(in) :: group(:), groups
+    real(dp) :: greatest(groups)
+    integer :: b
+
+    greatest = -huge(greatest)
+    do b = 1, size(number)
+      greatest(group(b)) = max(greatest(group(b)), number(b))
+    end do
+  end function greatest_by_group
+
+  !> The sum of a number of each branch over the branches of each group, shape (groups).
+  pure function sums_by_group(number, group, groups) result(sums)
+    real(dp), intent(in) :: number(:)
+    integer, intent(in) :: group(:), groups
+    real(dp) :: sums(groups)
+    integer :: b
+
+    sums = 0
+    do b = 1, size(number)
+      sums(group(b)) = sums(group(b)) + number(b)
+    end do
+  end function sums_by_group
 
   !> x at `s`, never outside the bounds.
   pure function place(self, problem, s) result(x)

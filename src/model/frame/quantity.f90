@@ -163,14 +163,18 @@ contains
   pure integer function support_number(frame, part) result(number)
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: part
-    integer :: supports
+    integer :: supports, status
 
     supports = size(frame%supports)
     if (allocated(frame%space)) supports = size(frame%space%supports)
-    do number = 1, supports
-      if (part == "support(" // text(number) // ")") return
-    end do
     number = 0
+    if (index(part, "support(") /= 1) return
+    read (part(9:len(part) - 1), "(i10)", iostat=status) number
+    if (status /= 0 .or. number < 1 .or. number > supports) then
+      number = 0
+    else if (part /= "support(" // text(number) // ")") then
+      number = 0
+    end if
   end function support_number
 
   !> Adds the guides: the forces along the degrees of freedom that are not free. Their rows of moments hold all of the guides'

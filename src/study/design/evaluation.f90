@@ -68,6 +68,12 @@ module gestell_study_design_evaluation
     integer, allocatable :: condition(:), side(:)
   end type goal_branches_type
 
+  !> A goal's branches at a condition: values, derivatives, shape (parameters, values), and which of them count, shape (values, 2).
+  type :: goal_values_type
+    real(dp), allocatable :: values(:), changes(:, :)
+    logical, allocatable :: sides(:, :)
+  end type goal_values_type
+
   abstract interface
     !> The maxima of each goal over the range that are near the worst of it; `known`: there is a vibration everywhere. Error: the
     !> goals make no sense.
@@ -120,9 +126,9 @@ contains
     type(goal_branches_type), intent(inout) :: at
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: samples(size(motion%phases), components(motion%frame), size(goals))
-    real(dp), allocatable :: slopes(:, :, :, :), values(:), changes(:, :)
-    logical, allocatable :: sides(:, :)
-    integer :: g, i, s
+    real(dp), allocatable :: slopes(:, :, :, :)
+    type(goal_values_type) :: found(size(goals))
+    integer :: g
 
     allocate(slopes(size(samples, 1), size(samples, 2), size(goals), motion%parameters()), source=0.0_dp)
     if (any(goals%is_periodic())) then
@@ -133,19 +139,17 @@ contains
     do g = 1, size(goals)
       select case (goals(g)%about)
       case (of_multipliers)
-        call solve_exponents(neighbours, motion, coarse(setting%accuracy), values, changes, error)
+        call solve_exponents(neighbours, motion, coarse(setting%accuracy), found(g)%values, found(g)%changes, error)
       case (of_machine)
-        call differentiate_plain(neighbours, motion, goals(g), values, changes, error)
+        call differentiate_plain(neighbours, motion, goals(g), found(g)%values, found(g)%changes, error)
       case default
         call measure_branches(goals(g)%measure%kind, goals(g)%measure%band, motion%frame%period, samples(:, :, g), &
-          & slopes(:, :, g, :), values, changes)
+          & slopes(:, :, g, :), found(g)%values, found(g)%changes)
       end select
       if (allocated(error)) return
-      sides = goals(g)%sides(values)
-      do s = 1, 2
-        call append(at, g, condition, 3 - 2 * s, pack([(i, i = 1, size(values))], sides(:, s)), values, changes)
-      end do
+      found(g)%sides = goals(g)%sides(found(g)%values)
     end do
+    call append_all(at, condition, found)
   end subroutine add_condition
 
   !> Adds the goal that a top is of, at the motion there: the highest branch; the others have their own tops elsewhere, and beside a
@@ -174,6 +178,43 @@ contains
       call append(at, top%goal, number, there%side(counts(i)), counts(i:i), there%value, there%slope)
     end do
   end subroutine add_top
+
+  !> Adds the branches of all goals at a condition, at once: added one by one each would copy all those before it.
+  pure subroutine append_all(at, condition, found)
+    type(goal_branches_type), intent(inout) :: at
+    integer, intent(in) :: condition
+    type(goal_values_type), intent(in) :: found(:)
+    integer, allocatable :: group(:), side(:)
+    real(dp), allocatable :: value(:), slope(:, :)
+    integer :: g, i, k, n, s
+
+    n = size(at%slope, 2)
+    k = 0
+    do g = 1, size(found)
+      k = k + count(found(g)%sides)
+    end do
+    allocate(group(k), side(k), value(k), slope(size(at%slope, 1), n + k))
+    slope(:, :n) = at%slope
+    slope(:, n + 1:) = 0
+    k = 0
+    do g = 1, size(found)
+      do s = 1, 2
+        do i = 1, size(found(g)%values)
+          if (.not. found(g)%sides(i, s)) cycle
+          k = k + 1
+          group(k) = g
+          side(k) = 3 - 2 * s
+          value(k) = found(g)%values(i)
+          slope(:size(found(g)%changes, 1), n + k) = found(g)%changes(:, i)
+        end do
+      end do
+    end do
+    at%group = [at%group, group]
+    at%condition = [at%condition, spread(condition, 1, k)]
+    at%side = [at%side, side]
+    at%value = [at%value, value]
+    call move_alloc(slope, at%slope)
+  end subroutine append_all
 
   !> Adds the `chosen` ones of a goal's branches at a condition.
   pure subroutine append(at, group, condition, side, chosen, values, changes)

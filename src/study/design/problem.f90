@@ -252,18 +252,22 @@ contains
     integer, intent(in) :: conditions
     logical :: counts(conditions)
     real(dp), parameter :: near = 0.25_dp
-    real(dp) :: worst, excess(size(values%value))
-    integer :: g, i
+    real(dp) :: excess(size(values%value)), worst(size(goals))
+    integer :: greatest(size(goals)), g, i
 
     counts = .false.
+    greatest = 0
+    do i = 1, size(excess)
+      g = values%group(i)
+      excess(i) = values%side(i) * (values%value(i) - goals(g)%limit)
+      if (greatest(g) == 0) greatest(g) = i
+      if (excess(i) > excess(greatest(g))) greatest(g) = i
+    end do
     do g = 1, size(goals)
-      excess = values%side * (values%value - goals(g)%limit)
-      i = maxloc(excess, dim=1, mask=values%group == g)
-      if (i == 0) cycle
-      worst = excess(i) - near * abs(values%value(i))
-      do i = 1, size(excess)
-        if (values%group(i) == g .and. excess(i) >= worst) counts(values%condition(i)) = .true.
-      end do
+      if (greatest(g) > 0) worst(g) = excess(greatest(g)) - near * abs(values%value(greatest(g)))
+    end do
+    do i = 1, size(excess)
+      if (excess(i) >= worst(values%group(i))) counts(values%condition(i)) = .true.
     end do
   end function near_the_greatest
 

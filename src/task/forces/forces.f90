@@ -61,7 +61,7 @@ contains
 
     associate (frame => context%configuration%frame, tasks => context%configuration%tasks, unused => self)
       if (allocated(context%analysis%vibration)) call find_reactions(context%analysis%frame, context%analysis%vibration, &
-        & reactions, failure)
+        & reactions, failure, context%executor)
       if (allocated(reactions)) then
         if (.not. all([(finite(reactions(i)), i = 1, size(reactions))])) then
           deallocate(reactions)

@@ -11,6 +11,7 @@ module gestell_task_forces_reactions
   use gestell_model_space, only: in_frame
   use gestell_study_vibration_statistics, only: history_of, statistics_type, take_least, take_statistics
   use gestell_study_vibration, only: check_rows, vibration_type
+  use gestell_task_executor, only: executor_type
   implicit none (type, external)
   private
 
@@ -74,11 +75,15 @@ contains
 
   !> Supports in the frame's order, then foundation and guide where they carry anything, then the total. Errors: as of the frame's
   !> `check`; `vibration` does not hold the rows of the motion that they need.
-  subroutine find_reactions(frame, vibration, reactions, error)
+  subroutine find_reactions(frame, vibration, reactions, error, executor)
     class(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
     type(reaction_type), allocatable, intent(out) :: reactions(:)
     type(error_type), allocatable, intent(out) :: error
+    !> Shows how far thousands of supports are.
+    class(executor_type), intent(inout), optional :: executor
+    !> Supports between two times of showing.
+    integer, parameter :: many = 500
     type(quantity_type), allocatable :: parts(:), guide(:)
     real(dp), allocatable :: places(:, :)
     logical :: founded, guided
@@ -99,12 +104,14 @@ contains
     if (founded) call take_reaction(frame, vibration, "foundation", parts, reactions(n + 1), error)
     if (allocated(error)) return
     do i = 1, n
+      if (present(executor) .and. modulo(i, many) == 0) call executor%show("supports", (i - 1.0_dp) / n)
       call force_of(frame, "support(" // text(i) // ").", parts)
       reactions(i)%position = places(:, i)
       reactions(i)%turns = .false.
       call take_reaction(frame, vibration, text(i), parts, reactions(i), error)
       if (allocated(error)) return
     end do
+    if (present(executor) .and. n >= many) call executor%show("supports", 1.0_dp)
     call force_of(frame, "guide.", guide)
     if (guided) call take_reaction(frame, vibration, "guide", guide, reactions(size(reactions) - 1), error)
     if (allocated(error)) return
@@ -169,9 +176,8 @@ contains
       case ("foundation")
         force = weights%static_forces(frame%stiffness - stiffness_matrix(frame%supports))
       case default
-        do i = 1, size(frame%supports)
-          if (name == text(i)) force = weights%static_forces(stiffness_matrix([frame%supports(i)]))
-        end do
+        i = number_in(name)
+        if (i >= 1 .and. i <= size(frame%supports)) force = weights%static_forces(stiffness_matrix([frame%supports(i)]))
       end select
     end associate
   end function static_force
@@ -195,12 +201,20 @@ contains
       case ("foundation")
         force = space%weights%static_force(space%foundation_stiffness)
       case default
-        do i = 1, size(space%supports)
-          if (name == text(i)) force = space%supports(i)%static
-        end do
+        i = number_in(name)
+        if (i >= 1 .and. i <= size(space%supports)) force = space%supports(i)%static
       end select
     end associate
   end function static_in_space
+
+  !> The whole number that `name` is; 0: it is none.
+  pure integer function number_in(name) result(number)
+    character(len=*), intent(in) :: name
+    integer :: status
+
+    read (name, "(i12)", iostat=status) number
+    if (status /= 0) number = 0
+  end function number_in
 
   !> The forces of `reaction`, named with its dot. What it does not have remains unallocated.
   subroutine force_of(frame, reaction, parts)

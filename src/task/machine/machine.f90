@@ -2,9 +2,10 @@
 module gestell_task_machine
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
+  use gestell_base_text, only: text
   use gestell_base_verdict, only: verdict_named
   use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_model_frame, only: dof_names
+  use gestell_model_frame, only: dof_names, frame_type
   use gestell_model_space, only: is_rotation
   use gestell_output_report_warnings, only: beyond_small
   use gestell_output_result, only: result_type
@@ -39,9 +40,13 @@ contains
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: failure
+    character(len=:), allocatable :: doing
 
     associate (configuration => context%configuration, analysis => context%analysis)
+      doing = slow_words(configuration%frame)
+      if (doing /= "" .and. allocated(context%executor)) call context%executor%show(doing, 0.0_dp)
       call analyse(configuration%frame, configuration%tasks, configuration%accuracy, analysis, failure)
+      if (doing /= "" .and. allocated(context%executor)) call context%executor%show(doing, 1.0_dp)
       if (allocated(failure) .and. .not. (allocated(analysis%multipliers) .and. (configuration%tasks%stability &
         & .or. configuration%tasks%modes))) then
         call move_alloc(failure, error)
@@ -56,6 +61,16 @@ contains
       if (allocated(analysis%several)) call result%add(table_of(analysis%several, result%verdict))
     end associate
   end subroutine solve_machine
+
+  !> Why the solution of `frame` takes seconds, for the terminal; empty: it does not.
+  pure function slow_words(frame) result(words)
+    class(frame_type), intent(in) :: frame
+    character(len=:), allocatable :: words
+    integer, parameter :: many = 10000
+
+    words = ""
+    if (frame%least_steps > many) words = "near a dead point: at least " // text(frame%least_steps) // " steps per turn"
+  end function slow_words
 
   !> What is told of it on one line whatever the tasks, behind what they told.
   subroutine end_line(context, result)

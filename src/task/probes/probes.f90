@@ -63,7 +63,7 @@ contains
     associate (frame => context%configuration%frame, probes => context%configuration%probes, &
       & tasks => context%configuration%tasks, unused => self)
       if (allocated(context%analysis%vibration)) call find_responses(context%analysis%frame, context%analysis%vibration, probes, &
-        & responses, failure)
+        & responses, failure, context%executor)
       if (allocated(responses)) then
         if (.not. all([(finite(responses(i)), i = 1, size(responses))])) then
           deallocate(responses)

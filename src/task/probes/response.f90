@@ -7,6 +7,7 @@ module gestell_task_probes_response
   use gestell_model_frame_rows, only: accelerations, probe_type, quantity_type
   use gestell_study_vibration_statistics, only: band_rms, history_of, statistics_type, take_statistics
   use gestell_study_vibration, only: check_rows, vibration_type
+  use gestell_task_executor, only: executor_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -34,12 +35,16 @@ module gestell_task_probes_response
 contains
 
   !> All probes. Errors: a position, limit or band that makes no sense; `vibration` does not hold the accelerations.
-  subroutine find_responses(frame, vibration, probes, responses, error)
+  subroutine find_responses(frame, vibration, probes, responses, error, executor)
     class(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
     type(probe_type), intent(in) :: probes(:)
     type(probe_response_type), allocatable, intent(out) :: responses(:)
     type(error_type), allocatable, intent(out) :: error
+    !> Shows how far thousands of probes are.
+    class(executor_type), intent(inout), optional :: executor
+    !> Probes between two times of showing.
+    integer, parameter :: many = 500
     type(quantity_type) :: quantity
     real(dp), allocatable :: history(:)
     integer :: i, k, n
@@ -50,6 +55,7 @@ contains
     if (allocated(error)) return
     allocate(responses(size(probes)))
     do i = 1, size(probes)
+      if (present(executor) .and. modulo(i, many) == 0) call executor%show("probes", (i - 1.0_dp) / size(probes))
       responses(i)%probe = probes(i)
       responses(i)%parts = probe_part_names
       if (allocated(frame%space)) responses(i)%parts = point_parts
@@ -70,6 +76,7 @@ contains
         responses(i)%error = velocity%error
       end associate
     end do
+    if (present(executor) .and. size(probes) >= many) call executor%show("probes", 1.0_dp)
   end subroutine find_responses
 
   !> Error: a position that is not finite, a limit that is negative, a band (Hz) that does not ascend.
