@@ -25,6 +25,8 @@ module gestell_study_design
   !> Over a range steps become short where a resonance lies at its end: `worth` and `patience` of the search there.
   real(dp), parameter :: worth_it = 1.0e-4_dp
   integer, parameter :: patience = 3
+  !> An excess of a number of the machine, relative to its limit, that is none.
+  real(dp), parameter :: met = 1.0e-9_dp
 
 contains
 
@@ -67,10 +69,7 @@ contains
     call minimise_under_all(problem, order, start, wanted, optimum, error)
     if (allocated(error)) return
     ! the search's unit of a limit that is steep at the start may be far greater than the limit
-    associate (limits => order%constraints)
-      optimum%feasible = optimum%feasible .and. all(optimum%groups(problem%objectives + 1:problem%objectives + size(limits)) &
-        & <= inside * abs(limits%limit) .or. .not. abs(limits%limit) > 0)
-    end associate
+    call judge_limits(problem, order%constraints, optimum)
     if (problem%inverted) then
       ! d(-1 / f) = df / f^2
       optimum%price = optimum%price / optimum%objective**2
@@ -84,6 +83,25 @@ contains
     optimum%price = optimum%price / (2 * optimum%objective)
     optimum%bound_price = optimum%bound_price / (2 * optimum%objective)
   end subroutine search_from
+
+  !> Whether the limits are met. A number of the machine is known to rounding: its limit may be met exactly where the margin that
+  !> the search keeps has no room, as the least mass that the ranges allow.
+  pure subroutine judge_limits(problem, limits, optimum)
+    type(design_problem), intent(in) :: problem
+    type(goal_type), intent(in) :: limits(:)
+    type(optimum_type), intent(inout) :: optimum
+    logical :: exact(size(limits)), kept(size(limits))
+
+    exact = limits%about == of_machine
+    associate (groups => optimum%groups(problem%objectives + 1:problem%objectives + size(limits)), &
+      & coordinates => optimum%groups(problem%objectives + size(limits) + 1:))
+      kept = groups <= inside * abs(limits%limit) .or. .not. abs(limits%limit) > 0
+      where (exact) kept = groups <= inside * abs(limits%limit) + met * limits%scale()
+      if (any(exact) .and. all(exact .or. abs(limits%limit) > 0)) optimum%feasible = optimum%feasible &
+        & .or. all(coordinates <= met * maxval(abs(problem%upper)))
+    end associate
+    optimum%feasible = optimum%feasible .and. all(kept)
+  end subroutine judge_limits
 
   !> A local optimum in the problem's coordinates turned back to the parameters, under all conditions of `order`.
   subroutine minimise_under_all(problem, order, start, tolerance, optimum, error)

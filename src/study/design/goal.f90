@@ -79,8 +79,10 @@ contains
       if (offset < 0) call fatal_error(error, "there is no such link, " // name, invalid_input)
     else
       call new_measure(frame, probes, name, kind, goal%measure, error)
-      if (allocated(error)) error%message = error%message // "; and shaking.fx (.fy, .f, .m), torque, rho_max, added_mass, sag, " &
-        & // "separation, link(NAME).offset"
+      ! of a quantity that there is its measure is wrong
+      if (.not. allocated(error) .or. len_trim(goal%measure%quantity) > 0) return
+      error%message = error%message // "; and shaking.fx (.fy, .f, .m), torque, rho_max, added_mass, sag, separation, " &
+        & // "link(NAME).offset"
       return
     end if
     if (kind == band_measure .and. .not. allocated(error)) call fatal_error(error, &

@@ -6,13 +6,18 @@ module gestell_task_design_limits
   use gestell_input_namelist_document, only: group_type, has
   use gestell_input_namelist_message, only: input_error
   use gestell_input_schema_read, only: read
-  use gestell_study_design_goal, only: goal_type
+  use gestell_study_design_goal, only: goal_type, of_machine
+  use gestell_study_design_neighbours, only: find_neighbours, neighbours_type
+  use gestell_study_family, only: family_type
   use gestell_study_measure, only: peak_measure, rms_measure
   use gestell_task_design_keys, only: constraint_keys, limit_keys
   implicit none (type, external)
   private
 
-  public :: read_limit, refuse_contradictions
+  public :: read_limit, refuse_contradictions, refuse_masses
+
+  !> What a sum of masses may be off, relative to it.
+  real(dp), parameter :: rounding = 1.0e-9_dp
 
 contains
 
@@ -24,10 +29,15 @@ contains
     character(len=:), allocatable :: key
     integer :: sense
 
-    if (count([(has(group, trim(limit_keys(sense))), sense = -1, 1)]) /= 1) then
+    select case (count([(has(group, trim(limit_keys(sense))), sense = -1, 1)]))
+    case (0)
       call input_error(group, "", "needs one of at_most, at_least and equals", error)
       return
-    end if
+    case (2:)
+      call input_error(group, "", "has more than one of at_most, at_least and equals: give each limit a &constraint of its own", &
+        & error)
+      return
+    end select
     do sense = -1, 1
       if (has(group, trim(limit_keys(sense)))) goal%sense = sense
     end do
@@ -69,5 +79,59 @@ contains
     contradict = low%measure%kind == high%measure%kind &
       & .or. (low%measure%kind == rms_measure .and. high%measure%kind == peak_measure)
   end function contradict
+
+  !> Error: a limit of the mass that no machine within the ranges meets. The mass is a sum, to which every parameter adds what it
+  !> adds alone.
+  subroutine refuse_masses(groups, goals, family, start, ranges, error)
+    type(group_type), intent(in) :: groups(:)
+    type(goal_type), intent(in) :: goals(:)
+    class(family_type), intent(in) :: family
+    !> Parameters within their ranges, shape (parameters), and the ranges, shape (parameters, 2)
+    real(dp), intent(in) :: start(:), ranges(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: failure
+    real(dp) :: x(size(start)), mass(0:2), added(2)
+    logical :: known
+    integer :: g, k, side
+
+    if (.not. any(goals%about == of_machine .and. goals%offset > 0)) return
+    mass(0) = mass_at(start)
+    if (.not. known) return
+    added = mass(0)
+    do k = 1, size(start)
+      do side = 1, 2
+        x = start
+        x(k) = ranges(k, side)
+        mass(side) = mass_at(x)
+        if (.not. known) return
+      end do
+      added = added + [minval(mass), maxval(mass)] - mass(0)
+    end do
+    do g = 1, size(goals)
+      if (.not. goals(g)%offset > 0) cycle
+      associate (goal => goals(g), reach => added - goals(g)%offset)
+        if ((goal%sense < 0 .or. goal%limit >= reach(1) - rounding * mass(0)) .and. (goal%sense > 0 &
+          & .or. goal%limit <= reach(2) + rounding * mass(0))) cycle
+        call input_error(groups(g), trim(limit_keys(goal%sense)), &
+          & "cannot be met: within the ranges of &design added_mass goes from " // concise(reach(1), 5) // " to " &
+          & // concise(reach(2), 5) // " kg", error)
+        return
+      end associate
+    end do
+
+  contains
+
+    !> Not known: there is no such machine.
+    real(dp) function mass_at(x)
+      real(dp), intent(in) :: x(:)
+      type(neighbours_type) :: there
+
+      mass_at = 0
+      call find_neighbours(family, x, there, known, failure)
+      known = known .and. .not. allocated(failure)
+      if (known) mass_at = there%frame%mass + there%frame%mechanism%mass
+    end function mass_at
+
+  end subroutine refuse_masses
 
 end module gestell_task_design_limits

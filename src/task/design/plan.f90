@@ -24,7 +24,7 @@ module gestell_task_design_plan
   use gestell_task_configuration, only: configuration_type
   use gestell_task_design_conditions, only: read_conditions
   use gestell_task_design_keys, only: constraint_keys, design_keys, fewest_of_curve, objective_keys
-  use gestell_task_design_limits, only: read_limit, refuse_contradictions
+  use gestell_task_design_limits, only: read_limit, refuse_contradictions, refuse_masses
   use gestell_task_design_range, only: range_line_type
   use gestell_task_sweep_plan, only: find_number, overlap
   implicit none (type, external)
@@ -96,6 +96,8 @@ contains
     if (.not. allocated(error)) call read_goals(configuration, "objective", objective_keys, plan%order%objectives, error)
     if (.not. allocated(error)) call read_goals(configuration, "constraint", constraint_keys, plan%order%constraints, error)
     if (.not. allocated(error)) call read_choices(configuration%document, plan, error)
+    if (.not. allocated(error)) call refuse_masses(groups_named(configuration%document, "constraint"), plan%order%constraints, &
+      & plan%family, plan%start, reshape([plan%order%lower, plan%order%upper], [size(plan%start), 2]), error)
     if (allocated(error)) return
     call read_conditions(configuration, plan%all_paths, plan%order%conditions, plan%lines, plan%robust, error)
     if (allocated(error)) return

@@ -5,7 +5,7 @@ module gestell_task_design_report
   use gestell_input_wording, only: counted
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_verdict, only: section
-  use gestell_study_design_goal, only: goal_type
+  use gestell_study_design_goal, only: goal_type, of_machine
   use gestell_study_design_told, only: told_type
   use gestell_task_design_plan, only: design_plan_type
   use gestell_task_design_search, only: design_type
@@ -23,6 +23,8 @@ module gestell_task_design_report
   real(dp), parameter :: of_place = 1.0e-7_dp
   !> What an equality may miss its limit by, relative to it.
   real(dp), parameter :: equality = 1.0e-6_dp
+  !> What a number of the machine may miss its limit by, relative to it.
+  real(dp), parameter :: written = 1.0e-8_dp
 
 contains
 
@@ -41,7 +43,8 @@ contains
     associate (condition => design%order%conditions(c))
       numbers(3) = condition%speed * condition%speed_factor * turns * 30 / pi
     end associate
-    if (size(design%order%conditions) > 1) numbers(2) = numbers(2) + of_place * abs(numbers(1))
+    if (size(design%order%conditions) > 1 .and. design%goals(g)%about /= of_machine) numbers(2) = numbers(2) + of_place &
+      & * abs(numbers(1))
     ! of a condition where there is no vibration nothing is known
     if (.not. all(ieee_is_finite(told%values(g, :)))) numbers(2) = ieee_value(1.0_dp, ieee_positive_inf)
   end function worst_of
@@ -52,13 +55,19 @@ contains
     real(dp), intent(in) :: value, error
     character(len=9) :: state
 
-    real(dp) :: allowed
+    real(dp) :: allowed, unknown
 
     allowed = 0
+    unknown = error
     if (goal%sense == 0) allowed = equality * goal%scale()
+    if (goal%about == of_machine) then
+      ! known to rounding; parameters are written with nine digits
+      allowed = max(allowed, error + written * goal%scale())
+      unknown = 0
+    end if
     state = "undecided"
-    if (goal%excess(value) + error <= allowed) state = "met"
-    if (goal%excess(value) - error > allowed) state = "violated"
+    if (goal%excess(value) + unknown <= allowed) state = "met"
+    if (goal%excess(value) - unknown > allowed) state = "violated"
   end function limit_state
 
   !> global, or best of n starts.
@@ -126,10 +135,11 @@ contains
 
     after = trim(design%after%verdict())
     associate (best => design%found(design%best))
-      report = section("DESIGN", after) // "  " // proof_words(design) // newline &
-        & // "  optimality conditions met to " // concise(best%stationarity, 2) // "; " // text(sum(design%found%evaluations)) &
-        & // " machines solved" // newline // "  the machine is " // trim(design%before%verdict()) // " before, " // after &
-        & // " after" // newline
+      report = section("DESIGN", after) // "  " // proof_words(design) // newline // "  "
+      ! where limits are not met the search was for less of an excess
+      if (best%feasible) report = report // "optimality conditions met to " // concise(best%stationarity, 2) // "; "
+      report = report // text(sum(design%found%evaluations)) // " machines solved" // newline // "  the machine is " &
+        & // trim(design%before%verdict()) // " before, " // after // " after" // newline
       if (after /= "stable") report = report // "  a limit keeps it stable: &constraint quantity='rho_max', at_most=0.999 /" &
         & // newline
       if (size(design%order%conditions) > 1) report = report // "  worst of " // counted(size(plan%order%conditions), "condition") &
