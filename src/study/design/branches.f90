@@ -9,7 +9,7 @@ module gestell_study_design_branches
   implicit none (type, external)
   private
 
-  public :: measure_branches
+  public :: maxima_over_turn, measure_branches
 
   !> Local maxima below this part of the greatest are no branches, samples above that are some; iterations for where maxima are.
   real(dp), parameter :: counts = 0.3_dp, near = 0.95_dp
@@ -47,50 +47,65 @@ contains
     changes = unit * changes
   end subroutine measure_branches
 
-  !> Every local maximum of the size of a vector y: where y . y' = 0, by Newton's method from the samples; and the samples near the
-  !> greatest, for where the size hardly changes over the turn the maximum jumps.
+  !> Every local maximum of the size of a vector y; and the samples near the greatest, for where the size hardly changes over the
+  !> turn the maximum jumps.
   pure subroutine find_tops(samples, slopes, values, changes)
     real(dp), intent(in) :: samples(:, :), slopes(:, :, :)
     real(dp), allocatable, intent(out) :: values(:), changes(:, :)
-    type(series_type) :: along, change
-    real(dp) :: square(size(samples, 1)), y(1, size(samples, 2)), y_d(1, size(samples, 2)), y_dd(1, size(samples, 2)), bend, step, &
-      & start
-    real(dp), dimension(1, size(samples, 2) * size(slopes, 3)) :: s, unused, also_unused
-    real(dp), allocatable :: places(:)
+    type(series_type) :: change
+    real(dp) :: square(size(samples, 1))
+    real(dp), allocatable :: places(:), sizes(:), y(:, :), s(:, :), unused(:, :), also_unused(:, :)
     integer, allocatable :: high(:)
-    integer :: i, k, n, iteration
+    integer :: i, k, n
+
+    n = size(samples, 1)
+    square = sum(samples**2, dim=2)
+    call maxima_over_turn(samples, places, sizes, y)
+    high = pack([(i, i = 1, n)], square >= near**2 * maxval(square))
+    values = [sizes, sqrt(square(high))]
+    allocate(changes(size(slopes, 3), size(values)))
+    change = series_through(reshape(slopes, [n, size(samples, 2) * size(slopes, 3)]))
+    allocate(s(size(places), size(samples, 2) * size(slopes, 3)))
+    allocate(unused, also_unused, mold=s)
+    call change%values(places, s, unused, also_unused)
+    do k = 1, size(slopes, 3)
+      associate (m => size(places), c => size(samples, 2))
+        changes(k, :m) = sum(y * s(:, (k - 1) * c + 1:k * c), dim=2) / sizes
+        changes(k, m + 1:) = sum(samples(high, :) * slopes(high, :, k), dim=2) / sqrt(square(high))
+      end associate
+    end do
+  end subroutine find_tops
+
+  !> Every local maximum over the turn of the size of a vector y, by its `samples` at equidistant phases, shape (samples,
+  !> components): where y . y' = 0, by Newton's method from the samples. `places` in turns, `sizes` and y there, shape (maxima,
+  !> components).
+  pure subroutine maxima_over_turn(samples, places, sizes, y)
+    real(dp), intent(in) :: samples(:, :)
+    real(dp), allocatable, intent(out) :: places(:), sizes(:), y(:, :)
+    type(series_type) :: along
+    real(dp), dimension(1, size(samples, 2)) :: at, at_d, at_dd
+    real(dp) :: square(size(samples, 1)), bend, start
+    integer :: i, n, iteration
 
     n = size(samples, 1)
     square = sum(samples**2, dim=2)
     places = pack([(real(i, dp) / n, i = 0, n - 1)], square >= cshift(square, 1) .and. square > cshift(square, -1) &
       & .and. square >= counts**2 * maxval(square))
-    high = pack([(i, i = 1, n)], square >= near**2 * maxval(square))
     along = series_through(samples)
-    change = series_through(reshape(slopes, [n, size(samples, 2) * size(slopes, 3)]))
-    allocate(values(size(places) + size(high)), changes(size(slopes, 3), size(places) + size(high)))
+    allocate(sizes(size(places)), y(size(places), size(samples, 2)))
     do i = 1, size(places)
       start = places(i)
       do iteration = 1, iterations
-        call along%values(places(i:i), y, y_d, y_dd)
-        bend = sum(y_d**2 + y * y_dd)
+        call along%values(places(i:i), at, at_d, at_dd)
+        bend = sum(at_d**2 + at * at_dd)
         if (.not. bend < 0) exit
-        step = -sum(y * y_d) / bend / (2 * pi)
-        places(i) = min(max(places(i) + step, start - 1.0_dp / n), start + 1.0_dp / n)
+        places(i) = min(max(places(i) - sum(at * at_d) / bend / (2 * pi), start - 1.0_dp / n), start + 1.0_dp / n)
       end do
-      call along%values(places(i:i), y, y_d, y_dd)
-      values(i) = norm2(y)
-      call change%values(places(i:i), s, unused, also_unused)
-      do k = 1, size(slopes, 3)
-        changes(k, i) = sum(y(1, :) * s(1, (k - 1) * size(y) + 1:k * size(y))) / values(i)
-      end do
+      call along%values(places(i:i), at, at_d, at_dd)
+      y(i, :) = at(1, :)
+      sizes(i) = norm2(at)
     end do
-    do i = 1, size(high)
-      values(size(places) + i) = sqrt(square(high(i)))
-      do k = 1, size(slopes, 3)
-        changes(k, size(places) + i) = sum(samples(high(i), :) * slopes(high(i), :, k)) / sqrt(square(high(i)))
-      end do
-    end do
-  end subroutine find_tops
+  end subroutine maxima_over_turn
 
   !> The root of the greater eigenvalue of the mean of y y^T, of the orders within the band (gestell_study_vibration_statistics), as
   !> the greatest of u^T y y^T u over directions u: that of the eigenvector, and others, for where both eigenvalues are equal it

@@ -22,7 +22,7 @@ module gestell_study_design_neighbours
   implicit none (type, external)
   private
 
-  public :: at_condition, find_neighbours, remember
+  public :: at_condition, find_neighbours, joined, remember
 
   !> Numbers of a condition that may differ along a line.
   integer, parameter, public :: along_speed = 1, along_stiffness = 2
@@ -288,5 +288,28 @@ contains
     run%supports%damping(2) = run%supports%damping(2) * condition%damping_factor
     if (allocated(run%space)) call run%space%scale_mounting(condition%stiffness_factor, condition%damping_factor)
   end subroutine at_condition
+
+  !> `list` with those of `more` that it does not have yet.
+  pure function joined(list, more)
+    type(condition_type), intent(in) :: list(:), more(:)
+    type(condition_type), allocatable :: joined(:)
+    integer :: k
+
+    joined = list
+    do k = 1, size(more)
+      if (.not. any(is_same(joined, more(k)))) joined = [joined, more(k)]
+    end do
+  end function joined
+
+  !> Whether two conditions are the same.
+  elemental logical function is_same(one, other)
+    type(condition_type), intent(in) :: one, other
+    ! tops of two goals at one resonance lie apart by a part of its width, which may be 1e-6 of the speed
+    real(dp), parameter :: alike = 1.0e-12_dp
+
+    is_same = abs(one%speed * one%speed_factor - other%speed * other%speed_factor) <= alike * abs(one%speed * one%speed_factor) &
+      & .and. all(abs([one%speed_factor - other%speed_factor, one%stiffness_factor - other%stiffness_factor, one%damping_factor &
+      & - other%damping_factor]) <= alike)
+  end function is_same
 
 end module gestell_study_design_neighbours

@@ -12,9 +12,10 @@ module gestell_task_design_range
   use gestell_study_design_evaluation, only: design_order_type, range_type, setting_type, top_type
   use gestell_study_design_goal, only: goal_type, of_multipliers, of_torque
   use gestell_study_design_motion, only: usual_phases
-  use gestell_study_design_neighbours, only: condition_type, find_neighbours, neighbours_type, remember
+  use gestell_study_design_neighbours, only: condition_type, find_neighbours, joined, neighbours_type, remember
   use gestell_study_design_range_climb, only: climb_type
-  use gestell_study_design_range_top, only: climb_from, excess_of, level_of, look
+  use gestell_study_design_range_level, only: excess_of, level_of
+  use gestell_study_design_range_top, only: climb_from, look
   use gestell_study_family, only: family_type
   use gestell_study_speed_point, only: reached, speed_point_type
   use gestell_task_resonance_points, only: curve_points_type
@@ -22,7 +23,7 @@ module gestell_task_design_range
   implicit none (type, external)
   private
 
-  public :: joined, survey_machine, survey_range
+  public :: survey_machine, survey_range
 
   !> A line through the range: the condition at its start, which says along what it goes, and the places that are given.
   type, public :: range_line_type
@@ -150,28 +151,6 @@ contains
       survey%conditions = [survey%conditions, curves(l)%line%start%moved_to(curves(l)%points(k)%speed)]
     end do
   end subroutine survey_machine
-
-  !> `list` with those of `more` that it does not have yet.
-  pure function joined(list, more)
-    type(condition_type), intent(in) :: list(:), more(:)
-    type(condition_type), allocatable :: joined(:)
-    integer :: k
-
-    joined = list
-    do k = 1, size(more)
-      if (.not. any(is_same(joined, more(k)))) joined = [joined, more(k)]
-    end do
-  end function joined
-
-  !> Whether two conditions are the same.
-  elemental logical function is_same(one, other)
-    type(condition_type), intent(in) :: one, other
-    real(dp), parameter :: alike = 1.0e-7_dp
-
-    is_same = abs(one%speed * one%speed_factor - other%speed * other%speed_factor) <= alike * abs(one%speed * one%speed_factor) &
-      & .and. all(abs([one%speed_factor - other%speed_factor, one%stiffness_factor - other%stiffness_factor, one%damping_factor &
-      & - other%damping_factor]) <= alike)
-  end function is_same
 
   !> The points of all lines.
   subroutine look_along(neighbours, setting, goals, lines, curves, error, enough)
@@ -370,6 +349,7 @@ contains
     logical, intent(in) :: skipped
     type(speed_point_type) :: point
     type(climb_type) :: climb
+    real(dp) :: places(3), levels(3)
     integer :: three(3)
 
     associate (p => curve%points, start => curve%line%start, g => top%goal)
@@ -379,19 +359,18 @@ contains
       if (skipped .or. .not. top%inside) return
       three = merge([i + 1, i, i - 1], [i - 1, i, i + 1], curve%descends)
       if (any(p(three)%state /= reached)) return
-      associate (places => p(three)%speed, levels => level_of(goal, [p(three(1))%values(1, g), p(three(2))%values(1, g), &
-        & p(three(3))%values(1, g)]))
-        call climb_from(neighbours, setting, goal, start, places, levels, climb, error, top%motion)
+      places = [p(three(1))%speed, p(three(2))%speed, p(three(3))%speed]
+      levels = level_of(goal, [p(three(1))%values(1, g), p(three(2))%values(1, g), p(three(3))%values(1, g)])
+      call climb_from(neighbours, setting, goal, start, places, levels, climb, error, top%motion)
+      if (allocated(error)) return
+      if (reported) then
+        call look(neighbours, setting, [goal], start%moved_to(climb%top), .false., point, error)
         if (allocated(error)) return
-        if (reported) then
-          call look(neighbours, setting, [goal], start%moved_to(climb%top), .false., point, error)
-          if (allocated(error)) return
-          ! a vibration that was found from its neighbour may be another one
-          if (.not. climb%smooth .or. abs(point%values(1, 1) - excess_of(goal, climb%highest)) > agreement &
-            & * size_of(goal, point%values(1, 1))) call climb_from(neighbours, setting, goal, start, places, levels, climb, error)
-          if (allocated(error)) return
-        end if
-      end associate
+        ! a vibration that was found from its neighbour may be another one
+        if (.not. climb%smooth .or. abs(point%values(1, 1) - excess_of(goal, climb%highest)) > agreement &
+          & * size_of(goal, point%values(1, 1))) call climb_from(neighbours, setting, goal, start, places, levels, climb, error)
+        if (allocated(error)) return
+      end if
       top%condition = start%moved_to(climb%top)
       top%excess = max(top%excess, excess_of(goal, climb%highest))
     end associate

@@ -7,14 +7,14 @@ module gestell_task_design_search
   use gestell_study_design, only: is_convex, prove, prove_conflict, search_from
   use gestell_model_frame, only: frame_type
   use gestell_study_design_goal, only: goal_type
-  use gestell_study_design_neighbours, only: find_neighbours, neighbours_type
+  use gestell_study_design_neighbours, only: find_neighbours, joined, neighbours_type
   use gestell_study_design_problem, only: design_order_type, evaluate_goals, goal_branches_type
   use gestell_study_design_told, only: tell_goals, told_type
   use gestell_study_family, only: family_type
   use gestell_task_design_cover, only: better, judge_by
   use gestell_task_design_improved, only: digits
   use gestell_task_design_plan, only: design_plan_type
-  use gestell_task_design_range, only: joined, lines_type, survey_machine, survey_range, survey_type
+  use gestell_task_design_range, only: lines_type, survey_machine, survey_range, survey_type
   use gestell_task_design_starts, only: is_there, search_starts
   use gestell_task_executor, only: executor_type
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value

@@ -21,6 +21,8 @@ module gestell_study_design_range_climb
     logical :: done = .false.
     !> Whether it is a smooth maximum; otherwise it lies at a jump or at the end of the interval, or was not found.
     logical :: smooth = .false.
+    !> Of a smooth maximum: the value falls by `bend` t^2 at the distance t from it.
+    real(dp) :: bend = 0
     integer :: steps = 0
     real(dp), private :: x(3) = 0, f(3) = 0, bounds(2) = 0, gain = 0, before = 0
     integer, private :: most = 0
@@ -118,6 +120,7 @@ contains
       self%smooth = self%done
       if (self%done) then
         self%top = x(2) + step
+        self%bend = a
         return
       end if
       if (self%steps > of_smooth) then

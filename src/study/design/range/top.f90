@@ -8,21 +8,23 @@ module gestell_study_design_range_top
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
+  use gestell_math_sorting, only: ascending
   use gestell_study_design_coordinates, only: coordinates_type, find_coordinates
   use gestell_study_design_evaluation, only: add_condition, goal_branches_type, no_branches, setting_type
-  use gestell_study_design_goal, only: goal_type, of_machine, of_multipliers
+  use gestell_study_design_goal, only: goal_type, of_multipliers
   use gestell_study_design_motion, only: coarse, motion_type, solve_motion
   use gestell_study_design_neighbours, only: condition_type, neighbours_type
+  use gestell_study_design_range_branch, only: climb_branches
   use gestell_study_design_range_climb, only: climb_type, of_smooth
+  use gestell_study_design_range_level, only: gain, level_of
   use gestell_study_frame_model_newton, only: rough
   use gestell_study_speed_point, only: no_solution, reached, speed_point_type, take_turns
   implicit none (type, external)
   private
 
-  public :: climb_from, excess_of, level_of, look
+  public :: climb_from, look
 
-  !> What a further step of a search may win, relative, and its steps at the most.
-  real(dp), parameter :: gain = 1.0e-10_dp
+  !> Steps of a search at the most.
   integer, parameter :: most_steps = 40
 
 contains
@@ -82,46 +84,22 @@ contains
     type(floquet_type) :: floquet
     type(multipliers_type) :: multipliers
     logical :: fits
+    integer, allocatable :: by_growth(:)
 
     call find_coordinates(motion%frame, size(motion%phases), coarse(accuracy), free, fits, motion%quick)
     if (fits) then
-      call take_turns(motion%frame, aimag(free%lambda) * free%period, real(free%lambda) * free%period, spread(free%scale, 2, &
-        & size(free%lambda)) * free%p(:, :, 1), point)
+      ! of two real multipliers, as within a tongue of instability, the first is taken
+      by_growth = ascending(-real(free%lambda))
+      associate (lambda => free%lambda(by_growth))
+        call take_turns(motion%frame, aimag(lambda) * free%period, real(lambda) * free%period, spread(free%scale, 2, &
+          & size(lambda)) * free%p(:, by_growth, 1), point)
+      end associate
       return
     end if
     call solve_floquet(motion%frame, accuracy_type(tolerance=rough), .false., floquet, error)
     if (.not. allocated(error)) call solve_multipliers(floquet, .true., multipliers, error)
     if (.not. allocated(error)) call take_turns(motion%frame, multipliers%arg, multipliers%log_abs, multipliers%vectors, point)
   end subroutine take_free_vibrations
-
-  !> A function of a goal's excess that rises with it, and is nearly a parabola beside a resonance.
-  elemental real(dp) function level_of(goal, excess) result(level)
-    type(goal_type), intent(in) :: goal
-    real(dp), intent(in) :: excess
-    real(dp) :: value
-
-    level = excess
-    if (.not. is_inverted(goal)) return
-    value = excess + goal%limit
-    level = -huge(level)
-    if (value > 1 / sqrt(huge(value))) level = -1 / value**2
-  end function level_of
-
-  !> The excess at a level.
-  elemental real(dp) function excess_of(goal, level) result(excess)
-    type(goal_type), intent(in) :: goal
-    real(dp), intent(in) :: level
-
-    excess = level
-    if (is_inverted(goal)) excess = 1 / sqrt(-level) - goal%limit
-  end function excess_of
-
-  !> Whether levels are those of 1 / value^2.
-  elemental logical function is_inverted(goal)
-    type(goal_type), intent(in) :: goal
-
-    is_inverted = goal%sense > 0 .and. all(goal%about /= [of_multipliers, of_machine])
-  end function is_inverted
 
   !> Climbs to the maximum of a goal over a line from three places, ascending, whose levels are known. Error: the goal makes no
   !> sense.
@@ -149,6 +127,7 @@ contains
       if (point%state == reached) level = level_of(goal, point%values(1, 1))
       call climb%take(level)
     end do
+    call climb_branches(neighbours, setting, goal, start, places([1, 3]), climb, error, motion)
   end subroutine climb_from
 
 end module gestell_study_design_range_top

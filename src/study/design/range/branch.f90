@@ -1,0 +1,128 @@
+!> A peak is the greatest of several maxima over the turn of the crank, and each of these has a maximum of its own over the speed.
+!> Within one resonance they lie beside each other: where the vibration that resonates is added to another, one of its half-waves
+!> is the greatest at one speed and the next half-wave a small part of the width away. A climb ends on one of them. Here the others
+!> are climbed too, each by itself: over the speed it is smooth. It is known by its place in the turn, which within a half-width
+!> changes by a quarter of the distance to the next.
+module gestell_study_design_range_branch
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_study_design_branches, only: maxima_over_turn
+  use gestell_study_design_evaluation, only: setting_type
+  use gestell_study_design_goal, only: components, goal_type, take_samples
+  use gestell_study_design_motion, only: motion_type, solve_motion
+  use gestell_study_design_neighbours, only: condition_type, neighbours_type
+  use gestell_study_design_range_climb, only: climb_type, of_smooth
+  use gestell_study_design_range_level, only: gain, is_inverted, level_of
+  use gestell_study_measure, only: peak_measure
+  implicit none (type, external)
+  private
+
+  public :: climb_branches
+
+  !> The maxima over the turn under one condition: where they are (turns), and their levels.
+  type :: turn_type
+    real(dp), allocatable :: places(:), levels(:)
+  end type turn_type
+
+  !> The maxima are compared at this distance from the top, in half-widths of the resonance.
+  real(dp), parameter :: beside = 0.125_dp
+  !> The part of what a parabola through three points expects that may be missing in it.
+  real(dp), parameter :: margin = 1
+
+contains
+
+  !> Climbs those of the other maxima over the turn that may rise above `climb`, a smooth top over the line, and moves it to the
+  !> highest. Error: the goal makes no sense.
+  subroutine climb_branches(neighbours, setting, goal, start, bounds, climb, error, motion)
+    type(neighbours_type), intent(in) :: neighbours
+    class(setting_type), intent(in) :: setting
+    type(goal_type), intent(in) :: goal
+    !> A condition on the line, and the part of the line that is not left
+    type(condition_type), intent(in) :: start
+    real(dp), intent(in) :: bounds(2)
+    type(climb_type), intent(inout) :: climb
+    type(error_type), allocatable, intent(out) :: error
+    !> As of `climb_from`
+    type(motion_type), intent(inout), optional :: motion
+    type(turn_type) :: at(-1:1)
+    type(climb_type) :: other
+    real(dp), allocatable :: levels(:, :), expected(:)
+    real(dp) :: width, h, places(-1:1)
+    integer :: b, k
+
+    if (.not. (climb%smooth .and. goal%is_periodic() .and. goal%measure%kind == peak_measure .and. is_inverted(goal))) return
+    width = sqrt(-climb%highest / climb%bend)
+    h = beside * width
+    places = climb%top + [-h, 0.0_dp, h]
+    do k = -1, 1
+      call look_over_turn(neighbours, setting, goal, start%moved_to(places(k)), at(k), error, motion)
+      if (allocated(error) .or. size(at(k)%places) == 0) return
+    end do
+    levels = reshape([((at(k)%levels(nearest(at(k), at(0)%places(b))), k = -1, 1), b = 1, size(at(0)%places))], &
+      & [3, size(at(0)%places)])
+    expected = [(levels(2, b) + (1 + margin) * gain_of(levels(:, b)), b = 1, size(levels, 2))]
+    ! this one is climbed already
+    expected(maxloc(at(0)%levels, dim=1)) = -huge(h)
+    do
+      b = maxloc(expected, dim=1)
+      if (.not. expected(b) > climb%highest + gain * abs(climb%highest)) return
+      expected(b) = -huge(h)
+      call other%start(places, levels(:, b), [max(bounds(1), places(0) - width), min(bounds(2), places(0) + width)], gain, &
+        & of_smooth)
+      do while (.not. other%done)
+        call look_over_turn(neighbours, setting, goal, start%moved_to(other%next), at(1), error, motion)
+        if (allocated(error) .or. size(at(1)%places) == 0) return
+        call other%take(at(1)%levels(nearest(at(1), at(0)%places(b))))
+      end do
+      if (other%highest <= climb%highest) cycle
+      climb%top = other%top
+      climb%highest = other%highest
+      climb%smooth = other%smooth
+    end do
+  end subroutine climb_branches
+
+  !> The maxima over the turn under a condition; none where there is no vibration. Error: the goal makes no sense.
+  subroutine look_over_turn(neighbours, setting, goal, condition, turn, error, near)
+    type(neighbours_type), intent(in) :: neighbours
+    class(setting_type), intent(in) :: setting
+    type(goal_type), intent(in) :: goal
+    type(condition_type), intent(in) :: condition
+    type(turn_type), intent(out) :: turn
+    type(error_type), allocatable, intent(out) :: error
+    !> As of `look`
+    type(motion_type), intent(inout), optional :: near
+    type(motion_type) :: motion
+    type(error_type), allocatable :: failure
+    real(dp), allocatable :: samples(:, :, :), sizes(:), unused(:, :)
+
+    allocate(turn%places(0), turn%levels(0))
+    call solve_motion(neighbours, condition, trim(setting%model), setting%accuracy, goal%needs_motion(), motion, failure, near)
+    if (allocated(failure)) return
+    allocate(samples(size(motion%phases), components(motion%frame), 1))
+    call take_samples([goal], motion%frame, setting%probes, motion%phases, motion%q, samples, error)
+    if (allocated(error)) return
+    call maxima_over_turn(samples(:, :, 1), turn%places, sizes, unused)
+    turn%levels = level_of(goal, sizes - goal%limit)
+    if (present(near)) near = motion
+  end subroutine look_over_turn
+
+  !> The maximum whose place is the nearest.
+  pure integer function nearest(turn, place)
+    type(turn_type), intent(in) :: turn
+    real(dp), intent(in) :: place
+
+    nearest = minloc(abs(modulo(turn%places - place + 0.5_dp, 1.0_dp) - 0.5_dp), dim=1)
+  end function nearest
+
+  !> How much higher than the value in the middle a parabola through three equidistant values rises.
+  pure real(dp) function gain_of(f)
+    real(dp), intent(in) :: f(3)
+    real(dp) :: bend
+
+    bend = 2 * f(2) - f(1) - f(3)
+    gain_of = max(maxval(f) - f(2), 0.0_dp)
+    ! (f(3) - f(1))^2 / (8 bend)
+    if (8 * bend * abs(f(2)) > (f(3) - f(1))**2) gain_of = max(gain_of, (f(3) - f(1))**2 / (8 * bend))
+  end function gain_of
+
+end module gestell_study_design_range_branch
