@@ -3,17 +3,25 @@
 
 usage: validation/designs/designs.py PROGRAM [COUNT [SEED]]
 
-COUNT machines (default 100), four-bars and slider-cranks on supports with little damping, with a disc and mounts as parameters, an
-objective and a limit over a range of 3 to 21 speeds, by the exact frame or about rest. Each design is judged by two scans of its
-design.nml that know nothing of the design: the task `sweep` at 2001 speeds, and the task `resonance`, which looks for what a scan
-with equal steps misses. Prints a line for every design that is exceeded by more than its stated error, or that is worse than the
-machine that it began with. The last line is "N passed, M failed".
+COUNT machines (default 100), four-bars and slider-cranks on supports with little damping, with a disc and mounts as parameters,
+an objective and limits over a range of 3 to 21 speeds, by the exact frame or about rest, some with a scatter of speed,
+stiffness and damping of the mounting. Each design is judged by runs of its design.nml that know nothing of the design, at up to
+three corners of the scatter: the task `sweep` at 401 speeds; the task `resonance`, which looks for what a scan with equal steps
+misses; for the torque the task `power` at single speeds; for the separation the task `modes` with averaged coefficients,
+without damping. Prints a line for every design that is exceeded by more than its stated error, unstable though it is called
+stable, or worse than the machine that it began with, and how long the designs took. The last line is "N passed, M failed".
 """
 import csv
+import itertools
+import math
+import os
 import random
+import re
+import statistics
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 FOUR_BAR = """\
@@ -46,11 +54,16 @@ MACHINE = """\
 &probe name='p', position=0.1,0.2, band_hz=1,1000 /
 &sweep parameter='drive.speed_rpm', from={low:.1f}, to={high:.1f}, count={count} /
 """
-GOALS = (("f", "peak"), ("f", "rms"), ("probe(p).v", "band"), ("xi", "peak"), ("m", "rms"))
+GOALS = (("f", "peak"), ("f", "rms"), ("probe(p).v", "band"), ("xi", "peak"), ("m", "rms"), ("torque", "peak"), ("torque", "rms"))
+# In per cent: of the speed, the stiffness and the damping of the mounting.
+SCATTERS = ((3, 0, 0), (0, 10, 0), (0, 10, 20), (2, 5, 0))
+SCATTER_KEYS = ("speed_percent", "mounting_percent", "damping_percent")
+SCAN, CURVE, COARSE = 401, 101, 41
+MOST_CORNERS = 3
 
 
 def machine(draw):
-    """The text of a machine with its design."""
+    """The text of a machine with its design, its goals, and the scatter."""
     mechanism = draw.choice((FOUR_BAR, SLIDER)).format(m1=draw.uniform(0.3, 1.0), m2=draw.uniform(0.2, 0.8))
     mass = draw.uniform(12, 40)
     low = draw.uniform(150, 500)
@@ -70,8 +83,13 @@ def machine(draw):
         text += f"&constraint quantity='{limited[0]}', measure='{limited[1]}', at_most={draw.choice((1e-4, 1e-2, 1, 30, 300))} /\n"
         goals.append(limited)
     if draw.random() < 0.2:
-        text += "&robust speed_percent=3 /\n"
-    return text, goals
+        text += f"&constraint quantity='separation', at_least={draw.choice((3, 10, 20))} /\n"
+        goals.append(("separation", ""))
+    scatter = (0, 0, 0)
+    if draw.random() < 0.35:
+        scatter = draw.choice(SCATTERS)
+        text += "&robust " + ", ".join(f"{key}={value}" for key, value in zip(SCATTER_KEYS, scatter)) + " /\n"
+    return text, goals, scatter
 
 
 def rows(path):
@@ -79,29 +97,159 @@ def rows(path):
     return list(csv.DictReader(line for line in path.read_text().splitlines() if not line.startswith("#")))
 
 
-def worst_of(program, folder, text, goals):
-    """The greatest value of each goal that the two scans find."""
-    (folder / "scan.nml").write_text(text)
+def numbers(path, head):
+    """The finite numbers of a table's column."""
+    table = rows(path)
+    column = next(name for name in table[0] if name.strip().startswith(head))
+    return [value for value in (float(row[column]) for row in table) if math.isfinite(value)]
+
+
+class Judge:
+    """Judges one machine, by other tasks than `design`."""
+
+    def __init__(self, program, folder, text):
+        """The text is that of an input whose range of speeds is to be judged."""
+        self.program, self.folder, self.text = program, folder, text
+        self.unstable = False
+        self.low, self.high = (float(found) for found in re.search(r"from=([\d.]+), to=([\d.]+), count", text).groups())
+
+    def run(self, tasks, *settings):
+        """Runs the program; returns the folder of its tables, and what it prints with --one-line."""
+        (self.folder / "judged.nml").write_text(self.text)
+        arguments = [self.program, "-q", "judged.nml", "-s", f"case.tasks='{tasks}'"]
+        for setting in settings:
+            arguments += [setting] if setting.startswith("--") else ["-s", setting]
+        done = subprocess.run(arguments, cwd=self.folder, check=False, capture_output=True, text=True)
+        return self.folder / "judged", done.stdout
+
+    def motions(self, goals):
+        """The greatest values over the speeds of what sweeps and curves know, by goal."""
+        found = {}
+        for measure in sorted({measure for _, measure in goals}):
+            names = [quantity for quantity, kind in goals if kind == measure]
+            folder, _ = self.run("sweep", f"sweep.count={SCAN}", f"sweep.measures='{measure}'", "sweep.columns=" + quoted(names))
+            self.unstable |= any(row["verdict"].strip() == "unstable" for row in rows(folder / "sweep.csv"))
+            found.update({(name, measure): numbers(folder / "sweep.csv", f"{name}_{measure}") for name in names})
+        curves = [goal for goal in goals if goal[1] != "band"]
+        if curves:
+            text = self.text
+            self.text += "&resonance quantities=" + quoted(sorted({name for name, _ in curves})) + " /\n"
+            folder, _ = self.run("resonance", f"sweep.count={CURVE}")
+            self.text = text
+            for name, measure in curves:
+                found[name, measure] += numbers(folder / "resonance.csv", f"{name}_{measure}")
+        return {goal: max(values) for goal, values in found.items()}
+
+    def torque(self, measure):
+        """The greatest torque: at equal steps and across each maximum of the forces."""
+        speeds = [self.low + (self.high - self.low) * k / (COARSE - 1) for k in range(COARSE)]
+        text = self.text
+        self.text += "&resonance quantities='f' /\n"
+        folder, _ = self.run("resonance", f"sweep.count={CURVE}")
+        if (folder / "peaks.csv").exists():
+            for row in rows(folder / "peaks.csv"):
+                width = float(row["width_rpm"])
+                speeds += [float(row["speed_rpm"]) + (k * width / 16 if math.isfinite(width) else 0) for k in range(-8, 9)]
+        # the sweep would run over the speed
+        self.text = re.sub(r"&sweep.*\n", "", text)
+        found = []
+        for speed in (speed for speed in speeds if self.low <= speed <= self.high):
+            folder, printed = self.run("power", f"drive.speed_rpm={speed!r}", *(["--one-line"] if measure == "peak" else []))
+            if measure == "peak":
+                head, line = list(csv.reader(printed.splitlines()))[:2]
+                found.append(float(line[[name.strip() for name in head].index("torque_peak_Nm")]))
+            else:
+                values = numbers(folder / "power.csv", "torque")
+                # the last row is the first again
+                found.append(math.sqrt(sum(value**2 for value in values[1:]) / (len(values) - 1)))
+        self.text = text
+        return max(value for value in found if math.isfinite(value))
+
+    def separation(self):
+        """The least distance of the averaged frame's natural frequencies from the first four orders over the range (per cent)."""
+        text = self.text
+        averaged = text.replace("&model ", "&model coefficients='averaged', ").replace("'exact'", "'rest'")
+        self.text = re.sub(r"&sweep.*\n", "", averaged)
+        # exponents are known up to multiples of the speed: this lies above all natural frequencies, which do not depend on it here
+        folder, _ = self.run("modes", "foundation.damping=0,0,0", "drive.speed_rpm=60000")
+        self.text = text
+        found = []
+        for exponent in numbers(folder / "multipliers.csv", "exponent_im"):
+            frequency = exponent / (2 * math.pi)
+            for order in (1, 2, 3, 4):
+                ends = [100 * (abs(frequency) / (order * speed / 60) - 1) for speed in (self.low, self.high)]
+                found.append(0 if ends[0] > 0 > ends[1] else min(abs(end) for end in ends))
+        return min(found)
+
+
+def quoted(names):
+    """As a list in an input."""
+    return ",".join(f"'{name}'" for name in names)
+
+
+def corners(text, scatter):
+    """The machine at the corners of the scatter."""
+    low, high = re.search(r"from=([\d.]+), to=([\d.]+), count", text).groups()
+    text = text.replace(f"from={low}, to={high}, count", f"from={float(low) * (1 - scatter[0] / 100):.6f}, "
+                        f"to={float(high) * (1 + scatter[0] / 100):.6f}, count")
+    sides = [(-1, 0, 1) if part else (0,) for part in scatter[1:]]
+    for stiffness, damping in itertools.product(*sides):
+        yield scaled(text, 1 + stiffness * scatter[1] / 100, 1 + damping * scatter[2] / 100)
+
+
+def scaled(text, stiffness, damping):
+    """The machine on a mounting that is stiffer and damped more."""
+    def times(factor):
+        return lambda found: found[1] + ",".join(repr(float(one) * factor) for one in found[2].split(","))
+
+    # a design's comments say what the numbers were
+    text = re.sub("!.*", "", text)
+    text = re.sub(r"(&support.*stiffness=)([\d.,e+]+)", times(stiffness), text)
+    return re.sub(r"(&foundation damping=)([\d.,e+]+)", times(damping), text)
+
+
+def worst_of(program, folder, text, goals, scatter):
+    """The worst value of each goal that the judge finds, and whether the machine is unstable anywhere."""
+    machines = list(corners(text, scatter))
+    judges = [Judge(program, folder, one) for one in random.Random(text).sample(machines, min(MOST_CORNERS, len(machines)))]
+    moving = [goal for goal in goals if goal[0] not in ("separation", "torque")]
+    motions = [judge.motions(moving) for judge in judges]
     found = []
-    for quantity, measure in goals:
-        subprocess.run([program, "-q", "scan.nml", "-s", "case.tasks='sweep'", "-s", "sweep.count=2001", "-s",
-                        f"sweep.columns='{quantity}'", "-s", f"sweep.measures='{measure}'"], cwd=folder, check=False,
-                       stdout=subprocess.DEVNULL)
-        table = rows(folder / "scan" / "sweep.csv")
-        column = next(name for name in table[0] if name.strip().startswith(f"{quantity}_{measure}"))
-        values = [float(row[column]) for row in table]
-        found.append(max(value for value in values if value == value))
-    peaks = [i for i, goal in enumerate(goals) if goal[1] == "peak"]
-    if peaks:
-        text += "".join(f"&resonance quantities='{goals[i][0]}' /\n" for i in peaks[:1])
-        (folder / "curve.nml").write_text(text)
-        subprocess.run([program, "-q", "curve.nml", "-s", "case.tasks='resonance'", "-s", "sweep.count=101"], cwd=folder, check=False,
-                       stdout=subprocess.DEVNULL)
-        table = rows(folder / "curve" / "resonance.csv")
-        column = next(name for name in table[0] if name.startswith(f"{goals[peaks[0]][0]}_peak"))
-        values = [float(row[column]) for row in table]
-        found[peaks[0]] = max([found[peaks[0]]] + [value for value in values if value == value])
-    return found
+    for goal in goals:
+        if goal[0] == "separation":
+            found.append(min(judge.separation() for judge in judges))
+        elif goal[0] == "torque":
+            found.append(max(judge.torque(goal[1]) for judge in judges))
+        else:
+            found.append(max(one[goal] for one in motions))
+    return found, any(judge.unstable for judge in judges)
+
+
+def is_exceeded(goal, row, found):
+    """Whether what is found is worse than what is told, by more than its error and the tolerance of both solutions, 1e-9."""
+    after, error = float(row["after"]), float(row["after_error"])
+    allowed = error + 1e-8 * abs(after)
+    return found < after - allowed if goal[0] == "separation" else found > after + allowed
+
+
+def judge_design(program, folder, number, seed):
+    """Makes a design and judges it; what is wrong with it, and how long it took (s)."""
+    text, goals, scatter = machine(random.Random(1000 * seed + number))
+    (folder / "input.nml").write_text(text)
+    start = time.perf_counter()
+    run = subprocess.run([program, "-q", "input.nml"], cwd=folder, check=False, capture_output=True, text=True)
+    took = time.perf_counter() - start
+    if not (folder / "input" / "design.nml").exists():
+        return [f"no design, exit {run.returncode}: {run.stderr.strip()[:200]}"], took
+    told = rows(folder / "input" / "design_goals.csv")
+    found, unstable = worst_of(program, folder, (folder / "input" / "design.nml").read_text(), goals, scatter)
+    wrong = [f"{goal}: {row['after']} +- {row['after_error']} is told, {true} is found"
+             for goal, row, true in zip(goals, told, found) if is_exceeded(goal, row, true)]
+    if unstable and "# verdict: stable" in (folder / "input" / "design_goals.csv").read_text():
+        wrong.append("called stable, unstable between the speeds")
+    if len(told) == 1 and float(told[0]["after"]) > float(told[0]["before"]) * (1 + 1e-6):
+        wrong.append(f"worse than before: {told[0]['before']} to {told[0]['after']}")
+    return wrong, took
 
 
 def main():
@@ -109,29 +257,18 @@ def main():
     program = str(Path(sys.argv[1]).resolve())
     count = int(sys.argv[2]) if len(sys.argv) > 2 else 100
     seed = int(sys.argv[3]) if len(sys.argv) > 3 else 47
-    bad = set()
+    os.environ["OMP_NUM_THREADS"] = "1"
+    bad = 0
+    times = []
     for number in range(count):
-        text, goals = machine(random.Random(1000 * seed + number))
         with tempfile.TemporaryDirectory() as name:
-            folder = Path(name)
-            (folder / "input.nml").write_text(text)
-            run = subprocess.run([program, "-q", "input.nml"], cwd=folder, check=False, capture_output=True, text=True)
-            if not (folder / "input" / "design.nml").exists():
-                bad.add(number)
-                print(f"{number}: no design, exit {run.returncode}: {run.stderr.strip()[:200]}")
-                continue
-            told = rows(folder / "input" / "design_goals.csv")
-            found = worst_of(program, folder, (folder / "input" / "design.nml").read_text(), goals)
-            for goal, row, true in zip(goals, told, found):
-                after, error = float(row["after"]), float(row["after_error"])
-                # the scan's own values have the tolerance of the solution, 1e-9
-                if true > after + error + 1e-8 * abs(after):
-                    bad.add(number)
-                    print(f"{number}: {goal}: {after} +- {error} is told, {true} is found: {100 * (true / after - 1):.3g} %")
-            if len(told) == 1 and float(told[0]["after"]) > float(told[0]["before"]) * (1 + 1e-6):
-                bad.add(number)
-                print(f"{number}: worse than before: {told[0]['before']} to {told[0]['after']}")
-    print(f"{count - len(bad)} passed, {len(bad)} failed")
+            wrong, took = judge_design(program, Path(name), number, seed)
+        times.append(took)
+        bad += bool(wrong)
+        for line in wrong:
+            print(f"{number}: {line}", flush=True)
+    print(f"a design took {statistics.median(times):.1f} s in the median, {max(times):.1f} s at the most")
+    print(f"{count - bad} passed, {bad} failed")
     return 1 if bad else 0
 
 

@@ -58,7 +58,7 @@ contains
       call look_over_turn(neighbours, setting, goal, start%moved_to(places(k)), at(k), error, motion)
       if (allocated(error) .or. size(at(k)%places) == 0) return
     end do
-    levels = reshape([((at(k)%levels(nearest(at(k), at(0)%places(b))), k = -1, 1), b = 1, size(at(0)%places))], &
+    levels = reshape([((at(k)%levels(closest(at(k), at(0)%places(b))), k = -1, 1), b = 1, size(at(0)%places))], &
       & [3, size(at(0)%places)])
     expected = [(levels(2, b) + (1 + margin) * gain_of(levels(:, b)), b = 1, size(levels, 2))]
     ! this one is climbed already
@@ -72,7 +72,7 @@ contains
       do while (.not. other%done)
         call look_over_turn(neighbours, setting, goal, start%moved_to(other%next), at(1), error, motion)
         if (allocated(error) .or. size(at(1)%places) == 0) return
-        call other%take(at(1)%levels(nearest(at(1), at(0)%places(b))))
+        call other%take(at(1)%levels(closest(at(1), at(0)%places(b))))
       end do
       if (other%highest <= climb%highest) cycle
       climb%top = other%top
@@ -107,12 +107,12 @@ contains
   end subroutine look_over_turn
 
   !> The maximum whose place is the nearest.
-  pure integer function nearest(turn, place)
+  pure integer function closest(turn, place)
     type(turn_type), intent(in) :: turn
     real(dp), intent(in) :: place
 
-    nearest = minloc(abs(modulo(turn%places - place + 0.5_dp, 1.0_dp) - 0.5_dp), dim=1)
-  end function nearest
+    closest = minloc(abs(modulo(turn%places - place + 0.5_dp, 1.0_dp) - 0.5_dp), dim=1)
+  end function closest
 
   !> How much higher than the value in the middle a parabola through three equidistant values rises.
   pure real(dp) function gain_of(f)
