@@ -178,9 +178,22 @@ def test_undamped():
         equal("undamped, sweep", [row.rpartition(",")[2].strip() for row in rows if row[0] != "#"][1:], ["undamped"] * 3)
 
 
+# On one mount, which two turns of the frame meet without resistance: about rest it turns by hundreds of radians.
+ON_ONE_MOUNT = """&model frame='first_order' /
+&drive speed_rpm=3665.4 /
+&joint name='J1', type='ground', position=0,0 /
+&joint name='J2', type='crank', pivot='J1', radius=0.026, phase=117.242 /
+&joint name='J3', type='ground', position=0.063299,0.027 /
+&joint name='J4', type='RPP', ends='J2', guide_point=0,-0.0150268, guide_angle=-63, slot_angle=137.08 /
+&link name='L2', from='J4', to='J3', mass=0.365, inertia=0.00113285,7.9e-4,0.000841825, z=-0.032, center=0.016793,-0.00700539 /
+&frame mass=15, inertia=0.298529,0.206486,0.228, origin=-0.122845,-0.045, dof='rot_eta','psi','zeta','rot_xi' /
+&support position=-0.149796,-0.183609, stiffness=1.11166e6,18170,153264, damping=0.428831,2.53694 /
+"""
+
+
 def test_not_held():
     alone = "".join(line for line in FOUR_BAR.splitlines(True) if "support" not in line)
-    with Folder(input=alone, mount=alone + "&support position=0,-0.35, stiffness=100,100, damping=1,1 /\n",
+    with Folder(input=alone, one=ON_ONE_MOUNT, mount=alone + "&support position=0,-0.35, stiffness=100,100, damping=1,1 /\n",
                 along=alone + "&support position=0,0, stiffness=0,1e5 /\n&foundation stiffness=0,0,0,0,0,0,0,0,1e4 /\n") as folder:
         sentence = "the frame is not held in xi, eta, psi: add &support"
         Run(folder, "-q", "input.nml").refused("not held", 4, f"there is no periodic vibration: {sentence}")
@@ -188,6 +201,8 @@ def test_not_held():
         check("not held, --check", f"warning {sentence}" in run.flat, sentence, run.out)
         run = Run(folder, "input.nml", "-s", "model.frame=rest", "-s", "case.tasks=stability")
         check("not held, verdict", f"VERDICT  undecided" in run.out and sentence in run.out.partition("VERDICT")[2], sentence, run.out)
+        Run(folder, "-q", "one.nml").refused("one mount in space, first order", 4, "there is no periodic vibration: the frame is not held "
+                                             "in 2 directions: add another &support")
         Run(folder, "-q", "mount.nml").refused("one mount", 4, "there is no periodic vibration: the frame turns freely about the point "
                                                "(0, -0.35) m from F: add another &support")
         Run(folder, "-q", "along.nml").refused("one direction", 4, "there is no periodic vibration: the frame is not held in xi: "

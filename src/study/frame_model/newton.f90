@@ -317,17 +317,18 @@ contains
     real(dp), intent(in) :: scale(:), part
     type(varied_frame_type), intent(inout) :: varied
     integer, parameter :: points = 16
+    real(dp), parameter :: nothing_known = 1.0e100_dp
     real(dp), dimension(varied%states, varied%states, points) :: p, p_rest
     real(dp), dimension(varied%states, varied%states) :: units
-    real(dp) :: phases(points)
+    real(dp) :: phases(points), unknown
     integer :: k
 
     phases = [((k - 0.5_dp) / points, k = 1, points)]
     call varied%sample(phases, p)
     call frame%sample(phases, p_rest)
     units = spread(scale, 1, varied%states) / spread(scale, 2, varied%states)
-    varied%rounding = frame%rounding &
-      & + part * frame%period * maxval([(norm2(units * (p(:, :, k) - p_rest(:, :, k))), k = 1, points)])
+    unknown = part * frame%period * maxval([(norm2(units * (p(:, :, k) - p_rest(:, :, k))), k = 1, points)])
+    varied%rounding = frame%rounding + merge(unknown, nothing_known, unknown < nothing_known)
   end subroutine add_rounding
 
   pure type(accuracy_type) function loosened(accuracy, tolerance)
