@@ -27,17 +27,13 @@ contains
     type(goal_type), intent(inout) :: goal
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: key
-    integer :: sense
+    integer :: given, sense
 
-    select case (count([(has(group, trim(limit_keys(sense))), sense = -1, 1)]))
-    case (0)
-      call input_error(group, "", "needs one of at_most, at_least and equals", error)
-      return
-    case (2:)
-      call input_error(group, "", "has more than one of at_most, at_least and equals: give each limit a &constraint of its own", &
-        & error)
-      return
-    end select
+    given = count([(has(group, trim(limit_keys(sense))), sense = -1, 1)])
+    if (given == 0) call input_error(group, "", "needs one of at_most, at_least and equals", error)
+    if (given > 1) call input_error(group, "", "has more than one of at_most, at_least and equals: give each limit a &constraint " &
+      & // "of its own", error)
+    if (given /= 1) return
     do sense = -1, 1
       if (has(group, trim(limit_keys(sense)))) goal%sense = sense
     end do
