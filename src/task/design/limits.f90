@@ -48,7 +48,7 @@ contains
     end if
   end subroutine read_limit
 
-  !> Error: a lower limit lies above an upper one of the same quantity; the peak is at least the rms.
+  !> Refuses a lower limit above an upper one of the same quantity; the peak is at least the rms.
   subroutine refuse_contradictions(groups, goals, error)
     type(group_type), intent(in) :: groups(:)
     type(goal_type), intent(in) :: goals(:)
@@ -76,7 +76,7 @@ contains
       & .or. (low%measure%kind == rms_measure .and. high%measure%kind == peak_measure)
   end function contradict
 
-  !> Error: a limit of the mass that no machine within the ranges meets. The mass is a sum, to which every parameter adds what it
+  !> Refuses a limit of the mass that no machine within the ranges meets. The mass is a sum, to which every parameter adds what it
   !> adds alone.
   subroutine refuse_masses(groups, goals, family, start, ranges, error)
     type(group_type), intent(in) :: groups(:)
