@@ -304,8 +304,8 @@ contains
   !> Whether two conditions are the same.
   elemental logical function is_same(one, other)
     type(condition_type), intent(in) :: one, other
-    ! tops of two goals at one resonance lie apart by a part of its width, which may be 1e-6 of the speed
-    real(dp), parameter :: alike = 1.0e-12_dp
+    ! tops of two goals at one resonance lie apart by a part of its width, which may be 1e-6 of the speed; one top is found to 1e-11
+    real(dp), parameter :: alike = 1.0e-10_dp
 
     is_same = abs(one%speed * one%speed_factor - other%speed * other%speed_factor) <= alike * abs(one%speed * one%speed_factor) &
       & .and. all(abs([one%speed_factor - other%speed_factor, one%stiffness_factor - other%stiffness_factor, one%damping_factor &

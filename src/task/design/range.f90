@@ -15,7 +15,7 @@ module gestell_task_design_range
   use gestell_study_design_neighbours, only: condition_type, find_neighbours, joined, neighbours_type, remember
   use gestell_study_design_range_climb, only: climb_type
   use gestell_study_design_range_level, only: excess_of, level_of
-  use gestell_study_design_range_top, only: climb_from, look
+  use gestell_study_design_range_top, only: climb_from, look, look_beside_end
   use gestell_study_family, only: family_type
   use gestell_study_speed_point, only: reached, speed_point_type
   use gestell_task_resonance_points, only: curve_points_type
@@ -350,17 +350,26 @@ contains
     type(speed_point_type) :: point
     type(climb_type) :: climb
     real(dp) :: places(3), levels(3)
-    integer :: three(3)
+    integer :: three(3), k
 
     associate (p => curve%points, start => curve%line%start, g => top%goal)
       top%condition = start%moved_to(p(i)%speed)
       top%excess = p(i)%values(1, g)
       top%inside = i > 1 .and. i < size(p)
-      if (skipped .or. .not. top%inside) return
-      three = merge([i + 1, i, i - 1], [i - 1, i, i + 1], curve%descends)
-      if (any(p(three)%state /= reached)) return
-      places = [p(three(1))%speed, p(three(2))%speed, p(three(3))%speed]
-      levels = level_of(goal, [p(three(1))%values(1, g), p(three(2))%values(1, g), p(three(3))%values(1, g)])
+      if (skipped .or. size(p) == 1) return
+      if (top%inside) then
+        three = merge([i + 1, i, i - 1], [i - 1, i, i + 1], curve%descends)
+        if (any(p(three)%state /= reached)) return
+        places = [p(three(1))%speed, p(three(2))%speed, p(three(3))%speed]
+        levels = level_of(goal, [p(three(1))%values(1, g), p(three(2))%values(1, g), p(three(3))%values(1, g)])
+      else
+        k = merge(2, size(p) - 1, i == 1)
+        if (p(k)%state /= reached) return
+        call look_beside_end(neighbours, setting, goal, start, [p(k)%speed, p(i)%speed], level_of(goal, [p(k)%values(1, g), &
+          & p(i)%values(1, g)]), places, levels, error)
+        if (allocated(error) .or. .not. levels(2) > max(levels(1), levels(3))) return
+        top%inside = .true.
+      end if
       call climb_from(neighbours, setting, goal, start, places, levels, climb, error, top%motion)
       if (allocated(error)) return
       if (reported) then

@@ -22,10 +22,12 @@ module gestell_study_design_range_top
   implicit none (type, external)
   private
 
-  public :: climb_from, look
+  public :: climb_from, look, look_beside_end
 
   !> Steps of a search at the most.
   integer, parameter :: most_steps = 40
+  !> Halvings towards the end of a line.
+  integer, parameter :: most_halvings = 8
 
 contains
 
@@ -129,5 +131,44 @@ contains
     end do
     call climb_branches(neighbours, setting, goal, start, places([1, 3]), climb, error, motion)
   end subroutine climb_from
+
+  !> Looks for a maximum between the end of a line, which is higher than the point before it, and that point: the middle is looked
+  !> at until it is higher than the end, or until the parabola through the three has its vertex beyond the end. Error: the goal
+  !> makes no sense.
+  !> Nine arguments: two points of a line, their machine and the three that are found.
+  subroutine look_beside_end(neighbours, setting, goal, start, ends, end_levels, places, levels, error)
+    type(neighbours_type), intent(in) :: neighbours
+    class(setting_type), intent(in) :: setting
+    type(goal_type), intent(in) :: goal
+    !> A condition on the line
+    type(condition_type), intent(in) :: start
+    !> The point before the end, then the end
+    real(dp), intent(in) :: ends(2), end_levels(2)
+    !> Ascending; of these the middle is the highest, if there is a maximum
+    real(dp), intent(out) :: places(3), levels(3)
+    type(error_type), allocatable, intent(out) :: error
+    type(speed_point_type) :: point
+    integer :: k, beyond
+
+    places = [ends(1), ends(1), ends(2)]
+    levels = [end_levels(1), end_levels(1), end_levels(2)]
+    beyond = 0
+    do k = 1, most_halvings
+      places(2) = (places(1) + places(3)) / 2
+      call look(neighbours, setting, [goal], start%moved_to(places(2)), .false., point, error)
+      if (allocated(error) .or. point%state /= reached) exit
+      levels(2) = level_of(goal, point%values(1, 1))
+      if (levels(2) > levels(3)) exit
+      ! the slope at the end: far from it the parabola may be wrong once
+      if (.not. 3 * levels(3) - 4 * levels(2) + levels(1) < 0) beyond = beyond + 1
+      if (beyond > 1) exit
+      places(1) = places(2)
+      levels(1) = levels(2)
+    end do
+    if (places(1) > places(3)) then
+      places = places([3, 2, 1])
+      levels = levels([3, 2, 1])
+    end if
+  end subroutine look_beside_end
 
 end module gestell_study_design_range_top
