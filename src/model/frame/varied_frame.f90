@@ -27,7 +27,7 @@ module gestell_model_frame_varied_frame
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_mounting, only: damping_matrix, stiffness_matrix
   use gestell_model_frame_moved_mounting, only: add_mounting, ground_load, mounting_energy, mounting_power
-  use gestell_model_space, only: in_frame
+  use gestell_model_space, only: in_frame, is_rotation
   use gestell_model_space_blocks, only: all_connected
   use gestell_model_space_drive, only: driven_type, follow_frame
   use gestell_model_space_energy, only: mounting_power_in_space => mounting_power
@@ -56,16 +56,10 @@ module gestell_model_frame_varied_frame
     !> The foundation's part of the mounting.
     real(dp) :: foundation_stiffness(3, 3) = 0, foundation_damping(3, 3) = 0
   contains
-    procedure :: move_to
-    procedure :: lag
-    procedure :: sample_second_order
-    procedure :: coupled
+    procedure :: move_to, lag
+    procedure :: sample_second_order, coupled
     procedure :: ground_forces
-    procedure :: turned
-    procedure :: turning
-    procedure :: rotation
-    procedure :: potential
-    procedure :: dissipation
+    procedure :: turned, turning, rotation, potential, dissipation
   end type varied_frame_type
 
   complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
@@ -168,12 +162,11 @@ contains
     real(dp), contiguous, intent(out), optional :: h(:, :)
     real(dp), dimension(size(phases), self%dofs(), self%dofs()) :: all_m, all_b, all_c
     real(dp), dimension(size(phases), self%dofs()) :: q, v, a, r
-    integer :: dofs, j, k
+    integer :: j, k
 
     call self%motion%values(phases, q, v, a)
     v = v * (2 * pi / self%period)
     a = a * (2 * pi / self%period)**2
-    dofs = self%dofs()
     if (allocated(self%space)) then
       call sample_varied(self%space, self%mass, self%speed, self%crank_angles(phases), q, v, a, self%lag(phases), r, all_m, &
         & all_b, all_c)
@@ -190,8 +183,8 @@ contains
     end do
     if (.not. present(h)) return
     if (.not. self%newton) r = 0
-    do k = 1, merge(0, dofs, self%lacking)
-      do j = 1, dofs
+    do k = 1, merge(0, size(q, 2), self%lacking)
+      do j = 1, size(q, 2)
         r(:, j) = r(:, j) - all_m(:, j, k) * a(:, k) - all_b(:, j, k) * v(:, k) - all_c(:, j, k) * q(:, k)
       end do
     end do
@@ -309,17 +302,24 @@ contains
     end do
   end subroutine add_foundation
 
-  !> Which of the free degrees of freedom act on each other at any of many phases, which lie as no symmetry of a machine does.
+  !> Which of the free degrees of freedom act on each other: those of the frame at rest, and rotations on all others; where some are
+  !> damped and some are not, those that do at any of many phases, which lie as no symmetry does: each part costs as the whole.
   function coupled(self)
     class(varied_frame_type), intent(in) :: self
-    logical, allocatable :: coupled(:, :)
-    integer, parameter :: at_once = 4
-    real(dp), dimension(at_once, size(self%free), size(self%free)) :: m, b, c
+    logical, allocatable :: coupled(:, :), turns(:)
+    real(dp), dimension(4, size(self%free), size(self%free)) :: m, b, c
+    real(dp) :: damping(self%dofs(), self%dofs())
     integer :: first, k
 
-    allocate(coupled(size(self%free), size(self%free)), source=.false.)
-    do first = 0, 4 * self%least_steps - 1, at_once
-      call self%sample_second_order([((first + k + 1 / pi) / (4 * self%least_steps), k = 0, at_once - 1)], m, b, c)
+    coupled = self%frame_type%coupled()
+    turns = is_rotation(self%free)
+    coupled = coupled .or. spread(turns, 1, size(turns)) .or. spread(turns, 2, size(turns))
+    damping = self%ground_damping()
+    k = count([(damping(self%free(k), self%free(k)) > 0, k = 1, size(self%free))])
+    if (k == 0 .or. k == size(self%free)) return
+    coupled = .false.
+    do first = 0, 4 * self%least_steps - 1, size(m, 1)
+      call self%sample_second_order([((first + k + 1 / pi) / (4 * self%least_steps), k = 0, size(m, 1) - 1)], m, b, c)
       coupled = coupled .or. any(abs(m) > 0 .or. abs(b) > 0 .or. abs(c) > 0, dim=1)
       coupled = coupled .or. transpose(coupled)
       if (all_connected(coupled)) exit
