@@ -228,7 +228,8 @@ REFUSED = (
     ("which one", "&mechanism name='m' /\n&mechanism name='n' /\n" + CYLINDER, "needs the key 'mechanism'"),
     ("taken", "&mechanism name='m' /\n&mechanism name='m' /\n" + own(CYLINDER, "m"), "is taken already"),
     ("taken by a copy", "&mechanism name='m' /\n" + CYLINDER + "&repeat of='m', name='m' /\n", "is taken already"),
-    ("copy of nothing", CYLINDER + "&repeat of='m', name='n' /\n", "there is no mechanism 'm' before it"),
+    ("copy of nothing", CYLINDER + "&repeat of='m', name='n' /\n", "names a mechanism, and there is none: put &mechanism name='m' / before the "
+     "joints that are to be copied"),
     ("no joints", "&mechanism name='m' /\n&mechanism name='n' /\n" + own(CYLINDER, "m"), "no joint belongs to it"),
     ("no turning", "&mechanism name='m', ratio=0 /\n" + CYLINDER, "ratio"),
     ("mass functions", "&mechanism name='m' /\n&mass_functions mass=1, inertia=0.1 /\n", "stands in place of joints and links"),

@@ -108,7 +108,7 @@ contains
     end if
     call solve_floquet(system, accuracy, tasks%vibration(), analysis%floquet, error)
     if (.not. allocated(error) .and. tasks%judged()) call solve_multipliers(analysis%floquet, tasks%modes, multipliers, error)
-    if (allocated(error) .and. .not. tasks%averaged) call blame_the_mounting(frame, error)
+    if (allocated(error) .and. .not. tasks%averaged .and. tasks%model /= "rest") call blame_the_mounting(frame, error)
     if (allocated(error)) return
     if (tasks%judged()) analysis%multipliers = multipliers
     if (tasks%judged() .and. .not. tasks%averaged) call take_several(frame, tasks, accuracy, analysis, error)
