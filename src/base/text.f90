@@ -8,7 +8,7 @@ module gestell_base_text
   implicit none (type, external)
   private
 
-  public :: exact, concise, fixed, text
+  public :: exact, concise, fixed, text, whole_number
 
   interface concise
     module procedure :: concise_6, concise_digits
@@ -18,6 +18,17 @@ module gestell_base_text
   integer, parameter :: longest = 360
 
 contains
+
+  !> The positive whole number that a text spells in digits, 0 if it spells none.
+  pure integer function whole_number(digits) result(number)
+    character(len=*), intent(in) :: digits
+    integer :: status
+
+    number = 0
+    if (len(digits) == 0 .or. verify(digits, "0123456789") > 0) return
+    read (digits, "(i12)", iostat=status) number
+    if (status /= 0) number = 0
+  end function whole_number
 
   pure character(len=24) function exact_line(value) result(line)
     real(dp), intent(in) :: value

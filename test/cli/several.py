@@ -235,7 +235,7 @@ REFUSED = (
     ("mass functions", "&mechanism name='m' /\n&mass_functions mass=1, inertia=0.1 /\n", "stands in place of joints and links"),
     ("no fraction", "&mechanism name='m', ratio=0.3001 /\n" + CYLINDER, "must be a fraction"),
     ("parts that are not whole", "&mechanism name='m', ratio=1.5,2 /\n" + CYLINDER, "must be a fraction"),
-    ("too many turns", "&mechanism name='m', ratio=1,67 /\n" + CYLINDER, "more than 64 turns of the drive"),
+    ("too many turns", "&mechanism name='m', ratio=1,67 /\n" + CYLINDER, "the machine repeats only after 67 turns of the drive; at most 64 are allowed"),
     ("too long", "&mechanism name='m' /\n" + CYLINDER + f"&repeat of='m', name='{'n' * 60}' /\n", "is too long"),
 )
 

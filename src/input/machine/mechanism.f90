@@ -17,7 +17,7 @@ module gestell_input_machine_mechanism
   use gestell_model_joints_registry, only: joint_forms
   use gestell_model_joints_placement, only: placement_type
   use gestell_model_linkage, only: linkage_type
-  use gestell_model_linkage_gearing, only: gear, most_turns
+  use gestell_model_linkage_gearing, only: gear, most_crank_turns, most_turns
   use gestell_model_mechanism, only: mechanism_type
   implicit none (type, external)
   private
@@ -160,8 +160,13 @@ contains
     end do
     call gear(linkage%joints, linkage%turns, linkage%crank_turns, i)
     if (i > 0) then
-      call input_error(group_of_ratio(doc, joints, i), "ratio", "with it all cranks stand where they stood after more than " &
-        & // text(most_turns) // " turns of the drive, or one turns too often", error)
+      if (linkage%turns > most_turns) then
+        call input_error(group_of_ratio(doc, joints, i), "ratio", "the machine repeats only after " // text(linkage%turns) &
+          & // " turns of the drive; at most " // text(most_turns) // " are allowed", error)
+      else
+        call input_error(group_of_ratio(doc, joints, i), "ratio", "the crank turns more than " // text(most_crank_turns) &
+          & // " times before the machine repeats, which is not allowed", error)
+      end if
       return
     end if
     if (size(links%groups) == 0) then

@@ -4,7 +4,7 @@
 module gestell_model_frame_quantity
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: text
+  use gestell_base_text, only: text, whole_number
   use gestell_model_frame, only: dof_names, frame_type
   use gestell_model_frame_mounting, only: damping_matrix, load_rounding, matrix_rounding, stiffness_matrix, support_type, &
     & turned_loads
@@ -163,18 +163,14 @@ contains
   pure integer function support_number(frame, part) result(number)
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: part
-    integer :: supports, status
+    integer :: supports
 
     supports = size(frame%supports)
     if (allocated(frame%space)) supports = size(frame%space%supports)
     number = 0
     if (index(part, "support(") /= 1) return
-    read (part(9:len(part) - 1), "(i10)", iostat=status) number
-    if (status /= 0 .or. number < 1 .or. number > supports) then
-      number = 0
-    else if (part /= "support(" // text(number) // ")") then
-      number = 0
-    end if
+    number = whole_number(part(9:len(part) - 1))
+    if (number > supports .or. part /= "support(" // text(number) // ")") number = 0
   end function support_number
 
   !> Adds the guides: the forces along the degrees of freedom that are not free. Their rows of moments hold all of the guides'

@@ -56,9 +56,7 @@ module gestell_model_frame_varied_frame
     !> The foundation's part of the mounting.
     real(dp) :: foundation_stiffness(3, 3) = 0, foundation_damping(3, 3) = 0
   contains
-    procedure :: move_to, lag
-    procedure :: sample_second_order, coupled
-    procedure :: ground_forces
+    procedure :: move_to, lag, sample_second_order, coupled, ground_forces
     procedure :: turned, turning, rotation, potential, dissipation
   end type varied_frame_type
 
@@ -302,8 +300,9 @@ contains
     end do
   end subroutine add_foundation
 
-  !> Which of the free degrees of freedom act on each other: those of the frame at rest, and rotations on all others; where some are
-  !> damped and some are not, those that do at any of many phases, which lie as no symmetry does: each part costs as the whole.
+  !> Which free degrees of freedom act on each other. As a rule rotations act on all others, and shifts as they do at rest. If only
+  !> some are damped, the matrices at many phases decide, so that a part without dampers can be proved undamped. This is not done
+  !> otherwise because each part costs as much as the whole frame. The phases are shifted by 1/pi against those of symmetries.
   function coupled(self)
     class(varied_frame_type), intent(in) :: self
     logical, allocatable :: coupled(:, :), turns(:)

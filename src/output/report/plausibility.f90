@@ -24,9 +24,11 @@ module gestell_output_report_plausibility
   real(dp), parameter :: smallest_radius = 0.02_dp, greatest_radius = 3
   !> Of a link relative to its length, of a rod 0.29.
   real(dp), parameter :: smallest_of_link = 0.01_dp
-  !> A frame whose mass is less than this part of the whole is no body; a body has as a rule more than the next part.
+  !> Below this part of the whole mass a frame stands for no body (`no_mass`); below this part of the mechanism's mass it is
+  !> suspiciously light (`light`).
   real(dp), parameter :: no_mass = 1.0e-3_dp, light = 0.1_dp
-  !> m/s^2. A machine of 1 m gives way under its weight by this part of its size on mounts of 1 Hz; those of machines have 2 to 30.
+  !> Gravity (m/s^2), and the static deflection, as a part of the machine's size, that is suspicious: 0.25 m of 1 m is a mounting of
+  !> 1 Hz, and machines stand on 2 to 30 Hz.
   real(dp), parameter :: fall = 9.81_dp, deep = 0.25_dp
   !> Damping ratio of the whole machine moving along an axis; rubber has up to 0.15, oil dampers up to 1.
   real(dp), parameter :: overdamped = 5
@@ -145,7 +147,7 @@ contains
       & // " m wide" // powers // newline
   end function frame_slip
 
-  !> Stiffness and damping by the axis that has most stiffness, and the one that has least damping.
+  !> Warns if even the stiffest axis of the mounting is too soft, or even the least damped axis is overdamped.
   pure function mounting_slips(frame, mass, size_of_machine) result(lines)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: mass, size_of_machine
@@ -167,10 +169,10 @@ contains
     k = maxval(along)
     ratios = [(quotient(quotient(damping(axes(i), axes(i)), sqrt(stiffness(axes(i), axes(i)))), sqrt(mass)) / 2, i = 1, size(axes))]
     sag = quotient(fall * mass, k)
-    if (sag > deep * size_of_machine) lines = "under its weight the machine gives way on its mounts by " &
+    if (sag > deep * size_of_machine) lines = "under its weight the machine would sink on its mounts by " &
       & // concise(sag, 3) // " m even along the stiffest axis, " // concise(sqrt(k) / sqrt(mass) / (2 * pi), 3) &
       & // " Hz: is the stiffness right? It is in N/m where &units says nothing else" // newline
-    if (minval(ratios) > overdamped) lines = lines // "moving along any axis the machine has at least " &
+    if (minval(ratios) > overdamped) lines = lines // "along every axis the machine has at least " &
       & // concise(minval(ratios), 3) // " times the critical damping: are the dampings right? They are in N s/m where " &
       & // "&units says nothing else" // newline
   end function mounting_slips

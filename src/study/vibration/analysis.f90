@@ -92,6 +92,7 @@ contains
     type(averaged_system), target :: model
     class(periodic_system), pointer :: system
     type(multipliers_type) :: multipliers
+    logical :: blamed
 
     call frame%check(error)
     if (.not. allocated(error)) call check_tasks(tasks, error)
@@ -108,7 +109,7 @@ contains
     end if
     call solve_floquet(system, accuracy, tasks%vibration(), analysis%floquet, error)
     if (.not. allocated(error) .and. tasks%judged()) call solve_multipliers(analysis%floquet, tasks%modes, multipliers, error)
-    if (allocated(error) .and. .not. tasks%averaged .and. tasks%model /= "rest") call blame_the_mounting(frame, error)
+    if (allocated(error) .and. .not. tasks%averaged .and. tasks%model /= "rest") call blame_the_mounting(frame, error, blamed)
     if (allocated(error)) return
     if (tasks%judged()) analysis%multipliers = multipliers
     if (tasks%judged() .and. .not. tasks%averaged) call take_several(frame, tasks, accuracy, analysis, error)
@@ -197,12 +198,11 @@ contains
     type(multipliers_type) :: multipliers
     type(periodic_solution_type) :: start
     type(error_type), allocatable :: error
+    logical :: blamed
 
     if (failure%code /= failed_computation) return
-    if (unheld(frame) /= "") then
-      call blame_the_mounting(frame, failure)
-      return
-    end if
+    call blame_the_mounting(frame, failure, blamed)
+    if (blamed) return
     call solve_floquet(frame, accuracy, .true., at_rest%floquet, error)
     if (.not. allocated(error)) call solve_periodic(at_rest%floquet, start, error)
     if (.not. allocated(error)) failure%message = failure%message // advice
@@ -217,12 +217,16 @@ contains
     call explain(frame, accuracy, at_rest, failure)
   end subroutine explain_at_rest
 
-  !> Says of a `failure` in which directions nothing holds the frame, where there are any.
-  subroutine blame_the_mounting(frame, failure)
+  !> Replaces the message of `failure` if the mounting leaves the frame free in some direction (`blamed`).
+  subroutine blame_the_mounting(frame, failure, blamed)
     class(frame_type), intent(in) :: frame
     type(error_type), intent(inout) :: failure
+    logical, intent(out) :: blamed
+    character(len=:), allocatable :: directions
 
-    if (unheld(frame) /= "") failure%message = "there is no periodic vibration: " // trim(unheld(frame))
+    directions = trim(unheld(frame))
+    blamed = directions /= ""
+    if (blamed) failure%message = "there is no periodic vibration: " // directions
   end subroutine blame_the_mounting
 
   !> Says of a resonance's `failure` what does not hold the frame, or which mode it is.
@@ -232,11 +236,10 @@ contains
     type(analysis_type), intent(inout) :: analysis
     type(error_type), intent(inout) :: failure
     character(len=:), allocatable :: sentence
+    logical :: blamed
 
-    if (unheld(frame) /= "") then
-      call blame_the_mounting(frame, failure)
-      return
-    end if
+    call blame_the_mounting(frame, failure, blamed)
+    if (blamed) return
     analysis%resonance = find_nearest(analysis%multipliers)
     call find_modes(frame, .false., accuracy, analysis)
     if (.not. allocated(analysis%resonance)) return

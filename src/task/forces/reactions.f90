@@ -2,7 +2,7 @@
 module gestell_task_forces_reactions
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: text
+  use gestell_base_text, only: text, whole_number
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_gravity, only: gravity_of, weighs, weight_of
   use gestell_model_frame_mounting, only: stiffness_matrix
@@ -176,7 +176,7 @@ contains
       case ("foundation")
         force = weights%static_forces(frame%stiffness - stiffness_matrix(frame%supports))
       case default
-        i = number_in(name)
+        i = whole_number(name)
         if (i >= 1 .and. i <= size(frame%supports)) force = weights%static_forces(stiffness_matrix([frame%supports(i)]))
       end select
     end associate
@@ -201,20 +201,11 @@ contains
       case ("foundation")
         force = space%weights%static_force(space%foundation_stiffness)
       case default
-        i = number_in(name)
+        i = whole_number(name)
         if (i >= 1 .and. i <= size(space%supports)) force = space%supports(i)%static
       end select
     end associate
   end function static_in_space
-
-  !> The whole number that `name` is; 0: it is none.
-  pure integer function number_in(name) result(number)
-    character(len=*), intent(in) :: name
-    integer :: status
-
-    read (name, "(i12)", iostat=status) number
-    if (status /= 0) number = 0
-  end function number_in
 
   !> The forces of `reaction`, named with its dot. What it does not have remains unallocated.
   subroutine force_of(frame, reaction, parts)
