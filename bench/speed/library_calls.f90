@@ -40,8 +40,8 @@ contains
     evaluations = (size(nodes) - 1) * method%stages
   end subroutine map_with_steps
 
-  !> Solves to a tolerance, with error bounds, as a user does. `what` is "multipliers" for the multipliers and the verdict, "auto" for
-  !> x0 as well, "peaks" for the vibration as well: peaks, rms, harmonics and the history of a turn.
+  !> Solves to a tolerance, with error bounds, as a user does. `what` is "multipliers" for the multipliers and the verdict, "auto"
+  !> for x0 as well, "peaks" for the vibration as well: peaks, rms, harmonics and the history of a turn.
   subroutine solve_to_tolerance(frame, tolerance, what, rho, x0, evaluations, error)
     type(frame_type), intent(in) :: frame
     real(dp), intent(in) :: tolerance
