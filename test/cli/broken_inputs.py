@@ -161,8 +161,9 @@ INPUTS = [
     ("ratio of a copy", "&mechanism name='main' /\n" + SOUND + "&repeat of='main', name='two', ratio=1480,1450 /\n", 2,
      "input.nml:17: &repeat 'two': ratio = 1480, 1450: the machine repeats only after 145 turns of the drive; at most 64 "
      "are allowed"),
-    ("ratio of a crank that turns too often", "&mechanism name='main' /\n" + SOUND + "&repeat of='main', name='two', ratio=4097 /\n", 2,
-     "input.nml:17: &repeat 'two': ratio = 4097: the crank turns more than 4096 times before the machine repeats, which is not allowed"),
+    ("ratio of a crank that turns too often", "&mechanism name='main' /\n" + SOUND + "&repeat of='main', name='two', ratio=1,2 /\n"
+     "&repeat of='main', name='three', ratio=4096 /\n", 2,
+     "input.nml:18: &repeat 'three': ratio = 4096: the crank turns more than 4096 times before the machine repeats, which is not allowed"),
     ("repeat count too large", changed("0.5,0.5,0.05", "4*0.5"), 2,
      "input.nml:15: &foundation: damping = 4*0.5: takes 3 or 6 values, has 4"),
     ("gap in a vector", changed("origin=-0.20,0.20", "origin=,0.20"), 2,
