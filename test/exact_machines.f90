@@ -18,7 +18,8 @@ module exact_machines
   implicit none (type, external)
   private
 
-  public :: check_residual, light_slider, machine_on_supports, ram, scotch_yoke, solve, solve_multiplier, swinging_yoke
+  public :: check_residual, light_slider, machine_on_supports, ram, scotch_yoke, sinking_slider, solve, &
+    & solve_multiplier, swinging_yoke
 
 contains
 
@@ -138,6 +139,31 @@ contains
     machine%supports(1) = support_data([-0.00505078_dp, 0.0899476_dp], [652.318_dp, 742.582_dp], [0.0511739_dp, 0.0395881_dp])
     machine%supports(2) = support_data([0.125542_dp, 0.111083_dp], [839.07_dp, 679.027_dp], [0.0917968_dp, 0.0658305_dp])
   end function light_slider
+
+  !> A slider-crank that sinks by ten times its size on its mounts: no vibration of it is known.
+  function sinking_slider() result(machine)
+    type(machine_data) :: machine
+
+    machine%speed_rpm = -53.13_dp
+    machine%held_by = "outside"
+    machine%gravity = [0.0_dp, -9.80665_dp]
+    machine%free(1) = .false.
+    allocate(machine%joints(3), machine%links(3), machine%supports(4))
+    machine%joints(2) = joint_data("crank", ends=[1, 0], radius=0.05995_dp, phase_deg=129.7_dp)
+    machine%joints(3) = joint_data("RRP", ends=[2, 0], lengths=[0.1847_dp, 0.0_dp], branch=-1, &
+      & guide_point=[0.01663_dp, -0.003047_dp], guide_angle_deg=134.0_dp)
+    machine%links(1) = link_data(1, 2, 0.9239_dp, 1.649e-4_dp, [0.04562_dp, 0.0_dp])
+    machine%links(2) = link_data(2, 3, 0.539_dp, 2.387e-3_dp, [0.09114_dp, 0.0_dp])
+    machine%links(3) = link_data(3, 0, 1.374_dp, 4.919e-4_dp, [0.02169_dp, 0.0_dp])
+    machine%frame_mass = 50.53_dp
+    machine%frame_inertia = 0.443_dp
+    machine%origin = [-0.01291_dp, 0.05711_dp]
+    machine%supports(1) = support_data([-0.1274_dp, -0.03686_dp], [223.9_dp, 78.53_dp], [28.2_dp, 9.227_dp])
+    machine%supports(2) = support_data([-0.05768_dp, -0.07461_dp], [364.9_dp, 161.8_dp], [32.83_dp, 20.31_dp])
+    machine%supports(3) = support_data([0.05593_dp, -0.0568_dp], [232.3_dp, 110.2_dp], [22.36_dp, 6.012_dp])
+    machine%supports(4) = support_data([0.1171_dp, -0.02174_dp], [309.3_dp, 98.27_dp], [45.55_dp, 14.1_dp], 20.03_dp)
+    machine%supports([2, 4])%turning = .true.
+  end function sinking_slider
 
   subroutine solve(machine, model, system, error, newton)
     type(machine_data), intent(in) :: machine

@@ -1,8 +1,8 @@
 !> The exact frame where its vibration is far from the linear one; its invariants.
 module test_exact_paths
   use checks, only: check_success, check_that
-  use exact_machines, only: check_residual, light_slider, machine_on_supports, ram, scotch_yoke, solve, solve_multiplier, &
-    & swinging_yoke
+  use exact_machines, only: check_residual, light_slider, machine_on_supports, ram, scotch_yoke, &
+    & sinking_slider, solve, solve_multiplier, swinging_yoke
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_multipliers, only: multipliers_type
@@ -31,6 +31,7 @@ contains
       & new_unittest("a frame that swings by more than a radian", test_great_turn), &
       & new_unittest("where Newton's method goes astray it is left soon", test_astray), &
       & new_unittest("from much damping to a vibration that no other path leads to", test_damping_path), &
+      & new_unittest("a search that finds no vibration ends soon", test_search_ends), &
       & new_slow("all vibrations of a machine", test_all_vibrations), &
       & new_unittest("without damping reciprocal multipliers", test_reciprocal), &
       & new_unittest("the product of the multipliers by Liouville's formula", test_liouville)]
@@ -96,6 +97,26 @@ contains
     call solve(light_slider(), "exact", system, error)
     if (.not. allocated(error)) call check_residual(light_slider(), system, error)
   end subroutine test_damping_path
+
+  !> The search for a vibration of the sinking slider-crank fails, with the masses at fewer crank angles than 100 integrations of 500
+  !> steps of eight stages take. As long as a path might lead back to a thousand times the damping it began with, they were 4.4 million.
+  subroutine test_search_ends(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: most = 100 * 500 * 8
+    type(frame_type) :: frame
+    class(frame_type), allocatable :: system
+    type(gestell_error), allocatable :: failure
+    integer, target :: angles
+
+    call frame_of_machine(sinking_slider(), frame, failure)
+    call check_success(error, failure)
+    if (allocated(error)) return
+    angles = 0
+    call count_angles(frame%mechanism, angles)
+    call settle(frame, "exact", accuracy_type(), system, failure)
+    call check(error, allocated(failure), more="a vibration is found")
+    if (.not. allocated(error)) call check_that(error, real(angles, dp), "<", real(most, dp), "crank angles")
+  end subroutine test_search_ends
 
   !> The Scotch yoke has three vibrations at 1138.6 rpm, whichever of them the search begins with: each obeys d'Alembert's
   !> principle, they differ, and of the three indices, whose sum is 1, the one in the middle is -1.

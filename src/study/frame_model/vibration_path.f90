@@ -182,6 +182,7 @@ contains
     if (present(speeds)) family%speeds = speeds
   end function machine_path
 
+  !> The machine at `lambda`. Error: a step that leads back far beyond the start, to damping that nobody asked about.
   subroutine member(self, lambda, varied, error)
     class(machine_path_type), intent(in) :: self
     real(dp), intent(in) :: lambda
@@ -189,7 +190,9 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     varied = self%varied
-    if (self%from_rest) then
+    if (self%drag > 0 .and. lambda < 2 * self%furthest_back) then
+      call fatal_error(error, "the path leads back", failed_computation)
+    else if (self%from_rest) then
       varied%excitation = lambda
     else
       varied%speed = self%speeds(1) + lambda * (self%speeds(2) - self%speeds(1))
