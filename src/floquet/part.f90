@@ -145,7 +145,8 @@ contains
     tells_motion = .false.
     call reduced%start(motion, error)
     if (allocated(error)) return
-    tells_motion = norm2(motion%error / reduced%scale) <= part * maxval(abs(reduced%reduction%response))
+    tells_motion = norm2(motion%error / reduced%scale) <= part * max(maxval(abs(reduced%reduction%response)), &
+      & maxval(abs(motion%x0 / reduced%scale)))
   end function tells_motion
 
   !> By reduction; `unfit`: why not.
