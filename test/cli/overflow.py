@@ -235,6 +235,23 @@ AVERAGED = """\
 """
 
 
+def test_faint_balance():
+    """Forces of 1e-308 N have no per cent that are numbers: the picture of the balance draws none."""
+    machine = """\
+&case tasks='balance' /
+&drive speed_rpm=147.66 /
+&joint name='O', type='ground', position=0,0 /
+&joint name='A', type='crank', pivot='O', radius=0.00688, ratio=0.5 /
+&link name='dust', from='A', mass=2.3e-308, inertia=1.4e-13, center=0.0035,-0.0001 /
+&frame mass=5.3, inertia=0.005, origin=0.018,0.017, dof='psi' /
+&support position=-0.055,0.055, stiffness=8.4e4,5.8e-29 /
+"""
+    with Folder(input=machine) as folder:
+        if Run(folder, "-q", "input.nml").done("forces of 1e-308 N"):
+            script = (folder / "input" / "balance.gp").read_text()
+            check("forces of 1e-308 N, picture", not re.search("NaN *\\*|Infinity", script), "numbers", script)
+
+
 def test_listed():
     """One of all vibrations cannot be told: none is listed."""
     with Folder(input=UNDAMPED) as folder:
@@ -266,5 +283,5 @@ def test_averaged():
 
 
 OVERFLOW_TESTS = [
-    test_listed, test_growing, test_vectors, test_averaged,
+    test_faint_balance, test_listed, test_growing, test_vectors, test_averaged,
     test_shaking, test_probe, test_balanced, test_multiplier, test_moduli, test_factors, test_places, test_implausible_motion]
