@@ -360,15 +360,17 @@ contains
     known = point%solved .and. point%modes(mode)%identified
   end function known
 
-  !> Whether two real multipliers hold a mode on a multiple of the period's frequency.
+  !> Whether two real multipliers hold a mode on a multiple of the period's frequency, and differ by more than their errors: where
+  !> a mode that nothing holds crosses the multiple, rounding makes a real pair of its multipliers too.
   pure logical function is_locked(point, mode, multiple)
     type(campbell_point_type), intent(in) :: point
     integer, intent(in) :: mode
     real(dp), intent(in) :: multiple
     real(dp), parameter :: rounding = 1.0e-6_dp
 
-    associate (base => base_frequency(point))
-      is_locked = point%modes(mode)%real_pair .and. abs(point%modes(mode)%frequency() - multiple * base) < rounding * base
+    associate (base => base_frequency(point), m => point%modes(mode))
+      is_locked = m%real_pair .and. abs(m%frequency() - multiple * base) < rounding * base &
+        & .and. abs(m%growth - m%partner_growth) > 2 * m%error
     end associate
   end function is_locked
 
