@@ -23,8 +23,8 @@ contains
     type(mode_type), intent(inout) :: modes(:)
     logical, intent(out) :: like, unambiguous
     type(mode_type) :: ordered(size(modes))
-    real(dp) :: likeness(size(last), size(modes)), total, best, second, least
-    integer :: component(size(last), size(modes)), order(size(modes)), trial(size(modes)), f, i, j, k
+    real(dp) :: likeness(size(last), size(modes)), best, second, least
+    integer :: component(size(last), size(modes)), order(size(modes)), trial(size(modes)), f, i, j
 
     f = size(last)
     do i = 1, f
@@ -34,18 +34,7 @@ contains
     end do
     best = -1
     second = -1
-    do k = 0, f**f - 1
-      trial = [(1 + mod(k / f**(j - 1), f), j = 1, f)]
-      if (any([(count(trial == j) /= 1, j = 1, f)])) cycle
-      total = product([(likeness(j, trial(j)), j = 1, f)])
-      if (total > best) then
-        second = best
-        best = total
-        order = trial
-      else
-        second = max(second, total)
-      end if
-    end do
+    call assign(likeness, 1, 1.0_dp, trial, order, best, second)
     least = 1
     do j = 1, f
       ordered(j) = modes(order(j))
@@ -56,6 +45,29 @@ contains
     unambiguous = like .and. second <= apart * best
     modes = ordered
   end subroutine track
+
+  !> Tries all modes that are left for the last ones from `from` on; `total`: the product of the likenesses of those before, which are
+  !> at most 1, so what is no better than the second best need not be gone through.
+  pure recursive subroutine assign(likeness, from, total, trial, order, best, second)
+    real(dp), intent(in) :: likeness(:, :), total
+    integer, intent(in) :: from
+    integer, intent(inout) :: trial(:), order(:)
+    real(dp), intent(inout) :: best, second
+    integer :: k
+
+    if (total <= second) return
+    if (from > size(trial)) then
+      second = max(second, min(total, best))
+      if (total > best) order = trial
+      best = max(best, total)
+      return
+    end if
+    do k = 1, size(trial)
+      if (any(trial(:from - 1) == k)) cycle
+      trial(from) = k
+      call assign(likeness, from + 1, total * likeness(from, k), trial, order, best, second)
+    end do
+  end subroutine assign
 
   !> How like a mode is to the last one, by its best component, from 0 to 1.
   pure subroutine compare(last, mode, mass, base, likeness, component)
