@@ -1,5 +1,6 @@
 """Results beyond what double precision holds: told in words or refused, never NaN or Infinity without a word."""
 
+import csv
 import re
 from pathlib import Path
 
@@ -252,6 +253,41 @@ def test_faint_balance():
             check("forces of 1e-308 N, picture", not re.search("NaN *\\*|Infinity", script), "numbers", script)
 
 
+HEAVY_LINK = """\
+&case tasks='separation' /
+&drive speed_rpm=460.023, held_by='outside' /
+&joint name='O', type='ground', position=0,0 /
+&joint name='A', type='crank', pivot='O', radius=0.026614 /
+&link name='weight', from='O', mass=MASS, inertia=9.39513e-4 /
+&frame mass=9.67877, inertia=0.349122, origin=-0.0881318,-0.0650376, dof='xi','eta','psi' /
+&support position=-0.34417,-0.0071263565611080623, stiffness=25504.9,0.654068 /
+"""
+
+
+def test_heavy_link():
+    """Links beside which the frame's mass is lost in rounding: parts of a mode's energy are parts of a whole, or all of them are
+    missing."""
+    for mass, dofs in (("1.2905e29", "'xi','eta','psi'"), ("3.2e160", "'xi','eta'")):
+        with Folder(input=HEAVY_LINK.replace("MASS", mass)) as folder:
+            if not Run(folder, "-q", "-s", f"frame.dof={dofs}", "input.nml").done(f"a link of {mass} kg"):
+                continue
+            with open(folder / "input" / "separation.csv") as lines:
+                rows = list(csv.DictReader(line for line in lines if line[0] != "#"))
+            for row in rows:
+                energies = [row[f"energy_{name}"] for name in ("xi", "eta", "psi")]
+                check(f"a link of {mass} kg, share", row["share"] == "NaN" or 0 <= float(row["share"]) <= 1, "a part", row["share"])
+                check(f"a link of {mass} kg, energies", (row["share"] == "NaN") == all(word == "NaN" for word in energies)
+                      and energies.count("NaN") in (0, 3), "all or none", [row["share"], *energies])
+
+
+def test_heavy_frame():
+    """How far a frame of 1e308 kg would sink is a number."""
+    with Folder() as folder:
+        run = Run(folder, "--check", "-s", "frame.mass=9.99e307", DATA / "cam_press.nml")
+        run.done("a frame of 1e308 kg")
+        check("a frame of 1e308 kg", " Inf" not in run.out and "would sink on its mounts by" in run.flat, "a number", run.flat)
+
+
 def test_listed():
     """One of all vibrations cannot be told: none is listed."""
     with Folder(input=UNDAMPED) as folder:
@@ -283,5 +319,5 @@ def test_averaged():
 
 
 OVERFLOW_TESTS = [
-    test_faint_balance, test_listed, test_growing, test_vectors, test_averaged,
+    test_faint_balance, test_heavy_link, test_heavy_frame, test_listed, test_growing, test_vectors, test_averaged,
     test_shaking, test_probe, test_balanced, test_multiplier, test_moduli, test_factors, test_places, test_implausible_motion]

@@ -13,7 +13,8 @@ module fuzz_tables
 
   !> Columns of words.
   character(len=*), parameter :: word_columns(*) = [character(len=10) :: "verdict", "state", "kind", "below", "above", "outcome", &
-    & "quantity", "unit", "parameter", "support", "name", "method", "aim", "links", "on", "from", "to"]
+    & "quantity", "unit", "parameter", "support", "name", "method", "aim", "links", "on", "from", "to", &
+    & "meaning"]
   !> What a point of a sweep has: the numbers behind its parameters.
   character(len=*), parameter :: point_columns(*) = [character(len=16) :: "rho_max", "log_rho_max", "rho_error", "xi_peak_m", &
     & "eta_peak_m", "psi_peak_rad", "zeta_peak_m", "rot_xi_peak_rad", "rot_eta_peak_rad"]

@@ -168,7 +168,7 @@ contains
     if (size(axes) == 0) return
     k = maxval(along)
     ratios = [(quotient(quotient(damping(axes(i), axes(i)), sqrt(stiffness(axes(i), axes(i)))), sqrt(mass)) / 2, i = 1, size(axes))]
-    sag = quotient(fall * mass, k)
+    sag = quotient(mass, k / fall)
     if (sag > deep * size_of_machine) lines = "under its weight the machine would sink on its mounts by " &
       & // concise(sag, 3) // " m even along the stiffest axis, " // concise(sqrt(k) / sqrt(mass) / (2 * pi), 3) &
       & // " Hz: is the stiffness right? It is in N/m where &units says nothing else" // newline

@@ -48,7 +48,8 @@ contains
         strength(mirrored) = -1
       end if
       if (both < least_share * all .and. k > 1) exit
-      call keep_component(name, c(place, :), both / max(all, tiny(all)), mass, mode)
+      ! Where rounding leaves no positive mass matrix the sum may be less than a part of it.
+      call keep_component(name, c(place, :), both / max(all, both, tiny(all)), mass, mode)
       place = maxloc(strength, dim=1)
       name = frequencies(place)
     end do

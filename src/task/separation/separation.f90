@@ -120,6 +120,7 @@ contains
     if (.not. self%at%identified .or. solved == 0) return
     q = self%at%shape()
     parts = real(conjg(q) * matmul(campbell%points(solved)%mass, q))
+    if (.not. sum(parts) > 0) return
     self%energy = 0
     self%energy(campbell%free) = parts(:size(campbell%free)) / sum(parts)
   end subroutine share_energy
