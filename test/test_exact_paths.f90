@@ -98,8 +98,9 @@ contains
     if (.not. allocated(error)) call check_residual(light_slider(), system, error)
   end subroutine test_damping_path
 
-  !> The search for a vibration of the sinking slider-crank fails, with the masses at fewer crank angles than 100 integrations of 500
-  !> steps of eight stages take. As long as a path might lead back to a thousand times the damping it began with, they were 4.4 million.
+  !> The search for a vibration of the sinking slider-crank fails, with the masses at fewer crank angles than 100 integrations of
+  !> 500 steps of eight stages take. As long as a path might lead back to a thousand times the damping it began with, there were
+  !> 4.4 million.
   subroutine test_search_ends(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: most = 100 * 500 * 8

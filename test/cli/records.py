@@ -14,6 +14,7 @@ from broken_inputs import REST, SOUND
 from critical import NEEDLE
 from design import PLACES, ROTOR
 from harness import Folder, Run, check, equal
+from several import CYLINDER, own
 
 HERE = Path(__file__).resolve().parent
 RECORDS = HERE / "golden" / "records"
@@ -22,11 +23,31 @@ SHORT = "&response points=12, harmonics=3 /\n"
 ROCKING = (DATA / "rocking_sieve.nml").read_text()
 SPEEDS = "&sweep parameter='drive.speed_rpm', from={}, to={}, count={} /\n"
 DAMPED = SOUND.replace("0.5,0.5,0.05", "10.0,10.0,1.0") + REST
+EXACT = SOUND.replace("0.5,0.5,0.05", "10.0,10.0,1.0")
+INERTIAS = "&sweep parameter='frame.inertia', from=2, to=3, count=3 /\n"
+YOKE = (HERE.parents[1] / "validation" / "exudyn" / "scotch_yoke.nml").read_text()
+PROBE = "&probe name='p', position=0.1,0.15, band_hz=2,40, limit_mm_s=20 /\n"
 
 
 def data(name, more=SHORT):
     return (DATA / f"{name}.nml").read_text() + more
 
+
+ENGINE_FRAME = """\
+&case title='copies' /
+&drive speed_rpm=600, held_by='flywheel', flywheel_inertia=0.4 /
+&frame mass=60, inertia=1.5, origin=0,0.1, dof='xi','eta','psi' /
+&foundation stiffness=4e5,0,0,0,3e5,0,0,0,2e4, damping=1800,1500,90 /
+&gravity /
+"""
+DESIGN = """\
+&design parameter='support.stiffness', from=1e5, to=4e5, starts=2 /
+&design parameter='foundation.damping(3)', from=0.5, to=20 /
+&objective quantity='probe(p).v', measure='band' /
+&constraint quantity='f', measure='peak', at_most=400 /
+&constraint quantity='support(1).fy', at_most=100 /
+&constraint quantity='separation', at_least=2 /
+"""
 
 # Name, input, tasks.
 RUNS = {
@@ -43,6 +64,27 @@ RUNS = {
     "chart": (ROCKING + SPEEDS.format(120, 300, 4) + "&sweep parameter='frame.inertia', from=2, to=3, count=3 /\n", "sweep"),
     "borders": (ROCKING + SPEEDS.format(120, 300, 7), "boundary"),
     "level": (DAMPED + SPEEDS.format(240, 300, 3) + "&boundary quantity='f', measure='rms', level=60 /\n", "boundary"),
+    "branches": (YOKE + SPEEDS.format(643, 650, 2), "boundary"),
+    "several": (YOKE.replace("speed_rpm=", "speed_rpm=648.9 ! ") + "&model vibrations='all' /\n" + SHORT, "stability response"),
+    "map": (ROCKING + REST + SPEEDS.format(200, 250, 3) + INERTIAS, "boundary"),
+    "map_exact": (ROCKING + SPEEDS.format(200, 250, 3) + INERTIAS, "boundary"),
+    "level_map": (DAMPED + SPEEDS.format(250, 330, 3) + "&sweep parameter='frame.mass', from=40, to=50, count=3 /\n"
+                  "&boundary quantity='f', measure='rms', level=60 /\n", "boundary"),
+    "first_order": (EXACT + "&model frame='first_order' /\n" + SHORT, "stability response"),
+    "stiff": (EXACT + "&support position=0.1,0.3, stiffness=1e9,2e5, damping=100,10 /\n" + PROBE + SHORT,
+              "stability modes response forces"),
+    "steps": (DAMPED + "&accuracy method='gauss4', steps=60 /\n" + SHORT, "stability response"),
+    "explicit": (DAMPED + "&accuracy method='rk4', tolerance=1e-6 /\n" + SHORT, "stability response"),
+    "commutators": (DAMPED + "&accuracy method='magnus6' /\n" + SHORT, "stability response"),
+    "copies": (ENGINE_FRAME + "&mechanism name='one', phase=90 /\n" + own(CYLINDER, "one")
+               + "&repeat of='one', name='two', phase=180, angle=90 /\n&repeat of='one', name='balancer', ratio=-2, origin=0.1,0 /\n"
+               + PROBE + SHORT, "stability response forces power balance"),
+    "space_speeds": (data("engine_in_space", "&accuracy tolerance=1e-6 /\n" + SPEEDS.format(900, 1300, 3)),
+                     "campbell critical sweep"),
+    "design_exact": (EXACT + PROBE + DESIGN, "design"),
+    "design_speeds": (ROTOR + PLACES.replace("0.08", "0.04") + SPEEDS.format(550, 650, 3) + "&objective quantity='fx', "
+                      "measure='peak' /\n&objective quantity='torque', measure='peak', weight=0.1 /\n"
+                      "&constraint quantity='xi', measure='peak', at_most=2.0e-3 /\n", "design"),
     "design": (ROTOR + PLACES + "&objective quantity='fx' /\n&constraint quantity='xi', at_most=1.0e-3 /\n", "design"),
 }
 # A number, but not the digit of a name.
@@ -86,7 +128,7 @@ def rounded(line):
     """Rows have five digits in the record."""
     if not line.startswith("row ["):
         return line
-    return re.sub(r"[-+]?\d\.\d{9,}(?:[eE][-+]?\d+)?", lambda m: f"{float(m[0]):.5g}", line)
+    return re.sub(r"(?<![\d.])[-+]?\d+\.\d{9,}(?:[eE][-+]?\d+)?", lambda m: f"{float(m[0]):.5g}", line)
 
 
 def alike(came, right):

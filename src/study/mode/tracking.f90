@@ -46,8 +46,8 @@ contains
     modes = ordered
   end subroutine track
 
-  !> Tries all modes that are left for the last ones from `from` on; `total`: the product of the likenesses of those before, which are
-  !> at most 1, so what is no better than the second best need not be gone through.
+  !> Tries all modes that are left for the last ones from `from` on; `total`: the product of the likenesses of those before. They
+  !> are at most 1, so what is no better than the second best need not be gone through.
   pure recursive subroutine assign(likeness, from, total, trial, order, best, second)
     real(dp), intent(in) :: likeness(:, :), total
     integer, intent(in) :: from
