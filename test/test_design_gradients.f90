@@ -5,6 +5,8 @@ module test_design_gradients
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_input_machine_family, only: document_family_type
+  use gestell_math_optimum_minimax, only: branches_type, optimum_type
+  use gestell_study_design_moments, only: moments_type, new_moments
   use gestell_study_design_goal, only: goal_type, new_goal
   use gestell_study_design_neighbours, only: condition_type
   use gestell_study_design_parts, only: inertia_part, mass_part, other_part, place_parts
@@ -24,9 +26,54 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
+      & new_unittest("first moments as coordinates: slopes, limits and prices of a polynomial", test_moments), &
       & new_unittest("gradients about rest against differences of solutions", test_gradients), &
       & new_slow("gradients of all models against differences of solutions", test_all_gradients)]
   end subroutine collect_design_gradients
+
+  !> f = m^2 + 3 m^2 c of a mass m and a place c between -1 and 2, which is y_m^2 + 3 y_m y_c in y_m = m and y_c = m c.
+  subroutine test_moments(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: m = 1.5_dp, c = 0.7_dp, lower(2) = [0.5_dp, -1.0_dp], upper(2) = [3.0_dp, 2.0_dp]
+    real(dp), parameter :: in_x(2) = [2 * m + 6 * m * c, 3 * m**2], in_y(2) = [2 * m + 3 * m * c, 3 * m]
+    real(dp), parameter :: prices(2) = [0.4_dp, 0.1_dp]
+    ! Of the limits y_c - 2 y_m <= 0 and -y_m - y_c <= 0.
+    real(dp), parameter :: limit(2) = [m * c - 2 * m, -m - m * c], limit_slope(2, 2) = reshape([-2, 1, -1, -1] * 1.0_dp, [2, 2])
+    ! A rounding of each term, of about 10.
+    real(dp), parameter :: rounded = 40 * epsilon(1.0_dp)
+    type(moments_type) :: moments
+    type(branches_type) :: at
+    type(optimum_type) :: optimum
+    real(dp) :: slopes(2, 1)
+
+    moments = new_moments(lower, upper, [7, 7], [mass_part, place_parts(1)])
+    call check_that(error, moments%from([m, c]), "==", [m, m * c], "coordinates")
+    if (.not. allocated(error)) call check_that(error, abs(moments%to([m, m * c]) - [m, c]), "<=", rounded, "and back")
+    if (allocated(error)) return
+    slopes(:, 1) = in_x
+    call moments%turn_slopes([m, c], slopes)
+    call check_that(error, abs(slopes(:, 1) - in_y), "<=", rounded, "slopes")
+    if (allocated(error)) return
+    at%group = [1]
+    at%value = [0.0_dp]
+    at%slope = slopes
+    call moments%add_limits([m, m * c], 2, at)
+    call check_that(error, at%group, "==", [1, 2, 3], "groups of the limits")
+    if (.not. allocated(error)) call check_that(error, abs(at%value(2:) - limit), "<=", rounded, "limits")
+    if (.not. allocated(error)) call check_that(error, reshape(abs(at%slope(:, 2:) - limit_slope), [4]), "<=", rounded, &
+      & "their slopes")
+    if (allocated(error)) return
+    optimum%x = [m, m * c]
+    optimum%price = prices
+    optimum%bound_price = [0.0_dp, 0.0_dp]
+    optimum%slope = in_y + matmul(limit_slope, prices)
+    call moments%turn_optimum(optimum)
+    call check_that(error, abs(optimum%slope - in_x), "<=", rounded, "slope of the optimum")
+    if (.not. allocated(error)) call check_that(error, abs(optimum%x - [m, c]), "<=", rounded, "the optimum")
+    if (allocated(error)) return
+    ! What the range of c costs: dL/dc by its limits.
+    call check_that(error, abs(optimum%bound_price - [0.0_dp, (prices(2) - prices(1)) * m]), "<=", rounded, "prices of the range")
+  end subroutine test_moments
 
   !> Every kind of parameter and goal, by all models and holders.
   subroutine compare_gradients(variants, error)

@@ -8,8 +8,10 @@ module test_exact_paths
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_varied_frame, only: varied_frame_type
+  use gestell_math_trigonometric, only: series_type
+  use gestell_model_frame_varied_frame, only: varied_frame, varied_frame_type
   use gestell_study_frame_model, only: newton_type, settle
+  use gestell_study_frame_model_vibration_path, only: follow_damping, follow_excitation, follow_speed
   use gestell_study_vibration_several, only: index_sum, list_vibrations, search_vibrations, several_type
   use machines, only: frame_of_machine
   use reference_machine, only: khang_machine, machine_data
@@ -28,6 +30,7 @@ contains
 
     testsuite = [ &
       & new_unittest("paths to vibrations far from the linear one", test_paths), &
+      & new_unittest("each path by itself", test_each_path), &
       & new_unittest("a frame that swings by more than a radian", test_great_turn), &
       & new_unittest("where Newton's method goes astray it is left soon", test_astray), &
       & new_unittest("from much damping to a vibration that no other path leads to", test_damping_path), &
@@ -53,6 +56,37 @@ contains
       if (allocated(error)) return
     end do
   end subroutine test_paths
+
+  !> Each of the three paths by itself comes to a vibration of a machine that is made for it.
+  subroutine test_each_path(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(accuracy_type), parameter :: accuracy = accuracy_type(tolerance=1.0e-11_dp)
+    type(machine_data) :: machine
+    type(frame_type) :: frame
+    type(series_type) :: rest
+    type(varied_frame_type) :: varied
+    type(gestell_error), allocatable :: failure
+    real(dp), allocatable :: steps(:)
+    character(len=10), parameter :: paths(3) = [character(len=10) :: "excitation", "speed", "damping"]
+    integer :: i
+
+    allocate(rest%cosine(0:1, 3), rest%sine(0:1, 3), source=0.0_dp)
+    do i = 1, size(paths)
+      machine = khang_machine(merge(609.0_dp, 961.3_dp, i == 1))
+      if (i == 3) machine = light_slider()
+      call frame_of_machine(machine, frame, failure)
+      call check_success(error, failure)
+      if (allocated(error)) return
+      varied = varied_frame(frame, rest)
+      varied%newton = .true.
+      if (i == 1) call follow_excitation(frame, accuracy, varied, steps, failure)
+      if (i == 2) call follow_speed(frame, accuracy, varied, steps, failure)
+      if (i == 3) call follow_damping(frame, accuracy, varied, steps, failure)
+      call check_success(error, failure, "the path over the " // trim(paths(i)))
+      if (.not. allocated(error)) call check_residual(machine, varied, error)
+      if (allocated(error)) return
+    end do
+  end subroutine test_each_path
 
   !> Its largest multiplier as two programs outside of this project find it: 0.997621; psi goes up to 1.42 rad.
   subroutine test_great_turn(error)
