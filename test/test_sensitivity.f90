@@ -21,6 +21,8 @@ module test_sensitivity
   type, extends(family_type) :: relative_family
     real(dp) :: speed = 0, damping = 0
     type(harmonic_mechanism_type) :: mechanism
+    !> Counts the members that are made.
+    integer, pointer :: members => null()
   contains
     procedure :: member
   end type relative_family
@@ -32,6 +34,7 @@ contains
 
     testsuite = [ &
       & new_unittest("force of an unbalance on a spring, in closed form", test_closed_form), &
+      & new_unittest("no more solutions than the tolerance needs", test_solutions), &
       & new_unittest("two equal peaks: a bend", test_bend), &
       & new_unittest("what is zero, and a resonance", test_nothing)]
   end subroutine collect_sensitivity
@@ -44,6 +47,7 @@ contains
     type(frame_type), allocatable :: frame
     real(dp) :: c(3, 3), b(3, 3)
 
+    if (associated(self%members)) self%members = self%members + 1
     c = 0
     b = 0
     c(1, 1) = stiffness * (1 + parameters(3))
@@ -105,6 +109,39 @@ contains
     allocate(order_of%names(1), order_of%probes(0))
     order_of%names(1) = name
   end function order_of
+
+  !> Of four parameters, each at three distances both ways, or at seven where more digits are ordered than there are.
+  subroutine test_solutions(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: tolerances(2) = [1.0e-6_dp, 1.0e-15_dp]
+    type(relative_family) :: family
+    type(speed_order_type) :: order
+    type(sensitivity_base_type) :: base
+    type(sensitivity_type), allocatable :: found(:)
+    type(gestell_error), allocatable :: failure
+    complex(dp) :: g(4)
+    integer, target :: members
+    integer :: i, k
+
+    call new_family(0.6_dp, 0.1_dp, [(1.0e-3_dp, 0.0_dp)], family, error)
+    if (allocated(error)) return
+    family%members => members
+    g = slopes(family, 1)
+    order = order_of("xi")
+    do i = 1, size(tolerances)
+      members = 0
+      order%accuracy%tolerance = tolerances(i)
+      call solve_sensitivity(family, 4, order, base, found, failure)
+      call check_success(error, failure)
+      if (.not. allocated(error)) call check(error, members, 1 + 4 * 2 * merge(3, 7, i == 1), more="solutions")
+      do k = 1, 4
+        if (allocated(error)) return
+        call check_that(error, abs(found(k)%slope(1, 1) - real(g(k))), "<=", found(k)%error(1, 1), "beyond the error")
+      end do
+      if (.not. allocated(error)) call check_that(error, [(found(k)%error(1, 1), k = 1, 4)], "<", 1.0e-6_dp, "the error")
+      if (allocated(error)) return
+    end do
+  end subroutine test_solutions
 
   subroutine solve(family, name, base, found, error)
     type(relative_family), intent(in) :: family

@@ -32,8 +32,9 @@ module gestell_task_sensitivity
     type(moved_type) :: moved
     !> Peak and rms, and the relative error of the peak; shapes (changes, quantities), (quantities).
     real(dp), allocatable :: values(:, :), relative_error(:)
-    !> The greatest change that is tried, and what rounding leaves of a logarithm.
-    real(dp) :: step = 0, rounding = 0
+    !> The greatest change that is tried, what rounding leaves of a logarithm, and the error of a derivative that is small enough:
+    !> the tolerance that was ordered, relative to what is greater, the derivative or 1.
+    real(dp) :: step = 0, rounding = 0, enough = 0
   end type sensitivity_base_type
 
   !> The change with one parameter; all shapes (changes, quantities).
@@ -61,8 +62,8 @@ module gestell_task_sensitivity
   !> A derivative whose error is more than this, relative to what is greater, it or 1, is undecided.
   real(dp), parameter :: too_much = 0.02_dp
 
-  !> Steps h, h/2, ...
-  integer, parameter :: steps = 7
+  !> Steps h, h/2, ...: at least, and at most where the derivatives are not known well enough before.
+  integer, parameter :: fewest_steps = 3, steps = 7
   !> The greatest step, and how far a step may bring a multiplier towards 1, relative to its distance.
   real(dp), parameter :: greatest_step = 1.0e-2_dp, part_of_distance = 0.1_dp
   !> Tolerance of the solutions, if none sharper was ordered; rounding of a logarithm found so, far from resonances.
@@ -154,6 +155,7 @@ contains
     end if
     base%order = order
     base%order%orders = 1
+    base%enough = order%accuracy%tolerance
     base%order%accuracy%tolerance = min(order%accuracy%tolerance, sharp)
     base%parameters = parameters
     call solve_response(family, [(0.0_dp, q = 1, parameters)], base%order, point, error)
@@ -203,13 +205,15 @@ contains
       call logarithms(h(k), above(:, :, k), known)
       if (known) call logarithms(-h(k), below(:, :, k), known)
       if (allocated(error) .or. .not. known) return
-    end do
-    do q = 1, size(base%order%names)
-      do change = 1, changes
-        if (.not. (base%values(change, q) > 0 .and. base%relative_error(q) < 1)) cycle
-        call differentiate(h, above(change, q, :), below(change, q, :), log(base%values(change, q)), &
-          & base%rounding, found%slope(change, q), found%error(change, q), found%bend(change, q))
+      if (k < fewest_steps) cycle
+      do q = 1, size(base%order%names)
+        do change = 1, changes
+          if (.not. (base%values(change, q) > 0 .and. base%relative_error(q) < 1)) cycle
+          call differentiate(h(:k), above(change, q, :k), below(change, q, :k), log(base%values(change, q)), &
+            & base%rounding, found%slope(change, q), found%error(change, q), found%bend(change, q))
+        end do
       end do
+      if (.not. any(found%error > base%enough * max(abs(found%slope), 1.0_dp))) exit
     end do
 
   contains
