@@ -183,4 +183,35 @@ def test_page():
         check("resonance.gp: title", '"UNSTABLE IN PART: ' in (folder / "input/resonance.gp").read_text(), "UNSTABLE", "none")
 
 
-VERDICT_TESTS = (test_vibrations, test_limits, test_one_line, test_over_speeds, test_sweep, test_small, test_great, test_page)
+# A frame lighter than what swings in it, on soft mounts: the vibration is known to 1e-8 whatever the tolerance.
+SWINGING = """&case tasks='stability' /
+&drive speed_rpm=-1523, held_by='outside' /
+&joint name='j1', type='ground', position=0,0 /
+&joint name='j2', type='crank', pivot='j1', radius=0.02765, phase=57.94 /
+&joint name='j3', type='ground', position=0.1278,0 /
+&joint name='j4', type='RRR', ends='j2','j3', lengths=0.09762,0.06686, branch=1 /
+&joint name='j5', type='PRP', guide='j3','j4', guide_point=-0.009455,-0.01926, guide_angle=0, guide2_point=0.1278,0.05601,
+       guide2_angle=-15.54 /
+&link name='l1', from='j1', to='j2', mass=0.4455, inertia=1.138e-5, center=6.091e-4,0 /
+&link name='l2', from='j2', to='j4', mass=1.055, inertia=4.753e-4, center=0.06003,0 /
+&link name='l3', from='j3', to='j4', mass=0.9162, inertia=2.671e-4, center=0.02432,0 /
+&link name='l4', from='j5', mass=1.228, inertia=7.361e-5, center=-0.005464,0 /
+&frame mass=2.294, inertia=4.783e-3, origin=0.02461,0.01646 /
+&support position=-0.05904,-0.028, stiffness=2933,1788, damping=0.2372,0.08432 /
+&support position=-0.03564,-0.005451, stiffness=3640,1811, damping=0.439,0.2133, angle=-51.86 /
+&support position=0.03242,-0.02709, stiffness=1683,934.8, damping=0.2035,0.1179, angle=-64.53 /
+&support position=0.06497,-0.0238, stiffness=4010,2389, damping=0.4725,0.1713 /
+&gravity /
+"""
+
+
+def test_rounding():
+    """A verdict that rounding leaves open: no advice to take a smaller tolerance, for that leaves it open too."""
+    with Folder(input=SWINGING) as folder:
+        for tolerance in ("1e-9", "1e-12"):
+            run = Run(folder, "-s", f"accuracy.tolerance={tolerance}", "input.nml")
+            check(f"open by rounding, {tolerance}", "VERDICT  undecided" in run.out and "a smaller tolerance would not help" in run.flat
+                  and "too coarse" not in run.flat, "no advice", run.out[-1500:])
+
+
+VERDICT_TESTS = (test_rounding, test_vibrations, test_limits, test_one_line, test_over_speeds, test_sweep, test_small, test_great, test_page)

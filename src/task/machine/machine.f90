@@ -106,7 +106,8 @@ contains
         if (tasks%model /= "exact" .and. .not. tasks%averaged) call check_model(frame, accuracy, analysis%multipliers, better)
         call result%warn(result%verdict, verdict_sentence(analysis%multipliers, frame%period, &
           & frame%mechanism%turns, among(analysis%several)))
-        call result%say(verdict_lines(analysis%multipliers, frame%mechanism%turns, trim(unheld(frame))))
+        call result%say(verdict_lines(analysis%multipliers, frame%mechanism%turns, trim(unheld(frame)), &
+          & tolerance_note(analysis, accuracy) /= ""))
       end if
       call result%say(better_line(better, trim(tasks%model)) // tolerance_note(analysis, accuracy))
       if (.not. allocated(analysis%multipliers)) call result%detail(new_line("a"))

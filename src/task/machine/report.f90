@@ -203,11 +203,13 @@ contains
     words = words // others
   end function verdict_sentence
 
-  !> What stands below it, of a period of so many turns. `unheld`: in which directions nothing holds the frame.
-  pure function verdict_lines(multipliers, turns, unheld) result(lines)
+  !> What stands below it, of a period of so many turns. `unheld`: in which directions nothing holds the frame; `at_limit`: the
+  !> results are as accurate as double precision allows.
+  pure function verdict_lines(multipliers, turns, unheld, at_limit) result(lines)
     type(multipliers_type), intent(in) :: multipliers
     integer, intent(in) :: turns
     character(len=*), intent(in) :: unheld
+    logical, intent(in) :: at_limit
     character(len=:), allocatable :: lines
     character(len=:), allocatable :: word
     integer :: worst
@@ -227,6 +229,9 @@ contains
       if (worst > 1) lines = lines // "  largest bound       |rho| = " // modulus(multipliers, worst) // newline
       if (unheld /= "") then
         lines = lines // "  " // unheld // newline
+      else if (at_limit) then
+        lines = lines // "  the bound is that of rounding, so a smaller tolerance would not help: the machine lies on the " &
+          & // "stability boundary, or rounding of its numbers changes its vibration too much" // newline
       else
         lines = lines // "  either the tolerance is too coarse (set a smaller one in &accuracy), or the machine lies on the " &
           & // "stability boundary" // newline
