@@ -188,7 +188,7 @@ contains
     real(dp), allocatable :: above(:, :, :), below(:, :, :)
     real(dp) :: h(steps)
     integer :: k, q, change
-    logical :: known
+    logical :: known, enough
 
     if (number < 1 .or. number > base%parameters .or. .not. allocated(base%values)) then
       call fatal_error(error, "a derivative is that of one of the parameters that solve_base was given", invalid_input)
@@ -206,14 +206,16 @@ contains
       if (known) call logarithms(-h(k), below(:, :, k), known)
       if (allocated(error) .or. .not. known) return
       if (k < fewest_steps) cycle
+      enough = .true.
       do q = 1, size(base%order%names)
         do change = 1, changes
           if (.not. (base%values(change, q) > 0 .and. base%relative_error(q) < 1)) cycle
           call differentiate(h(:k), above(change, q, :k), below(change, q, :k), log(base%values(change, q)), &
             & base%rounding, found%slope(change, q), found%error(change, q), found%bend(change, q))
+          enough = enough .and. found%error(change, q) <= base%enough * max(abs(found%slope(change, q)), 1.0_dp)
         end do
       end do
-      if (.not. any(found%error > base%enough * max(abs(found%slope), 1.0_dp))) exit
+      if (enough) exit
     end do
 
   contains
