@@ -237,7 +237,7 @@ AVERAGED = """\
 
 
 def test_faint_balance():
-    """Forces of 1e-308 N have no per cent that are numbers: the picture of the balance draws none."""
+    """The picture of the balance does not divide by forces of 1e-308 N."""
     machine = """\
 &case tasks='balance' /
 &drive speed_rpm=147.66 /
@@ -265,8 +265,8 @@ HEAVY_LINK = """\
 
 
 def test_heavy_link():
-    """Links beside which the frame's mass is lost in rounding: parts of a mode's energy are parts of a whole, or all of them are
-    missing."""
+    """If a link is so heavy that the frame's inertia is lost in rounding, each share of a mode lies between 0 and 1, or all of
+    them are NaN."""
     for mass, dofs in (("1.2905e29", "'xi','eta','psi'"), ("3.2e160", "'xi','eta'")):
         with Folder(input=HEAVY_LINK.replace("MASS", mass)) as folder:
             if not Run(folder, "-q", "-s", f"frame.dof={dofs}", "input.nml").done(f"a link of {mass} kg"):

@@ -183,7 +183,7 @@ def test_page():
         check("resonance.gp: title", '"UNSTABLE IN PART: ' in (folder / "input/resonance.gp").read_text(), "UNSTABLE", "none")
 
 
-# A frame lighter than what swings in it, on soft mounts: the vibration is known to 1e-8 whatever the tolerance.
+# The frame is lighter than its mechanism and stands on soft mounts. Rounding limits its vibration to eight digits.
 SWINGING = """&case tasks='stability' /
 &drive speed_rpm=-1523, held_by='outside' /
 &joint name='j1', type='ground', position=0,0 /
@@ -206,7 +206,7 @@ SWINGING = """&case tasks='stability' /
 
 
 def test_rounding():
-    """A verdict that rounding leaves open: no advice to take a smaller tolerance, for that leaves it open too."""
+    """If rounding leaves the verdict undecided, the report does not advise a smaller tolerance, which would not help."""
     with Folder(input=SWINGING) as folder:
         for tolerance in ("1e-9", "1e-12"):
             run = Run(folder, "-s", f"accuracy.tolerance={tolerance}", "input.nml")

@@ -182,7 +182,7 @@ contains
     if (present(speeds)) family%speeds = speeds
   end function machine_path
 
-  !> The machine at `lambda`. Error: a step that leads back far beyond the start, to damping that nobody asked about.
+  !> The machine at `lambda`. Errors: the speed changes its sign; the damping is far greater than at the start of the path.
   subroutine member(self, lambda, varied, error)
     class(machine_path_type), intent(in) :: self
     real(dp), intent(in) :: lambda
@@ -191,7 +191,7 @@ contains
 
     varied = self%varied
     if (self%drag > 0 .and. lambda < 2 * self%furthest_back) then
-      call fatal_error(error, "the path leads back", failed_computation)
+      call fatal_error(error, "the path leads back to far more damping than at its start", failed_computation)
     else if (self%from_rest) then
       varied%excitation = lambda
     else

@@ -48,7 +48,7 @@ contains
         strength(mirrored) = -1
       end if
       if (both < least_share * all .and. k > 1) exit
-      ! Where rounding leaves no positive mass matrix the sum may be less than a part of it.
+      ! The sum of all is at least `both`, unless rounding has made the mass matrix indefinite.
       call keep_component(name, c(place, :), both / max(all, both, tiny(all)), mass, mode)
       place = maxloc(strength, dim=1)
       name = frequencies(place)

@@ -46,8 +46,9 @@ contains
     modes = ordered
   end subroutine track
 
-  !> Tries all modes that are left for the last ones from `from` on; `total`: the product of the likenesses of those before. They
-  !> are at most 1, so what is no better than the second best need not be gone through.
+  !> Finds the assignment of modes to the last ones whose product of likenesses is the greatest (`order`, `best`), and the product
+  !> of the second best. The modes before `from` are assigned in `trial`, `total` is their product. Likenesses are at most 1, so a
+  !> product that has fallen to the second best cannot matter any more.
   pure recursive subroutine assign(likeness, from, total, trial, order, best, second)
     real(dp), intent(in) :: likeness(:, :), total
     integer, intent(in) :: from

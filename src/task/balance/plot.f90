@@ -13,8 +13,8 @@ module gestell_task_balance_plot
   character, parameter :: newline = new_line("a")
   !> Bars end here (%), with their number above.
   integer, parameter :: top = 250
-  !> What was found and is smaller counts as nothing: it has no per cent that are a number.
-  real(dp), parameter :: nothing = 100 / huge(1.0_dp)
+  !> Forces of the machine as found below this (N or N m) count as zero: other forces in per cent of them would overflow.
+  real(dp), parameter :: least_found = 100 / huge(1.0_dp)
 
 contains
 
@@ -59,8 +59,8 @@ contains
       associate (found => variants(1))
         greatest = 1
         do k = 2, size(variants)
-          if (found%left%rms(row) > nothing) greatest = max(greatest, variants(k)%left%rms(row) / found%left%rms(row))
-          if (found%mounted%rms(row) > nothing) greatest = max(greatest, variants(k)%mounted%rms(row) / found%mounted%rms(row))
+          if (found%left%rms(row) > least_found) greatest = max(greatest, variants(k)%left%rms(row) / found%left%rms(row))
+          if (found%mounted%rms(row) > least_found) greatest = max(greatest, variants(k)%mounted%rms(row) / found%mounted%rms(row))
         end do
         lines = axis // newline // "set yrange [0:" // text(nint(112 * min(greatest, top / 100.0_dp))) // "]" // newline &
           & // "set ylabel 'rms " // what // " (% of found)'" // newline // "plot " &
@@ -90,7 +90,7 @@ contains
     character(len=:), allocatable :: value
 
     value = "0"
-    if (found > nothing) value = exact(100 / found)
+    if (found > least_found) value = exact(100 / found)
     value = value // " * column('" // column // "')"
   end function percent
 

@@ -360,8 +360,8 @@ contains
     known = point%solved .and. point%modes(mode)%identified
   end function known
 
-  !> Whether two real multipliers hold a mode on a multiple of the period's frequency, and differ by more than their errors: where
-  !> a mode that nothing holds crosses the multiple, rounding makes a real pair of its multipliers too.
+  !> Whether two real multipliers lock a mode to a multiple of the period's frequency. They must differ by more than their errors:
+  !> at an ordinary crossing both are equal, and rounding alone can make them real.
   pure logical function is_locked(point, mode, multiple)
     type(campbell_point_type), intent(in) :: point
     integer, intent(in) :: mode

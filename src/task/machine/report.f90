@@ -203,8 +203,8 @@ contains
     words = words // others
   end function verdict_sentence
 
-  !> What stands below it, of a period of so many turns. `unheld`: in which directions nothing holds the frame; `at_limit`: the
-  !> results are as accurate as double precision allows.
+  !> What stands below it, of a period of so many turns. `unheld`: in which directions nothing holds the frame; `at_limit`: a
+  !> smaller error of Phi(T) was ordered than double precision allows.
   pure function verdict_lines(multipliers, turns, unheld, at_limit) result(lines)
     type(multipliers_type), intent(in) :: multipliers
     integer, intent(in) :: turns
@@ -230,8 +230,8 @@ contains
       if (unheld /= "") then
         lines = lines // "  " // unheld // newline
       else if (at_limit) then
-        lines = lines // "  the bound is that of rounding, so a smaller tolerance would not help: the machine lies on the " &
-          & // "stability boundary, or rounding of its numbers changes its vibration too much" // newline
+        lines = lines // "  the error is that of rounding, so a smaller tolerance would not help: the machine lies on the " &
+          & // "stability boundary, or small changes of its numbers change its multipliers much" // newline
       else
         lines = lines // "  either the tolerance is too coarse (set a smaller one in &accuracy), or the machine lies on the " &
           & // "stability boundary" // newline

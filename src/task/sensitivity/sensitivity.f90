@@ -32,8 +32,8 @@ module gestell_task_sensitivity
     type(moved_type) :: moved
     !> Peak and rms, and the relative error of the peak; shapes (changes, quantities), (quantities).
     real(dp), allocatable :: values(:, :), relative_error(:)
-    !> The greatest change that is tried, what rounding leaves of a logarithm, and the error of a derivative that is small enough:
-    !> the tolerance that was ordered, relative to what is greater, the derivative or 1.
+    !> The greatest change that is tried; the rounding error of a logarithm; the error at which a derivative is exact enough,
+    !> relative to the larger of the derivative and 1.
     real(dp) :: step = 0, rounding = 0, enough = 0
   end type sensitivity_base_type
 
@@ -62,7 +62,7 @@ module gestell_task_sensitivity
   !> A derivative whose error is more than this, relative to what is greater, it or 1, is undecided.
   real(dp), parameter :: too_much = 0.02_dp
 
-  !> Steps h, h/2, ...: at least, and at most where the derivatives are not known well enough before.
+  !> How many steps h, h/2, ... are tried: at least, and at most if the derivatives are not exact enough before.
   integer, parameter :: fewest_steps = 3, steps = 7
   !> The greatest step, and how far a step may bring a multiplier towards 1, relative to its distance.
   real(dp), parameter :: greatest_step = 1.0e-2_dp, part_of_distance = 0.1_dp
@@ -155,7 +155,7 @@ contains
     end if
     base%order = order
     base%order%orders = 1
-    base%enough = order%accuracy%tolerance
+    base%enough = min(order%accuracy%tolerance, too_much)
     base%order%accuracy%tolerance = min(order%accuracy%tolerance, sharp)
     base%parameters = parameters
     call solve_response(family, [(0.0_dp, q = 1, parameters)], base%order, point, error)
