@@ -40,8 +40,6 @@ MEMORY = 6 * 1024**3
 SHARE = 0.9
 # The test of a file in test/cli bears this name for a suite.
 COMMAND_LINE = "command line"
-# gcc's counters need these; they do nothing where nobody reads what is counted.
-SILENCE = "".join(f"subroutine s{i}() bind(c, name='__gcov_{name}')\nend\n" for i, name in enumerate(("init", "exit", "merge_add")))
 
 # ---- where a line may change, and how
 
@@ -153,7 +151,6 @@ class Build:
         if not mains:
             sys.exit("the tests are not built: ./bootstrap fpm test")
         self.objects = max(mains, key=lambda path: path.stat().st_mtime).parent
-        self.counted = any(self.objects.glob("*.gcno"))
         self.parts = {main: sorted(path for kind in kinds for path in self.objects.glob(kind + ".o"))
                       for main, kinds in (("test", ("src_*", "test_*", "*testdrive*")), ("app", ("src_*", "app_*")))}
 
@@ -177,14 +174,17 @@ class Build:
         program = folder / {"test": "tests", "app": "gestell"}[main]
         parts = [path for path in self.parts[main] if not mutant or path != self.object_of(mutant.path)]
         parts += [folder / "mutant.o"] * (mutant is not None)
-        if self.counted and not counting:
-            (folder / "silence.f90").write_text(SILENCE)
-            parts.append(folder / "silence.f90")
         run = subprocess.run(["gfortran", "-fopenmp", "-o", str(program)] + ["--coverage"] * counting + [str(path) for path in parts]
                              + ["-llapack", "-lblas"], capture_output=True, text=True, cwd=folder)
         if run.returncode:
             sys.exit(f"linking fails: {run.stderr[-1000:]}")
         return program
+
+
+def optimised_build():
+    """The tests of this checkout, built by fpm for speed: the mutants are linked with its objects."""
+    fpm_test(ROOT, "--profile release")
+    return Build([ROOT])
 
 
 def counted_build():
@@ -196,12 +196,15 @@ def counted_build():
             (copy / name).symlink_to(ROOT / name)
     if not (copy / "build/dependencies").exists():
         shutil.copytree(ROOT / "build/dependencies", copy / "build/dependencies", symlinks=True)
-    flags = "-O1 -g1 -fPIC -fopenmp -fcheck=bounds --coverage"
-    run = subprocess.run([str(ROOT / "bootstrap"), "sh", "-c", f"cd '{copy}' && fpm test --flag '{flags}' -- base"], capture_output=True,
-                         text=True)
+    fpm_test(copy, "--flag '-O1 -g1 -fPIC -fopenmp -fcheck=bounds --coverage'")
+    return Build([copy])
+
+
+def fpm_test(folder, options):
+    """Builds the tests in a folder, and runs one suite of them."""
+    run = subprocess.run([str(ROOT / "bootstrap"), "sh", "-c", f"cd '{folder}' && fpm test {options} -- base"], capture_output=True, text=True)
     if run.returncode:
         sys.exit(f"the build fails:\n{run.stdout[-2000:]}{run.stderr[-2000:]}")
-    return Build([copy])
 
 
 def run_test(program, test, seconds, counters=None):
@@ -232,7 +235,7 @@ def run_file(program, name, seconds, counters=None):
 def environment(program, counters):
     """One thread; what a test leaves behind goes away with the program."""
     return dict(os.environ, OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1", TMPDIR=str(program.parent),
-                GCOV_PREFIX=str(counters or program.parent / "uncounted"))
+                GCOV_PREFIX=str(counters or program.parent))
 
 
 def limit(seconds):
@@ -242,25 +245,26 @@ def limit(seconds):
 
 
 class Reach:
-    """For each quick test, and each file of test/cli, the seconds it takes and the procedures of src that it executes:
-    {file: [(first line, last line)]}."""
+    """For each quick test, and each file of test/cli, the seconds that it takes with one build, and the procedures of src that it
+    executes, which another build counts: {file: [(first line, last line)]}."""
 
-    def __init__(self, build):
+    def __init__(self, build, counted):
         file = HOME / "reach.json"
-        newest = max(path.stat().st_mtime for path in [*build.objects.glob("*.o"), *(ROOT / "test/cli").glob("*.py")])
+        newest = max(path.stat().st_mtime for path in [*counted.objects.glob("*.o"), *(ROOT / "test/cli").glob("*.py")])
         if not file.exists() or file.stat().st_mtime < newest:
-            file.write_text(json.dumps(self.record(build)))
+            file.write_text(json.dumps(self.record(build, counted)))
         self.tests = json.loads(file.read_text())
 
     @staticmethod
-    def record(build):
-        procedures = {notes.stem: procedures_of(notes) for notes in build.objects.glob("src_*.gcno")}
+    def record(build, counted):
+        procedures = {notes.stem: procedures_of(notes) for notes in counted.objects.glob("src_*.gcno")}
         paths = {str(path.relative_to(ROOT)).replace("/", "_"): str(path.relative_to(ROOT)) for path in (ROOT / "src").rglob("*.f90")}
         found = []
 
-        def add(test, run, *call):
+        def add(test, run, main, what):
             counters = pathlib.Path(folder) / "counters"
-            passed, _, seconds = run(*call, 1000, counters)
+            passed = run(counting[main], what, 1000, counters)[0]
+            _, _, seconds = run(timed[main], what, 1000)
             reached = {}
             for one in counters.rglob("src_*.gcda"):
                 lines = [procedures[one.stem][identity] for identity in executed_procedures(one)]
@@ -273,16 +277,19 @@ class Reach:
                 print(f"without any mutant {' | '.join(test)} fails; it is left out", flush=True)
 
         with tempfile.TemporaryDirectory() as folder:
-            program = build.link(pathlib.Path(folder), counting=True)
+            places = {which: pathlib.Path(folder) / which for which in ("counting", "timed")}
+            for place in places.values():
+                place.mkdir()
+            counting = {main: counted.link(places["counting"], main, counting=True) for main in ("test", "app")}
+            timed = {main: build.link(places["timed"], main) for main in ("test", "app")}
             # A name that does not exist makes the program list the names that do.
-            for suite in re.findall(r"^  (\S+)$", run_test(program, ["?"], SECONDS)[1], re.M):
-                for name in re.findall(r"- (.+)$", run_test(program, [suite, "?"], SECONDS)[1], re.M):
+            for suite in re.findall(r"^  (\S+)$", run_test(timed["test"], ["?"], SECONDS)[1], re.M):
+                for name in re.findall(r"- (.+)$", run_test(timed["test"], [suite, "?"], SECONDS)[1], re.M):
                     if not name.startswith("slow: "):
-                        add([suite, name], run_test, program, [suite, name])
-            program = build.link(pathlib.Path(folder), "app", counting=True)
+                        add([suite, name], run_test, "test", [suite, name])
             for path in sorted((ROOT / "test/cli").glob("*.py")):
                 if "_TESTS = " in path.read_text() or path.stem == "run":
-                    add([COMMAND_LINE, path.stem], run_file, program, path.stem)
+                    add([COMMAND_LINE, path.stem], run_file, "app", path.stem)
         return found
 
     def of(self, mutant):
@@ -346,8 +353,8 @@ def drawn(arguments):
                   for number in executable_lines(path.read_text())]
     if not places:
         sys.exit("there is no line to change")
-    build = counted_build()
-    reach = Reach(build)
+    counted, build = counted_build(), optimised_build()
+    reach = Reach(build, counted)
     dice, seen, survivors, killed = random.Random(arguments.seed), set(), [], 0
     begin, wanted = time.time(), arguments.number
     with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
