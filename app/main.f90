@@ -5,7 +5,7 @@ program main
   use gestell_run_execution, only: execute
   use gestell_base_error, only: error_type
   use gestell_run_terminal, only: terminal_type
-  use gestell_task_executor, only: executor_type
+  use gestell_task_common_executor, only: executor_type
   use gestell_run_process, only: check_stacks, prepare_process
   implicit none (type, external)
 

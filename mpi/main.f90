@@ -7,7 +7,7 @@ program main
   use gestell_run_process, only: check_stacks, prepare_process
   use mpi_f08, only: mpi_finalize, mpi_init
   use gestell_run, only: run
-  use gestell_task_executor, only: executor_type
+  use gestell_task_common_executor, only: executor_type
   use ranked_executor, only: ranked_executor_type
   use ranks, only: own_rank, share_error
   use, intrinsic :: iso_fortran_env, only: output_unit

@@ -2,7 +2,7 @@
 module ranked_executor
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_input_wording, only: counted
-  use gestell_task_executor, only: executor_type, work_type
+  use gestell_task_common_executor, only: executor_type, work_type
   use queue, only: open_queue, queue_type
   use ranks, only: number_of_ranks, own_rank, same_everywhere, share_first_error => share_error, share_marks
   use, intrinsic :: iso_fortran_env, only: int64

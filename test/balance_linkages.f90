@@ -3,7 +3,7 @@ module balance_linkages
   use checks, only: check_success
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
-  use gestell_math_fourier, only: fourier_type
+  use gestell_math_series_fourier, only: fourier_type
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_linkage, only: linkage_type
   use gestell_model_mechanism_shaking, only: shaking, shaking_type

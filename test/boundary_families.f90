@@ -3,12 +3,12 @@ module boundary_families
   use gestell_base_error, only: error_type, failed_computation, fatal_error, impossible_mechanism
   use gestell_base_kinds, only: dp, pi
   use gestell_input_schema_check, only: check_document
-  use gestell_task_configuration, only: configuration_type
+  use gestell_task_common_configuration, only: configuration_type
   use gestell_task_registry, only: input_schema, read_configuration
   use gestell_input_namelist_document, only: document_type
   use gestell_input_namelist, only: read_document
   use gestell_input_schema_path, only: set_path_real, set_value
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_system_periodic, only: periodic_system
   use systems, only: constant_type, mathieu_type
   implicit none (type, external)

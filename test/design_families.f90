@@ -12,7 +12,7 @@ module design_families
   use gestell_study_design_neighbours, only: condition_type
   use gestell_study_design_parts, only: mass_part, place_parts
   use gestell_study_design_problem, only: design_order_type
-  use gestell_task_configuration, only: configuration_type
+  use gestell_task_common_configuration, only: configuration_type
   use gestell_task_registry, only: input_schema, read_configuration
   use testdrive, only: error_type
   implicit none (type, external)

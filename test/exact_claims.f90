@@ -6,15 +6,15 @@ module exact_claims
   use gestell_input_namelist_document, only: document_type
   use gestell_input_schema, only: schema_type
   use gestell_input_schema_check, only: check_document
-  use gestell_model_frame_quantity, only: find_quantity
-  use gestell_model_frame_rows, only: quantity_type
+  use gestell_model_quantity, only: find_quantity
+  use gestell_model_quantity_rows, only: quantity_type
   use gestell_output_result, only: result_type
   use gestell_study_vibration_statistics, only: history_of, statistics_type, take_statistics
-  use gestell_task, only: any_task_type
-  use gestell_task_context, only: context_type
+  use gestell_task_common_task, only: any_task_type
+  use gestell_task_common_context, only: context_type
   use gestell_task_power_drive, only: drive_type, find_drive
   use gestell_task_registry, only: input_schema, read_input
-  use gestell_task_run, only: run_tasks
+  use gestell_task_registry_run, only: run_tasks
   implicit none (type, external)
   private
 

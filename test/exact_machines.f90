@@ -3,12 +3,12 @@ module exact_machines
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
-  use gestell_math_trigonometric, only: series_type
+  use gestell_math_series_trigonometric, only: series_type
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_varied_frame, only: varied_frame_type
+  use gestell_model_exact_varied_frame, only: varied_frame_type
   use gestell_study_frame_model, only: newton_type, settle
   use machines, only: frame_of_machine
   use reference_exact, only: mean_dissipation, residual

@@ -3,7 +3,7 @@ module families
   use gestell_base_error, only: error_type, fatal_error, impossible_mechanism
   use gestell_base_kinds, only: dp, pi
   use gestell_model_frame, only: frame_type
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_system_periodic, only: periodic_system
   use systems, only: mathieu_type, pulsed_type
   implicit none (type, external)

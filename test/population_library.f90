@@ -3,13 +3,13 @@ module population_library
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_integrator_methods, only: method_names
-  use gestell_floquet_period_integrated, only: integrated_type
+  use gestell_floquet_solution_integrated, only: integrated_type
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type, nothing_known
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_solution, only: floquet_type, liouville_defect, solve_floquet, solve_multipliers, solve_periodic
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_rows, only: accelerations
+  use gestell_model_quantity_rows, only: accelerations
   use gestell_study_vibration, only: quantities, solve_vibration, vibration_type
   use machines, only: frame_of_machine
   use reference_machine, only: machine_data

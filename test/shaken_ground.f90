@@ -5,7 +5,7 @@ module shaken_ground
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_rows, only: guide_forces
+  use gestell_model_quantity_rows, only: guide_forces
   use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
   use gestell_task_forces_reactions, only: find_reactions, reaction_type
   use machines, only: frame_of_machine

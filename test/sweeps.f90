@@ -5,7 +5,7 @@ module sweeps
   use families, only: machine_family
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_study_grid, only: grid_type, tile_type
   use gestell_study_point, only: sweep_order_type
   use gestell_task_sweep, only: solve_tile

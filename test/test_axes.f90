@@ -7,11 +7,11 @@ module test_axes
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_model_mechanism_driving, only: damper_watts, drive_watts, stored_energy
+  use gestell_model_quantity_driving, only: damper_watts, drive_watts, stored_energy
   use gestell_model_frame, only: frame_type, new_frame
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
   use gestell_model_frame_mounting, only: support_type
-  use gestell_model_frame_rows, only: guide_forces
+  use gestell_model_quantity_rows, only: guide_forces
   use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
   use gestell_task_power_drive, only: drive_type, find_drive
   use gestell_task_forces_reactions, only: along_x, along_y, find_reactions, moment, reaction_type

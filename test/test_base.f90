@@ -3,12 +3,12 @@ module test_base
   use checks, only: check_failure, check_success, check_that
   use gestell_math_cosine_sine, only: cosine_sine
   use gestell_base_error, only: fatal_error, gestell_error => error_type
-  use gestell_math_fourier, only: fourier_series, fourier_type
+  use gestell_math_series_fourier, only: fourier_series, fourier_type
   use gestell_math_jet, only: cos, jet, operator(*), operator(+), operator(-), operator(/), sin, sqrt
   use gestell_base_kinds, only: dp, pi
   use gestell_base_words, only: character_count
   use gestell_math_lapack, only: eigensystem, inverse, log_abs_determinant, symmetric_pencil
-  use gestell_math_trigonometric, only: series_through, series_type
+  use gestell_math_series_trigonometric, only: series_through, series_type
   use reference_linear, only: qp
   use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)

@@ -7,7 +7,7 @@ module test_boundary_map
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_task_boundary_map, only: border_map_type, border_vertex_type, trace_borders
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_study_grid, only: axis_type, grid_type
   use slow_tests, only: new_slow
   use testdrive, only: check, error_type, new_unittest, unittest_type

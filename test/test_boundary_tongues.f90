@@ -9,7 +9,7 @@ module test_boundary_tongues
   use gestell_task_boundary_line, only: line_type
   use gestell_task_boundary_line_found, only: search_type
   use gestell_task_boundary_line_search, only: range_nodes, search_line
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_study_grid, only: axis_type, grid_type, tile_type
   use gestell_study_point, only: sweep_order_type
   use gestell_task_sweep, only: solve_tile

@@ -5,17 +5,17 @@ module test_campaign
   use gestell_base_kinds, only: dp
   use gestell_task_sweep_checkpoint, only: campaign_type, open_campaign
   use gestell_input_schema_check, only: check_document
-  use gestell_task_configuration, only: configuration_type
+  use gestell_task_common_configuration, only: configuration_type
   use gestell_task_registry, only: input_schema, read_configuration
   use gestell_input_namelist_document, only: document_type
   use gestell_base_files, only: file_size, remove_file, remove_folder
   use gestell_input_schema_path, only: set_value
   use gestell_input_namelist, only: parse_document
   use gestell_output_table_scientific, only: number_width, put_number
-  use gestell_task_sweep_plan, only: sweep_plan_type
+  use gestell_task_range_plan, only: sweep_plan_type
   use gestell_task_sweep_summary, only: summary_type
   use gestell_model_frame, only: frame_type
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_study_grid, only: axis_type, new_axis, new_grid, tile_type
   use gestell_study_tile_results, only: rho_max, stable, tile_results_type, unstable, verdict
   use gestell_system_periodic, only: periodic_system

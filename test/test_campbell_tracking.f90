@@ -7,10 +7,10 @@ module test_campbell_tracking
   use gestell_model_frame, only: frame_type
   use gestell_task_campbell, only: campbell_order_type, campbell_type, solve_campbell
   use gestell_task_campbell_crossings, only: crossing_type, find_crossings
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_study_mode_type, only: assurance
   use gestell_system_periodic, only: periodic_system
-  use gestell_task_executor, only: executor_type, work_type
+  use gestell_task_common_executor, only: executor_type, work_type
   use machines, only: frame_of_machine
   use reference_machine, only: khang_machine, machine_data
   use testdrive, only: check, error_type, new_unittest, unittest_type

@@ -9,7 +9,7 @@ module test_data
   use gestell_floquet_multipliers, only: multipliers_type, solve_multipliers
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type, solve_periodic
   use gestell_input_schema_check, only: check_document
-  use gestell_task_configuration, only: configuration_type
+  use gestell_task_common_configuration, only: configuration_type
   use gestell_task_registry, only: input_schema, read_configuration
   use gestell_input_namelist_document, only: document_type
   use gestell_input_namelist, only: parse_document, read_document

@@ -11,7 +11,7 @@ module test_design
   use gestell_study_design_goal, only: new_goal
   use gestell_study_design_problem, only: design_order_type, evaluate_goals, goal_branches_type, inside
   use gestell_study_measure, only: peak_measure, rms_measure
-  use gestell_task_configuration, only: configuration_type
+  use gestell_task_common_configuration, only: configuration_type
   use slow_tests, only: new_slow
   use testdrive, only: error_type, new_unittest, unittest_type
   implicit none (type, external)

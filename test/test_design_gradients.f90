@@ -12,7 +12,7 @@ module test_design_gradients
   use gestell_study_design_parts, only: inertia_part, mass_part, other_part, place_parts
   use gestell_study_design_problem, only: design_order_type, evaluate_goals, goal_branches_type
   use gestell_study_measure, only: band_measure, peak_measure, rms_measure
-  use gestell_task_configuration, only: configuration_type
+  use gestell_task_common_configuration, only: configuration_type
   use slow_tests, only: new_slow
   use testdrive, only: error_type, new_unittest, unittest_type
   implicit none (type, external)

@@ -7,8 +7,8 @@ module test_discs
   use gestell_floquet_multipliers_gershgorin, only: discs_type, find_discs
   use gestell_floquet_multipliers_spectra, only: spectral_radii
   use gestell_floquet_multipliers_small_eigensystem, only: small_eigensystem
-  use gestell_math_characteristic_roots, only: find_roots, guess_roots
-  use gestell_math_hessenberg, only: hessenberg_type, most_states, new_hessenberg
+  use gestell_math_batch_characteristic_roots, only: find_roots, guess_roots
+  use gestell_math_batch_hessenberg, only: hessenberg_type, most_states, new_hessenberg
   use gestell_math_lanes, only: lanes
   use gestell_math_lapack, only: eigensystem
   use reference_random, only: random_type

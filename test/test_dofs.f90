@@ -5,7 +5,7 @@ module test_dofs
   use gestell, only: dp, gestell_error => error_type, machine_type, solution_type, table_type
   use gestell_base_text, only: exact
   use gestell_output_table, only: column_type
-  use gestell_task, only: all_machines, all_speeds, any_task_type
+  use gestell_task_common_task, only: all_machines, all_speeds, any_task_type
   use gestell_task_registry, only: all_tasks
   use slow_tests, only: new_slow
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type

@@ -4,10 +4,10 @@ module test_drive
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_monodromy, only: accuracy_type
-  use gestell_model_mechanism_driving, only: damper_watts, drive_power, drive_watts, power_rows, rigid_torque, stored_energy, torque
+  use gestell_model_quantity_driving, only: damper_watts, drive_power, drive_watts, power_rows, rigid_torque, stored_energy, torque
   use gestell_model_frame, only: frame_type, new_frame
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
-  use gestell_model_frame_rows, only: accelerations
+  use gestell_model_quantity_rows, only: accelerations
   use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
   use gestell_task_power_drive, only: drive_type, find_drive
   use reference_cases, only: random_linkage, random_machine

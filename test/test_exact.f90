@@ -4,12 +4,12 @@ module test_exact
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_math_trigonometric, only: series_type
+  use gestell_math_series_trigonometric, only: series_type
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_varied_frame, only: varied_frame, varied_frame_type
-  use gestell_model_frame_rows, only: guide_forces
+  use gestell_model_exact_varied_frame, only: varied_frame, varied_frame_type
+  use gestell_model_quantity_rows, only: guide_forces
   use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
   use gestell_study_frame_model, only: frame_models, newton_type
   use machines, only: frame_of_machine

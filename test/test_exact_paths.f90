@@ -8,8 +8,8 @@ module test_exact_paths
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type
-  use gestell_math_trigonometric, only: series_type
-  use gestell_model_frame_varied_frame, only: varied_frame, varied_frame_type
+  use gestell_math_series_trigonometric, only: series_type
+  use gestell_model_exact_varied_frame, only: varied_frame, varied_frame_type
   use gestell_study_frame_model, only: newton_type, settle
   use gestell_study_frame_model_vibration_path, only: follow_excitation, follow_speed
   use gestell_study_vibration_several, only: index_sum, list_vibrations, search_vibrations, several_type

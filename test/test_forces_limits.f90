@@ -4,8 +4,8 @@ module test_forces_limits
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_quantity, only: find_quantity
-  use gestell_model_frame_rows, only: accelerations, probe_type, quantity_type
+  use gestell_model_quantity, only: find_quantity
+  use gestell_model_quantity_rows, only: accelerations, probe_type, quantity_type
   use gestell_study_vibration_analysis, only: analysis_type
   use gestell_task_forces_reactions, only: along_x, along_y, moment, reaction_type, whole_force
   use gestell_study_vibration_statistics, only: band_rms, statistics_type, take_statistics

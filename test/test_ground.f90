@@ -7,8 +7,8 @@ module test_ground
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_quantity, only: find_quantity
-  use gestell_model_frame_rows, only: guide_forces, probe_type, quantity_type
+  use gestell_model_quantity, only: find_quantity
+  use gestell_model_quantity_rows, only: guide_forces, probe_type, quantity_type
   use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
   use gestell_study_vibration_statistics, only: history_of
   use machines, only: frame_of_machine

@@ -6,13 +6,13 @@ module test_held
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_model_mechanism_driving, only: damper_watts, drive_power, drive_watts, power_rows, stored_energy, torque
+  use gestell_model_quantity_driving, only: damper_watts, drive_power, drive_watts, power_rows, stored_energy, torque
   use gestell_model_frame, only: frame_type, new_frame
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
   use gestell_model_linkage, only: linkage_type
   use gestell_model_mechanism, only: drive_columns, energy_v
-  use gestell_model_frame_rows, only: guide_forces
-  use gestell_model_frame_varied_frame, only: varied_frame_type
+  use gestell_model_quantity_rows, only: guide_forces
+  use gestell_model_exact_varied_frame, only: varied_frame_type
   use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
   use gestell_task_power_drive, only: drive_type, find_drive
   use gestell_task_power_flywheel, only: find_fluctuation, fluctuation_type

@@ -9,7 +9,7 @@ module test_html
   use gestell_output_table_unit, only: new_unit
   use gestell_input_machine_frame, only: support_keys
   use gestell_base_key, only: find_key, of_length
-  use gestell_task_keys, only: case_keys
+  use gestell_task_common_keys, only: case_keys
   use gestell_input_schema_units, only: unit_symbol, units_type
   use testdrive, only: check, error_type, new_unittest, unittest_type
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value

@@ -2,7 +2,7 @@
 module test_joints
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
-  use gestell_math_fourier, only: fourier_series, fourier_type
+  use gestell_math_series_fourier, only: fourier_series, fourier_type
   use gestell_base_kinds, only: dp, pi
   use gestell_model_linkage_diagnosis, only: diagnose, diagnosis_type
   use gestell_model_joints_guide, only: guide_type

@@ -10,9 +10,8 @@ module test_keys
   use gestell_input_schema_help, only: help_on
   use gestell_input_schema_read, only: read
   use gestell_input_schema_units, only: units_type
-  use gestell_task_keys, only: accuracy_keys
+  use gestell_task_common_keys, only: accuracy_keys, response_keys
   use gestell_task_registry, only: input_schema
-  use gestell_task_response_keys, only: response_keys
   use namelist_helpers, only: check_message, nl, read_checked, rest
   use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)

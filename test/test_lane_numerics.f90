@@ -5,13 +5,13 @@ module test_lane_numerics
   use gestell_base_processor, only: vector_length
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_multipliers_gershgorin, only: discs_type, find_discs
-  use gestell_math_characteristic_roots, only: find_roots, guess_roots
-  use gestell_math_hessenberg, only: hessenberg_type, most_states, new_hessenberg
+  use gestell_math_batch_characteristic_roots, only: find_roots, guess_roots
+  use gestell_math_batch_hessenberg, only: hessenberg_type, most_states, new_hessenberg
   use gestell_math_lanes, only: lanes
   use gestell_math_lanes_equations, only: solve_equations
   use gestell_math_lanes_peaks, only: greatest_values
   use gestell_math_lanes_products, only: multiply
-  use gestell_math_quadratic_factors, only: find_factors
+  use gestell_math_batch_quadratic_factors, only: find_factors
   use reference_linear, only: qp, solve
   use reference_random, only: random_type
   use testdrive, only: error_type, new_unittest, unittest_type

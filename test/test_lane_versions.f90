@@ -7,8 +7,8 @@ module test_lane_versions
   use gestell_math_lanes_six, only: divide_six, reduce_six, subtract_six
   use gestell_math_lanes_versions, only: block, four_columns, lanes, solve_with_lower, solve_with_upper, subtract_column, &
     & subtract_product, width
-  use gestell_math_characteristic_roots, only: find_roots, guess_roots
-  use gestell_math_hessenberg, only: hessenberg_type, most_states, new_hessenberg
+  use gestell_math_batch_characteristic_roots, only: find_roots, guess_roots
+  use gestell_math_batch_hessenberg, only: hessenberg_type, most_states, new_hessenberg
   use gestell_math_lanes, only: vector_border
   use gestell_math_lanes_products, only: multiply
   use gestell_math_lapack, only: eigensystem

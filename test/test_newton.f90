@@ -7,7 +7,7 @@ module test_newton
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_period_quick_motion, only: quick_motion_type, solve_quickly
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_varied_frame, only: varied_frame_type
+  use gestell_model_exact_varied_frame, only: varied_frame_type
   use gestell_study_frame_model, only: settle
   use gestell_study_frame_model_harmonic_balance, only: balance_harmonics, balance_type
   use gestell_study_frame_model_newton, only: values_of

@@ -3,9 +3,9 @@ module test_peaks
   use checks, only: check_success, check_that
   use families, only: machine_family
   use gestell_base_error, only: gestell_error => error_type
-  use gestell_math_fourier, only: find_tops, greatest
+  use gestell_math_series_fourier, only: find_tops, greatest
   use gestell_base_kinds, only: dp, pi
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_study_grid, only: axis_type, grid_type, new_grid
   use gestell_study_point, only: peak_limit, solve_point, sweep_order_type
   use gestell_study_tile_results, only: psi_peak, rho_error, rho_max, sweep_columns, tile_results_type, xi_peak

@@ -9,7 +9,7 @@ module test_period_parts
   use gestell_math_lanes_products, only: combine, in_fours, multiply
   use gestell_math_lanes, only: lanes
   use gestell_math_matrix, only: balanced
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_system_periodic, only: periodic_system
   use gestell_task_sweep_expansion, only: expand, expansion_type
   use gestell_task_sweep_expansion_parts, only: parts_type

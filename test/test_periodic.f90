@@ -3,7 +3,7 @@ module test_periodic
   use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_math_trigonometric, only: series_through
+  use gestell_math_series_trigonometric, only: series_through
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_period_periodic_solution, only: follow, periodic_solution_type, solve_periodic
   use gestell_floquet_period_quick_motion, only: quick_motion_type, solve_quickly

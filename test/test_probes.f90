@@ -6,7 +6,7 @@ module test_probes
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type, new_frame
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
-  use gestell_model_frame_rows, only: accelerations, probe_type
+  use gestell_model_quantity_rows, only: accelerations, probe_type
   use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
   use gestell_task_forces_reactions, only: along_x, along_y, find_reactions, reaction_type
   use gestell_task_probes_response, only: probe_parts, velocity_part, find_responses, probe_response_type

@@ -5,7 +5,7 @@ module test_sensitivity
   use gestell_base_kinds, only: dp, pi
   use gestell_model_frame, only: frame_type, new_frame
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_task_sensitivity, only: sensitivity_base_type, sensitivity_type, solve_sensitivity
   use gestell_study_speed_point, only: speed_order_type
   use gestell_system_periodic, only: periodic_system

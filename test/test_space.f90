@@ -9,10 +9,10 @@ module test_space
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_solution, only: floquet_type, follow, solve_floquet, solve_multipliers, solve_periodic
   use gestell_math_dft, only: dft
-  use gestell_math_trigonometric, only: series_through
+  use gestell_math_series_trigonometric, only: series_through
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_gravity, only: weigh_frame
-  use gestell_model_frame_varied_frame, only: varied_frame, varied_frame_type
+  use gestell_model_exact_varied_frame, only: varied_frame, varied_frame_type
   use gestell_model_space_masses, only: masses_type, plane_type, sum_planes
   use gestell_model_space, only: in_frame
   use gestell_model_space_variation, only: vary

@@ -4,10 +4,10 @@ module test_space_held
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_math_trigonometric, only: series_through, series_type
+  use gestell_math_series_trigonometric, only: series_through, series_type
   use gestell_model_frame, only: frame_type, new_frame
   use gestell_model_frame_mounting, only: support_type
-  use gestell_model_frame_varied_frame, only: varied_frame, varied_frame_type
+  use gestell_model_exact_varied_frame, only: varied_frame, varied_frame_type
   use gestell_model_mechanism_held, only: holders
   use gestell_model_space_drive, only: drive_type
   use gestell_model_space_masses, only: plane_type

@@ -2,7 +2,7 @@
 module test_sweep
   use checks, only: check_failure, check_success, check_that
   use families, only: greatest_of_oscillator, machine_family, oscillator_family
-  use gestell_math_chebyshev, only: chebyshev_coefficients, chebyshev_points, chebyshev_values
+  use gestell_math_series_chebyshev, only: chebyshev_coefficients, chebyshev_points, chebyshev_values
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_study_grid, only: axis_type, grid_type, new_axis, new_grid, tile_type

@@ -6,7 +6,7 @@ module test_table
     & period_map, remember_mechanism, table_columns
   use gestell_door_numerics, only: gestell_error => error_type
   use gestell_base_error, only: fatal_error
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_study_grid, only: axis_type, grid_type, new_grid
   use gestell_study_point, only: sweep_order_type
   use gestell_study_table, only: exchange_mechanisms

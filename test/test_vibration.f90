@@ -2,7 +2,7 @@
 module test_vibration
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
-  use gestell_math_fourier, only: fourier_series, fourier_type
+  use gestell_math_series_fourier, only: fourier_series, fourier_type
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_period_periodic_solution, only: follow, periodic_solution_type, solve_periodic

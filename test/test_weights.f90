@@ -3,14 +3,14 @@ module test_weights
   use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type, impossible_mechanism
   use gestell_base_kinds, only: dp, pi
-  use gestell_math_trigonometric, only: series_type
+  use gestell_math_series_trigonometric, only: series_type
   use gestell_floquet_period_monodromy, only: accuracy_type
-  use gestell_model_mechanism_driving, only: damper_watts, drive_watts, rigid_torque, stored_energy
+  use gestell_model_quantity_driving, only: damper_watts, drive_watts, rigid_torque, stored_energy
   use gestell_model_frame, only: frame_type, new_frame
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
   use gestell_model_frame_mounting, only: support_type
-  use gestell_model_frame_rows, only: guide_forces
-  use gestell_model_frame_varied_frame, only: varied_frame_type
+  use gestell_model_quantity_rows, only: guide_forces
+  use gestell_model_exact_varied_frame, only: varied_frame_type
   use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
   use gestell_task_power_drive, only: drive_type, find_drive
   use gestell_study_frame_model, only: settle

@@ -3,7 +3,7 @@ module weakly_damped
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_study_grid, only: axis_type
   use gestell_system_periodic, only: periodic_system
   use machines, only: frame_of_machine

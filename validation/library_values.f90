@@ -2,7 +2,7 @@
 module library_values
   use gestell_door_numerics, only: analyse, analysis_type, dp, error_type
   use gestell_input_schema_check, only: check_document
-  use gestell_task_configuration, only: configuration_type
+  use gestell_task_common_configuration, only: configuration_type
   use gestell_task_registry, only: input_schema, read_configuration
   use gestell_input_namelist_document, only: document_type
   use gestell_input_namelist, only: read_document

@@ -13,13 +13,13 @@ program chart
   use gestell_door_numerics, only: dp, error_type
   use gestell_floquet_period_survey, only: survey, survey_type
   use gestell_input_schema_check, only: check_document
-  use gestell_task_configuration, only: configuration_type
+  use gestell_task_common_configuration, only: configuration_type
   use gestell_task_registry, only: input_schema, read_configuration
   use gestell_input_namelist_document, only: document_type
   use gestell_input_namelist, only: read_document
   use gestell_input_schema_path, only: set_value
   use gestell_input_schema, only: schema_type
-  use gestell_task_sweep_plan, only: sweep_plan_type
+  use gestell_task_range_plan, only: sweep_plan_type
   use gestell_task_sweep_expansion_cell, only: random_points
   use gestell_study_grid, only: tile_type
   use gestell_study_point, only: solve_point, sweep_order_type

@@ -7,7 +7,7 @@
 program choice
   use gestell_door_numerics, only: accuracy_type, dp, error_type, frame_type, method_names, monodromy_type, solve_monodromy
   use gestell_input_schema_check, only: check_document
-  use gestell_task_configuration, only: configuration_type
+  use gestell_task_common_configuration, only: configuration_type
   use gestell_task_registry, only: input_schema, read_configuration
   use gestell_input_namelist_document, only: document_type
   use gestell_input_namelist, only: read_document

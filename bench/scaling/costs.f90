@@ -16,8 +16,8 @@ program costs
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_task_sweep_checkpoint, only: campaign_type, open_campaign
-  use gestell_task, only: any_task_type
-  use gestell_task_configuration, only: configuration_type
+  use gestell_task_common_task, only: any_task_type
+  use gestell_task_common_configuration, only: configuration_type
   use gestell_base_files, only: file_size, remove_file
   use gestell_output_file_output, only: write_file
   use gestell_task_sweep_summary, only: summary_type

@@ -2,7 +2,7 @@
 module timed_family
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_system_periodic, only: periodic_system
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)

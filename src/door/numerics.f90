@@ -2,7 +2,7 @@
 !> doc/library.md tells of, re-exported.
 module gestell_door_numerics
   use gestell_base_error, only: error_type, failed_computation, impossible_mechanism, invalid_input, wrong_usage
-  use gestell_math_fourier, only: fourier_series, fourier_type
+  use gestell_math_series_fourier, only: fourier_series, fourier_type
   use gestell_math_jet, only: cos, jet, operator(*), operator(+), operator(-), operator(/), sin, sqrt
   use gestell_base_kinds, only: dp, pi
   use gestell_base_version, only: version
@@ -12,13 +12,13 @@ module gestell_door_numerics
   use gestell_floquet_integrator_methods, only: method_names, new_method
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_floquet_part, only: solution_methods
+  use gestell_floquet_solution_part, only: solution_methods
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_solution, only: evidence, evidence_type, floquet_type, follow, liouville_defect, solve_floquet, &
     & solve_multipliers, solve_periodic
   use gestell_model_linkage_bodies, only: link_type
   use gestell_model_linkage_diagnosis, only: diagnose, diagnosis_type
-  use gestell_model_mechanism_driving, only: damper_watts, drive_power, drive_watts, power_rows, rigid_torque, stored_energy, torque
+  use gestell_model_quantity_driving, only: damper_watts, drive_power, drive_watts, power_rows, rigid_torque, stored_energy, torque
   use gestell_model_frame, only: frame_type, dof_names, new_frame
   use gestell_model_mechanism_shaking, only: shaking, shaking_type
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
@@ -30,8 +30,8 @@ module gestell_door_numerics
   use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_dd, a3_v, a4_v, mass_functions_type, &
     & mechanism_type, table_columns
   use gestell_model_frame_mounting, only: damping_matrix, stiffness_matrix, support_type
-  use gestell_model_frame_quantity, only: find_quantity, point_quantity
-  use gestell_model_frame_rows, only: accelerations, displacements, guide_forces, probe_type, quantity_type, velocities
+  use gestell_model_quantity, only: find_quantity, point_quantity
+  use gestell_model_quantity_rows, only: accelerations, displacements, guide_forces, probe_type, quantity_type, velocities
   use gestell_model_frame_gravity, only: weigh_frame
   use gestell_model_frame_in_space, only: planes_of, put_in_space
   use gestell_model_space_masses, only: plane_type
@@ -44,7 +44,7 @@ module gestell_door_numerics
   use gestell_task_campbell_crossings, only: crossing_type, find_crossings
   use gestell_task_critical, only: critical_type, find_critical
   use gestell_task_power_drive, only: drive_type, find_drive, torque_type
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_study_frame_model, only: frame_models, newton_type, settle, settle_member
   use gestell_study_frame_model_settled_family, only: settled_family_type
   use gestell_study_grid, only: axis_type, grid_type, new_axis, new_grid, tile_type

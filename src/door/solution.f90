@@ -4,8 +4,8 @@ module gestell_door_solution
   use gestell_base_kinds, only: dp
   use gestell_input_namelist_document, only: document_type
   use gestell_input_schema, only: schema_type
-  use gestell_model_frame_quantity, only: find_quantity
-  use gestell_model_frame_rows, only: quantity_type
+  use gestell_model_quantity, only: find_quantity
+  use gestell_model_quantity_rows, only: quantity_type
   use gestell_output_file_staging, only: open_staging, staging_type
   use gestell_output_head, only: setting_type
   use gestell_output_picture_gnuplot, only: draw_pictures
@@ -15,12 +15,12 @@ module gestell_door_solution
   use gestell_study_vibration_statistics, only: history_of, statistics_type, take_statistics
   use gestell_system_averaged, only: averaged_system
   use gestell_system_periodic, only: periodic_system
-  use gestell_task, only: any_task_type, own_machine
-  use gestell_task_configuration, only: configuration_type
-  use gestell_task_context, only: context_type
+  use gestell_task_common_task, only: any_task_type, own_machine
+  use gestell_task_common_configuration, only: configuration_type
+  use gestell_task_common_context, only: context_type
   use gestell_task_machine_report, only: report_machine, slips_of, warn_of_slips
   use gestell_task_registry, only: all_tables, read_input
-  use gestell_task_run, only: run_tasks
+  use gestell_task_registry_run, only: run_tasks
   implicit none (type, external)
   private
 

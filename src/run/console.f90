@@ -5,7 +5,7 @@ module gestell_run_console
   use gestell_base_files, only: last_reason, write_whole
   use gestell_base_words, only: printable, put_on_one_line
   use gestell_output_result, only: result_type
-  use gestell_task_run, only: listener_type
+  use gestell_task_registry_run, only: listener_type
   use, intrinsic :: iso_c_binding, only: c_int
   implicit none (type, external)
   private

@@ -6,7 +6,7 @@ module gestell_run_execution
   use gestell_base_error, only: error_type
   use gestell_base_version, only: version
   use gestell_input_schema_help, only: help_on
-  use gestell_task_executor, only: executor_type
+  use gestell_task_common_executor, only: executor_type
   use gestell_task_registry, only: input_schema
   implicit none (type, external)
   private

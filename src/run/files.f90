@@ -11,8 +11,8 @@ module gestell_run_files
   use gestell_output_table_csv, only: append_rows
   use gestell_run_command_line, only: options_type
   use gestell_run_console, only: console_type
-  use gestell_task_context, only: context_type
-  use gestell_task_page, only: write_page
+  use gestell_task_common_context, only: context_type
+  use gestell_task_registry_page, only: write_page
   implicit none (type, external)
   private
 

@@ -9,8 +9,8 @@ module gestell_run_input
   use gestell_output_file_result_files, only: longest_table, result_files
   use gestell_output_file_staging, only: spare_input
   use gestell_run_command_line, only: options_type
-  use gestell_task, only: any_task_type
-  use gestell_task_configuration, only: configuration_type
+  use gestell_task_common_task, only: any_task_type
+  use gestell_task_common_configuration, only: configuration_type
   use gestell_task_registry, only: input_schema, read_tasks => read_input
   implicit none (type, external)
   private

@@ -7,14 +7,14 @@ module gestell_run
   use gestell_base_error, only: error_type
   use gestell_output_file_staging, only: open_staging, staging_type
   use gestell_output_result, only: result_type
-  use gestell_task, only: any_task_type
-  use gestell_task_context, only: context_type, keep_journal
-  use gestell_task_executor, only: executor_type
+  use gestell_task_common_task, only: any_task_type
+  use gestell_task_common_context, only: context_type, keep_journal
+  use gestell_task_common_executor, only: executor_type
   use gestell_task_drawing_report, only: report_mechanism
   use gestell_task_machine_frequencies, only: list_frequencies
   use gestell_task_machine_report, only: report_machine, slips_of, warn_of_slips
   use gestell_task_registry, only: all_tables
-  use gestell_task_run, only: run_tasks
+  use gestell_task_registry_run, only: run_tasks
   implicit none (type, external)
   private
 

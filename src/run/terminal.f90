@@ -3,7 +3,7 @@ module gestell_run_terminal
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_base_files, only: write_whole
-  use gestell_task_executor, only: progress_type
+  use gestell_task_common_executor, only: progress_type
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)

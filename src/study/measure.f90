@@ -6,8 +6,8 @@ module gestell_study_measure
   use gestell_base_words, only: word_length
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_frame_of, only: frame_of
-  use gestell_model_frame_quantity, only: find_quantity, look_up_quantity
-  use gestell_model_frame_rows, only: probe_type, quantity_type
+  use gestell_model_quantity, only: find_quantity, look_up_quantity
+  use gestell_model_quantity_rows, only: probe_type, quantity_type
   use gestell_study_vibration, only: solve_vibration, vibration_type
   use gestell_study_vibration_statistics, only: band_rms, statistics_type, take_statistics
   use gestell_system_periodic, only: periodic_system
@@ -21,7 +21,7 @@ module gestell_study_measure
   character(len=*), parameter, public :: measure_names(3) = [character(len=4) :: "peak", "rms", "band"]
 
   type, public :: measure_type
-    !> By the user's name (gestell_model_frame_quantity), and what is told of it.
+    !> By the user's name (gestell_model_quantity), and what is told of it.
     character(len=word_length) :: quantity = ""
     integer :: kind = peak_measure
     !> Of the number.
@@ -93,7 +93,7 @@ contains
     end do
   end subroutine new_measure
 
-  !> How many rows of the motion they need (gestell_model_frame_rows). Error: as of `new_measure`.
+  !> How many rows of the motion they need (gestell_model_quantity_rows). Error: as of `new_measure`.
   pure subroutine rows_of(frame, probes, measures, rows, error)
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)

@@ -5,7 +5,7 @@ module gestell_study_member
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
-  use gestell_study_family, only: family_type, take_member
+  use gestell_system_family, only: family_type, take_member
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private

@@ -5,8 +5,8 @@ module gestell_study_point
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_solution, only: floquet_type
-  use gestell_model_frame_rows, only: probe_type
-  use gestell_study_family, only: family_type
+  use gestell_model_quantity_rows, only: probe_type
+  use gestell_system_family, only: family_type
   use gestell_study_measure, only: measure_type, solve_measures
   use gestell_study_member, only: impossible_member, member_type
   use gestell_study_tile_results, only: all_columns, failed, has_multipliers, impossible, last_peak, log_rho_max, &

@@ -9,10 +9,10 @@ module gestell_study_speed_point
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_frame_of, only: frame_of
-  use gestell_model_frame_quantity, only: find_quantity
-  use gestell_model_frame_varied_frame, only: varied_frame_type
-  use gestell_model_frame_rows, only: probe_type, quantity_type
-  use gestell_study_family, only: family_type
+  use gestell_model_quantity, only: find_quantity
+  use gestell_model_exact_varied_frame, only: varied_frame_type
+  use gestell_model_quantity_rows, only: probe_type, quantity_type
+  use gestell_system_family, only: family_type
   use gestell_study_measure, only: measure_type, take_measures
   use gestell_study_member, only: impossible_member, member_type
   use gestell_study_vibration_small_motion, only: moved, moved_type
@@ -27,7 +27,7 @@ module gestell_study_speed_point
 
   !> What is wanted at every speed.
   type, public :: speed_order_type
-    !> Quantities by the user's names (gestell_model_frame_quantity), and the probes that they may name.
+    !> Quantities by the user's names (gestell_model_quantity), and the probes that they may name.
     character(len=word_length), allocatable :: names(:)
     type(probe_type), allocatable :: probes(:)
     !> How many harmonics of the period are split off, which are orders of the crank where it turns once in the period: 1, 2, ...,

@@ -5,7 +5,7 @@
 !> along that motion. A coarse solution of it improves the motion by as many digits as it has itself.
 module gestell_system_corrected
   use gestell_base_kinds, only: dp, pi
-  use gestell_math_trigonometric, only: series_type
+  use gestell_math_series_trigonometric, only: series_type
   use gestell_system_second_order, only: second_order_system
   implicit none (type, external)
   private

@@ -21,7 +21,7 @@ module gestell_system_periodic
     real(dp) :: period = 0
     !> Where the coefficients jump: times in (0, T), ascending. Steps of the integration end there.
     real(dp), allocatable :: breaks(:)
-    !> Equal steps over the period that resolve the finest feature of the coefficients. Methods with others embedded in them take as
+    !> Equal steps over the period that resolve the fastest change of the coefficients. Methods with others embedded in them take as
     !> many nodes at least as these steps have with six stages, the others no fewer steps.
     integer :: least_steps = 8
     !> Relative error of the coefficients' effect over a period by their own rounding.

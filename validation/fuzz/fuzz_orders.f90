@@ -4,7 +4,7 @@ module fuzz_orders
   use fuzz_schema, only: long_tasks, own_groups, parameter_path, quantity_name, quick_tasks, tasks
   use fuzz_values, only: name_word, real_word, scale_type, source_type, whole_word
   use gestell_base_kinds, only: dp
-  use gestell_floquet_part, only: solution_methods
+  use gestell_floquet_solution_part, only: solution_methods
   implicit none (type, external)
   private
 

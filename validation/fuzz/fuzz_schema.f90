@@ -8,7 +8,7 @@ module fuzz_schema
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
   use gestell_input_schema, only: schema_type
-  use gestell_task, only: any_task_type, own_machine, unsolved_machine
+  use gestell_task_common_task, only: any_task_type, own_machine, unsolved_machine
   use gestell_task_registry, only: all_tasks, input_schema
   implicit none (type, external)
   private

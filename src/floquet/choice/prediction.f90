@@ -80,8 +80,8 @@ contains
     steps = pi * (r - 1 / r) / (2 * width)
   end function resolving
 
-  !> The width of the coefficients, 1, or of the loads, 2: as a rule random linkages have at least 7 / m where the finest feature
-  !> takes 1 / m of the period, whatever few samples tell.
+  !> Width of the coefficients (which = 1) or of the loads (which = 2). Few samples may suggest a smaller one; random linkages have
+  !> at least 7 / m if their fastest change takes 1 / m of the period.
   pure real(dp) function width_of(system, outlook, which) result(width)
     class(periodic_system), intent(in) :: system
     class(outlook_type), intent(in) :: outlook
@@ -90,8 +90,8 @@ contains
     width = max(outlook%width(which), 7.0_dp / system%least_steps)
   end function width_of
 
-  !> The steps that see the finest feature of the coefficients: `least_steps`, with embedded methods as many nodes as these have
-  !> with six stages.
+  !> Steps that resolve the fastest change of the coefficients: `least_steps`; embedded methods take as many nodes as these steps
+  !> have with six stages.
   pure real(dp) function fewest(method, system)
     class(method_type), intent(in) :: method
     class(periodic_system), intent(in) :: system

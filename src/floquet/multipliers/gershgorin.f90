@@ -1,6 +1,6 @@
 !> Discs around the eigenvalues of small matrices, eight side by side: set_multipliers' discs where none touches another.
 module gestell_floquet_multipliers_gershgorin
-  use gestell_math_hessenberg, only: hessenberg_type, most_states
+  use gestell_math_batch_hessenberg, only: hessenberg_type, most_states
   use gestell_floquet_multipliers_hyman, only: try_eigenvalue
   use gestell_base_processor, only: has_versions
   use gestell_math_lanes, only: lanes

@@ -1,6 +1,6 @@
 !> What an approximate eigenvalue of small matrices is worth, eight side by side: its eigenvectors by Hyman's method.
 module gestell_floquet_multipliers_hyman
-  use gestell_math_hessenberg, only: hessenberg_type, most_states
+  use gestell_math_batch_hessenberg, only: hessenberg_type, most_states
   use gestell_base_processor, only: has_versions
   use gestell_math_lanes, only: lanes
   use, intrinsic :: iso_c_binding, only: c_int, dp => c_double

@@ -1,10 +1,10 @@
 !> The greatest multipliers of eight small matrices side by side.
 module gestell_floquet_multipliers_lane_spectra
-  use gestell_math_hessenberg, only: hessenberg_type, most_states, new_hessenberg
+  use gestell_math_batch_hessenberg, only: hessenberg_type, most_states, new_hessenberg
   use gestell_base_kinds, only: dp
   use gestell_base_processor, only: vector_length
   use gestell_math_lanes, only: lanes
-  use gestell_math_characteristic_roots, only: find_roots, guess_roots
+  use gestell_math_batch_characteristic_roots, only: find_roots, guess_roots
   use gestell_floquet_multipliers_gershgorin, only: discs_type, find_discs
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)

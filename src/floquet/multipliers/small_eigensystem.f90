@@ -4,8 +4,8 @@ module gestell_floquet_multipliers_small_eigensystem
   use gestell_base_kinds, only: dp
   use gestell_base_processor, only: vector_length
   use gestell_floquet_multipliers_gershgorin, only: discs_type, find_discs
-  use gestell_math_characteristic_roots, only: guess_roots
-  use gestell_math_hessenberg, only: hessenberg_type, most_states, of_one
+  use gestell_math_batch_characteristic_roots, only: guess_roots
+  use gestell_math_batch_hessenberg, only: hessenberg_type, most_states, of_one
   use gestell_math_lanes, only: lanes
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)

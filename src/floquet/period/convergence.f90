@@ -79,10 +79,10 @@ contains
       & + whole * min(missed, 1.0_dp)
   end function left_by_pair
 
-  !> The errors of Phi(T) and x_p(T) by what the nodes do not tell, which all embedded methods share. A
-  !> coefficient's part counts 24 times, as where a feature is as fine as a step; a load's part of its error twice, and a quarter
-  !> for each radian, or half of the changes of velocity by all that is missed beside the greatest size `peak` of x_p, in
-  !> units `scale`, where that is more, as where one of the loads is small and moves most; or, where the fastest motion turns far in
+  !> The errors of Phi(T) and x_p(T) by what the nodes do not tell, which all embedded methods share. A coefficient's part counts
+  !> 24 times, as where a change takes no longer than a step; a load's part of its error twice, and a quarter for each radian, or
+  !> half of the changes of velocity by all that is missed beside the greatest size `peak` of x_p, in units `scale`, where that is
+  !> more, as where one of the loads is small and moves most; or, where the fastest motion turns far in
   !> a step, z = `angle`, what interpolation between s nodes, `stages`, misses, times the part of cos(z t) along the same
   !> polynomial P_s, at most (z / 2)^s / (1 3 ... (2 s - 1)): such a motion does not average it; up to all of it. (With the safety
   !> all are at least one and a half times what random machines need.)

@@ -13,9 +13,9 @@ module gestell_input_machine_family
   use gestell_input_schema_units, only: units_type
   use gestell_model_frame, only: frame_type
   use gestell_model_joints_joint, only: form_type
-  use gestell_model_joints_registry, only: joint_forms
+  use gestell_model_joints_types_registry, only: joint_forms
   use gestell_model_mechanism, only: mechanism_type
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private

@@ -16,7 +16,7 @@ module gestell_input_machine_joints
   use gestell_model_joints_data, only: joint_data_type
   use gestell_model_joints_joint, only: form_type, joint_type
   use gestell_model_joints_placement, only: placement_type
-  use gestell_model_joints_registry, only: joint_forms, new_joint
+  use gestell_model_joints_types_registry, only: joint_forms, new_joint
   use gestell_model_linkage, only: linkage_type
   implicit none (type, external)
   private

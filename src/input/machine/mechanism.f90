@@ -14,7 +14,7 @@ module gestell_input_machine_mechanism
   use gestell_input_schema_units, only: units_type
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
   use gestell_model_joints_joint, only: form_type
-  use gestell_model_joints_registry, only: joint_forms
+  use gestell_model_joints_types_registry, only: joint_forms
   use gestell_model_joints_placement, only: placement_type
   use gestell_model_linkage, only: linkage_type
   use gestell_model_linkage_gearing, only: gear, most_crank_turns, most_turns

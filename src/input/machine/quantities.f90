@@ -10,8 +10,8 @@ module gestell_input_machine_quantities
   use gestell_input_namelist_message, only: input_error, label
   use gestell_input_schema_units, only: units_type
   use gestell_model_frame, only: frame_type, dof_names
-  use gestell_model_frame_quantity, only: find_quantity
-  use gestell_model_frame_rows, only: probe_type, quantity_type
+  use gestell_model_quantity, only: find_quantity
+  use gestell_model_quantity_rows, only: probe_type, quantity_type
   use gestell_study_measure, only: band_measure, has_band, measure_names, measure_type, new_measure, peak_measure
   implicit none (type, external)
   private

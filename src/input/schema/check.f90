@@ -2,7 +2,7 @@
 module gestell_input_schema_check
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_input_namelist_document, only: count_groups, document_type, group_type, has
-  use gestell_input_namelist_merge, only: merge_entries
+  use gestell_input_schema_merge, only: merge_entries
   use gestell_input_namelist_message, only: input_error, location
   use gestell_input_schema, only: schema_type, find_group_rule
   use gestell_input_namelist_suggest, only: nearest_of, listed

@@ -5,7 +5,7 @@ module gestell_input_schema_path
   use gestell_input_schema_check, only: normalise
   use gestell_input_namelist_document, only: document_type, group_type, entry_type, find_entry
   use gestell_input_schema_locate, only: target_type, find_target
-  use gestell_input_namelist_merge, only: expand, start
+  use gestell_input_schema_merge, only: expand, start
   use gestell_input_schema_rule, only: check_values
   use gestell_base_key, only: key_type, text_key
   use gestell_input_schema, only: schema_type

@@ -1,4 +1,4 @@
-!> The greatest values of periodic functions, eight side by side, as gestell_math_fourier finds those of one.
+!> The greatest values of periodic functions, eight side by side, as gestell_math_series_fourier finds those of one.
 module gestell_math_lanes_peaks
   use gestell_base_kinds, only: dp, pi
   use gestell_math_cosine_sine, only: cosine_sine

@@ -2,7 +2,7 @@
 !> moments on the ground; the couples of the balance table alone are about O.
 module gestell_model_frame_shaking
   use gestell_base_kinds, only: dp
-  use gestell_math_fourier, only: fourier_series, fourier_type
+  use gestell_math_series_fourier, only: fourier_series, fourier_type
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_load, only: set_load
   use gestell_model_mechanism, only: table_columns

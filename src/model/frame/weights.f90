@@ -2,7 +2,7 @@
 !>
 !> Positions are those of the loaded machine at static rest, with the moment S = sum m r of the moving masses at its mean over the
 !> turn. Of the weights the motion then feels their moment about F alone, with that of the static forces F_j, which stay in space
-!> while the frame turns under them; those that turn with it are the mounting's (gestell_model_frame_moved_mounting). Vectors of the
+!> while the frame turns under them; those that turn with it are the mounting's (gestell_model_exact_moved_mounting). Vectors of the
 !> plane are complex numbers, a x b = Im(conj(a) b), E = exp(i psi), and with
 !>
 !>     X = conj(S - mean S) g + R,   R = conj(mean S) g + sum of conj(p_j) F_j    of the F_j that stay in space
@@ -15,7 +15,7 @@ module gestell_model_frame_weights
   use gestell_model_mechanism, only: a1_d, a1_v, a2_d, a2_v, mechanism_type
   use gestell_model_mechanism_mean_moment, only: average_masses
   use gestell_model_frame_mounting, only: stiffness_matrix, support_type
-  use gestell_model_frame_moved_mounting, only: less_one
+  use gestell_math_turn, only: less_one
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private

@@ -191,7 +191,7 @@ contains
     end do
   end subroutine trace
 
-  !> Fitness of the joint among all joints at `points`, itself among them at `here`.
+  !> How well the joint transmits motion. Default: nothing is reported. `points`: all joints at one crank angle; `here`: this one.
   pure function transmission(self, points, here)
     class(joint_type), intent(in) :: self
     type(point_type), intent(in) :: points(:), here

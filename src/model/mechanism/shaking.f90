@@ -2,7 +2,7 @@
 module gestell_model_mechanism_shaking
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
-  use gestell_math_fourier, only: fourier_series, fourier_type, greatest
+  use gestell_math_series_fourier, only: fourier_series, fourier_type, greatest
   use gestell_model_mechanism_held, only: part_of_turn
   use gestell_model_mechanism, only: drive_columns, energy_d, mass_functions_type, mechanism_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite

@@ -9,7 +9,7 @@
 !>
 !>     e = R^T d = p + y,   e' = R^T v - w x y,   f = K e + B e' + G,   F = -R f,   M = y x f,
 !>
-!> where the static force G on the ground turns with the axes (gestell_model_frame_moved_mounting has the plane's).
+!> where the static force G on the ground turns with the axes (gestell_model_exact_moved_mounting has the plane's).
 module gestell_model_space_mounting
   use gestell_base_kinds, only: dp
   use gestell_model_space_rotation, only: cross, cross_matrix, identity

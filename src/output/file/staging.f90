@@ -36,7 +36,7 @@ module gestell_output_file_staging
     procedure :: retell
   end type staging_type
 
-  !> Within it: what a run has computed that is not complete (gestell_task_journal). It outlives the run only where that is
+  !> Within it: what a run has computed that is not complete (gestell_task_common_journal). It outlives the run only where that is
   !> killed.
   character(len=*), parameter, public :: journal_name = "journal"
   !> Within it: the file that says that a run has made the folder.

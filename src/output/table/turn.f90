@@ -1,7 +1,7 @@
 !> Columns that tables over one turn of the crank have in common: histories and harmonics.
 module gestell_output_table_turn
   use gestell_base_kinds, only: dp
-  use gestell_math_fourier, only: fourier_type
+  use gestell_math_series_fourier, only: fourier_type
   use gestell_output_table, only: table_type
   use gestell_output_table_unit, only: degree, hertz, plain, radian, second, unit_type
   implicit none (type, external)

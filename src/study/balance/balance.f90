@@ -14,7 +14,7 @@
 module gestell_study_balance
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_math_fourier, only: fourier_series, fourier_type, greatest
+  use gestell_math_series_fourier, only: fourier_series, fourier_type, greatest
   use gestell_model_frame_shaking, only: turning_vectors
   use gestell_model_joints_joint, only: point_type
   use gestell_model_linkage, only: linkage_type

@@ -3,7 +3,7 @@
 !> band, have one.
 module gestell_study_design_branches
   use gestell_base_kinds, only: dp, pi
-  use gestell_math_trigonometric, only: series_through, series_type
+  use gestell_math_series_trigonometric, only: series_through, series_type
   use gestell_study_design_directions, only: directions_about
   use gestell_study_measure, only: peak_measure, rms_measure
   implicit none (type, external)

@@ -14,7 +14,7 @@ module gestell_study_design
   use gestell_study_design_moments, only: new_moments
   use gestell_study_design_parts, only: mass_part, other_part, place_parts
   use gestell_study_design_problem, only: design_order_type, design_problem, inside, is_squared, take_inverse
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   implicit none (type, external)
   private
 

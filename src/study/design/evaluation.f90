@@ -5,7 +5,7 @@ module gestell_study_design_evaluation
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_math_optimum_minimax, only: branches_type
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_rows, only: probe_type
+  use gestell_model_quantity_rows, only: probe_type
   use gestell_study_design_branches, only: measure_branches
   use gestell_study_design_exponents, only: solve_exponents
   use gestell_study_design_goal, only: components, goal_type, of_machine, of_multipliers, plain_values, take_samples

@@ -7,7 +7,7 @@ module gestell_study_design_exchange
   use gestell_base_kinds, only: dp
   use gestell_study_design_goal, only: goal_type
   use gestell_study_design_problem, only: design_order_type, evaluate_goals, goal_branches_type, inside
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   implicit none (type, external)
   private
 

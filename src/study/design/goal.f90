@@ -5,11 +5,11 @@ module gestell_study_design_goal
   use gestell_base_kinds, only: dp, pi
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_gravity, only: sag_of, weighs
-  use gestell_model_frame_quantity, only: look_up_quantity
-  use gestell_model_frame_rows, only: accelerations, force_names, guide_forces, probe_type, quantity_type, rows_of
+  use gestell_model_quantity, only: look_up_quantity
+  use gestell_model_quantity_rows, only: accelerations, force_names, guide_forces, probe_type, quantity_type, rows_of
   use gestell_model_frame_shaking, only: shaking_loads, shaking_terms
   use gestell_model_space, only: is_rotation
-  use gestell_model_mechanism_driving, only: drive_power, power_rows, torque
+  use gestell_model_quantity_driving, only: drive_power, power_rows, torque
   use gestell_study_design_separation, only: separation_type, take_distances
   use gestell_study_measure, only: band_measure, measure_type, new_measure
   use gestell_study_vibration_motion, only: complete_motion, motion_rows

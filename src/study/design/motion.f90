@@ -11,9 +11,9 @@ module gestell_study_design_motion
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_period_quick_motion, only: quick_motion_type
   use gestell_floquet_solution, only: floquet_type, follow, solve_floquet, solve_periodic
-  use gestell_math_trigonometric, only: series_through, series_type
+  use gestell_math_series_trigonometric, only: series_through, series_type
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_varied_frame, only: varied_frame, varied_frame_type
+  use gestell_model_exact_varied_frame, only: varied_frame, varied_frame_type
   use gestell_study_design_coordinates, only: coordinates_type, find_coordinates, respond
   use gestell_study_design_neighbours, only: at_condition, condition_type, neighbours_type
   use gestell_study_frame_model, only: settle

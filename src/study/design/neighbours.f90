@@ -17,7 +17,7 @@ module gestell_study_design_neighbours
   use gestell_model_mechanism, only: drive_columns
   use gestell_model_mechanism_tabulated, only: new_tabulated, tabulated_type
   use gestell_study_design_parts, only: inertia_part, mass_part, other_part, place_parts
-  use gestell_study_family, only: family_type, take_member
+  use gestell_system_family, only: family_type, take_member
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private

@@ -9,7 +9,7 @@ module gestell_study_design_problem
   use gestell_study_design_moments, only: moments_type
   use gestell_study_design_motion, only: motion_type, solve_motion, solve_slopes, usual_phases
   use gestell_study_design_neighbours, only: find_neighbours, neighbours_type, remember
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_study_measure, only: rms_measure
   implicit none (type, external)
   private

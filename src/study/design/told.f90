@@ -4,12 +4,12 @@ module gestell_study_design_told
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_verdict, only: verdict_named, verdict_type, worst_verdict => worst
   use gestell_base_kinds, only: dp
-  use gestell_math_fourier, only: fourier_series, fourier_type
+  use gestell_math_series_fourier, only: fourier_series, fourier_type
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_rows, only: accelerations, motion_rows => rows_of
-  use gestell_model_mechanism_driving, only: drive_power, power_rows, torque
+  use gestell_model_quantity_rows, only: accelerations, motion_rows => rows_of
+  use gestell_model_quantity_driving, only: drive_power, power_rows, torque
   use gestell_study_design_branches, only: measure_branches
   use gestell_study_design_goal, only: components, goal_type, of_machine, of_motion, of_multipliers, of_shaking, of_torque, &
     & plain_values, shaking_error, take_samples

@@ -12,12 +12,12 @@
 module gestell_study_frame_model
   use gestell_base_error, only: error_type, fatal_error, invalid_input, no_convergence, resonance
   use gestell_base_kinds, only: dp
-  use gestell_math_trigonometric, only: series_type
+  use gestell_math_series_trigonometric, only: series_type
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_varied_frame, only: varied_frame, varied_frame_type
+  use gestell_model_exact_varied_frame, only: varied_frame, varied_frame_type
   use gestell_study_frame_model_vibration_path, only: follow_damping, follow_excitation, follow_speed
   use gestell_study_frame_model_newton, only: iterate, rough
   use gestell_system_averaged, only: averaged_system

@@ -1,16 +1,16 @@
 !> Newton's method for the periodic vibration of the exact frame, in the space of periodic functions: from q_k to the periodic
-!> motion q_k+1 of the frame varied about q_k (gestell_model_frame_varied_frame). Each step is a quick solution of the system that
+!> motion q_k+1 of the frame varied about q_k (gestell_model_exact_varied_frame). Each step is a quick solution of the system that
 !> tells what q_k lacks, so that its own errors are small beside the step.
 module gestell_study_frame_model_newton
   use gestell_base_error, only: error_type, failed_computation, fatal_error, no_convergence
   use gestell_base_kinds, only: dp
-  use gestell_math_trigonometric, only: series_through, series_type
+  use gestell_math_series_trigonometric, only: series_through, series_type
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_period_quick_motion, only: quick_motion_type, solve_quickly
   use gestell_floquet_solution, only: floquet_type, follow, solve_floquet, solve_periodic
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_varied_frame, only: varied_frame_type
+  use gestell_model_exact_varied_frame, only: varied_frame_type
   use gestell_study_frame_model_harmonic_balance, only: balance_harmonics, balance_type
   use gestell_system_corrected, only: corrected_system
   use gestell_system_second_order, only: second_order_system

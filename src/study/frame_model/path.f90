@@ -12,12 +12,12 @@ module gestell_study_frame_model_path
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_math_sorting, only: ascending
-  use gestell_math_trigonometric, only: series_through, series_type
+  use gestell_math_series_trigonometric, only: series_through, series_type
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_solution, only: floquet_type, solve_multipliers
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_varied_frame, only: varied_frame_type
+  use gestell_model_exact_varied_frame, only: varied_frame_type
   use gestell_model_space, only: is_rotation
   use gestell_study_frame_model_newton, only: loosened, next_motion, next_type, too_rough, values_of
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite

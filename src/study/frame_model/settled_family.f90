@@ -3,7 +3,7 @@ module gestell_study_frame_model_settled_family
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_study_frame_model, only: settle_member
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)

@@ -11,7 +11,7 @@ module gestell_study_frame_model_vibration_path
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_varied_frame, only: varied_frame_type
+  use gestell_model_exact_varied_frame, only: varied_frame_type
   use gestell_model_space, only: in_frame
   use gestell_study_frame_model_newton, only: first_samples, iterate, loosened, rough, values_of
   use gestell_study_frame_model_path, only: advance, first_arc, first_point, furthest_turn, greatest_arc, least_arc, middle_of, &

@@ -5,7 +5,7 @@ module gestell_study_mode_motion
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp, pi
   use gestell_math_matrix, only: balanced
-  use gestell_floquet_factors_factored, only: factored_type, solve_factored
+  use gestell_floquet_solution_factored, only: factored_type, solve_factored
   use gestell_floquet_integrator_mesh, only: merged, refined
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_period_survey, only: survey, survey_type

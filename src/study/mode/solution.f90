@@ -3,7 +3,7 @@ module gestell_study_mode_solution
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp, pi
   use gestell_math_sorting, only: ascending
-  use gestell_floquet_constant, only: constant_type, solve_constant
+  use gestell_floquet_solution_constant, only: constant_type, solve_constant
   use gestell_floquet_multipliers, only: lie_on_circle
   use gestell_floquet_period_monodromy, only: accuracy_type, check_accuracy
   use gestell_study_mode_components, only: find_components, keep_component

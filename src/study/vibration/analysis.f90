@@ -7,7 +7,7 @@ module gestell_study_vibration_analysis
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers, solve_periodic
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_varied_frame, only: varied_frame_type
+  use gestell_model_exact_varied_frame, only: varied_frame_type
   use gestell_study_frame_model, only: newton_type, settle
   use gestell_study_mode_solution, only: solve_modes
   use gestell_study_mode_type, only: mode_type
@@ -34,7 +34,7 @@ module gestell_study_vibration_analysis
     character(len=11) :: model = "exact"
     !> Whether all vibrations of the exact frame are sought, not only the one that is told.
     logical :: all_vibrations = .false.
-    !> Rows of the whole motion that are kept, 0: none (gestell_model_frame_quantity): what forces, probes and power are made of.
+    !> Rows of the whole motion that are kept, 0: none (gestell_model_quantity): what forces, probes and power are made of.
     integer :: rows = 0
     !> The verdict, even where nothing of the above asks for it.
     logical :: verdict = .false.

@@ -4,11 +4,12 @@ module gestell_study_vibration_motion
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_mounting, only: damping_matrix, stiffness_matrix, turned_loads
-  use gestell_model_frame_moved_mounting, only: ground_load, less_one
-  use gestell_model_frame_rows, only: accelerations, cosine, displacements, exact_rows, guide_forces, moment_excess, &
+  use gestell_math_turn, only: less_one
+  use gestell_model_exact_moved_mounting, only: ground_load
+  use gestell_model_quantity_rows, only: accelerations, cosine, displacements, exact_rows, guide_forces, moment_excess, &
     & moments_excess, rows_of, sine, supports_excess, turn_excess, velocities
   use gestell_model_frame_shaking, only: shaking_terms
-  use gestell_model_frame_varied_frame, only: varied_frame_type
+  use gestell_model_exact_varied_frame, only: varied_frame_type
   use gestell_model_space, only: in_frame
   use gestell_model_space_mounting, only: support_matrix, turned_in_space => turned_loads
   use gestell_model_space_rotation, only: cross, turn_beyond_first_order, turning_matrices
@@ -117,7 +118,7 @@ contains
     end do
   end subroutine move_moments
 
-  !> The rows that the exact frame has beyond the others (gestell_model_frame_quantity). cos psi - 1 is that of `less_one`: the
+  !> The rows that the exact frame has beyond the others (gestell_model_quantity). cos psi - 1 is that of `less_one`: the
   !> cosine itself has lost the digits of a small rotation.
   subroutine add_turned(frame, x, motion)
     class(frame_type), intent(in) :: frame

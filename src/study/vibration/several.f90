@@ -11,7 +11,7 @@ module gestell_study_vibration_several
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_varied_frame, only: varied_frame, varied_frame_type
+  use gestell_model_exact_varied_frame, only: varied_frame, varied_frame_type
   use gestell_study_frame_model_newton, only: first_samples, iterate, values_of
   use gestell_study_frame_model_path, only: advance, cubic, first_point, furthest_turn, least_arc, middle_of, motion_of, &
     & path_family_type, point_type, size_of, units_of

@@ -2,9 +2,9 @@
 module gestell_study_vibration_statistics
   use gestell_math_cosine_sine, only: cosine_sine
   use gestell_base_error, only: error_type, fatal_error, invalid_input
-  use gestell_math_fourier, only: fourier_type, greatest
+  use gestell_math_series_fourier, only: fourier_type, greatest
   use gestell_base_kinds, only: dp, pi
-  use gestell_model_frame_rows, only: quantity_type
+  use gestell_model_quantity_rows, only: quantity_type
   use gestell_study_vibration, only: check_rows, vibration_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)

@@ -1,7 +1,7 @@
 !> The periodic vibration of a frame as an engineer reads it: history, forces on the ground, harmonics, peaks.
 module gestell_study_vibration
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
-  use gestell_math_fourier, only: fourier_series, fourier_type
+  use gestell_math_series_fourier, only: fourier_series, fourier_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_solution, only: checkpoints, floquet_type, follow, solve_periodic, take_errors
@@ -9,8 +9,8 @@ module gestell_study_vibration
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_frame_of, only: frame_of
   use gestell_model_frame_mounting, only: load_rounding, matrix_rounding
-  use gestell_model_frame_rows, only: accelerations, guide_forces, rows_of, velocities
-  use gestell_model_frame_varied_frame, only: varied_frame_type
+  use gestell_model_quantity_rows, only: accelerations, guide_forces, rows_of, velocities
+  use gestell_model_exact_varied_frame, only: varied_frame_type
   use gestell_study_vibration_motion, only: motion_errors, motion_rows, whole_motion
   use gestell_system_periodic, only: periodic_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -26,8 +26,8 @@ module gestell_study_vibration
   type, public :: vibration_type
     !> The start of the motion with its evidence; states of the free degrees of freedom only.
     type(periodic_solution_type) :: start
-    !> All quantities at equidistant times from 0 to T, both included; shape (quantities, points + 1). Degrees of
-    !> freedom that are not free rest at zero.
+    !> All quantities at equidistant times from 0 to T, both included; shape (quantities, points + 1).
+    !> Degrees of freedom that are not free rest at zero.
     real(dp), allocatable :: history(:, :)
     !> Harmonics of every quantity, shape (quantities).
     type(fourier_type), allocatable :: series(:)
@@ -37,7 +37,7 @@ module gestell_study_vibration
     real(dp), allocatable :: error(:)
     !> |x(T) - x(0)| of the motion that was followed, relative to the greatest |x(t)|, in balanced units.
     real(dp) :: closing_defect = 0
-    !> Where more was ordered: the motion as in gestell_model_frame_quantity at equidistant phases that resolve it, shape (rows,
+    !> Where more was ordered: the motion as in gestell_model_quantity at equidistant phases that resolve it, shape (rows,
     !> samples), at the times of the history, shape (rows, points + 1), their errors, harmonics, shape (rows).
     real(dp), allocatable :: motion(:, :), motion_history(:, :)
     type(turn_errors_type) :: motion_errors

@@ -7,7 +7,7 @@ module gestell_task_balance
   use gestell_input_namelist_message, only: input_error
   use gestell_input_schema, only: group_rule, schema_type
   use gestell_model_frame, only: dof_names, frame_type
-  use gestell_model_frame_rows, only: guide_forces, velocities
+  use gestell_model_quantity_rows, only: guide_forces, velocities
   use gestell_model_space, only: is_rotation
   use gestell_model_linkage, only: linkage_type
   use gestell_output_result, only: result_type
@@ -15,14 +15,14 @@ module gestell_task_balance
   use gestell_output_table_turn, only: add_order_column
   use gestell_output_table_unit, only: metre, newton, newton_metre, radian, unit_type
   use gestell_study_balance, only: examine, rigid_ground_type
-  use gestell_task, only: longest_table, task_type
+  use gestell_task_common_task, only: longest_table, task_type
   use gestell_task_balance_keys, only: balance_keys, balance_order_type, read_balance
   use gestell_task_balance_plot, only: plot_balance
   use gestell_task_balance_report, only: balance_headlines, label_of, link_lines, report_balance, turning_lines
   use gestell_task_balance_variants, only: aims, force, moment, name_of_weight, plan_variants, solve_variant, take_mounted, &
     & variant_type
-  use gestell_task_configuration, only: configuration_type
-  use gestell_task_context, only: context_type
+  use gestell_task_common_configuration, only: configuration_type
+  use gestell_task_common_context, only: context_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private

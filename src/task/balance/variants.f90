@@ -6,8 +6,8 @@ module gestell_task_balance_variants
   use gestell_base_words, only: word_length
   use gestell_input_machine_frame, only: read_frame
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_quantity, only: find_quantity
-  use gestell_model_frame_rows, only: probe_type, quantity_type
+  use gestell_model_quantity, only: find_quantity
+  use gestell_model_quantity_rows, only: probe_type, quantity_type
   use gestell_model_linkage, only: linkage_type
   use gestell_study_balance, only: left_type, measure_left, rigid_ground_type
   use gestell_study_balance_bodies, only: counterweight_type, with_counterweights
@@ -16,7 +16,7 @@ module gestell_task_balance_variants
   use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
   use gestell_study_vibration_statistics, only: statistics_type, take_statistics
   use gestell_task_balance_keys, only: balance_order_type
-  use gestell_task_configuration, only: configuration_type
+  use gestell_task_common_configuration, only: configuration_type
   implicit none (type, external)
   private
 

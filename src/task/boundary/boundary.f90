@@ -5,13 +5,13 @@ module gestell_task_boundary
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_task_boundary_line_functions, only: kind_names
   use gestell_task_boundary_line, only: coordinate, line_type, parameter_at, probe_line, probe_type, sensitivity
-  use gestell_task_boundary_order, only: border_order_type, check_search
+  use gestell_task_boundary_line_order, only: border_order_type, check_search
   use gestell_task_boundary_line_found, only: search_type
   use gestell_task_boundary_line_search, only: range_nodes, search_line
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_study_grid, only: axis_type
   use gestell_study_tile_results, only: verdict_names
-  use gestell_task_executor, only: executor_type
+  use gestell_task_common_executor, only: executor_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private

@@ -1,7 +1,7 @@
 !> A branch of the exact frame's vibrations over one parameter: one vibration for each value, a smooth function of it.
 module gestell_task_boundary_branch
   use gestell_base_kinds, only: dp
-  use gestell_math_trigonometric, only: series_through, series_type
+  use gestell_math_series_trigonometric, only: series_through, series_type
   use gestell_study_frame_model_path, only: between, cubic, point_type
   implicit none (type, external)
   private

@@ -6,19 +6,19 @@ module gestell_task_boundary_branches
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_math_sorting, only: ascending
-  use gestell_math_trigonometric, only: series_type
+  use gestell_math_series_trigonometric, only: series_type
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_varied_frame, only: varied_frame, varied_frame_type
+  use gestell_model_exact_varied_frame, only: varied_frame, varied_frame_type
   use gestell_task_boundary_branch, only: branch_type
   use gestell_task_boundary, only: border_rest_type, border_type, borders_on, line_along, open_border_type, rest_of
   use gestell_task_boundary_line, only: coordinate, line_type, parameter_at, sensitivity
   use gestell_task_boundary_line_found, only: search_type
   use gestell_task_boundary_line_search, only: merged, range_nodes, search_line
-  use gestell_task_boundary_order, only: border_order_type
+  use gestell_task_boundary_line_order, only: border_order_type
   use gestell_task_boundary_vibration_path, only: bare_frame
   use gestell_task_boundary_vibrations, only: trace_branches
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_study_grid, only: axis_type
   use gestell_study_frame_model_newton, only: iterate, values_of
   use gestell_study_tile_results, only: undecided, verdict_names

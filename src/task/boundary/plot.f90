@@ -8,7 +8,7 @@ module gestell_task_boundary_plot
   use gestell_task_boundary_branches, only: turning_point
   use gestell_task_boundary_map_plot, only: empty, found, plot_curves
   use gestell_task_boundary_solution, only: border_results_type
-  use gestell_task_sweep_plan, only: sweep_plan_type
+  use gestell_task_range_plan, only: sweep_plan_type
   implicit none (type, external)
   private
 

@@ -2,7 +2,7 @@
 module gestell_task_boundary_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
-  use gestell_task_sweep_plan, only: sweep_plan_type
+  use gestell_task_range_plan, only: sweep_plan_type
   use gestell_input_wording, only: counted
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_task_boundary, only: border_rest_type, nearest_type
@@ -18,12 +18,13 @@ module gestell_task_boundary_report
 
 contains
 
-  !> Where borders are sought.
-  pure function report_search(plan) result(report)
+  !> Where borders are sought, and to which tolerance relative to the ranges.
+  pure function report_search(plan, tolerance) result(report)
     type(sweep_plan_type), intent(in) :: plan
+    real(dp), intent(in) :: tolerance
     character(len=:), allocatable :: report
 
-    report = newline // "STABILITY BOUNDARIES  to " // concise(plan%borders%tolerance, 2) // " of the ranges" // newline &
+    report = newline // "STABILITY BOUNDARIES  to " // concise(tolerance, 2) // " of the ranges" // newline &
       & // axes_lines(plan)
     if (plan%order%model /= "exact") return
     if (size(plan%grid%axes) == 1) then
@@ -51,9 +52,10 @@ contains
   end function axes_lines
 
   !> What was found.
-  pure function report_borders(plan, results) result(report)
+  pure function report_borders(plan, results, tolerance) result(report)
     type(sweep_plan_type), intent(in) :: plan
     type(border_results_type), intent(in) :: results
+    real(dp), intent(in) :: tolerance
     character(len=:), allocatable :: report, rows
     integer :: i, k
 
@@ -73,7 +75,7 @@ contains
         end associate
       end do
       if (rows /= "") report = report // tabulated("rrlll", "value,error,below,above,kind", rows)
-      report = report // rest_of(results%rest, plan%borders%tolerance)
+      report = report // rest_of(results%rest, tolerance)
     end if
     if (.not. allocated(results%nearest)) return
     report = report // newline // "  The machine of the input is " // trim(results%nearest(1)%verdict) &

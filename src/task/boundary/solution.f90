@@ -4,9 +4,9 @@ module gestell_task_boundary_solution
   use gestell_base_kinds, only: dp
   use gestell_task_boundary, only: border_accuracy, border_type, border_rest_type, find_borders, find_nearest, nearest_type
   use gestell_task_boundary_branches, only: find_branch_borders
-  use gestell_task_boundary_order, only: border_order_type, usual_tolerance
+  use gestell_task_boundary_line_order, only: border_order_type, usual_tolerance
   use gestell_task_boundary_map, only: border_map_type, trace_borders
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_study_grid, only: grid_type
   implicit none (type, external)
   private

@@ -1,27 +1,32 @@
 !> The task `boundary`: borders of stability over one or two parameters.
 module gestell_task_boundary_task
   use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
   use gestell_base_text, only: exact
   use gestell_input_namelist_document, only: has, the_group
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: radian, unit_type
-  use gestell_task, only: all_machines, longest_table, task_type
+  use gestell_task_common_task, only: all_machines, longest_table, task_type
   use gestell_task_boundary, only: border_accuracy
   use gestell_task_boundary_map_plot, only: over_chart
   use gestell_task_boundary_map_table, only: add_curves
-  use gestell_task_boundary_order, only: border_order_type
+  use gestell_task_boundary_line_order, only: border_order_type
   use gestell_task_boundary_plot, only: plot_borders
+  use gestell_task_boundary_reading, only: read_tolerance
   use gestell_task_boundary_report, only: report_borders, report_search, summary, way_to_stable
   use gestell_task_boundary_solution, only: border_results_type, solve_borders
-  use gestell_task_configuration, only: configuration_type
-  use gestell_task_context, only: context_type
-  use gestell_task_locked_family, only: locked_family_type
-  use gestell_task_sweep_plan, only: read_borders, sweep_plan_type
+  use gestell_task_common_configuration, only: configuration_type
+  use gestell_task_common_context, only: context_type
+  use gestell_task_common_locked_family, only: locked_family_type
+  use gestell_task_range_plan, only: sweep_plan_type
   implicit none (type, external)
   private
 
   type, extends(task_type), public :: boundary_task
+    private
+    !> Of boundaries, relative to the ranges.
+    real(dp) :: tolerance = 0
   contains
     procedure :: describe
     procedure :: read => read_boundary
@@ -47,8 +52,7 @@ contains
     ! with a quantity it is about that: gestell_task_boundary_level_task
     self%ordered = self%ordered .and. .not. has(the_group(configuration%document, "boundary"), "quantity")
     if (.not. self%ordered) return
-    configuration%plan%borders%accuracy = configuration%accuracy
-    call read_borders(configuration%document, configuration%plan, error)
+    call read_tolerance(configuration%document, configuration%plan, self%tolerance, error)
   end subroutine read_boundary
 
   function preview(self, configuration) result(lines)
@@ -56,9 +60,7 @@ contains
     type(configuration_type), intent(in) :: configuration
     character(len=:), allocatable :: lines
 
-    lines = report_search(configuration%plan)
-    associate (unused_task => self)
-    end associate
+    lines = report_search(configuration%plan, self%tolerance)
   end function preview
 
   subroutine run(self, context, result, error)
@@ -70,7 +72,7 @@ contains
     type(table_type) :: table
     integer :: k
 
-    call solve(context, results, error)
+    call solve(self, context, results, error)
     if (allocated(error)) return
     associate (plan => context%configuration%plan)
       if (allocated(results%map)) then
@@ -87,13 +89,12 @@ contains
           call result%warn("", way_to_stable(trim(plan%paths(k)), results%nearest(k)))
         end do
       end if
-      call result%say(report_search(plan) // report_borders(plan, results))
-    end associate
-    associate (unused_task => self)
+      call result%say(report_search(plan, self%tolerance) // report_borders(plan, results, self%tolerance))
     end associate
   end subroutine run
 
-  subroutine solve(context, results, error)
+  subroutine solve(self, context, results, error)
+    class(boundary_task), intent(in) :: self
     type(context_type), intent(inout), target :: context
     type(border_results_type), intent(out) :: results
     type(error_type), allocatable, intent(out) :: error
@@ -108,7 +109,8 @@ contains
         allocate(bare, source=family)
         bare%model = "rest"
       end if
-      order = plan%borders
+      order%accuracy = context%configuration%accuracy
+      order%tolerance = self%tolerance
       order%executor => context%executor
       call solve_borders(family, plan%grid, order, plan%base, results, error, bare)
     end associate

@@ -2,16 +2,16 @@
 module gestell_task_boundary_vibration_path
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
-  use gestell_math_trigonometric, only: series_type
+  use gestell_math_series_trigonometric, only: series_type
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_varied_frame, only: varied_frame, varied_frame_type
-  use gestell_study_family, only: family_type, take_member
+  use gestell_model_exact_varied_frame, only: varied_frame, varied_frame_type
+  use gestell_system_family, only: family_type, take_member
   use gestell_study_frame_model_path, only: iterate_type, next_iterate, path_family_type
   use gestell_study_grid, only: axis_type
   use gestell_system_periodic, only: periodic_system
   use gestell_task_boundary_line, only: parameter_at
-  use gestell_task_executor, only: executor_type, spread_over, work_type
-  use gestell_task_record, only: record_type
+  use gestell_task_common_executor, only: executor_type, spread_over, work_type
+  use gestell_task_common_record, only: record_type
   implicit none (type, external)
   private
 

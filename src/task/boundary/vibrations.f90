@@ -2,14 +2,14 @@
 module gestell_task_boundary_vibrations
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
-  use gestell_math_trigonometric, only: series_type
+  use gestell_math_series_trigonometric, only: series_type
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_varied_frame, only: varied_frame_type
+  use gestell_model_exact_varied_frame, only: varied_frame_type
   use gestell_task_boundary_branch, only: branch_type
   use gestell_task_boundary_line, only: parameter_at
-  use gestell_task_boundary_order, only: border_order_type
+  use gestell_task_boundary_line_order, only: border_order_type
   use gestell_task_boundary_vibration_path, only: bare_frame, line_path_type
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_study_frame_model, only: settle
   use gestell_study_grid, only: axis_type
   use gestell_study_frame_model_newton, only: first_samples, values_of

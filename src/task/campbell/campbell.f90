@@ -5,15 +5,15 @@ module gestell_task_campbell
   use gestell_floquet_period_monodromy, only: accuracy_type, check_accuracy
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_frame_of, only: frame_of
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_study_member, only: member_type
   use gestell_study_mode_solution, only: solve_modes
   use gestell_study_mode_tracking, only: track
   use gestell_study_mode_type, only: mode_type, most_dofs
   use gestell_study_speeds, only: check_orders, check_speeds
   use gestell_system_second_order, only: second_order_system
-  use gestell_task_executor, only: executor_type, spread_over, work_type
-  use gestell_task_record, only: record_type
+  use gestell_task_common_executor, only: executor_type, spread_over, work_type
+  use gestell_task_common_record, only: record_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private

@@ -5,10 +5,10 @@ module gestell_task_campbell_crossings
   use gestell_math_root_search, only: root_search_type
   use gestell_task_campbell, only: campbell_order_type, campbell_point_type, campbell_type, check_campbell_order, &
     & base_frequency, solve_tracked
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_study_mode_type, only: mode_type
-  use gestell_task_executor, only: executor_type, spread_over, work_type
-  use gestell_task_record, only: record_type
+  use gestell_task_common_executor, only: executor_type, spread_over, work_type
+  use gestell_task_common_record, only: record_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private

@@ -1,4 +1,4 @@
-!> Pictures of the modes over the speed: Campbell diagram, crossings, critical speeds.
+!> Pictures of the modes over the speed: Campbell diagram and crossings.
 module gestell_task_campbell_plot
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, text
@@ -8,20 +8,18 @@ module gestell_task_campbell_plot
   use gestell_output_picture_panels, only: height_of, key_line, layout_line, with_rim
   use gestell_task_campbell, only: campbell_type
   use gestell_task_campbell_crossings, only: crossing_type
-  use gestell_task_critical, only: amplitude, critical_type, force
   implicit none (type, external)
   private
 
-  public :: plot_campbell, plot_critical, plot_crossings
+  public :: count_or_no, marks_of, plot_campbell, plot_crossings
 
   character, parameter :: newline = new_line("a")
   !> Lines of orders with a number, at the most.
   integer, parameter :: most_named = 12
-  !> Peaks with a name, at the most; the room that a name takes beside another, of the axis.
-  integer, parameter :: most_peaks = 20
-  real(dp), parameter :: beside = 0.043_dp, upright = 0.024_dp
-  !> Intervals of locked modes are marked from this part of the half width on; forces from this part of the greatest.
-  real(dp), parameter :: noticeable = 0.1_dp, least_force = 1.0e-3_dp
+  !> Width of a name as a share of the axis.
+  real(dp), parameter :: beside = 0.043_dp
+  !> Intervals of locked modes are marked if they are at least this share of the half width.
+  real(dp), parameter :: noticeable = 0.1_dp
 
 contains
 
@@ -231,100 +229,17 @@ contains
       lines = lines // ", 'crossings.csv' using (column('mode') == " // text(k) // " ? column('speed_rpm') : 1e290):" &
         & // "'frequency_Hz' with points lt " // text(k) // " ps 1.4 title 'mode " // text(k) // "'"
     end do
-    figure = new_figure("crossings", "Crossings of modes with orders of the crank: " // found(size(crossings)), lines &
+    figure = new_figure("crossings", "Crossings of modes with orders of the crank: " // count_or_no(size(crossings)), lines &
       & // marks%entries, width=800, height=460)
   end function plot_crossings
 
-  !> critical.gp: the peaks near the crossings over the range of speeds, by amplitude and by force, which is left out where it is
-  !> less than `least_force` times the greatest; of the Campbell diagram its marks.
-  function plot_critical(critical, campbell, input) result(figure)
-    type(critical_type), intent(in) :: critical(:)
-    type(campbell_type), intent(in) :: campbell
-    real(dp), intent(in) :: input(:)
-    type(figure_type) :: figure
-    type(marks_type) :: marks
-    character(len=:), allocatable :: lines
-    real(dp), allocatable :: speeds(:)
-    logical :: descends
-    integer :: i
-
-    associate (points => campbell%points)
-      speeds = [points(1)%speed, points(size(points))%speed]
-    end associate
-    marks = marks_of(campbell, speeds, input)
-    descends = speeds(2) < speeds(1)
-    do i = 1, size(critical)
-      speeds = [speeds, pack(critical(i)%speed, critical(i)%found)]
-    end do
-    speeds = [minval(speeds), maxval(speeds)]
-    if (descends) speeds = [speeds(2), speeds(1)]
-    if (any([(any(critical(i)%found) .and. .not. critical(i)%moved%small(), i = 1, size(critical))])) marks%entries = &
-      & ", keyentry with linespoints lt 1 dt 1 lc rgb '#" // beyond_colour // "' title 'beyond small motions'" // marks%entries
-    lines = layout_line(2, 1) // marks%lines // "set xrange " // with_rim(speeds(1), speeds(2)) // newline // key_line(.true.) &
-      & // "tint(name) = strcol('small_motion') eq '0' ? 0x" // beyond_colour // " : 0x0072B2" // newline &
-      & // "set format x ''" // newline // panel(critical, amplitude, speeds, "m", 0.0_dp, marks%entries) // key_line(.false.) &
-      & // "set format x; set xlabel 'crank speed (rpm)'" // newline // "unset label" // newline &
-      & // panel(critical, force, speeds, "N", least_force, "")
-    figure = new_figure("critical", "Critical speeds: peaks near crossings (mode and order), " // found(size(critical)), &
-      & lines // "unset multiplot" // newline, width=800, height=nint(height_of(2)))
-  end function plot_critical
-
-  !> Peaks as lines from the axis, on a logarithmic scale; of those below `least` times the greatest nothing. `entries`: of the key.
-  pure function panel(critical, which, range, si, least, entries) result(lines)
-    type(critical_type), intent(in) :: critical(:)
-    integer, intent(in) :: which
-    real(dp), intent(in) :: range(2), least
-    character(len=*), intent(in) :: si, entries
-    character(len=:), allocatable :: lines, drawn
-    type(axis_unit_type) :: unit
-    real(dp) :: heights(size(critical)), factor, lowest
-    real(dp), allocatable :: spaced(:)
-    integer, allocatable :: shown(:), named(:)
-    integer :: i
-
-    do i = 1, size(critical)
-      heights(i) = 0
-      if (critical(i)%found(which)) heights(i) = critical(i)%height(which)
-    end do
-    shown = pack([(i, i = 1, size(critical))], heights > least * maxval([0.0_dp, heights]))
-    unit = pick_unit(si, maxval([0.0_dp, heights]))
-    lines = "set ylabel '" // trim(merge("amplitude", "force    ", which == amplitude)) // " (" // trim(unit%name) // ")'" &
-      & // newline
-    if (size(shown) == 0) then
-      lines = lines // "unset logscale y; set yrange [0:1]; set format y; plot NaN notitle" // entries // newline
-      return
-    end if
-    read (unit%factor, *) factor
-    lowest = factor * minval(heights(shown)) / 4
-    named = shown
-    do while (size(named) > most_peaks)
-      i = minloc(heights(named), dim=1)
-      named = [named(:i - 1), named(i + 1:)]
-    end do
-    spaced = apart([(critical(named(i))%speed(which), i = 1, size(named))], upright * abs(range(2) - range(1)), range)
-    do i = 1, size(named)
-      associate (one => critical(named(i)))
-        lines = lines // "set label " // text(i) // " '" // text(one%crossing%mode) // ": " // concise(one%crossing%order, 4) &
-          & // "×' at " // concise(spaced(i), 9) // "," // concise(factor * one%height(which), 6) &
-          & // " rotate by 90 left offset 0,0.6 font ',11'" // newline
-      end associate
-    end do
-    drawn = trim(merge("      ", "force_", which == amplitude))
-    drawn = "'critical.csv' using '" // drawn // "speed_rpm':(shown(" // trim(unit%factor) // " * column('" &
-      & // trim(merge("amplitude_m", "force_N    ", which == amplitude)) // "'))):(tint(0)) with "
-    lines = lines // "shown(v) = v > " // concise(3.9_dp * lowest, 6) // " ? v : NaN" // newline &
-      & // "set logscale y; set format y '10^{%L}'; set yrange [" // concise(lowest, 6) // ":" &
-      & // concise(4 * factor * maxval(heights) * (factor * maxval(heights) / lowest)**0.45_dp, 6) // "]" // newline &
-      & // "plot " // drawn // "impulses lt 1 lw 2 lc rgb variable notitle, " // drawn &
-      & // "points lt 1 ps 1 lc rgb variable notitle" // entries // newline
-  end function panel
-
-  pure function found(number) result(words)
+  !> A number for a title, with "no" for 0.
+  pure function count_or_no(number) result(words)
     integer, intent(in) :: number
     character(len=:), allocatable :: words
 
     words = text(number)
     if (number == 0) words = "no"
-  end function found
+  end function count_or_no
 
 end module gestell_task_campbell_plot

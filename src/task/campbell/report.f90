@@ -1,29 +1,25 @@
-!> The report on modes over the speed and on critical speeds for people.
+!> The report on modes over the speed for people.
 module gestell_task_campbell_report
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, fixed, text
-  use gestell_base_verdict, only: operator(==), operator(>), stable, undamped, undecided, unstable, verdict_named, verdict_type
+  use gestell_base_verdict, only: operator(>), stable, undamped, undecided, unstable, verdict_type
   use gestell_input_wording, only: counted
-  use gestell_output_report_orders, only: range_of
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_verdict, only: judgement_type
   use gestell_output_report_warnings, only: judge_range
   use gestell_task_campbell, only: campbell_point_type, campbell_type
   use gestell_task_campbell_crossings, only: crossing_type
-  use gestell_task_critical, only: amplitude, critical_type, force, no_peak, peak, self_excited
   use gestell_study_mode_type, only: mode_type
   implicit none (type, external)
   private
 
-  public :: campbell_verdict, critical_verdict, report_campbell, report_critical
+  public :: campbell_verdict, report_campbell
 
   character, parameter :: newline = new_line("a")
-  !> Lines of a table, at the most.
-  integer, parameter :: most_listed = 60
+  !> Maximum number of lines in a table.
+  integer, parameter, public :: most_listed = 60
   !> Intervals that are wider, relative to the speed, are told by their ends.
   real(dp), parameter :: wide = 1.0e-4_dp
-  !> Peaks of an order whose part in the vibration is smaller are not listed.
-  real(dp), parameter :: least_share = 0.01_dp
 
 contains
 
@@ -147,56 +143,6 @@ contains
     end associate
   end function noticeably_locked
 
-  !> The critical speeds that can be noticed, of orders up to `orders` of a period of so many `turns`, under their `verdict` and the
-  !> `warning` of great motions.
-  pure function report_critical(critical, orders, turns, verdict, warning) result(report)
-    type(critical_type), intent(in) :: critical(:)
-    integer, intent(in) :: orders, turns
-    character(len=*), intent(in) :: verdict, warning
-    character(len=:), allocatable :: report, rows
-    integer :: i, listed, quiet
-
-    report = newline // "CRITICAL SPEEDS of the orders " // range_of(orders, turns) // ", about rest" // newline
-    if (verdict /= "stable" .and. verdict /= "") report = report // "  " // verdict // newline
-    report = report // warning
-    if (size(critical) == 0) then
-      report = report // "  no crossing with a multiple of the speed within the range" // newline
-      return
-    end if
-    rows = ""
-    listed = 0
-    quiet = 0
-    do i = 1, size(critical)
-      associate (c => critical(i))
-        if (c%outcome == no_peak .or. (c%outcome == peak .and. c%share < least_share)) then
-          quiet = quiet + 1
-          cycle
-        end if
-        listed = listed + 1
-        if (listed > most_listed) cycle
-        rows = rows // text(c%crossing%mode) // tab // concise(c%crossing%order, 4) // tab
-        if (c%outcome == peak) then
-          rows = rows // fixed(c%speed(amplitude), 5) // tab // concise(c%half_width, 3) // tab &
-            & // concise(1000 * c%height(amplitude), 4) // tab
-          if (c%found(force)) rows = rows // concise(c%height(force), 4)
-          rows = rows // tab
-          if (c%verdict /= "stable") rows = rows // trim(c%verdict) // "  "
-          if (.not. c%moved%small()) rows = rows // "not small"
-        else
-          rows = rows // fixed(c%crossing%speed, 5) // repeat(tab, 4)
-          if (c%outcome == self_excited) rows = rows // "unstable: the free vibration grows by itself"
-          if (c%outcome /= self_excited) rows = rows // "no damping within the errors: no bound"
-        end if
-        rows = rows // newline
-      end associate
-    end do
-    if (listed > 0) report = report // tabulated("rrrrrrl", "mode,order,peak at,half width,amplitude,ground force" // newline &
-      & // ",,rpm,rpm,mm,N", rows)
-    if (listed == 0) report = report // "  none: nowhere does an order of the crank stand out" // newline
-    if (listed > most_listed) report = report // "  ... all in critical.csv" // newline
-    if (quiet > 0) report = report // "  " // counted(quiet, "more crossing") // " without a peak that can be noticed" // newline
-  end function report_critical
-
   !> What heads the diagram and its files: the worst verdict at any of its speeds.
   pure type(judgement_type) function campbell_verdict(campbell) result(judgement)
     type(campbell_type), intent(in) :: campbell
@@ -215,20 +161,5 @@ contains
     speeds = [(campbell%points(i)%speed, i = 1, size(speeds))]
     judgement = judge_range(speeds, verdicts, "speeds", "a free vibration grows")
   end function campbell_verdict
-
-  !> What heads critical speeds and their files: the worst verdict on the vibrations that are reported, or at a speed of the diagram
-  !> on which they rest.
-  pure type(judgement_type) function critical_verdict(critical, campbell) result(judgement)
-    type(critical_type), intent(in) :: critical(:)
-    type(campbell_type), intent(in) :: campbell
-    type(judgement_type) :: of_modes
-    real(dp) :: speeds(size(critical))
-    integer :: i
-
-    speeds = [(critical(i)%crossing%speed, i = 1, size(critical))]
-    judgement = judge_range(speeds, verdict_named(critical%verdict), "crossings", "the machine leaves these vibrations")
-    of_modes = campbell_verdict(campbell)
-    if (of_modes%verdict > judgement%verdict) judgement = of_modes
-  end function critical_verdict
 
 end module gestell_task_campbell_report

@@ -9,13 +9,13 @@ module gestell_task_campbell_task
   use gestell_output_table_unit, only: hertz, per_second, plain, rpm
   use gestell_model_frame, only: dof_names
   use gestell_study_mode_type, only: mode_type, most_dofs
-  use gestell_task, only: all_speeds, longest_table, task_type
+  use gestell_task_common_task, only: all_speeds, longest_table, task_type
   use gestell_task_campbell, only: campbell_order_type, campbell_type, solve_campbell
   use gestell_task_campbell_crossings, only: crossing_type, find_crossings
   use gestell_task_campbell_plot, only: plot_campbell, plot_crossings
   use gestell_task_campbell_report, only: campbell_verdict, report_campbell
-  use gestell_task_context, only: context_type
-  use gestell_task_locked_family, only: locked_family_type
+  use gestell_task_common_context, only: context_type
+  use gestell_task_common_locked_family, only: locked_family_type
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private

@@ -1,7 +1,7 @@
 !> Critical speeds: the maxima of the vibration over the speed that belong to crossings of the Campbell diagram.
 module gestell_task_critical
   use gestell_base_error, only: error_type, fatal_error, invalid_input, resonance
-  use gestell_math_fourier, only: greatest
+  use gestell_math_series_fourier, only: greatest
   use gestell_base_kinds, only: dp, pi
   use gestell_base_verdict, only: verdict_type
   use gestell_floquet_multipliers, only: multipliers_type
@@ -9,20 +9,20 @@ module gestell_task_critical
   use gestell_floquet_solution, only: floquet_type, follow, solve_periodic
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_frame_of, only: frame_of
-  use gestell_model_frame_quantity, only: find_quantity
-  use gestell_model_frame_rows, only: probe_type, quantity_type
+  use gestell_model_quantity, only: find_quantity
+  use gestell_model_quantity_rows, only: probe_type, quantity_type
   use gestell_task_campbell, only: campbell_order_type, check_campbell_order
   use gestell_task_campbell_crossings, only: crossing_type
   use gestell_task_resonance_maxima, only: find_maxima, maximum_type, step_to_top
   use gestell_task_resonance_points, only: curve_point_type, curve_points_type
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_study_member, only: member_type
   use gestell_study_speed_point, only: in_resonance, speed_point_type, state_of, unreached, verdict_of
   use gestell_study_vibration_motion, only: whole_motion
   use gestell_study_vibration_small_motion, only: moved, moved_type
   use gestell_system_second_order, only: second_order_system
-  use gestell_task_executor, only: executor_type, spread_over, work_type
-  use gestell_task_record, only: record_type
+  use gestell_task_common_executor, only: executor_type, spread_over, work_type
+  use gestell_task_common_record, only: record_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)

@@ -10,12 +10,12 @@ module gestell_task_critical_task
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_turn, only: add_order_column
   use gestell_output_table_unit, only: hertz, metre, newton, plain, rpm, unit_type
-  use gestell_task, only: all_speeds, longest_table, task_type
-  use gestell_task_campbell_plot, only: plot_critical
-  use gestell_task_campbell_report, only: critical_verdict, report_critical
+  use gestell_task_common_task, only: all_speeds, longest_table, task_type
+  use gestell_task_critical_plot, only: plot_critical
+  use gestell_task_critical_report, only: critical_verdict, report_critical
   use gestell_task_campbell_task, only: diagram_type, follow_modes, model_of_modes
-  use gestell_task_context, only: context_type
-  use gestell_task_locked_family, only: locked_family_type
+  use gestell_task_common_context, only: context_type
+  use gestell_task_common_locked_family, only: locked_family_type
   use gestell_task_critical, only: amplitude, critical_type, find_critical, force, outcomes
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none (type, external)

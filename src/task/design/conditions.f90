@@ -8,7 +8,7 @@ module gestell_task_design_conditions
   use gestell_input_wording, only: lower
   use gestell_math_sorting, only: ascending
   use gestell_study_design_neighbours, only: along_speed, along_stiffness, condition_type
-  use gestell_task_configuration, only: configuration_type, read_plan
+  use gestell_task_common_configuration, only: configuration_type, read_plan
   use gestell_task_design_keys, only: robust_keys
   use gestell_task_design_range, only: range_line_type
   implicit none (type, external)

@@ -6,7 +6,7 @@ module gestell_task_design_cover
   use gestell_math_optimum_minimax, only: optimum_type
   use gestell_study_design, only: limits_alone, search_from
   use gestell_study_design_evaluation, only: design_order_type
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_task_design_range, only: lines_type, range_line_type, survey_range, survey_type
   implicit none (type, external)
   private

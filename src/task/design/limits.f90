@@ -8,7 +8,7 @@ module gestell_task_design_limits
   use gestell_input_schema_read, only: read
   use gestell_study_design_goal, only: goal_type, of_machine
   use gestell_study_design_neighbours, only: find_neighbours, neighbours_type
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_study_measure, only: peak_measure, rms_measure
   use gestell_task_design_keys, only: constraint_keys, limit_keys
   implicit none (type, external)

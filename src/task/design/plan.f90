@@ -18,15 +18,15 @@ module gestell_task_design_plan
   use gestell_study_design_neighbours, only: along_speed
   use gestell_study_design_parts, only: inertia_part, mass_part, other_part, place_parts
   use gestell_study_design_problem, only: design_order_type
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_study_measure, only: peak_measure
   use gestell_system_periodic, only: periodic_system
-  use gestell_task_configuration, only: configuration_type
+  use gestell_task_common_configuration, only: configuration_type
   use gestell_task_design_conditions, only: read_conditions
   use gestell_task_design_keys, only: constraint_keys, design_keys, fewest_of_curve, objective_keys
   use gestell_task_design_limits, only: read_limit, refuse_contradictions, refuse_masses
   use gestell_task_design_range, only: range_line_type
-  use gestell_task_sweep_plan, only: find_number, overlap
+  use gestell_task_range_plan, only: find_number, overlap
   implicit none (type, external)
   private
 

@@ -16,7 +16,7 @@ module gestell_task_design_range
   use gestell_study_design_range_climb, only: climb_type
   use gestell_study_design_range_level, only: excess_of, level_of
   use gestell_study_design_range_top, only: climb_from, look, look_beside_end
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_study_speed_point, only: reached, speed_point_type
   use gestell_task_resonance_points, only: curve_points_type
   use gestell_task_resonance_seeds, only: crossing_speeds

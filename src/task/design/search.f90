@@ -10,13 +10,13 @@ module gestell_task_design_search
   use gestell_study_design_neighbours, only: find_neighbours, joined, neighbours_type
   use gestell_study_design_problem, only: design_order_type, evaluate_goals, goal_branches_type
   use gestell_study_design_told, only: tell_goals, told_type
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_task_design_cover, only: better, judge_by
   use gestell_task_design_improved, only: digits
   use gestell_task_design_plan, only: design_plan_type
   use gestell_task_design_range, only: lines_type, survey_machine, survey_range, survey_type
   use gestell_task_design_starts, only: is_there, search_starts
-  use gestell_task_executor, only: executor_type
+  use gestell_task_common_executor, only: executor_type
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private

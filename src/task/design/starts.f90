@@ -4,12 +4,12 @@ module gestell_task_design_starts
   use gestell_base_kinds, only: dp
   use gestell_math_optimum_minimax, only: optimum_type
   use gestell_study_design, only: halton, search_from
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_task_design_cover, only: better, cover_range, judge_by
   use gestell_task_design_plan, only: design_plan_type
   use gestell_task_design_range, only: survey_range, survey_type
-  use gestell_task_executor, only: executor_type, spread_over, work_type
-  use gestell_task_record, only: record_type
+  use gestell_task_common_executor, only: executor_type, spread_over, work_type
+  use gestell_task_common_record, only: record_type
   implicit none (type, external)
   private
 

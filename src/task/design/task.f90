@@ -5,9 +5,9 @@ module gestell_task_design_task
   use gestell_base_verdict, only: verdict_named
   use gestell_output_report_verdict, only: judgement_type
   use gestell_output_result, only: result_type
-  use gestell_task, only: longest_table, task_type, unsolved_machine
-  use gestell_task_configuration, only: configuration_type
-  use gestell_task_context, only: context_type
+  use gestell_task_common_task, only: longest_table, task_type, unsolved_machine
+  use gestell_task_common_configuration, only: configuration_type
+  use gestell_task_common_context, only: context_type
   use gestell_task_design_improved, only: improved_text
   use gestell_task_design_keys, only: constraint_keys, design_keys, objective_keys, robust_keys
   use gestell_task_design_plan, only: design_plan_type, read_design
@@ -15,7 +15,7 @@ module gestell_task_design_task
   use gestell_task_design_report, only: design_headline, report_design
   use gestell_task_design_search, only: design_type, find_curve, find_design
   use gestell_task_design_tables, only: curve_table, goal_table, parameter_table, range_table, start_table
-  use gestell_task_locked_family, only: locked_family_type
+  use gestell_task_common_locked_family, only: locked_family_type
   implicit none (type, external)
   private
 

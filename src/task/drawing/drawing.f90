@@ -11,9 +11,9 @@ module gestell_task_drawing
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: degree, metre
-  use gestell_task, only: longest_table, task_type
-  use gestell_task_configuration, only: configuration_type
-  use gestell_task_context, only: context_type
+  use gestell_task_common_task, only: longest_table, task_type
+  use gestell_task_common_configuration, only: configuration_type
+  use gestell_task_common_context, only: context_type
   use gestell_task_drawing_placed, only: place_in_space, placed_type
   use gestell_task_drawing_plot, only: plot_mechanism
   use gestell_task_drawing_views, only: plot_views

@@ -8,7 +8,7 @@ module gestell_task_drawing_plot
   use gestell_task_drawing_mounts, only: append, draw_mount, drawing_type, outline, pair
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
-  use gestell_model_frame_rows, only: probe_type
+  use gestell_model_quantity_rows, only: probe_type
   use gestell_model_linkage_diagram, only: diagram_type
   implicit none (type, external)
   private

@@ -4,7 +4,7 @@ module gestell_task_drawing_views
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_rows, only: probe_type
+  use gestell_model_quantity_rows, only: probe_type
   use gestell_model_linkage, only: linkage_type
   use gestell_model_linkage_diagram, only: diagram_type
   use gestell_model_space_mounting, only: space_support_type

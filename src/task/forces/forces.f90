@@ -3,15 +3,15 @@ module gestell_task_forces
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
-  use gestell_model_frame_rows, only: guide_forces, velocities
+  use gestell_model_quantity_rows, only: guide_forces, velocities
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_turn, only: add_harmonics, add_order_column, add_orders, add_turn
   use gestell_output_table_unit, only: degree, metre, newton, newton_metre, plain, unit_type
-  use gestell_task, only: longest_table, task_type
-  use gestell_task_configuration, only: configuration_type
-  use gestell_task_context, only: context_type
+  use gestell_task_common_task, only: longest_table, task_type
+  use gestell_task_common_configuration, only: configuration_type
+  use gestell_task_common_context, only: context_type
   use gestell_task_forces_reactions, only: find_reactions, most_parts, part_names, parts_of, reaction_type, &
     & support_places, whole_force
   use gestell_task_forces_plot, only: plot_forces

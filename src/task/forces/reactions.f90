@@ -6,12 +6,12 @@ module gestell_task_forces_reactions
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_gravity, only: gravity_of, weighs, weight_of
   use gestell_model_frame_mounting, only: stiffness_matrix
-  use gestell_model_frame_quantity, only: find_quantity
-  use gestell_model_frame_rows, only: guide_forces, probe_type, quantity_type, velocities
+  use gestell_model_quantity, only: find_quantity
+  use gestell_model_quantity_rows, only: guide_forces, probe_type, quantity_type, velocities
   use gestell_model_space, only: in_frame
   use gestell_study_vibration_statistics, only: history_of, statistics_type, take_least, take_statistics
   use gestell_study_vibration, only: check_rows, vibration_type
-  use gestell_task_executor, only: executor_type
+  use gestell_task_common_executor, only: executor_type
   implicit none (type, external)
   private
 

@@ -17,7 +17,7 @@ module gestell_task_machine
   use gestell_study_vibration_several, only: several_type
   use gestell_study_vibration_small_motion, only: moved
   use gestell_output_file_result_files, only: longest_table
-  use gestell_task_context, only: context_type
+  use gestell_task_common_context, only: context_type
   use gestell_task_drawing_report, only: report_transmission
   use gestell_task_machine_model, only: better_line, newton_line
   use gestell_task_machine_report, only: evidence_lines, tolerance_note, verdict_lines, verdict_sentence

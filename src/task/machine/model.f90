@@ -2,16 +2,13 @@
 module gestell_task_machine_model
   use gestell_base_text, only: concise
   use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_task_stability_report, only: modulus, modulus_of
-  use gestell_output_report_text_table, only: tab, tabulated
+  use gestell_task_stability_report, only: modulus_of
   use gestell_study_vibration_analysis, only: tasks_type
   use gestell_study_frame_model, only: newton_type
-  use gestell_task_response_names, only: peak_heads, peak_units
-  use gestell_task_trade_frame_models, only: model_finding_type
   implicit none (type, external)
   private
 
-  public :: better_line, model_line, newton_line, report_frame_models
+  public :: better_line, model_line, newton_line
 
   character, parameter :: newline = new_line("a")
 
@@ -61,54 +58,5 @@ contains
       & // " About its vibration the machine is " // trim(better%verdict()) &
       & // ", |rho| = " // modulus_of(better, 1, 7) // ": order &model frame='exact'" // newline
   end function better_line
-
-  !> What every model of the frame finds.
-  pure function report_frame_models(findings) result(lines)
-    type(model_finding_type), intent(in) :: findings(:)
-    character(len=:), allocatable :: lines, peaks
-    integer :: dofs, i
-
-    lines = ""
-    peaks = ""
-    dofs = size(findings(1)%peak)
-    do i = 1, size(findings)
-      associate (found => findings(i))
-        lines = lines // trim(found%model) // tab // trim(found%verdict) // tab
-        if (len_trim(found%verdict) > 0) lines = lines // modulus(found%log_rho, 10)
-        if (allocated(found%reason)) then
-          lines = lines // repeat(tab, merge(2 + dofs, 2, dofs == 3)) // found%reason // newline
-        else if (dofs == 3) then
-          lines = lines // peaks_of(found) // tab // concise(1000 * found%seconds, 2) // newline
-        else
-          lines = lines // tab // concise(1000 * found%seconds, 2) // newline
-          peaks = peaks // trim(found%model) // peaks_of(found) // newline
-        end if
-      end associate
-    end do
-    if (dofs == 3) then
-      lines = tabulated("llrrrrrl", "model,verdict,|rho|" // peak_heads(dofs) // ",time" // newline // ",," // peak_units(dofs) &
-        & // ",ms", lines)
-    else
-      ! too many for one table
-      lines = tabulated("llrrl", "model,verdict,|rho|,time" // newline // ",,,ms", lines)
-      if (peaks /= "") lines = lines // "  peaks" // newline // tabulated("l" // repeat("r", dofs), "model" // peak_heads(dofs) &
-        & // newline // peak_units(dofs), peaks)
-    end if
-    lines = newline // "THE FRAME'S MODELS, verdict and vibration" // newline // lines
-
-  contains
-
-    pure function peaks_of(found) result(cells)
-      type(model_finding_type), intent(in) :: found
-      character(len=:), allocatable :: cells
-      integer :: k
-
-      cells = ""
-      do k = 1, dofs
-        cells = cells // tab // concise(1000 * found%peak(k), merge(6, 4, dofs == 3))
-      end do
-    end function peaks_of
-
-  end function report_frame_models
 
 end module gestell_task_machine_model

@@ -7,7 +7,7 @@ module gestell_task_machine_report
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_solution, only: evidence, evidence_type, liouville_defect
-  use gestell_task_configuration, only: configuration_type
+  use gestell_task_common_configuration, only: configuration_type
   use gestell_base_words, only: on_one_line
   use gestell_input_machine_frame, only: values_out_of_the_plane
   use gestell_input_wording, only: counted

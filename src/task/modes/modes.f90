@@ -7,9 +7,9 @@ module gestell_task_modes
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: plain
-  use gestell_task, only: longest_table
-  use gestell_task_configuration, only: configuration_type
-  use gestell_task_context, only: context_type
+  use gestell_task_common_task, only: longest_table
+  use gestell_task_common_configuration, only: configuration_type
+  use gestell_task_common_context, only: context_type
   use gestell_task_modes_plot, only: plot_modes
   use gestell_task_response_names, only: name_type, names_of
   use gestell_task_stability, only: stability_task

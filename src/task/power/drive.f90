@@ -1,11 +1,11 @@
 !> What the drive has to do over a turn, and where its power goes.
 module gestell_task_power_drive
   use gestell_base_error, only: error_type
-  use gestell_math_fourier, only: fourier_series, fourier_type
+  use gestell_math_series_fourier, only: fourier_series, fourier_type
   use gestell_base_kinds, only: dp
-  use gestell_model_mechanism_driving, only: damper_watts, drive_power, drive_watts, power_rows, rigid_torque, torque
+  use gestell_model_quantity_driving, only: damper_watts, drive_power, drive_watts, power_rows, rigid_torque, torque
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_rows, only: accelerations, rows_of
+  use gestell_model_quantity_rows, only: accelerations, rows_of
   use gestell_task_power_flywheel, only: find_fluctuation, fluctuation_type
   use gestell_study_vibration_statistics, only: top
   use gestell_study_vibration, only: check_rows, vibration_type
@@ -20,7 +20,7 @@ module gestell_task_power_drive
   end type torque_type
 
   type, public :: drive_type
-    !> The rows of gestell_model_mechanism_driving at the times of the vibration's history, shape (power_rows, points + 1).
+    !> The rows of gestell_model_quantity_driving at the times of the vibration's history, shape (power_rows, points + 1).
     real(dp), allocatable :: history(:, :)
     !> On the frame as it vibrates, with a bound on the peak's error, and on a rigid one.
     type(torque_type) :: actual, rigid

@@ -4,7 +4,7 @@
 !> fluctuation of the speed: M_d is the torque on the crank at constant speed, M its mean, K = sum (m |r'|^2 + J phi'^2) the reduced
 !> inertia of the mechanism, here its mean. What is left out of the fluctuation is about as large as its square.
 module gestell_task_power_flywheel
-  use gestell_math_fourier, only: fourier_series, fourier_type, greatest
+  use gestell_math_series_fourier, only: fourier_series, fourier_type, greatest
   use gestell_base_kinds, only: dp, pi
   use gestell_model_frame, only: frame_type
   use gestell_model_mechanism, only: drive_columns, energy_v

@@ -4,16 +4,16 @@ module gestell_task_power
   use gestell_base_kinds, only: dp
   use gestell_input_namelist_document, only: the_group
   use gestell_input_namelist_message, only: input_error
-  use gestell_model_frame_rows, only: accelerations
+  use gestell_model_quantity_rows, only: accelerations
   use gestell_model_mechanism, only: drive_columns
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_turn, only: add_turn
   use gestell_output_table_unit, only: joule, newton_metre, radian_per_s, watt
-  use gestell_task, only: longest_table, task_type
-  use gestell_task_configuration, only: configuration_type
-  use gestell_task_context, only: context_type
+  use gestell_task_common_task, only: longest_table, task_type
+  use gestell_task_common_configuration, only: configuration_type
+  use gestell_task_common_context, only: context_type
   use gestell_task_power_drive, only: drive_type, find_drive
   use gestell_task_power_plot, only: plot_power
   use gestell_task_power_report, only: balance_line, drive_lines

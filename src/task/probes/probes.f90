@@ -3,15 +3,15 @@ module gestell_task_probes
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_rows, only: accelerations
+  use gestell_model_quantity_rows, only: accelerations
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_turn, only: add_harmonics, add_orders, add_turn
   use gestell_output_table_unit, only: hertz, metre, metre_per_s, metre_per_s2, mm_per_s, unit_type
-  use gestell_task, only: longest_table, task_type
-  use gestell_task_configuration, only: configuration_type
-  use gestell_task_context, only: context_type
+  use gestell_task_common_task, only: longest_table, task_type
+  use gestell_task_common_configuration, only: configuration_type
+  use gestell_task_common_context, only: context_type
   use gestell_task_probes_plot, only: plot_probes
   use gestell_task_probes_report, only: limit_sentence, probe_lines
   use gestell_task_probes_response, only: find_responses, probe_response_type

@@ -3,11 +3,11 @@ module gestell_task_probes_response
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_quantity, only: point_parts, point_quantity
-  use gestell_model_frame_rows, only: accelerations, probe_type, quantity_type
+  use gestell_model_quantity, only: point_parts, point_quantity
+  use gestell_model_quantity_rows, only: accelerations, probe_type, quantity_type
   use gestell_study_vibration_statistics, only: band_rms, history_of, statistics_type, take_statistics
   use gestell_study_vibration, only: check_rows, vibration_type
-  use gestell_task_executor, only: executor_type
+  use gestell_task_common_executor, only: executor_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private

@@ -6,16 +6,16 @@ module gestell_task_quantities
   use gestell_input_machine_quantities, only: read_measures, read_quantities
   use gestell_input_namelist_document, only: group_type, has, the_group
   use gestell_output_report_text_table, only: tab, tabulated
-  use gestell_model_frame_rows, only: quantity_type
+  use gestell_model_quantity_rows, only: quantity_type
   use gestell_output_report_verdict, only: section
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: new_unit, plain
   use gestell_study_measure, only: measure_names, measure_type, rows_of, take_measures
-  use gestell_task, only: longest_table, task_type
-  use gestell_task_configuration, only: configuration_type
-  use gestell_task_context, only: context_type
-  use gestell_task_response_keys, only: response_keys
+  use gestell_task_common_task, only: longest_table, task_type
+  use gestell_task_common_configuration, only: configuration_type
+  use gestell_task_common_context, only: context_type
+  use gestell_task_common_keys, only: response_keys
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private

@@ -15,13 +15,13 @@ module gestell_task_resonance_curve
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_task_resonance_points, only: curve_point_type, curve_points_type, same, straight
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_task_resonance_maxima, only: find_maxima, half_power_speeds, maximum_type, top_speeds
   use gestell_task_resonance_seeds, only: crossing_speeds
   use gestell_study_speed_point, only: check_speed_order, marginal, neutral, solve_speed_point, speed_order_type, speed_point_type
   use gestell_study_speeds, only: check_speeds
-  use gestell_task_executor, only: executor_type, spread_over, work_type
-  use gestell_task_record, only: record_type
+  use gestell_task_common_executor, only: executor_type, spread_over, work_type
+  use gestell_task_common_record, only: record_type
   use gestell_task_resonance_record, only: exchange_point
   implicit none (type, external)
   private

@@ -8,7 +8,7 @@ module gestell_task_resonance_plot
   use gestell_output_picture_axis, only: decade_lines, extent_lines
   use gestell_output_report_orders, only: order_of
   use gestell_output_picture_panels, only: height_of, layout_line, with_rim
-  use gestell_model_frame_rows, only: quantity_type
+  use gestell_model_quantity_rows, only: quantity_type
   use gestell_task_resonance_curve, only: resonance_curve_type
   use gestell_study_speed_point, only: state_names, unreached
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite

@@ -1,7 +1,7 @@
 !> A point of a curve as it is kept for a run that goes on.
 module gestell_task_resonance_record
   use gestell_study_speed_point, only: speed_point_type
-  use gestell_task_record, only: record_type
+  use gestell_task_common_record, only: record_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private

@@ -7,7 +7,7 @@ module gestell_task_resonance_report
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_verdict, only: judgement_type
   use gestell_output_report_warnings, only: judge_range
-  use gestell_model_frame_rows, only: quantity_type
+  use gestell_model_quantity_rows, only: quantity_type
   use gestell_task_resonance_curve, only: resonance_curve_type
   use gestell_task_resonance_maxima, only: maximum_type
   use gestell_study_speed_point, only: in_resonance, reached, state_names, unreached, verdict_of

@@ -4,7 +4,7 @@ module gestell_task_resonance_task
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
   use gestell_input_machine_quantities, only: read_quantities
-  use gestell_model_frame_rows, only: quantity_type
+  use gestell_model_quantity_rows, only: quantity_type
   use gestell_output_report_warnings, only: beyond_small
   use gestell_output_report_verdict, only: judgement_type
   use gestell_output_result, only: result_type
@@ -13,11 +13,11 @@ module gestell_task_resonance_task
   use gestell_output_table_turn, only: add_order_column
   use gestell_output_table_unit, only: new_unit, plain, rpm, unit_type
   use gestell_study_speed_point, only: reached, speed_order_type, state_names, unreached
-  use gestell_task, only: all_speeds, longest_table, task_type
-  use gestell_task_configuration, only: configuration_type
-  use gestell_task_context, only: context_type
-  use gestell_task_locked_family, only: locked_family_type
-  use gestell_task_resonance_keys, only: resonance_keys
+  use gestell_task_common_task, only: all_speeds, longest_table, task_type
+  use gestell_task_common_configuration, only: configuration_type
+  use gestell_task_common_context, only: context_type
+  use gestell_task_common_locked_family, only: locked_family_type
+  use gestell_task_common_keys, only: resonance_keys
   use gestell_task_resonance_curve, only: resonance_curve_type, solve_curve
   use gestell_task_resonance_plot, only: plot_peaks, plot_resonance
   use gestell_task_resonance_report, only: report_resonance, verdict_on

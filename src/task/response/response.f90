@@ -7,9 +7,9 @@ module gestell_task_response
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_turn, only: add_harmonics, add_orders, add_turn
   use gestell_study_vibration, only: vibration_type
-  use gestell_task, only: longest_table, task_type
-  use gestell_task_configuration, only: configuration_type
-  use gestell_task_context, only: context_type
+  use gestell_task_common_task, only: longest_table, task_type
+  use gestell_task_common_configuration, only: configuration_type
+  use gestell_task_common_context, only: context_type
   use gestell_task_response_names, only: name_type, names_of
   use gestell_task_response_plot, only: plot_harmonics, plot_response
   use gestell_task_response_report, only: closing_lines, vibration_lines

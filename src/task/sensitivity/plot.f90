@@ -4,7 +4,7 @@ module gestell_task_sensitivity_plot
   use gestell_base_text, only: concise, text
   use gestell_base_words, only: character_count
   use gestell_output_picture_script, only: figure_type, new_figure, quoted, span, tic
-  use gestell_model_frame_rows, only: quantity_type
+  use gestell_model_quantity_rows, only: quantity_type
   use gestell_task_sensitivity, only: sensitivity_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)

@@ -4,7 +4,7 @@ module gestell_task_sensitivity_report
   use gestell_base_text, only: concise, fixed
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_verdict, only: section
-  use gestell_model_frame_rows, only: quantity_type
+  use gestell_model_quantity_rows, only: quantity_type
   use gestell_task_sensitivity, only: sensitivity_base_type, sensitivity_type
   use gestell_study_speed_point, only: state_names
   implicit none (type, external)

@@ -9,12 +9,12 @@ module gestell_task_sensitivity
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_periodic_solution, only: raise_resonance
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_study_vibration_small_motion, only: moved_type
   use gestell_study_speed_point, only: check_speed_order, in_resonance, solve_response, speed_order_type, speed_point_type, &
     & state_names, unreached
-  use gestell_task_executor, only: executor_type, spread_over, work_type
-  use gestell_task_record, only: record_type
+  use gestell_task_common_executor, only: executor_type, spread_over, work_type
+  use gestell_task_common_record, only: record_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private

@@ -6,16 +6,16 @@ module gestell_task_sensitivity_task
   use gestell_input_machine_quantities, only: read_quantities
   use gestell_input_namelist_document, only: count_groups
   use gestell_input_schema, only: group_rule, schema_type
-  use gestell_model_frame_rows, only: quantity_type
+  use gestell_model_quantity_rows, only: quantity_type
   use gestell_output_report_warnings, only: beyond_small
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: plain
   use gestell_study_speed_point, only: speed_order_type, state_names
-  use gestell_task, only: longest_table, task_type
-  use gestell_task_configuration, only: configuration_type
-  use gestell_task_context, only: context_type
-  use gestell_task_locked_family, only: locked_family_type
+  use gestell_task_common_task, only: longest_table, task_type
+  use gestell_task_common_configuration, only: configuration_type
+  use gestell_task_common_context, only: context_type
+  use gestell_task_common_locked_family, only: locked_family_type
   use gestell_task_sensitivity_keys, only: sensitivity_keys
   use gestell_task_sensitivity, only: sensitivity_base_type, sensitivity_type, solve_sensitivity
   use gestell_task_sensitivity_plan, only: read_sensitivity, sensitivity_plan_type

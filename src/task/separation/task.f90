@@ -15,21 +15,21 @@ module gestell_task_separation_task
   use gestell_output_table_turn, only: add_order_column
   use gestell_output_table_unit, only: hertz, plain, rpm, unit_type
   use gestell_model_frame, only: dof_names
-  use gestell_task, only: longest_table, task_type, unsolved_machine
+  use gestell_task_common_task, only: longest_table, task_type, unsolved_machine
   use gestell_task_campbell, only: campbell_order_type, campbell_type, solve_campbell
   use gestell_task_campbell_crossings, only: crossing_type, find_crossings
   use gestell_task_campbell_report, only: campbell_verdict
   use gestell_task_campbell_task, only: model_of_modes
-  use gestell_task_configuration, only: configuration_type, read_plan
-  use gestell_task_context, only: context_type
-  use gestell_task_locked_family, only: locked_family_type
+  use gestell_task_common_configuration, only: configuration_type, read_plan
+  use gestell_task_common_context, only: context_type
+  use gestell_task_common_locked_family, only: locked_family_type
   use gestell_task_separation, only: find_separations, separation_type
   use gestell_task_separation_keys, only: separation_keys
   use gestell_task_separation_plot, only: plot_separation
   use gestell_task_separation_report, only: report_separation, separation_headline
   use gestell_task_separation_torque_roll, only: axis_table, share_torque_roll, torque_roll_line
-  use gestell_task_sweep_keys, only: sweep_keys
-  use gestell_task_sweep_plan, only: refuse_standstill
+  use gestell_task_range_keys, only: sweep_keys
+  use gestell_task_range_plan, only: refuse_standstill
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private

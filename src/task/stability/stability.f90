@@ -6,9 +6,9 @@ module gestell_task_stability
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: plain, radian, unit_type
   use gestell_study_vibration_analysis, only: find_modes
-  use gestell_task, only: longest_table, task_type
-  use gestell_task_configuration, only: configuration_type
-  use gestell_task_context, only: context_type
+  use gestell_task_common_task, only: longest_table, task_type
+  use gestell_task_common_configuration, only: configuration_type
+  use gestell_task_common_context, only: context_type
   use gestell_task_stability_plot, only: plot_multipliers
   use gestell_task_stability_report, only: multiplier_lines
   implicit none (type, external)

@@ -18,7 +18,7 @@ module gestell_task_sweep_checkpoint
   use gestell_study_tile_results, only: sweep_columns, tile_results_type
   use gestell_task_sweep_layout, only: layout_type, new_layout
   use gestell_task_sweep_marks, only: mark_type, read_mark, write_mark
-  use gestell_task_sweep_plan, only: sweep_plan_type
+  use gestell_task_range_plan, only: sweep_plan_type
   use gestell_task_sweep_rows, only: checksum_of, read_values, tell_unwritten, write_tile
   use gestell_task_sweep_summary, only: summary_type
   use, intrinsic :: iso_c_binding, only: c_int

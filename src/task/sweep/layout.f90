@@ -6,7 +6,7 @@ module gestell_task_sweep_layout
   use gestell_study_tile_results, only: sweep_columns
   use gestell_task_sweep_csv, only: csv_rows, csv_values, csv_width, header
   use gestell_task_sweep_npy, only: npy_head, npy_rows, npy_values, number_bytes
-  use gestell_task_sweep_plan, only: sweep_plan_type
+  use gestell_task_range_plan, only: sweep_plan_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private

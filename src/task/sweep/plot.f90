@@ -7,7 +7,7 @@ module gestell_task_sweep_plot
   use gestell_output_picture_script, only: figure_type, new_figure, quoted
   use gestell_output_picture_axis, only: coordinate, decade_lines, extent_lines, parameter_axis, with_unit
   use gestell_output_picture_marks, only: boxes_where, input_marks, input_point, marks_type, unstable_entry
-  use gestell_task_sweep_plan, only: sweep_plan_type
+  use gestell_task_range_plan, only: sweep_plan_type
   use gestell_task_sweep_summary, only: summary_type
   use gestell_study_grid, only: axis_type
   use gestell_study_measure, only: measure_names

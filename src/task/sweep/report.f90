@@ -2,7 +2,7 @@
 module gestell_task_sweep_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
-  use gestell_task_sweep_plan, only: sweep_plan_type
+  use gestell_task_range_plan, only: sweep_plan_type
   use gestell_task_sweep_summary, only: summary_type
   use gestell_input_wording, only: counted
   use gestell_model_frame, only: dof_names

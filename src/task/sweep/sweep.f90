@@ -7,7 +7,7 @@ module gestell_task_sweep
   use gestell_task_sweep_expansion_cell, only: cell_points, expand_it, halves, plan_cell, random_points, solve_it
   use gestell_task_sweep_expansion_evaluation, only: evaluate
   use gestell_task_sweep_expansion, only: expand, expansion_type
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_study_grid, only: check_grid, check_tile, grid_type, tile_type
   use gestell_task_sweep_expansion_peaks, only: peaks_of_numbers
   use gestell_study_point, only: peak_limit, solve_point, sweep_order_type

@@ -9,15 +9,15 @@ module gestell_task_sweep_task
   use gestell_output_table, only: new_table, table_type
   use gestell_study_grid, only: tile_type
   use gestell_study_tile_results, only: stable, tile_results_type, verdict_column, verdict_names
-  use gestell_task, only: all_machines, longest_table, task_type
-  use gestell_task_configuration, only: configuration_type
-  use gestell_task_context, only: context_type
-  use gestell_task_executor, only: work_type
-  use gestell_task_locked_family, only: locked_family_type
+  use gestell_task_common_task, only: all_machines, longest_table, task_type
+  use gestell_task_common_configuration, only: configuration_type
+  use gestell_task_common_context, only: context_type
+  use gestell_task_common_executor, only: work_type
+  use gestell_task_common_locked_family, only: locked_family_type
   use gestell_task_sweep, only: solve_tile
   use gestell_task_sweep_checkpoint, only: campaign_type, open_campaign
   use gestell_task_sweep_csv, only: columns_of, table_of
-  use gestell_task_sweep_plan, only: sweep_plan_type
+  use gestell_task_range_plan, only: sweep_plan_type
   use gestell_task_sweep_plot, only: plot_sweep
   use gestell_task_sweep_report, only: big, evidence_line, report_grid, report_sweep
   use gestell_task_sweep_summary, only: summary_type

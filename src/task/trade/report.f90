@@ -4,13 +4,15 @@ module gestell_task_trade_report
   use gestell_base_text, only: concise, text
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_report_text_table, only: tab, tabulated
-  use gestell_task_response_names, only: peak_words
+  use gestell_task_response_names, only: peak_heads, peak_units, peak_words
+  use gestell_task_stability_report, only: modulus
+  use gestell_task_trade_frame_models, only: model_finding_type
   use gestell_task_trade_model_trade, only: model_trade_type
   use gestell_task_trade, only: cheapest, trade_type
   implicit none (type, external)
   private
 
-  public :: report_model, report_trade
+  public :: report_frame_models, report_model, report_trade
 
   character, parameter :: newline = new_line("a")
 
@@ -108,5 +110,54 @@ contains
       words = "The averaged model is off by " // worst // " at most: it would do for this machine at this speed."
     end if
   end function conclusion
+
+  !> Verdict, modulus, peaks and time of every model of the frame.
+  pure function report_frame_models(findings) result(lines)
+    type(model_finding_type), intent(in) :: findings(:)
+    character(len=:), allocatable :: lines, peaks
+    integer :: dofs, i
+
+    lines = ""
+    peaks = ""
+    dofs = size(findings(1)%peak)
+    do i = 1, size(findings)
+      associate (found => findings(i))
+        lines = lines // trim(found%model) // tab // trim(found%verdict) // tab
+        if (len_trim(found%verdict) > 0) lines = lines // modulus(found%log_rho, 10)
+        if (allocated(found%reason)) then
+          lines = lines // repeat(tab, merge(2 + dofs, 2, dofs == 3)) // found%reason // newline
+        else if (dofs == 3) then
+          lines = lines // peaks_of(found) // tab // concise(1000 * found%seconds, 2) // newline
+        else
+          lines = lines // tab // concise(1000 * found%seconds, 2) // newline
+          peaks = peaks // trim(found%model) // peaks_of(found) // newline
+        end if
+      end associate
+    end do
+    if (dofs == 3) then
+      lines = tabulated("llrrrrrl", "model,verdict,|rho|" // peak_heads(dofs) // ",time" // newline // ",," // peak_units(dofs) &
+        & // ",ms", lines)
+    else
+      ! too many for one table
+      lines = tabulated("llrrl", "model,verdict,|rho|,time" // newline // ",,,ms", lines)
+      if (peaks /= "") lines = lines // "  peaks" // newline // tabulated("l" // repeat("r", dofs), "model" // peak_heads(dofs) &
+        & // newline // peak_units(dofs), peaks)
+    end if
+    lines = newline // "THE FRAME'S MODELS, verdict and vibration" // newline // lines
+
+  contains
+
+    pure function peaks_of(found) result(cells)
+      type(model_finding_type), intent(in) :: found
+      character(len=:), allocatable :: cells
+      integer :: k
+
+      cells = ""
+      do k = 1, dofs
+        cells = cells // tab // concise(1000 * found%peak(k), merge(6, 4, dofs == 3))
+      end do
+    end function peaks_of
+
+  end function report_frame_models
 
 end module gestell_task_trade_report

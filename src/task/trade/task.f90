@@ -7,14 +7,13 @@ module gestell_task_trade_task
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: plain, unit_type
   use gestell_study_frame_model, only: frame_models
-  use gestell_task, only: longest_table, task_type
-  use gestell_task_context, only: context_type
-  use gestell_task_machine_model, only: report_frame_models
+  use gestell_task_common_task, only: longest_table, task_type
+  use gestell_task_common_context, only: context_type
   use gestell_task_trade, only: measure_trade, trade_row_type, trade_type
   use gestell_task_trade_frame_models, only: measure_frame_models, model_finding_type
   use gestell_task_trade_model_trade, only: measure_model, model_trade_type
   use gestell_task_trade_plot, only: plot_trade
-  use gestell_task_trade_report, only: report_model, report_trade
+  use gestell_task_trade_report, only: report_frame_models, report_model, report_trade
   implicit none (type, external)
   private
 

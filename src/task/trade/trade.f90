@@ -17,7 +17,7 @@ module gestell_task_trade
   use gestell_model_frame, only: frame_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use, intrinsic :: iso_fortran_env, only: int64
-  use gestell_task_executor, only: executor_type
+  use gestell_task_common_executor, only: executor_type
   implicit none (type, external)
   private
 

@@ -8,7 +8,7 @@ module gestell_task_boundary_level_report
   use gestell_study_speed_point, only: reached, state_names
   use gestell_task_boundary_report, only: axes_lines
   use gestell_task_boundary_level_search, only: level_results_type
-  use gestell_task_sweep_plan, only: sweep_plan_type
+  use gestell_task_range_plan, only: sweep_plan_type
   implicit none (type, external)
   private
 
@@ -30,14 +30,14 @@ contains
       & // trim(measure%unit)
   end function level_name
 
-  !> What is sought, and where.
-  pure function level_heading(measure, level, plan) result(report)
+  !> What is sought, to which tolerance relative to the ranges, and where.
+  pure function level_heading(measure, level, tolerance, plan) result(report)
     type(measure_type), intent(in) :: measure
-    real(dp), intent(in) :: level
+    real(dp), intent(in) :: level, tolerance
     type(sweep_plan_type), intent(in) :: plan
     character(len=:), allocatable :: report
 
-    report = newline // "BORDERS OF A LEVEL  " // level_name(measure, level) // ", to " // concise(plan%borders%tolerance, 2) &
+    report = newline // "BORDERS OF A LEVEL  " // level_name(measure, level) // ", to " // concise(tolerance, 2) &
       & // trim(merge(" of the range ", " of the ranges", size(plan%grid%axes) == 1)) // newline // axes_lines(plan)
   end function level_heading
 

@@ -8,8 +8,8 @@ module gestell_task_boundary_level_search
   use gestell_study_speed_point, only: in_resonance, no_solution, speed_point_type, unreached
   use gestell_task_boundary_level_crossing, only: crossing_type, find_crossing, side_of
   use gestell_task_boundary_level_line, only: level_line_type
-  use gestell_task_executor, only: spread_over, work_type
-  use gestell_task_record, only: record_type
+  use gestell_task_common_executor, only: spread_over, work_type
+  use gestell_task_common_record, only: record_type
   use gestell_task_resonance_record, only: exchange_point
   use gestell_task_resonance_curve, only: resonance_curve_type, start_curve
   use, intrinsic :: iso_fortran_env, only: int64

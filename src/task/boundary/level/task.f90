@@ -12,7 +12,7 @@ module gestell_task_boundary_level_task
   use gestell_output_table_unit, only: new_unit, unit_type
   use gestell_study_measure, only: band_measure, measure_names, measure_type, new_measure
   use gestell_study_speed_point, only: speed_order_type, state_names
-  use gestell_task, only: all_machines, longest_table, task_type
+  use gestell_task_common_task, only: all_machines, longest_table, task_type
   use gestell_task_boundary, only: line_along
   use gestell_task_boundary_keys, only: boundary_keys
   use gestell_task_boundary_level_line, only: level_line_type
@@ -21,15 +21,16 @@ module gestell_task_boundary_level_task
   use gestell_task_boundary_level_report, only: level_heading, level_lines, level_name, level_sentence, middle_line
   use gestell_task_boundary_level_search, only: find_levels, level_results_type
   use gestell_task_boundary_line, only: coordinate
+  use gestell_task_boundary_reading, only: read_tolerance
   use gestell_task_boundary_map, only: border_map_type, trace_curves
   use gestell_task_boundary_map_plot, only: over_chart, plot_curves
   use gestell_task_boundary_map_report, only: curve_lines, curves_over
   use gestell_task_boundary_map_table, only: add_curves
-  use gestell_task_boundary_order, only: border_order_type
-  use gestell_task_configuration, only: configuration_type
-  use gestell_task_context, only: context_type
-  use gestell_task_locked_family, only: locked_family_type
-  use gestell_task_sweep_plan, only: read_borders, sweep_plan_type
+  use gestell_task_boundary_line_order, only: border_order_type
+  use gestell_task_common_configuration, only: configuration_type
+  use gestell_task_common_context, only: context_type
+  use gestell_task_common_locked_family, only: locked_family_type
+  use gestell_task_range_plan, only: sweep_plan_type
   implicit none (type, external)
   private
 
@@ -38,6 +39,8 @@ module gestell_task_boundary_level_task
     type(measure_type) :: measure
     !> In the measure's unit.
     real(dp) :: level = 0
+    !> Of boundaries, relative to the ranges.
+    real(dp) :: tolerance = 0
   contains
     procedure :: describe
     procedure :: read => read_level
@@ -75,7 +78,7 @@ contains
         & // "named", error)
       return
     end if
-    call read_borders(configuration%document, configuration%plan, error)
+    call read_tolerance(configuration%document, configuration%plan, self%tolerance, error)
     if (.not. allocated(error)) call kind_of_measure(group, boundary_keys, "measure", kind, error)
     if (.not. allocated(error)) call read(group, boundary_keys, "quantity", name, error)
     if (allocated(error)) return
@@ -116,7 +119,7 @@ contains
     type(configuration_type), intent(in) :: configuration
     character(len=:), allocatable :: lines
 
-    lines = level_heading(self%measure, self%level, configuration%plan)
+    lines = level_heading(self%measure, self%level, self%tolerance, configuration%plan)
   end function preview
 
   subroutine run(self, context, result, error)
@@ -139,8 +142,8 @@ contains
           & level_title(self%measure, self%level), "above the level"))
         call result%draw_over("sweep", over_chart(map))
         call result%warn("", "Border " // level_name(self%measure, self%level) // curves_over(map, plan%paths))
-        call result%say(level_heading(self%measure, self%level, plan) // new_line("a") // curve_lines(map, plan%paths) &
-          & // middle_line(middle))
+        call result%say(level_heading(self%measure, self%level, self%tolerance, plan) // new_line("a") &
+          & // curve_lines(map, plan%paths) // middle_line(middle))
       else
         call solve_line(self, context, results, error)
         if (allocated(error)) return
@@ -148,7 +151,7 @@ contains
           & self%measure, self%level, results))
         call result%add(curve_of(self, plan, results))
         call result%warn("", "Border " // level_name(self%measure, self%level) // level_sentence(trim(plan%paths(1)), results))
-        call result%say(level_heading(self%measure, self%level, plan) // level_lines(results))
+        call result%say(level_heading(self%measure, self%level, self%tolerance, plan) // level_lines(results))
       end if
     end associate
   end subroutine run
@@ -179,7 +182,7 @@ contains
 
     associate (plan => context%configuration%plan)
       call context%members(plan%family, family)
-      order = plan%borders
+      order%tolerance = self%tolerance
       order%accuracy = context%configuration%accuracy
       order%executor => context%executor
       associate (axis => plan%grid%axes(1))
@@ -209,7 +212,7 @@ contains
       call context%members(plan%family, family)
       plane%family => family
       plane%accuracy = context%configuration%accuracy
-      plane%deviation = plan%borders%tolerance
+      plane%deviation = self%tolerance
       plane%executor => context%executor
       plane%kinds = level_kinds
       plane%states = level_states

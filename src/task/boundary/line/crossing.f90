@@ -6,7 +6,7 @@ module gestell_task_boundary_line_crossing
   use gestell_task_boundary_line, only: line_type, probe_line, probe_type
   use gestell_task_boundary_line_root, only: find_change, find_root
   use gestell_study_tile_results, only: stable, undecided
-  use gestell_task_record, only: record_type
+  use gestell_task_common_record, only: record_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private

@@ -5,8 +5,8 @@ module gestell_task_boundary_line_follow
   use gestell_task_boundary_line_exponents, only: connect, node_type, solve_node, stretch_type
   use gestell_task_boundary_line, only: line_type
   use gestell_study_tile_results, only: impossible
-  use gestell_task_executor, only: spread_over, work_type
-  use gestell_task_record, only: record_type
+  use gestell_task_common_executor, only: spread_over, work_type
+  use gestell_task_common_record, only: record_type
   implicit none (type, external)
   private
 

@@ -4,7 +4,7 @@ module gestell_task_boundary_line_found
   use gestell_math_sorting, only: ascending
   use gestell_task_boundary_line_crossing, only: crossings_type
   use gestell_task_boundary_line, only: probe_type
-  use gestell_task_record, only: record_type
+  use gestell_task_common_record, only: record_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private

@@ -9,13 +9,13 @@ module gestell_task_boundary_line
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_task_boundary_line_functions, only: border_functions, border_kinds
   use gestell_task_boundary_line_multipliers, only: border_multipliers
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_study_grid, only: axis_type
   use gestell_study_member, only: impossible_member, member_type
   use gestell_study_point, only: verdict_number
   use gestell_study_tile_results, only: failed, impossible, unstable
-  use gestell_task_executor, only: executor_type
-  use gestell_task_record, only: record_type
+  use gestell_task_common_executor, only: executor_type
+  use gestell_task_common_record, only: record_type
   implicit none (type, external)
   private
 

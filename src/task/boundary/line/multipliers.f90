@@ -3,7 +3,7 @@
 module gestell_task_boundary_line_multipliers
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_floquet_factors_factored, only: factored_type, solve_factored
+  use gestell_floquet_solution_factored, only: factored_type, solve_factored
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_period_survey, only: survey, survey_type
   use gestell_floquet_multipliers, only: append, arrange, multipliers_type, no_multipliers

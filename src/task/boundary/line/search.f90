@@ -10,8 +10,8 @@ module gestell_task_boundary_line_search
   use gestell_task_boundary_line_meeting, only: meeting_type, open_question, search_meeting, thin, tongue, tongue_end
   use gestell_task_boundary_line_pair, only: pair_name_type
   use gestell_task_boundary_line_places, only: fastest_within, find_meetings, place_type, places_type
-  use gestell_task_executor, only: spread_over, work_type
-  use gestell_task_record, only: record_type
+  use gestell_task_common_executor, only: spread_over, work_type
+  use gestell_task_common_record, only: record_type
   implicit none (type, external)
   private
 

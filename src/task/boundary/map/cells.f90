@@ -7,8 +7,8 @@ module gestell_task_boundary_map_cells
   use gestell_task_boundary_line_found, only: search_type
   use gestell_task_boundary_line_search, only: short_nodes
   use gestell_task_boundary_map_vertex, only: plane_type, vertex_type, vertices_type
-  use gestell_task_executor, only: spread_over, work_type
-  use gestell_task_record, only: record_type
+  use gestell_task_common_executor, only: spread_over, work_type
+  use gestell_task_common_record, only: record_type
   implicit none (type, external)
   private
 

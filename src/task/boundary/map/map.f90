@@ -6,15 +6,15 @@ module gestell_task_boundary_map
   use gestell_task_boundary_map_cells, only: connect_cells
   use gestell_task_boundary_line_functions, only: kind_names
   use gestell_task_boundary_line, only: line_type, parameter_at, sensitivity, skewed
-  use gestell_task_boundary_order, only: check_search
+  use gestell_task_boundary_line_order, only: check_search
   use gestell_task_boundary_map_refine, only: refine_stretches
   use gestell_task_boundary_line_found, only: search_type
   use gestell_task_boundary_line_search, only: range_nodes
   use gestell_task_boundary_map_vertex, only: open_spot_type, plane_type, vertex_type, vertices_type
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_study_grid, only: check_grid, grid_type
-  use gestell_task_executor, only: executor_type, spread_over, work_type
-  use gestell_task_record, only: record_type
+  use gestell_task_common_executor, only: executor_type, spread_over, work_type
+  use gestell_task_common_record, only: record_type
   implicit none (type, external)
   private
 

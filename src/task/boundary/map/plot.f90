@@ -8,7 +8,7 @@ module gestell_task_boundary_map_plot
   use gestell_output_picture_script, only: figure_type, new_figure
   use gestell_study_grid, only: grid_type
   use gestell_task_boundary_map, only: border_map_type
-  use gestell_task_sweep_plan, only: sweep_plan_type
+  use gestell_task_range_plan, only: sweep_plan_type
   implicit none (type, external)
   private
 

@@ -4,7 +4,7 @@ module gestell_task_boundary_map_table
   use gestell_output_table, only: table_type
   use gestell_output_table_unit, only: radian, unit_type
   use gestell_task_boundary_map, only: border_map_type
-  use gestell_task_sweep_plan, only: sweep_plan_type
+  use gestell_task_range_plan, only: sweep_plan_type
   implicit none (type, external)
   private
 

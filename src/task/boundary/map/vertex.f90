@@ -7,10 +7,10 @@ module gestell_task_boundary_map_vertex
   use gestell_task_boundary_line, only: line_type, probe_line, probe_type
   use gestell_task_boundary_line_found, only: search_type
   use gestell_task_boundary_line_search, only: search_line
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_study_grid, only: axis_type
-  use gestell_task_executor, only: executor_type
-  use gestell_task_record, only: record_type
+  use gestell_task_common_executor, only: executor_type
+  use gestell_task_common_record, only: record_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private

@@ -1,7 +1,7 @@
 !> Cells of a tile: what one expansion covers.
 module gestell_task_sweep_expansion_cell
   use gestell_base_kinds, only: dp
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_study_grid, only: grid_type, tile_type
   use gestell_task_sweep_expansion_pilot, only: count_points, most_points
   use gestell_task_sweep_expansion_sampler, only: new_sampler, sampler_type

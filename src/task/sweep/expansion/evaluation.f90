@@ -6,7 +6,7 @@ module gestell_task_sweep_expansion_evaluation
   use gestell_base_kinds, only: dp
   use gestell_floquet_multipliers_spectra, only: found_type, is_undamped, spectra_of_eight
   use gestell_task_sweep_expansion, only: expansion_type
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_study_grid, only: grid_type, tile_type
   use gestell_task_sweep_expansion_peaks, only: peaks_of_motion
   use gestell_study_point, only: peak_limit, solve_point, sweep_order_type

@@ -1,11 +1,11 @@
 !> The motion of a family over a cell, a range of one or two parameters, as a Chebyshev series. The maps of the parts of a period
 !> are analytic functions of nearly all parameters, eigenvalues are not: the series is for the matrices.
 module gestell_task_sweep_expansion
-  use gestell_math_chebyshev, only: chebyshev_coefficients, chebyshev_points, chebyshev_values
+  use gestell_math_series_chebyshev, only: chebyshev_coefficients, chebyshev_points, chebyshev_values
   use gestell_base_kinds, only: dp
   use gestell_math_lanes_products, only: combine, in_fours
   use gestell_math_lanes, only: lanes
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_task_sweep_expansion_sampler, only: sampler_type
   use gestell_task_sweep_expansion_variable, only: variable_type
   implicit none (type, external)

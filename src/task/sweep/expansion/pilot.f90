@@ -1,8 +1,8 @@
 !> How many Chebyshev points a line through a cell needs.
 module gestell_task_sweep_expansion_pilot
-  use gestell_math_chebyshev, only: chebyshev_coefficients, chebyshev_points
+  use gestell_math_series_chebyshev, only: chebyshev_coefficients, chebyshev_points
   use gestell_base_kinds, only: dp
-  use gestell_study_family, only: family_type
+  use gestell_system_family, only: family_type
   use gestell_task_sweep_expansion_sampler, only: sampler_type
   use gestell_task_sweep_expansion_variable, only: variable_type
   implicit none (type, external)

@@ -4,7 +4,7 @@ module gestell_task_sweep_expansion_sampler
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_math_lanes, only: lanes
-  use gestell_math_fourier, only: transform_matrix
+  use gestell_math_series_fourier, only: transform_matrix
   use gestell_math_matrix, only: balanced
   use gestell_floquet_choice_prediction, only: fewest
   use gestell_floquet_period_period_map, only: motions
@@ -14,7 +14,7 @@ module gestell_task_sweep_expansion_sampler
   use gestell_floquet_period_survey, only: survey, survey_phases, survey_type
   use gestell_floquet_solution, only: floquet_type, solve_floquet
   use gestell_model_frame, only: frame_type
-  use gestell_study_family, only: family_type, take_member
+  use gestell_system_family, only: family_type, take_member
   use gestell_study_table, only: exchange_mechanisms, remember_mechanism
   use gestell_study_vibration, only: solve_vibration, vibration_type
   use gestell_system_periodic, only: periodic_system

@@ -1,0 +1,203 @@
+!> Systems with constant coefficients and a periodic load, M q'' + B q' + C q = h(t), in closed form: multipliers
+!> exp(lambda T), the periodic motion harmonic by harmonic (gestell_floquet_constant_harmonics). Nothing is integrated.
+module gestell_floquet_solution_constant
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_kinds, only: dp, pi
+  use gestell_math_lapack, only: balancing, eigensystem, inverse
+  use gestell_floquet_constant_harmonics, only: solve_harmonics, spectrum_type
+  use gestell_floquet_multipliers, only: arrange, disc_bounds, multiplier, multipliers_type
+  use gestell_floquet_solution_part_solution, only: evidence_type, part_solution_type
+  use gestell_floquet_period_periodic_solution, only: periodic_solution_type
+  use gestell_floquet_period_turn_errors, only: turn_errors_type
+  use gestell_system_averaged, only: averaged_system
+  use gestell_system_periodic, only: periodic_system
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: solve_constant
+
+  type, extends(part_solution_type), public :: constant_type
+    real(dp) :: period = 0
+    !> Eigenvalues lambda of P (1/s), radii of their discs, their conditions, shape (n), and eigenvectors, shape (n, n);
+    !> conditions and vectors in balanced units.
+    complex(dp), allocatable :: values(:), vectors(:, :)
+    real(dp), allocatable :: radius(:), condition(:)
+    !> Bound on the norm of the error of P, relative to the norm of P, in balanced units.
+    real(dp) :: error = 0
+    !> T (sum of lambda - tr P).
+    real(dp) :: trace_defect = 0
+    !> Samples of coefficients and load.
+    integer :: evaluations = 0
+    !> The periodic motion, where it was asked for, or why there is none.
+    type(spectrum_type), allocatable :: spectrum
+    type(error_type), allocatable :: resonance
+  contains
+    procedure :: multipliers => take_multipliers
+    procedure :: start => take_start
+    procedure :: follow => take_motion
+    procedure :: errors => take_errors
+    procedure :: report => take_report
+    procedure :: liouville_defect => take_liouville_defect
+  end type constant_type
+
+contains
+
+  !> Eigenvalues, and if `forced` the periodic motion. Errors: M is singular; LAPACK found no eigenvalues. A resonance is
+  !> an error of the periodic motion alone.
+  subroutine solve_constant(system, forced, constant, error)
+    type(averaged_system), intent(in) :: system
+    logical, intent(in) :: forced
+    type(constant_type), intent(out) :: constant
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: p(system%states, system%states), balanced(system%states, system%states)
+    complex(dp), allocatable :: left(:, :)
+    real(dp) :: perturbation
+    integer :: n, k
+
+    n = system%states
+    constant%period = system%period
+    constant%evaluations = system%evaluations
+    call system%matrix(0.0_dp, p)
+    if (.not. all(ieee_is_finite(p))) then
+      call fatal_error(error, "the coefficients of the system are not finite, or its mass matrix is singular", &
+        & failed_computation)
+      return
+    end if
+    constant%scale = balancing(p)
+    balanced = p * spread(constant%scale, 1, n) / spread(constant%scale, 2, n)
+    call eigensystem(balanced, constant%values, constant%vectors, left, error)
+    if (allocated(error)) return
+    ! LAPACK's eigenvalues are those of a matrix that differs by roundoff.
+    perturbation = error_of(system, p, constant%scale) + n * epsilon(1.0_dp) * norm2(balanced)
+    constant%error = 1
+    if (perturbation < norm2(balanced)) constant%error = perturbation / norm2(balanced)
+    constant%condition = [(1 / max(abs(dot_product(left(:, k), constant%vectors(:, k))), epsilon(1.0_dp)**2), k = 1, n)]
+    constant%radius = n * constant%condition * perturbation
+    constant%trace_defect = constant%period * (sum(real(constant%values)) - sum([(p(k, k), k = 1, n)]))
+    if (.not. forced) return
+
+    allocate(constant%spectrum)
+    call solve_harmonics(system, constant%scale, constant%values, constant%spectrum, constant%resonance)
+    constant%evaluations = constant%evaluations + constant%spectrum%evaluations
+    if (allocated(constant%resonance)) deallocate(constant%spectrum)
+  end subroutine solve_constant
+
+  !> Bound on the norm, in units of `scale`, of the error of P by that of the coefficients, to first order:
+  !> d(M^-1 C) = M^-1 (dC - dM M^-1 C).
+  real(dp) function error_of(system, p, scale) result(norm)
+    type(averaged_system), intent(in) :: system
+    real(dp), intent(in) :: p(:, :), scale(:)
+    type(error_type), allocatable :: singular
+    real(dp), allocatable :: inverted(:, :)
+    real(dp), dimension(size(p, 1) / 2, size(p, 1)) :: change, lower
+    real(dp) :: dm(size(p, 1) / 2, size(p, 1) / 2), rounding
+    integer :: f
+
+    f = size(p, 1) / 2
+    call inverse(system%m, inverted, singular)
+    rounding = 2 * f * epsilon(1.0_dp)
+    dm = system%m_error + rounding * abs(system%m)
+    change(:, :f) = system%c_error + rounding * abs(system%c)
+    change(:, f + 1:) = system%b_error + rounding * abs(system%b)
+    lower = matmul(abs(inverted), change + matmul(dm, abs(p(f + 1:, :))))
+    norm = norm2(lower * spread(scale, 1, f) / spread(scale(f + 1:), 2, 2 * f))
+  end function error_of
+
+  !> An error d of lambda changes rho by the factor exp(d T), so
+  !> |d| T is the error of ln |rho| and of the argument, however small |rho| is.
+  subroutine take_multipliers(self, vectors, multipliers, error)
+    class(constant_type), intent(in) :: self
+    logical, intent(in) :: vectors
+    type(multipliers_type), intent(out) :: multipliers
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: most = 690
+    real(dp) :: turn(size(self%values))
+
+    associate (period => self%period, m => multipliers)
+      m%condition = self%condition
+      m%log_abs = real(self%values) * period
+      turn = aimag(self%values) * period
+      m%arg = turn - 2 * pi * anint(turn / (2 * pi))
+      m%exponent = cmplx(m%log_abs, m%arg, dp)
+      m%rho = multiplier(m%exponent)
+      m%error = disc_bounds(m%exponent, exp(min(log_growth(self%radius * period), most)))
+      m%exponent = m%exponent / period
+      if (vectors) m%vectors = self%vectors * spread(self%scale, 2, size(turn))
+    end associate
+    call arrange(multipliers)
+  end subroutine take_multipliers
+
+  !> ln(exp(x) - 1) for x > 0, without loss of digits.
+  elemental real(dp) function log_growth(x)
+    real(dp), intent(in) :: x
+
+    if (x > 40) then
+      log_growth = x
+    else
+      log_growth = x / 2 + log(2 * sinh(x / 2))
+    end if
+  end function log_growth
+
+  !> The error bounds hold at all times of the period.
+  subroutine take_start(self, solution, error)
+    class(constant_type), intent(in) :: self
+    type(periodic_solution_type), intent(out) :: solution
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: start(size(self%scale), 1)
+
+    if (allocated(self%resonance)) then
+      allocate(error, source=self%resonance)
+      return
+    end if
+    call self%spectrum%motion([0.0_dp], start)
+    solution%x0 = start(:, 1)
+    solution%error = self%spectrum%error
+    solution%condition = self%spectrum%condition
+  end subroutine take_start
+
+  subroutine take_motion(self, system, x0, phases, x, error)
+    class(constant_type), intent(in) :: self
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(in) :: x0(:), phases(:)
+    real(dp), intent(out) :: x(:, :)
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (unused_system => system, unused_start => x0)
+    end associate
+    call self%spectrum%motion(phases, x)
+  end subroutine take_motion
+
+  subroutine take_errors(self, system, phases, x, errors, error, disturbance)
+    class(constant_type), intent(in) :: self
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(in) :: phases(:), x(:, :)
+    type(turn_errors_type), intent(out) :: errors
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), intent(in), optional :: disturbance
+
+    associate (unused_system => system, unused_disturbance => present(disturbance))
+    end associate
+    allocate(errors%differences(size(x, 1), 2 * size(phases)), source=0.0_dp)
+    allocate(errors%rounding, source=self%spectrum%error)
+  end subroutine take_errors
+
+  subroutine take_report(self, found)
+    class(constant_type), intent(in) :: self
+    type(evidence_type), intent(inout) :: found
+
+    call found%add("averaged", self%evaluations, self%error)
+  end subroutine take_report
+
+  subroutine take_liouville_defect(self, system, defect, error)
+    class(constant_type), intent(in) :: self
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(out) :: defect
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (unused_system => system, no_error => allocated(error))
+    end associate
+    defect = self%trace_defect
+  end subroutine take_liouville_defect
+
+end module gestell_floquet_solution_constant

@@ -1,0 +1,235 @@
+!> Floquet's solution from the factors of a monodromy matrix.
+module gestell_floquet_solution_factored
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_floquet_factors_cycle, only: accumulate, distance_from_one, spectrum_type, periodic_answer, solve_spectrum
+  use gestell_floquet_factors, only: factors_type, solve_factors
+  use gestell_floquet_period_liouville, only: defect_of
+  use gestell_floquet_period_period_map, only: trajectory
+  use gestell_floquet_multipliers, only: arrange, multiplier, multipliers_type
+  use gestell_floquet_solution_part_solution, only: evidence_type, part_solution_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_floquet_period_survey, only: survey_type
+  use gestell_floquet_period_periodic_solution, only: periodic_solution_type, raise_resonance
+  use gestell_floquet_period_turn_errors, only: compare, comparison_type, relative_rounding, take_differences, turn_errors_type
+  use gestell_system_periodic, only: periodic_system
+  implicit none (type, external)
+  private
+
+  public :: solve_factored
+
+  type, extends(part_solution_type), public :: factored_type
+    type(factors_type) :: factors
+    !> Their multipliers and eigenvectors, or why there are none.
+    type(spectrum_type) :: spectrum
+    type(error_type), allocatable :: failure
+    !> The periodic motion at the starts of the segments, in balanced units, shape (n, K); unallocated: of a system without forcing,
+    !> or in resonance.
+    real(dp), allocatable :: starts(:, :)
+  contains
+    procedure :: multipliers => take_multipliers
+    procedure :: start => take_start
+    procedure :: follow => take_motion
+    procedure :: errors => take_errors
+    procedure :: report => take_report
+    procedure :: liouville_defect => take_liouville_defect
+  end type factored_type
+
+contains
+
+  !> The factors of `system` to `accuracy`, and their spectrum; if `forced` also what the periodic motion needs. `seen`: of a system
+  !> that was surveyed already. Errors: those of `solve_factors`. Where they have no spectrum that is an error of
+  !> multipliers and periodic motion.
+  subroutine solve_factored(system, accuracy, forced, factored, error, seen)
+    class(periodic_system), intent(in) :: system
+    type(accuracy_type), intent(in) :: accuracy
+    logical, intent(in) :: forced
+    type(factored_type), intent(out) :: factored
+    type(error_type), allocatable, intent(out) :: error
+    type(survey_type), intent(in), optional :: seen
+    integer :: i
+
+    call solve_factors(system, accuracy, forced, factored%factors, error, seen)
+    if (allocated(error)) return
+    factored%scale = factored%factors%scale
+    factored%phase_advance = factored%factors%phase_advance
+    associate (spectrum => factored%spectrum)
+      call solve_spectrum(factored%factors, spectrum, factored%failure)
+      if (allocated(factored%failure) .or. .not. forced) return
+      spectrum%distance = [(distance_from_one(spectrum, i), i = 1, system%states)]
+      if (all(spectrum%distance > 0)) call periodic_answer(spectrum, factored%factors%b, factored%starts)
+    end associate
+  end subroutine solve_factored
+
+  subroutine take_multipliers(self, vectors, multipliers, error)
+    class(factored_type), intent(in) :: self
+    logical, intent(in) :: vectors
+    type(multipliers_type), intent(out) :: multipliers
+    type(error_type), allocatable, intent(out) :: error
+    logical, allocatable :: paired(:)
+    integer :: n, k, partner
+
+    if (allocated(self%failure)) then
+      allocate(error, source=self%failure)
+      return
+    end if
+    n = size(self%scale)
+    allocate(paired(n), source=.false.)
+    multipliers%exponent = self%spectrum%z
+    multipliers%error = self%spectrum%bound
+    multipliers%condition = self%spectrum%condition
+    if (vectors) multipliers%vectors = self%spectrum%vectors%x(:, :, 1) * spread(self%scale, 2, n)
+    do k = 1, n
+      if (paired(k)) cycle
+      partner = partner_of(self%spectrum, paired, k)
+      paired([k, partner]) = .true.
+      associate (z => multipliers%exponent(k))
+        if (partner == k) then
+          z = cmplx(real(z), pi * anint(aimag(z) / pi), dp)
+        else
+          multipliers%exponent(partner) = conjg(z)
+          if (vectors) multipliers%vectors(:, partner) = conjg(multipliers%vectors(:, k))
+        end if
+      end associate
+    end do
+    multipliers%log_abs = real(multipliers%exponent)
+    multipliers%arg = aimag(multipliers%exponent)
+    multipliers%rho = multiplier(multipliers%exponent)
+    multipliers%exponent = multipliers%exponent / self%factors%period
+    call arrange(multipliers)
+  end subroutine take_multipliers
+
+  !> Of those that have no partner yet the multiplier that is nearest to the conjugate of the k-th: k itself for a real one.
+  pure integer function partner_of(spectrum, paired, k) result(partner)
+    type(spectrum_type), intent(in) :: spectrum
+    logical, intent(in) :: paired(:)
+    integer, intent(in) :: k
+    complex(dp) :: difference(size(spectrum%z))
+
+    difference = spectrum%z - conjg(spectrum%z(k))
+    difference = cmplx(real(difference), aimag(difference) - 2 * pi * anint(aimag(difference) / (2 * pi)), dp)
+    partner = minloc(abs(difference), dim=1, mask=.not. paired)
+  end function partner_of
+
+  !> Error: the factors have no spectrum; resonance within the errors.
+  subroutine check_starts(self, error)
+    class(factored_type), intent(in) :: self
+    type(error_type), allocatable, intent(out) :: error
+
+    if (allocated(self%failure)) then
+      allocate(error, source=self%failure)
+    else if (.not. allocated(self%starts)) then
+      call raise_resonance(error)
+    end if
+  end subroutine check_starts
+
+  subroutine take_start(self, solution, error)
+    class(factored_type), intent(in) :: self
+    type(periodic_solution_type), intent(out) :: solution
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: doubt(:), at_starts(:, :)
+    integer :: n, count, k, next
+
+    call check_starts(self, error)
+    if (allocated(error)) return
+    associate (factors => self%factors, x => self%starts)
+      n = size(x, 1)
+      count = size(x, 2)
+      allocate(doubt(count))
+      do k = 1, count
+        next = modulo(k, count) + 1
+        doubt(k) = factors%error(k) * norm2(x(:, k)) + factors%b_error(k) &
+          & + n * epsilon(1.0_dp) * (norm2(x(:, next)) + norm2(factors%a(:, :, k)) * norm2(x(:, k)))
+      end do
+      call accumulate(factors, self%spectrum, doubt, at_starts)
+      solution%x0 = x(:, 1) * self%scale
+    end associate
+    solution%error = at_starts(:, 1) * self%scale
+    solution%condition = maxval(self%spectrum%condition / self%spectrum%distance)
+  end subroutine take_start
+
+  !> Anew from its own start in each segment.
+  subroutine take_motion(self, system, x0, phases, x, error)
+    class(factored_type), intent(in) :: self
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(in) :: x0(:), phases(:)
+    real(dp), intent(out) :: x(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    integer :: k, first, last, begin, finish
+
+    associate (unused_start => x0)
+    end associate
+    call check_starts(self, error)
+    if (allocated(error)) return
+    last = 0
+    begin = 1
+    associate (factors => self%factors, starts => self%starts)
+      do k = 1, size(starts, 2)
+        first = last + 1
+        do while (last < size(phases))
+          if (phases(last + 1) >= factors%ends(k + 1) .and. k < size(starts, 2)) exit
+          last = last + 1
+        end do
+        finish = begin
+        do while (factors%nodes(finish) < factors%ends(k + 1))
+          finish = finish + 1
+        end do
+        call trajectory(system, factors%method, factors%nodes(begin:finish), starts(:, k) * self%scale, phases(first:last), &
+          & x(:, first:last), error)
+        if (allocated(error)) return
+        begin = finish
+      end do
+    end associate
+  end subroutine take_motion
+
+  subroutine take_errors(self, system, phases, x, errors, error, disturbance)
+    class(factored_type), intent(in) :: self
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(in) :: phases(:), x(:, :)
+    type(turn_errors_type), intent(out) :: errors
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), intent(in), optional :: disturbance
+    type(comparison_type) :: comparison, turn
+    real(dp), allocatable :: z(:, :), own(:), at_starts(:, :)
+    integer :: count
+
+    call check_starts(self, error)
+    if (allocated(error)) return
+    count = size(self%starts, 2)
+    associate (factors => self%factors, scale => spread(self%scale, 2, count))
+      call compare(system, factors%method, factors%nodes, self%scale, factors%ends, self%starts * scale, phases, x, &
+        & comparison, error)
+      if (.not. allocated(error)) call compare(system, factors%method, factors%nodes, self%scale, factors%ends, &
+        & self%starts * scale, factors%ends(:1), x(:, :1), turn, error)
+      if (allocated(error)) return
+      call periodic_answer(self%spectrum, turn%defect / scale, z)
+      z = z * scale
+    end associate
+    own = (relative_rounding(system, comparison%steps, self%phase_advance) + system%load_rounding) * comparison%size / count
+    if (present(disturbance)) own = own + disturbance / minval(self%scale) / count
+    call accumulate(self%factors, self%spectrum, own, at_starts)
+    ! The motion is followed from each start.
+    call take_differences(comparison, self%scale, z, z, at_starts, own, errors)
+  end subroutine take_errors
+
+  subroutine take_report(self, found)
+    class(factored_type), intent(in) :: self
+    type(evidence_type), intent(inout) :: found
+
+    associate (f => self%factors)
+      call found%add(trim(f%method%name), f%evaluations, f%relative_error)
+      found%steps = found%steps + f%steps
+      found%factors = found%factors + size(f%a, 3)
+    end associate
+  end subroutine take_report
+
+  subroutine take_liouville_defect(self, system, defect, error)
+    class(factored_type), intent(in) :: self
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(out) :: defect
+    type(error_type), allocatable, intent(out) :: error
+
+    call defect_of(system, self%factors%steps, self%factors%a, defect, error)
+  end subroutine take_liouville_defect
+
+end module gestell_floquet_solution_factored

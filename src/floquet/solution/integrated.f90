@@ -1,0 +1,134 @@
+!> Floquet's solution by integration over the period.
+module gestell_floquet_solution_integrated
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_multipliers, only: multipliers_type, solve_multipliers
+  use gestell_floquet_solution_part_solution, only: evidence_type, part_solution_type
+  use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
+  use gestell_floquet_period_survey, only: survey_type
+  use gestell_floquet_period_period_map, only: trajectory
+  use gestell_floquet_period_periodic_solution, only: periodic_solution_type, raise_resonance, solve_periodic
+  use gestell_floquet_period_turn_errors, only: close_turn, compare, comparison_type, relative_rounding, rounding_errors, &
+    & take_differences, turn_errors_type
+  use gestell_system_periodic, only: periodic_system
+  implicit none (type, external)
+  private
+
+  public :: integrate
+
+  type, extends(part_solution_type), public :: integrated_type
+    type(monodromy_type) :: monodromy
+  contains
+    procedure :: multipliers => take_multipliers
+    procedure :: start => take_start
+    procedure :: follow => take_motion
+    procedure :: errors => take_errors
+    procedure :: report => take_report
+    procedure :: liouville_defect => take_liouville_defect
+  end type integrated_type
+
+contains
+
+  !> Phi(T), and x_p(T) if `forced`, to `accuracy`; `seen`: of a system that was surveyed already. Errors: those of
+  !> `solve_monodromy`.
+  subroutine integrate(system, accuracy, forced, integrated, error, seen)
+    class(periodic_system), intent(in) :: system
+    type(accuracy_type), intent(in) :: accuracy
+    logical, intent(in) :: forced
+    type(integrated_type), intent(out) :: integrated
+    type(error_type), allocatable, intent(out) :: error
+    type(survey_type), intent(in), optional :: seen
+
+    call solve_monodromy(system, accuracy, forced, integrated%monodromy, error, seen)
+    if (allocated(error)) return
+    integrated%scale = integrated%monodromy%scale
+    integrated%phase_advance = integrated%monodromy%phase_advance
+  end subroutine integrate
+
+  subroutine take_multipliers(self, vectors, multipliers, error)
+    class(integrated_type), intent(in) :: self
+    logical, intent(in) :: vectors
+    type(multipliers_type), intent(out) :: multipliers
+    type(error_type), allocatable, intent(out) :: error
+
+    call solve_multipliers(self%monodromy, vectors, multipliers, error)
+  end subroutine take_multipliers
+
+  subroutine take_start(self, solution, error)
+    class(integrated_type), intent(in) :: self
+    type(periodic_solution_type), intent(out) :: solution
+    type(error_type), allocatable, intent(out) :: error
+
+    call solve_periodic(self%monodromy, solution, error)
+  end subroutine take_start
+
+  subroutine take_motion(self, system, x0, phases, x, error)
+    class(integrated_type), intent(in) :: self
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(in) :: x0(:), phases(:)
+    real(dp), intent(out) :: x(:, :)
+    type(error_type), allocatable, intent(out) :: error
+
+    call trajectory(system, self%monodromy%method, self%monodromy%nodes, x0, phases, x, error)
+  end subroutine take_motion
+
+  !> Error: resonance within the roundings, or overflow.
+  subroutine take_errors(self, system, phases, x, errors, error, disturbance)
+    class(integrated_type), intent(in) :: self
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(in) :: phases(:), x(:, :)
+    type(turn_errors_type), intent(out) :: errors
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), intent(in), optional :: disturbance
+    integer, parameter :: most_segments = 8
+    real(dp), parameter :: ends(2) = [0.0_dp, 1.0_dp]
+    type(comparison_type) :: comparison, turn
+    real(dp), allocatable :: z(:, :), due(:, :), inverted(:, :), own(:)
+    integer, allocatable :: first(:)
+    real(dp) :: rounding, lost
+    integer :: count, k
+
+    count = min(most_segments, size(phases) - 1)
+    allocate(first, source=[(1 + (k * (size(phases) - 1)) / count, k = 0, count)])
+    associate (monodromy => self%monodromy)
+      call compare(system, monodromy%method, monodromy%nodes, monodromy%scale, phases(first), x(:, first(:count)), phases, x, &
+        & comparison, error)
+      if (allocated(error)) return
+      call compare(system, monodromy%method, monodromy%nodes, monodromy%scale, ends, x(:, :1), ends, x(:, [1, 1]), turn, error)
+      if (allocated(error)) return
+      allocate(z(size(x, 1), count), due(size(x, 1), count))
+      call close_turn(turn, comparison, monodromy%scale, z, due, inverted, error)
+      if (allocated(error)) return
+      rounding = relative_rounding(system, comparison%steps, monodromy%phase_advance)
+      lost = norm2(inverted) * rounding * monodromy%norm
+      if (.not. lost < 1) then
+        call raise_resonance(error)
+        return
+      end if
+      own = (rounding + system%load_rounding) / (1 - lost) * comparison%size / count
+      if (present(disturbance)) own = own + disturbance / minval(monodromy%scale) / count
+      call take_differences(comparison, monodromy%scale, z, due, rounding_errors(comparison, monodromy%scale, inverted, own), &
+        & own, errors)
+    end associate
+  end subroutine take_errors
+
+  subroutine take_report(self, found)
+    class(integrated_type), intent(in) :: self
+    type(evidence_type), intent(inout) :: found
+
+    associate (m => self%monodromy)
+      call found%add(trim(m%method%name), m%evaluations, m%error / max(m%norm, tiny(1.0_dp)))
+      found%steps = found%steps + m%steps
+    end associate
+  end subroutine take_report
+
+  subroutine take_liouville_defect(self, system, defect, error)
+    class(integrated_type), intent(in) :: self
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(out) :: defect
+    type(error_type), allocatable, intent(out) :: error
+
+    call self%monodromy%liouville_defect(system, defect, error)
+  end subroutine take_liouville_defect
+
+end module gestell_floquet_solution_integrated

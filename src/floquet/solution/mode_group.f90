@@ -1,0 +1,269 @@
+!> One group of modes of a reduction: its map over the period, its multipliers and what it makes of a disturbance.
+module gestell_floquet_solution_mode_group
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_kinds, only: dp, pi
+  use gestell_math_lapack, only: eigensystem, inverse
+  use gestell_floquet_reduction_conjugates, only: entry
+  use gestell_floquet_solution_factored, only: factored_type, solve_factored
+  use gestell_floquet_solution_part_solution, only: part_solution_type
+  use gestell_floquet_solution_integrated, only: integrate, integrated_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_floquet_multipliers, only: multiplier, multipliers_type, set_multipliers
+  use gestell_floquet_period_periodic_solution, only: raise_resonance
+  use gestell_floquet_reduction, only: reduction_type
+  use gestell_floquet_solution_sampled, only: complex_system, real_system, sampled_system
+  implicit none (type, external)
+  private
+
+  public :: blocks, group_amplification, group_multipliers, least_size, mirror, solve_group, take_rates
+
+  !> One group of modes: over the period its motion is multiplied by exp(shift) Phi.
+  type, public :: group_type
+    !> Columns of the basis, those of the conjugate group (the same for a real group).
+    integer, allocatable :: columns(:), conjugates(:)
+    !> The common factor's logarithm, and the rest with a bound on its error; shape (m, m).
+    complex(dp) :: shift = 0
+    complex(dp), allocatable :: phi(:, :)
+    real(dp) :: error = 0
+    !> Only for more than one mode: the rest as a system of its own, and its solution; where that is by factors there is no Phi.
+    type(sampled_system), allocatable :: system
+    class(part_solution_type), allocatable :: solution
+  end type group_type
+
+contains
+
+  !> The map of a group, whose columns are given, over the period; `forced`: with the motion that its forcing makes of zero.
+  !> Errors: those of `solve_monodromy`.
+  subroutine solve_group(reduction, forced, accuracy, group, error)
+    type(reduction_type), intent(in) :: reduction
+    logical, intent(in) :: forced
+    type(accuracy_type), intent(in) :: accuracy
+    type(group_type), intent(inout) :: group
+    type(error_type), allocatable, intent(out) :: error
+    type(integrated_type), allocatable :: integrated
+    type(factored_type), allocatable :: factored
+    complex(dp), allocatable :: d(:, :, :)
+    complex(dp) :: centre
+    integer :: m, i, k
+
+    m = size(group%columns)
+    d = blocks(reduction%generator, reduction, group)
+    if (m == 1 .and. .not. forced) then
+      group%shift = (sum(d) + sum(blocks(reduction%generator_between, reduction, group))) / (2 * reduction%angles)
+    else if (.not. forced) then
+      do k = 1, reduction%angles
+        centre = sum([(d(i, i, k), i = 1, m)]) / m
+        group%shift = group%shift + centre / reduction%angles
+        do i = 1, m
+          d(i, i, k) = d(i, i, k) - centre
+        end do
+      end do
+    end if
+    if (all(group%conjugates == group%columns)) group%shift = real(group%shift)
+
+    associate (rounding => reduction%residual)
+      if (m == 1 .and. .not. forced) then
+        allocate(group%phi(1, 1), source=(1.0_dp, 0.0_dp))
+        group%error = rounding
+        return
+      end if
+      allocate(integrated)
+      if (any(group%conjugates /= group%columns)) then
+        group%system = complex_system(d, rounding)
+      else if (forced) then
+        group%system = real_system(real(d), transpose(reduction%forcing(:, group%columns)), rounding)
+      else
+        group%system = real_system(real(d), 0 * real(d(:, 1, :)), rounding)
+      end if
+    end associate
+    call integrate(group%system, accuracy, forced, integrated, error)
+    if (allocated(error)) return
+    associate (monodromy => integrated%monodromy)
+      if (.not. monodromy%loses_modes()) then
+        group%phi = monodromy%phi(:m, :m)
+        if (any(group%conjugates /= group%columns)) group%phi = cmplx(monodromy%phi(:m, :m), monodromy%phi(m + 1:, :m), dp)
+        group%error = monodromy%error
+      end if
+    end associate
+    if (allocated(group%phi)) then
+      call move_alloc(integrated, group%solution)
+    else if (any(group%conjugates /= group%columns)) then
+      call fatal_error(error, "the modes of a group differ too much", failed_computation)
+    else
+      allocate(factored)
+      call solve_factored(group%system, accuracy, forced, factored, error)
+      call move_alloc(factored, group%solution)
+    end if
+  end subroutine solve_group
+
+  !> D of a group at all phases, shape (m, m, N), of the `generator` of all, shape (N, n, n).
+  pure function blocks(generator, reduction, group) result(d)
+    real(dp), contiguous, intent(in) :: generator(:, :, :)
+    type(reduction_type), intent(in) :: reduction
+    type(group_type), intent(in) :: group
+    complex(dp) :: d(size(group%columns), size(group%columns), reduction%angles)
+    real(dp), dimension(reduction%angles) :: re, im
+    integer :: i, j
+
+    do j = 1, size(group%columns)
+      do i = 1, size(group%columns)
+        call entry(generator, reduction%modes%conjugate, group%columns(i), group%columns(j), re, im)
+        d(i, j, :) = cmplx(re, im, dp)
+      end do
+    end do
+  end function blocks
+
+  !> The multipliers of one group, for the period 1; with `vectors` the eigenvectors in the group's columns too.
+  subroutine group_multipliers(group, vectors, multipliers, error)
+    type(group_type), intent(in) :: group
+    logical, intent(in) :: vectors
+    type(multipliers_type), intent(out) :: multipliers
+    type(error_type), allocatable, intent(out) :: error
+    complex(dp), allocatable :: rho(:), right(:, :), left(:, :)
+
+    if (.not. allocated(group%phi)) then
+      call group%solution%multipliers(vectors, multipliers, error)
+      if (allocated(error)) return
+    else
+      if (size(group%phi) == 1) then
+        rho = group%phi(:, 1)
+        right = reshape([(1.0_dp, 0.0_dp)], [1, 1])
+        left = right
+      else
+        call eigensystem(group%phi, rho, right, left, error)
+        if (allocated(error)) return
+      end if
+      call set_multipliers(rho, right, left, group%error + size(rho) * epsilon(1.0_dp) * norm2(abs(group%phi)), multipliers)
+      if (vectors) multipliers%vectors = right
+    end if
+    call multiply(multipliers, group%shift)
+  end subroutine group_multipliers
+
+  !> The multipliers times exp(shift).
+  pure subroutine multiply(multipliers, shift)
+    type(multipliers_type), intent(inout) :: multipliers
+    complex(dp), intent(in) :: shift
+
+    multipliers%log_abs = multipliers%log_abs + real(shift)
+    multipliers%arg = multipliers%arg + aimag(shift)
+    multipliers%arg = multipliers%arg - 2 * pi * anint(multipliers%arg / (2 * pi))
+    multipliers%exponent = cmplx(multipliers%log_abs, multipliers%arg, dp)
+    multipliers%rho = multiplier(multipliers%exponent)
+  end subroutine multiply
+
+  pure subroutine mirror(multipliers)
+    type(multipliers_type), intent(inout) :: multipliers
+
+    multipliers%arg = -multipliers%arg
+    multipliers%rho = conjg(multipliers%rho)
+    multipliers%exponent = conjg(multipliers%exponent)
+    if (allocated(multipliers%vectors)) multipliers%vectors = conjg(multipliers%vectors)
+  end subroutine mirror
+
+  !> A bound on |(E - Phi)^-1| of a group, by its multipliers. Error: resonance within their errors.
+  subroutine group_amplification(group, amplification, error)
+    type(group_type), intent(in) :: group
+    real(dp), intent(out) :: amplification
+    type(error_type), allocatable, intent(out) :: error
+    type(multipliers_type) :: multipliers
+    real(dp), allocatable :: distance(:)
+    integer :: k
+
+    amplification = 0
+    call group_multipliers(group, .false., multipliers, error)
+    if (allocated(error)) return
+    ! |1 - rho|, at the least. Where rho is lost, |rho| is small.
+    allocate(distance(size(multipliers%rho)))
+    do k = 1, size(distance)
+      associate (z => multipliers%log_abs(k), e => multipliers%error(k))
+        if (z + log(1 + e) <= -1) then
+          distance(k) = 1 - exp(-1.0_dp)
+        else if (z > 1) then
+          distance(k) = merge(0.5_dp * exp(1.0_dp) - 1, 0.0_dp, e < 0.5_dp)
+        else
+          distance(k) = abs(1 - multipliers%rho(k)) - e * abs(multipliers%rho(k))
+        end if
+      end associate
+    end do
+    if (any(distance <= 0)) then
+      call raise_resonance(error)
+      return
+    end if
+    amplification = size(distance) * maxval(multipliers%condition / distance)
+  end subroutine group_amplification
+
+  !> The least |D y| / |y| at any phase.
+  real(dp) function least_size(d)
+    complex(dp), intent(in) :: d(:, :, :)
+    complex(dp), allocatable :: inverted(:, :)
+    type(error_type), allocatable :: error
+    integer :: k
+
+    if (size(d, 1) == 1) then
+      least_size = minval(abs(d))
+      return
+    end if
+    least_size = huge(least_size)
+    do k = 1, size(d, 3)
+      call inverse(d(:, :, k), inverted, error)
+      if (allocated(error)) then
+        least_size = 0
+      else
+        least_size = min(least_size, 1 / norm2(abs(inverted)))
+      end if
+    end do
+  end function least_size
+
+  !> How a group's motion may change on its way over a period, forward or backward in time: `growth`, the logarithm of how much it
+  !> exceeds what it has at the ends, and `rate`, by which it falls at least at all phases, zero where it does not. In the group's
+  !> own coordinates, or in those of the eigenvectors of its mean D with their `condition`.
+  subroutine take_rates(d, growth, rate, condition)
+    complex(dp), intent(in) :: d(:, :, :)
+    real(dp), intent(out) :: growth, rate, condition
+    type(error_type), allocatable :: error
+    complex(dp), allocatable :: values(:), right(:, :), left(:, :), inverted(:, :)
+    complex(dp) :: turned(size(d, 1), size(d, 1), size(d, 3))
+    real(dp) :: other_growth, other_rate
+    integer :: k
+
+    condition = 1
+    call rates_of(d, growth, rate)
+    if (size(d, 1) == 1 .or. rate > 0) return
+    call eigensystem(sum(d, dim=3) / size(d, 3), values, right, left, error)
+    if (.not. allocated(error)) call inverse(right, inverted, error)
+    if (allocated(error)) return
+    do k = 1, size(d, 3)
+      turned(:, :, k) = matmul(inverted, matmul(d(:, :, k), right))
+    end do
+    call rates_of(turned, other_growth, other_rate)
+    associate (both => norm2(abs(right)) * norm2(abs(inverted)))
+      if (other_growth + log(both) >= growth) return
+      condition = both
+      growth = other_growth + log(both)
+      rate = other_rate
+    end associate
+  end subroutine take_rates
+
+  !> The same in the coordinates given. The rates of |y| lie between the eigenvalues of the Hermitian part of D, these in
+  !> Gershgorin's discs. A motion that decays as a whole is followed forward, one that grows backward.
+  pure subroutine rates_of(d, growth, rate)
+    complex(dp), intent(in) :: d(:, :, :)
+    real(dp), intent(out) :: growth, rate
+    real(dp), dimension(size(d, 3)) :: fastest, slowest
+    real(dp) :: coupling
+    integer :: i, k
+
+    fastest = -huge(fastest)
+    slowest = huge(slowest)
+    do k = 1, size(d, 3)
+      do i = 1, size(d, 1)
+        coupling = (sum(abs(d(i, :, k) + conjg(d(:, i, k)))) - 2 * abs(real(d(i, i, k)))) / 2
+        fastest(k) = max(fastest(k), real(d(i, i, k)) + coupling)
+        slowest(k) = min(slowest(k), real(d(i, i, k)) - coupling)
+      end do
+    end do
+    growth = min(sum(max(fastest, 0.0_dp)), sum(max(-slowest, 0.0_dp))) / size(d, 3)
+    rate = max(0.0_dp, -maxval(fastest), minval(slowest))
+  end subroutine rates_of
+
+end module gestell_floquet_solution_mode_group

@@ -1,0 +1,169 @@
+!> One part of a system that does not act on the others, solved by the cheapest way: by reduction where its vibrations are
+!> fast against the period, by the factors of its map where this loses modes, else by integration over the period.
+module gestell_floquet_solution_part
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_solution_constant, only: constant_type, solve_constant
+  use gestell_floquet_solution_factored, only: factored_type, solve_factored
+  use gestell_floquet_integrator_method, only: name_length
+  use gestell_floquet_integrator_methods, only: method_names
+  use gestell_floquet_solution_part_solution, only: part_solution_type
+  use gestell_floquet_solution_integrated, only: integrate, integrated_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_floquet_period_survey, only: survey, survey_type
+  use gestell_floquet_period_periodic_solution, only: periodic_solution_type
+  use gestell_floquet_reduction, only: reduce, reduction_type
+  use gestell_floquet_solution_reduced, only: reduced_type, solve_reduced
+  use gestell_system_averaged, only: averaged_system
+  use gestell_system_periodic, only: periodic_system
+  implicit none (type, external)
+  private
+
+  public :: solve_part, solution_methods
+
+  !> Reduction is tried where the fastest vibration turns by more radians than this within the period.
+  real(dp), parameter :: large_advance = 700
+  !> And where reduction tells little of the periodic motion, integration up to so many: a tenth of a second.
+  real(dp), parameter :: most_affordable = 1.0e5_dp
+  !> What reduction is to tell of the periodic motion, relative to it, where integration costs more, and where it costs less.
+  real(dp), parameter :: few_digits = 1.0e-4_dp, many_digits = 1.0e-5_dp
+
+contains
+
+  !> All names that `accuracy%method` may have: those of the integration methods, and the reduction.
+  pure function solution_methods() result(names)
+    character(len=name_length), allocatable :: names(:)
+
+    allocate(names, source=[character(len=name_length) :: method_names(), "reduced"])
+  end function solution_methods
+
+  !> Solves a system that does not fall into parts; see gestell_floquet_solution.
+  subroutine solve_part(system, accuracy, forced, solution, error)
+    class(periodic_system), intent(in) :: system
+    type(accuracy_type), intent(in) :: accuracy
+    logical, intent(in) :: forced
+    class(part_solution_type), allocatable, intent(out) :: solution
+    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: unfit, why
+    type(constant_type), allocatable :: constant
+    type(integrated_type), allocatable :: integrated
+    type(reduced_type), allocatable :: reduced
+    type(factored_type), allocatable :: factored
+    type(accuracy_type) :: order
+    type(survey_type) :: seen
+    logical :: lost
+
+    select type (system)
+    type is (averaged_system)
+      allocate(constant)
+      call solve_constant(system, forced, constant, error)
+      call move_alloc(constant, solution)
+      return
+    end select
+
+    order = accuracy
+    if (.not. allocated(order%method)) order%method = "auto"
+    call survey(system, seen, error, forced)
+    if (allocated(error)) return
+    if (order%method == "reduced" .or. (order%method == "auto" .and. order%steps == 0 &
+      & .and. seen%phase_advance > large_advance)) then
+      call try_reduction(system, order, forced, seen, reduced, why)
+      if (allocated(reduced)) then
+        if (forced .and. order%method /= "reduced" .and. seen%phase_advance <= most_affordable) then
+          if (.not. tells_motion(reduced, max(few_digits, order%tolerance))) call map_period(system, order, forced, seen, solution)
+        end if
+        if (.not. allocated(solution)) call move_alloc(reduced, solution)
+        return
+      end if
+      if (order%method == "reduced") then
+        call fatal_error(error, "method 'reduced' does not apply: " // why%message, failed_computation)
+        return
+      end if
+    end if
+
+    allocate(integrated)
+    call integrate(system, order, forced, integrated, error, seen)
+    lost = .not. allocated(error)
+    if (lost) lost = integrated%monodromy%loses_modes()
+    if (integrated%monodromy%broken) lost = .true.
+    if (order%steps == 0 .and. lost) then
+      ! Some modes are lost in rounding beside others, or the numbers overflow.
+      if (order%method == "auto" .and. seen%phase_advance <= large_advance) then
+        call try_reduction(system, order, forced, seen, reduced, unfit)
+        if (allocated(reduced) .and. forced) then
+          if (.not. tells_motion(reduced, max(many_digits, order%tolerance))) deallocate(reduced)
+        end if
+      end if
+      if (allocated(reduced)) then
+        call move_alloc(reduced, solution)
+      else
+        allocate(factored)
+        call solve_factored(system, order, forced, factored, unfit, seen)
+        if (.not. allocated(unfit)) call move_alloc(factored, solution)
+      end if
+    end if
+    if (allocated(solution)) then
+      if (allocated(error)) deallocate(error)
+    else if (allocated(error)) then
+      if (allocated(why)) error%message = error%message // "; reduction does not apply: " // why%message
+    else
+      call move_alloc(integrated, solution)
+    end if
+  end subroutine solve_part
+
+  !> By the map over the period, or its factors where it loses modes; unallocated: it cannot be found.
+  subroutine map_period(system, order, forced, seen, solution)
+    class(periodic_system), intent(in) :: system
+    type(accuracy_type), intent(in) :: order
+    logical, intent(in) :: forced
+    type(survey_type), intent(in) :: seen
+    class(part_solution_type), allocatable, intent(out) :: solution
+    type(integrated_type), allocatable :: integrated
+    type(factored_type), allocatable :: factored
+    type(error_type), allocatable :: error
+
+    allocate(integrated, factored)
+    call integrate(system, order, forced, integrated, error, seen)
+    if (.not. allocated(error)) then
+      if (.not. integrated%monodromy%loses_modes()) then
+        call move_alloc(integrated, solution)
+        return
+      end if
+    end if
+    call solve_factored(system, order, forced, factored, error, seen)
+    if (.not. allocated(error)) call move_alloc(factored, solution)
+  end subroutine map_period
+
+  !> Whether the bound on the error of the periodic motion is below this part of its size: within a group of modes whose rates vary
+  !> over the period it may be worse than the motion by many orders, where factors tell it well.
+  logical function tells_motion(reduced, part)
+    type(reduced_type), intent(in) :: reduced
+    real(dp), intent(in) :: part
+    type(periodic_solution_type) :: motion
+    type(error_type), allocatable :: error
+
+    tells_motion = .false.
+    call reduced%start(motion, error)
+    if (allocated(error)) return
+    tells_motion = norm2(motion%error / reduced%scale) <= part * max(maxval(abs(reduced%reduction%response)), &
+      & maxval(abs(motion%x0 / reduced%scale)))
+  end function tells_motion
+
+  !> By reduction; `unfit`: why not.
+  subroutine try_reduction(system, accuracy, forced, seen, reduced, unfit)
+    class(periodic_system), intent(in) :: system
+    type(accuracy_type), intent(in) :: accuracy
+    logical, intent(in) :: forced
+    type(survey_type), intent(in) :: seen
+    type(reduced_type), allocatable, intent(out) :: reduced
+    type(error_type), allocatable, intent(out) :: unfit
+    type(reduction_type) :: reduction
+
+    call reduce(system, seen%scale, forced, accuracy%tolerance, reduction, unfit)
+    if (allocated(unfit)) return
+    allocate(reduced)
+    call solve_reduced(system, reduction, seen%scale, accuracy_type(tolerance=accuracy%tolerance), reduced, unfit)
+    if (allocated(unfit)) deallocate(reduced)
+  end subroutine try_reduction
+
+end module gestell_floquet_solution_part

@@ -1,0 +1,317 @@
+!> Floquet's solution of a system that was taken apart into groups of modes (gestell_floquet_reduction).
+module gestell_floquet_solution_reduced
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp, pi
+  use gestell_math_lapack, only: inverse
+  use gestell_floquet_reduction_conjugates, only: complex_columns
+  use gestell_floquet_period_convergence, only: safety
+  use gestell_floquet_solution_mode_group, only: blocks, group_amplification, group_multipliers, group_type, least_size, mirror, &
+    & solve_group, take_rates
+  use gestell_floquet_reduction_modes, only: columns_of, modes_type
+  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_floquet_multipliers, only: append, arrange, disc_bounds, multipliers_type, no_multipliers
+  use gestell_floquet_solution_part_solution, only: evidence_type, part_solution_type
+  use gestell_floquet_period_periodic_solution, only: periodic_solution_type
+  use gestell_floquet_reduction, only: reduction_type
+  use gestell_floquet_reduction_trigonometric, only: interpolation
+  use gestell_floquet_period_turn_errors, only: turn_errors_type
+  use gestell_system_periodic, only: periodic_system
+  implicit none (type, external)
+  private
+
+  public :: solve_reduced
+
+  type, extends(part_solution_type), public :: reduced_type
+    type(reduction_type) :: reduction
+    !> Of two conjugate groups one; the slow group, if there is one, stands first.
+    type(group_type), allocatable :: groups(:)
+    logical :: has_slow = .false.
+    real(dp) :: period = 0
+  contains
+    procedure :: multipliers => take_multipliers
+    procedure :: start => take_start
+    procedure :: follow => take_motion
+    procedure :: errors => take_errors
+    procedure :: report => take_report
+    procedure :: liouville_defect => take_liouville_defect
+  end type reduced_type
+
+contains
+
+  !> The maps of all groups over the period. Errors: those of `solve_monodromy` for groups of several modes.
+  subroutine solve_reduced(system, reduction, scale, accuracy, reduced, error)
+    class(periodic_system), intent(in) :: system
+    type(reduction_type), intent(in) :: reduction
+    real(dp), intent(in) :: scale(:)
+    type(accuracy_type), intent(in) :: accuracy
+    type(reduced_type), intent(out) :: reduced
+    type(error_type), allocatable, intent(out) :: error
+    integer, allocatable :: chosen(:)
+    integer :: k
+
+    reduced%reduction = reduction
+    reduced%period = system%period
+    reduced%scale = scale
+    reduced%has_slow = any(reduction%modes%group == 0)
+    allocate(chosen, source=groups_to_solve(reduction%modes))
+    allocate(reduced%groups(size(chosen)))
+    do k = 1, size(chosen)
+      associate (group => reduced%groups(k))
+        allocate(group%columns, source=columns_of(reduction%modes%group, chosen(k)))
+        group%conjugates = reduction%modes%conjugate(group%columns)
+        call solve_group(reduction, chosen(k) == 0 .and. allocated(reduction%response), accuracy, group, error)
+        if (allocated(error)) return
+      end associate
+    end do
+  end subroutine solve_reduced
+
+  !> The numbers of all groups that are not the conjugate of one before.
+  pure function groups_to_solve(modes) result(numbers)
+    type(modes_type), intent(in) :: modes
+    integer, allocatable :: numbers(:)
+    integer :: g
+
+    allocate(numbers, source=pack([(g, g = 0, size(modes%group))], [(stands_first(g), g = 0, size(modes%group))]))
+
+  contains
+
+    pure logical function stands_first(g)
+      integer, intent(in) :: g
+      integer, allocatable :: columns(:)
+
+      columns = columns_of(modes%group, g)
+      stands_first = .false.
+      if (size(columns) > 0) stands_first = minval(columns) <= minval(modes%conjugate(columns))
+    end function stands_first
+
+  end function groups_to_solve
+
+  !> What the groups still do to each other is within the bounds.
+  subroutine take_multipliers(self, vectors, multipliers, error)
+    class(reduced_type), intent(in) :: self
+    logical, intent(in) :: vectors
+    type(multipliers_type), intent(out) :: multipliers
+    type(error_type), allocatable, intent(out) :: error
+    type(multipliers_type) :: one
+    integer :: g, n
+
+    n = size(self%scale)
+    multipliers = no_multipliers(merge(n, 0, vectors))
+    do g = 1, size(self%groups)
+      associate (group => self%groups(g), start => complex_columns(self%reduction%basis(1, :, :), &
+        & self%reduction%modes%conjugate))
+        call group_multipliers(group, vectors, one, error)
+        if (allocated(error)) return
+        if (vectors) one%vectors = matmul(start(:, group%columns), one%vectors) &
+          & * spread(self%scale, 2, size(group%columns))
+        call append(multipliers, one)
+        if (all(group%conjugates == group%columns)) cycle
+        call mirror(one)
+        call append(multipliers, one)
+      end associate
+    end do
+    multipliers%error = disc_bounds(multipliers%exponent, max(multipliers%error, self%reduction%residual))
+    multipliers%exponent = multipliers%exponent / self%period
+    call arrange(multipliers)
+  end subroutine take_multipliers
+
+  !> That of the slow group, and the response p of the fast ones.
+  subroutine take_start(self, solution, error)
+    class(reduced_type), intent(in) :: self
+    type(periodic_solution_type), intent(out) :: solution
+    type(error_type), allocatable, intent(out) :: error
+    type(periodic_solution_type) :: slow
+    real(dp) :: within(size(self%scale)), slow_size
+    real(dp), allocatable :: start(:)
+
+    slow_size = 0
+    associate (r => self%reduction, group => self%groups(1))
+      start = r%response(1, :)
+      if (self%has_slow) then
+        call group%solution%start(slow, error)
+        if (allocated(error)) return
+        start = start + matmul(r%basis(1, :, group%columns), slow%x0)
+        slow_size = maxval(abs(slow%x0))
+      end if
+      call fast_errors(self, slow_size, within, solution%condition, error)
+      if (allocated(error)) return
+      if (self%has_slow) then
+        within(group%columns) = slow%error + safety * size(group%columns) * slow%condition * r%slow_residual
+        solution%condition = max(solution%condition, slow%condition)
+      end if
+      solution%x0 = start * self%scale
+      solution%error = matmul(abs(complex_columns(r%basis(1, :, :), r%modes%conjugate)), within) * self%scale &
+        & + rounding_of(self)
+    end associate
+  end subroutine take_start
+
+  !> What rounding leaves of p, in the units of the states.
+  pure function rounding_of(reduced) result(rounding)
+    class(reduced_type), intent(in) :: reduced
+    real(dp) :: rounding(size(reduced%scale))
+
+    associate (r => reduced%reduction)
+      rounding = size(reduced%scale) * epsilon(1.0_dp) * r%condition * maxval(abs(r%response)) * reduced%scale
+    end associate
+  end function rounding_of
+
+  !> Bounds on the error of the fast groups' coordinates, shape (n), zero in the slow ones, whose motion is as large as `slow_size`.
+  !> They hold at all times. `condition`: the greatest |(E - Phi)^-1| of a group.
+  !>
+  !> What p leaves over, r, disturbs a fast group in two ways. Its harmonics k that the N phases resolve, k < N / 2, meet a
+  !> group with |D| > 2 pi k: at most |r| / (|D| - pi N). Those near resonance, k = |D| / 2 pi, are at most as large as
+  !> the ones that are resolved foretell, when they go on to fall as they do until N / 2, |r| (|r| / |A p|)^(2 k / N - 1),
+  !> and are amplified by |(E - Phi)^-1| and the growth within the period. What decays (or grows) throughout with a rate of at
+  !> least lambda is nowhere greater than |r| / lambda. Error: resonance within the errors.
+  subroutine fast_errors(reduced, slow_size, within, condition, error)
+    class(reduced_type), intent(in) :: reduced
+    real(dp), intent(in) :: slow_size
+    real(dp), intent(out) :: within(:), condition
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: amplification, disturbance, peak, resonant, slowest, growth, rate, skew, bound
+    integer :: g
+
+    within = 0
+    condition = 0
+    associate (r => reduced%reduction)
+      disturbance = r%forcing_residual + r%residual * slow_size
+      peak = r%forcing_peak + r%residual_peak * slow_size
+      do g = merge(2, 1, reduced%has_slow), size(reduced%groups)
+        associate (group => reduced%groups(g))
+          call group_amplification(group, amplification, error)
+          if (allocated(error)) return
+          slowest = least_size(blocks(r%generator, r, group))
+          call take_rates(blocks(r%generator, r, group), growth, rate, skew)
+          resonant = log(min(max(disturbance, tiny(1.0_dp)) / max(r%effort, tiny(1.0_dp)), 1.0_dp)) &
+            & * max(slowest / (pi * r%angles) - 1, 0.0_dp)
+          bound = disturbance / max(slowest - pi * r%angles, 1.0_dp) + amplification * disturbance * exp(growth + resonant)
+          if (rate > 0) bound = min(bound, skew * peak / rate)
+          within(group%columns) = safety * bound
+          within(group%conjugates) = safety * bound
+          condition = max(condition, amplification)
+        end associate
+      end do
+    end associate
+  end subroutine fast_errors
+
+  subroutine take_motion(self, system, x0, phases, x, error)
+    class(reduced_type), intent(in) :: self
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(in) :: x0(:), phases(:)
+    real(dp), intent(out) :: x(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: shapes(:, :, :), y(:, :)
+    integer :: k
+
+    associate (unused_system => system)
+    end associate
+    x = transpose(matmul(interpolation(self%reduction%angles, phases), self%reduction%response))
+    if (self%has_slow) then
+      call follow_slow(self, x0, phases, y, error)
+      if (allocated(error)) return
+      call slow_shapes(self, phases, shapes)
+      do k = 1, size(phases)
+        x(:, k) = x(:, k) + matmul(shapes(k, :, :), y(:, k))
+      end do
+    end if
+    x = x * spread(self%scale, 2, size(phases))
+  end subroutine take_motion
+
+  subroutine take_errors(self, system, phases, x, errors, error, disturbance)
+    class(reduced_type), intent(in) :: self
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(in) :: phases(:), x(:, :)
+    type(turn_errors_type), intent(out) :: errors
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), intent(in), optional :: disturbance
+    type(turn_errors_type) :: slow
+    real(dp) :: within(size(self%scale)), slow_size, condition
+    real(dp), allocatable :: y(:, :), shapes(:, :, :)
+    integer :: k
+
+    associate (unused_system => system, unused_disturbance => present(disturbance))
+    end associate
+    slow_size = 0
+    associate (r => self%reduction, group => self%groups(1))
+      allocate(errors%differences(size(x, 1), 2 * size(phases)), source=0.0_dp)
+      if (self%has_slow) then
+        call follow_slow(self, x(:, 1), phases, y, error)
+        if (allocated(error)) return
+        call group%solution%errors(group%system, phases, y, slow, error, safety * r%slow_residual)
+        if (allocated(error)) return
+        slow_size = maxval(abs(y))
+        call slow_shapes(self, phases, shapes)
+        do k = 1, size(phases)
+          associate (both => [k, size(phases) + k])
+            errors%differences(:, both) = matmul(shapes(k, :, :), slow%differences(:, both)) * spread(self%scale, 2, 2)
+          end associate
+        end do
+      end if
+      call fast_errors(self, slow_size, within, condition, error)
+      if (allocated(error)) return
+      if (self%has_slow) within(group%columns) = slow%rounding
+      allocate(errors%rounding(size(x, 1)), source=0.0_dp)
+      do k = 1, r%angles
+        errors%rounding = max(errors%rounding, matmul(abs(complex_columns(r%basis(k, :, :), r%modes%conjugate)), within))
+      end do
+      errors%rounding = errors%rounding * self%scale + rounding_of(self)
+    end associate
+  end subroutine take_errors
+
+  subroutine take_report(self, found)
+    class(reduced_type), intent(in) :: self
+    type(evidence_type), intent(inout) :: found
+
+    associate (r => self%reduction)
+      call found%add("", r%evaluations, r%residual)
+      found%angles = found%angles + r%angles
+    end associate
+  end subroutine take_report
+
+  subroutine take_liouville_defect(self, system, defect, error)
+    class(reduced_type), intent(in) :: self
+    class(periodic_system), intent(in) :: system
+    real(dp), intent(out) :: defect
+    type(error_type), allocatable, intent(out) :: error
+    type(multipliers_type) :: multipliers
+
+    associate (unused_system => system)
+    end associate
+    defect = 0
+    call self%multipliers(.false., multipliers, error)
+    if (.not. allocated(error)) defect = sum(multipliers%log_abs) - self%reduction%trace
+  end subroutine take_liouville_defect
+
+  !> The slow group's motion, shape (m, phases), that starts with the state x0 of all.
+  subroutine follow_slow(reduced, x0, phases, y, error)
+    class(reduced_type), intent(in) :: reduced
+    real(dp), intent(in) :: x0(:), phases(:)
+    real(dp), allocatable, intent(out) :: y(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: inverted(:, :), y0(:)
+
+    associate (r => reduced%reduction, group => reduced%groups(1))
+      call inverse(r%basis(1, :, :), inverted, error)
+      if (allocated(error)) return
+      y0 = matmul(inverted(group%columns, :), x0 / reduced%scale - r%response(1, :))
+      allocate(y(size(group%columns), size(phases)))
+      call group%solution%follow(group%system, y0, phases, y, error)
+    end associate
+  end subroutine follow_slow
+
+  !> The columns of S that belong to the slow group, shape (phases, n, m).
+  subroutine slow_shapes(reduced, phases, shapes)
+    class(reduced_type), intent(in) :: reduced
+    real(dp), intent(in) :: phases(:)
+    real(dp), allocatable, intent(out) :: shapes(:, :, :)
+    integer :: n, m
+
+    n = size(reduced%scale)
+    associate (r => reduced%reduction, group => reduced%groups(1))
+      m = size(group%columns)
+      shapes = reshape(matmul(interpolation(r%angles, phases), reshape(r%basis(:, :, group%columns), [r%angles, n * m])), &
+        & [size(phases), n, m])
+    end associate
+  end subroutine slow_shapes
+
+end module gestell_floquet_solution_reduced

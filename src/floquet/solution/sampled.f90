@@ -1,0 +1,82 @@
+!> Periodic systems given by samples at an even number of equidistant phases, between which they are trigonometric
+!> polynomials.
+module gestell_floquet_solution_sampled
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_reduction_trigonometric, only: interpolation
+  use gestell_system_periodic, only: periodic_system
+  implicit none (type, external)
+  private
+
+  public :: complex_system, real_system
+
+  type, extends(periodic_system), public :: sampled_system
+    !> P, shape (n, n, N), and f, shape (n, N).
+    real(dp), allocatable :: p(:, :, :), f(:, :)
+  contains
+    procedure :: matrix
+    procedure :: forcing
+    procedure :: sample
+  end type sampled_system
+
+contains
+
+  !> The system y' = P y + f of period 1; `rounding`: relative error of its map by that of the samples.
+  pure function real_system(p, f, rounding) result(system)
+    real(dp), intent(in) :: p(:, :, :), f(:, :), rounding
+    type(sampled_system) :: system
+
+    allocate(system%p, source=p)
+    allocate(system%f, source=f)
+    system%states = size(p, 1)
+    system%period = 1
+    system%least_steps = size(p, 3)
+    system%rounding = rounding
+  end function real_system
+
+  !> The complex system y' = P y as one of twice as many real states, (Re y, Im y).
+  pure function complex_system(p, rounding) result(system)
+    complex(dp), intent(in) :: p(:, :, :)
+    real(dp), intent(in) :: rounding
+    type(sampled_system) :: system
+    real(dp) :: doubled(2 * size(p, 1), 2 * size(p, 1), size(p, 3))
+    integer :: n
+
+    n = size(p, 1)
+    doubled(:n, :n, :) = real(p)
+    doubled(n + 1:, n + 1:, :) = real(p)
+    doubled(:n, n + 1:, :) = -aimag(p)
+    doubled(n + 1:, :n, :) = aimag(p)
+    system = real_system(doubled, reshape([real(dp) ::], [2 * n, size(p, 3)], [0.0_dp]), rounding)
+  end function complex_system
+
+  subroutine matrix(self, t, p)
+    class(sampled_system), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: p(:, :)
+    real(dp) :: many(self%states, self%states, 1)
+
+    call self%sample([t], many)
+    p = many(:, :, 1)
+  end subroutine matrix
+
+  subroutine forcing(self, t, f)
+    class(sampled_system), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: f(:)
+
+    f = matmul(self%f, reshape(interpolation(size(self%f, 2), [t]), [size(self%f, 2)]))
+  end subroutine forcing
+
+  subroutine sample(self, phases, p, f)
+    class(sampled_system), intent(in) :: self
+    real(dp), intent(in) :: phases(:)
+    real(dp), intent(out) :: p(:, :, :)
+    real(dp), intent(out), optional :: f(:, :)
+    real(dp) :: weights(size(self%p, 3), size(phases))
+
+    weights = transpose(interpolation(size(self%p, 3), phases))
+    p = reshape(matmul(reshape(self%p, [self%states**2, size(self%p, 3)]), weights), shape(p))
+    if (present(f)) f = matmul(self%f, weights)
+  end subroutine sample
+
+end module gestell_floquet_solution_sampled

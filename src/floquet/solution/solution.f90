@@ -1,0 +1,286 @@
+!> Floquet's solution of a periodic system by the cheapest way: parts that do not act on each other apart, vibrations that
+!> are fast against the period by reduction, the others by integration over the period.
+module gestell_floquet_solution
+  use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
+  use gestell_base_kinds, only: dp, pi
+  use gestell_floquet_period_monodromy, only: accuracy_type, check_accuracy
+  use gestell_floquet_period_period_map, only: check_phases
+  use gestell_floquet_multipliers, only: append, arrange, multipliers_type, no_multipliers, prove_undamped
+  use gestell_floquet_multipliers, only: multipliers_of_monodromy => solve_multipliers
+  use gestell_floquet_solution_part, only: solve_part
+  use gestell_floquet_solution_part_solution, only: evidence_type, part_solution_type
+  use gestell_floquet_period_periodic_solution, only: follow_monodromy => follow, periodic_solution_type
+  use gestell_floquet_period_periodic_solution, only: periodic_of_monodromy => solve_periodic
+  use gestell_floquet_period_turn_errors, only: turn_errors_type
+  use gestell_system_part, only: find_parts, part_of
+  use gestell_system_periodic, only: periodic_system
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: checkpoints, evidence, evidence_type, follow, liouville_defect, solve_floquet, solve_multipliers, solve_periodic, &
+    & take_errors
+
+  !> All multipliers of a monodromy matrix or of a Floquet solution.
+  interface solve_multipliers
+    procedure multipliers_of_monodromy, multipliers_of_floquet
+  end interface solve_multipliers
+
+  !> The start of the periodic motion from a monodromy matrix or a Floquet solution.
+  interface solve_periodic
+    procedure periodic_of_monodromy, periodic_of_floquet
+  end interface solve_periodic
+
+  !> The periodic motion over the period.
+  interface follow
+    procedure follow_monodromy, follow_floquet
+  end interface follow
+
+  !> A part of the system: the indices of its states, the part as a system, unallocated where it is the whole, and its solution.
+  type, public :: part_type
+    integer, allocatable :: states(:)
+    !> Whether its multipliers come in pairs rho, 1 / conj(rho).
+    logical :: conserves = .false.
+    class(periodic_system), allocatable :: system
+    class(part_solution_type), allocatable :: solution
+  end type part_type
+
+  type, public :: floquet_type
+    real(dp) :: period = 0
+    !> Whether there is what the periodic motion needs.
+    logical :: forced = .false.
+    !> Units that make the states comparable, shape (n).
+    real(dp), allocatable :: scale(:)
+    type(part_type), allocatable :: parts(:)
+  end type floquet_type
+
+contains
+
+  !> Solves `system` over its period to `accuracy`; with `forced` also what the periodic motion needs. Method `auto` without
+  !> given steps may reduce; `reduced` does nothing else. Where multipliers differ by so much that Phi(T) loses the small
+  !> ones, its factors are kept, unless steps are given.
+  !> Errors: those of `solve_monodromy`; a table `coupled` of another shape; reduction was asked for and does not apply.
+  subroutine solve_floquet(system, accuracy, forced, floquet, error)
+    class(periodic_system), intent(in) :: system
+    type(accuracy_type), intent(in) :: accuracy
+    logical, intent(in) :: forced
+    type(floquet_type), intent(out) :: floquet
+    type(error_type), allocatable, intent(out) :: error
+    integer, allocatable :: numbers(:), chosen(:)
+    integer :: k, i
+
+    call system%check(error)
+    if (.not. allocated(error)) call check_accuracy(accuracy, error)
+    if (.not. allocated(error)) call find_parts(system, numbers, error)
+    if (allocated(error)) return
+    floquet%period = system%period
+    floquet%forced = forced
+    allocate(floquet%scale(system%states))
+    allocate(floquet%parts(maxval(numbers)))
+    if (size(floquet%parts) == 1) then
+      floquet%parts(1)%states = [(i, i = 1, system%states)]
+      floquet%parts(1)%conserves = system%conserves([(i, i = 1, size(numbers))])
+      call solve_part(system, accuracy, forced, floquet%parts(1)%solution, error)
+      if (.not. allocated(error)) floquet%scale = floquet%parts(1)%solution%scale
+      return
+    end if
+    do k = 1, size(floquet%parts)
+      associate (part => floquet%parts(k))
+        chosen = pack([(i, i = 1, size(numbers))], numbers == k)
+        call part_of(system, chosen, part%system, part%states)
+        part%conserves = system%conserves(chosen)
+        call solve_part(part%system, accuracy, forced, part%solution, error)
+        if (allocated(error)) return
+        floquet%scale(part%states) = part%solution%scale
+      end associate
+    end do
+  end subroutine solve_floquet
+
+  !> What `floquet` rests on; nothing where it was not solved.
+  subroutine evidence(floquet, found)
+    type(floquet_type), intent(in) :: floquet
+    type(evidence_type), intent(out) :: found
+    integer :: k
+
+    found%methods = ""
+    if (.not. allocated(floquet%parts)) return
+    found%parts = size(floquet%parts)
+    do k = 1, size(floquet%parts)
+      if (allocated(floquet%parts(k)%solution)) call floquet%parts(k)%solution%report(found)
+    end do
+  end subroutine evidence
+
+  !> The sum of ln |rho| less the integral of tr P, zero by Liouville's theorem, of the solution of `system`; of its parts the
+  !> greatest one. Errors: `floquet` was not solved; the coefficients are not finite; LAPACK found no eigenvalues.
+  subroutine liouville_defect(system, floquet, defect, error)
+    class(periodic_system), intent(in) :: system
+    type(floquet_type), intent(in) :: floquet
+    real(dp), intent(out) :: defect
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: own
+    integer :: k
+
+    defect = 0
+    if (.not. allocated(floquet%parts)) then
+      call fatal_error(error, "Liouville's formula is for a system that solve_floquet has solved", invalid_input)
+      return
+    end if
+    do k = 1, size(floquet%parts)
+      associate (part => floquet%parts(k))
+        if (allocated(part%system)) then
+          call part%solution%liouville_defect(part%system, own, error)
+        else
+          call part%solution%liouville_defect(system, own, error)
+        end if
+        if (allocated(error)) return
+        if (abs(own) > abs(defect)) defect = own
+      end associate
+    end do
+  end subroutine liouville_defect
+
+  !> All multipliers; with `vectors` the eigenvectors too. Errors: `floquet` was not solved; LAPACK found no eigenvalues.
+  subroutine multipliers_of_floquet(floquet, vectors, multipliers, error)
+    type(floquet_type), intent(in) :: floquet
+    logical, intent(in) :: vectors
+    type(multipliers_type), intent(out) :: multipliers
+    type(error_type), allocatable, intent(out) :: error
+    type(multipliers_type) :: own
+    complex(dp), allocatable :: shapes(:, :)
+    integer :: k
+
+    if (.not. allocated(floquet%parts)) then
+      call fatal_error(error, "multipliers are those of a system that solve_floquet has solved", invalid_input)
+      return
+    end if
+    if (size(floquet%parts) == 1) then
+      call floquet%parts(1)%solution%multipliers(vectors, multipliers, error)
+      if (floquet%parts(1)%conserves .and. .not. allocated(error)) call prove_undamped(multipliers)
+      return
+    end if
+    multipliers = no_multipliers(merge(size(floquet%scale), 0, vectors))
+    do k = 1, size(floquet%parts)
+      associate (part => floquet%parts(k))
+        call part%solution%multipliers(vectors, own, error)
+        if (allocated(error)) return
+        if (part%conserves) call prove_undamped(own)
+        if (vectors) then
+          allocate(shapes(size(floquet%scale), size(part%states)), source=(0.0_dp, 0.0_dp))
+          shapes(part%states, :) = own%vectors
+          call move_alloc(shapes, own%vectors)
+        end if
+        call append(multipliers, own)
+      end associate
+    end do
+    call arrange(multipliers)
+  end subroutine multipliers_of_floquet
+
+  !> The start of the periodic motion. Errors: `floquet` was not solved with forcing; resonance in one of the parts.
+  subroutine periodic_of_floquet(floquet, solution, error)
+    type(floquet_type), intent(in) :: floquet
+    type(periodic_solution_type), intent(out) :: solution
+    type(error_type), allocatable, intent(out) :: error
+    type(periodic_solution_type) :: own
+    integer :: k
+
+    if (.not. (allocated(floquet%parts) .and. floquet%forced)) then
+      call fatal_error(error, "the periodic motion needs a system that was solved with forcing", invalid_input)
+      return
+    end if
+    allocate(solution%x0(size(floquet%scale)), solution%error(size(floquet%scale)), source=0.0_dp)
+    do k = 1, size(floquet%parts)
+      associate (part => floquet%parts(k))
+        call part%solution%start(own, error)
+        if (allocated(error)) return
+        ! The squares within a norm vanish below sqrt(tiny): so small a motion is known to that only.
+        if (any(abs(own%x0) > 0)) own%error = max(own%error, sqrt(tiny(1.0_dp)) * part%solution%scale)
+        solution%x0(part%states) = own%x0
+        solution%error(part%states) = own%error
+        solution%condition = max(solution%condition, own%condition)
+      end associate
+    end do
+  end subroutine periodic_of_floquet
+
+  !> The periodic motion at `phases` (ascending, in [0, 1]), shape (n, points). Errors: the phases are not, or `solution` is not
+  !> that of `floquet` and `system`; overflow.
+  subroutine follow_floquet(system, floquet, solution, phases, x, error)
+    class(periodic_system), intent(in) :: system
+    type(floquet_type), intent(in) :: floquet
+    type(periodic_solution_type), intent(in) :: solution
+    real(dp), intent(in) :: phases(:)
+    real(dp), allocatable, intent(out) :: x(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), allocatable :: y(:, :)
+    integer :: k
+
+    call check_phases(phases, error)
+    if (allocated(error)) return
+    if (.not. (allocated(floquet%parts) .and. floquet%forced .and. allocated(solution%x0))) then
+      call fatal_error(error, "a motion is followed from the start that solve_periodic found", invalid_input)
+    else if (size(solution%x0) /= size(floquet%scale) .or. system%states /= size(floquet%scale)) then
+      call fatal_error(error, "system, solution and start of the motion differ in their numbers of states", invalid_input)
+    end if
+    if (allocated(error)) return
+    allocate(x(size(floquet%scale), size(phases)))
+    do k = 1, size(floquet%parts)
+      associate (part => floquet%parts(k))
+        allocate(y(size(part%states), size(phases)))
+        if (allocated(part%system)) then
+          call part%solution%follow(part%system, solution%x0(part%states), phases, y, error)
+        else
+          call part%solution%follow(system, solution%x0, phases, y, error)
+        end if
+        if (allocated(error)) return
+        x(part%states, :) = y
+        deallocate(y)
+      end associate
+    end do
+  end subroutine follow_floquet
+
+  !> At how many phases the errors of a motion are to be looked at: the fastest error swings like the fastest free vibration that is
+  !> integrated, and is seen at four of them in a swing.
+  pure integer function checkpoints(floquet) result(number)
+    type(floquet_type), intent(in) :: floquet
+    integer, parameter :: fewest = 40
+    real(dp) :: phase_advance
+    integer :: k
+
+    phase_advance = 0
+    do k = 1, size(floquet%parts)
+      phase_advance = max(phase_advance, floquet%parts(k)%solution%phase_advance)
+    end do
+    number = max(fewest, ceiling(2 / pi * min(phase_advance, 1.0e6_dp)))
+  end function checkpoints
+
+  !> The errors of the motion `x` that `follow` found at `phases`, shape (n, phases), the first 0 and the last 1, or with them among
+  !> more. Errors: overflow; resonance within the errors.
+  subroutine take_errors(system, floquet, phases, x, errors, error)
+    class(periodic_system), intent(in) :: system
+    type(floquet_type), intent(in) :: floquet
+    real(dp), intent(in) :: phases(:), x(:, :)
+    type(turn_errors_type), intent(out) :: errors
+    type(error_type), allocatable, intent(out) :: error
+    type(turn_errors_type) :: own
+    integer :: k
+
+    allocate(errors%differences(size(x, 1), 2 * size(phases)))
+    allocate(errors%rounding(size(x, 1)), source=0.0_dp)
+    do k = 1, size(floquet%parts)
+      associate (part => floquet%parts(k))
+        if (allocated(part%system)) then
+          call part%solution%errors(part%system, phases, x(part%states, :), own, error)
+        else
+          call part%solution%errors(system, phases, x(part%states, :), own, error)
+        end if
+        if (allocated(error)) return
+        errors%differences(part%states, :) = own%differences
+        errors%rounding(part%states) = own%rounding
+        ! The squares within a norm vanish below sqrt(tiny): so small a motion is known to that only.
+        if (any(abs(x(part%states, :)) > 0)) errors%rounding(part%states) = max(own%rounding, &
+          & sqrt(tiny(1.0_dp)) * part%solution%scale)
+      end associate
+    end do
+    if (.not. all(ieee_is_finite(errors%bounds()))) call fatal_error(error, "the errors of the periodic vibration " &
+      & // "cannot be told: they leave the range of the numbers", failed_computation)
+  end subroutine take_errors
+
+end module gestell_floquet_solution

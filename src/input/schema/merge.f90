@@ -1,0 +1,188 @@
+!> The entries of a group in the form the schema gives its keys: one entry a key, one value an element.
+module gestell_input_schema_merge
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_kinds, only: dp
+  use gestell_input_namelist_document, only: group_type, entry_type, value_type
+  use gestell_input_namelist_message, only: refuse_entry, label, location
+  use gestell_input_schema_rule, only: check_values, element_of, values_words, subscript_words, extent_words, slip_hint, &
+    unknown_key
+  use gestell_base_key, only: key_type
+  use gestell_input_schema, only: schema_type, find_key_rule
+  use gestell_input_wording, only: decimal
+  implicit none (type, external)
+  private
+
+  public :: merge_entries, expand, start
+
+contains
+
+  !> Replaces the entries of a group by one for each key that occurs.
+  pure subroutine merge_entries(group, schema, error)
+    type(group_type), intent(inout) :: group
+    type(schema_type), intent(in) :: schema
+    type(error_type), allocatable, intent(out) :: error
+    type(entry_type) :: merged(count(schema%keys%group == group%name))
+    integer :: index_of(size(schema%keys)), rule_of(size(merged))
+    integer :: i, n, rule
+
+    n = 0
+    index_of = 0
+    do i = 1, size(group%entries)
+      associate (entry => group%entries(i))
+        rule = find_key_rule(schema, group%name, entry%key)
+        if (rule == 0) then
+          call refuse_key(group, entry, schema, error)
+          return
+        end if
+        if (index_of(rule) == 0) then
+          n = n + 1
+          index_of(rule) = n
+          rule_of(n) = rule
+        end if
+        call merge_entry(group, entry, schema%keys(rule), merged(index_of(rule)), error)
+        if (allocated(error)) return
+      end associate
+    end do
+    do i = 1, n
+      call close_list(group, schema%keys(rule_of(i)), merged(i), error)
+      if (allocated(error)) return
+      call check_values(group, schema%keys(rule_of(i)), merged(i), error)
+      if (allocated(error)) return
+    end do
+    group%entries = merged(:n)
+  end subroutine merge_entries
+
+  !> Adds what one entry of the file gives to the merged entry of its key.
+  pure subroutine merge_entry(group, entry, rule, merged, error)
+    type(group_type), intent(in) :: group
+    type(entry_type), intent(in) :: entry
+    type(key_type), intent(in) :: rule
+    type(entry_type), intent(inout) :: merged
+    type(error_type), allocatable, intent(out) :: error
+    integer :: element
+
+    if (size(entry%subscript) == 0) then
+      if (allocated(merged%key)) then
+        call refuse_entry(group, entry, "given twice (first in line " // decimal(merged%line) // ")", error)
+        return
+      end if
+      call expand(group, entry, rule, merged, error)
+      return
+    end if
+
+    element = element_of(entry%subscript, rule)
+    if (size(entry%subscript) /= rule%rank) then
+      call refuse_entry(group, entry, subscript_words(rule), error)
+    else if (element == 0) then
+      call refuse_entry(group, entry, "is no element: " // extent_words(rule), error)
+    else if (size(entry%values) > 1 .or. entry%values(1)%count > 1) then
+      call refuse_entry(group, entry, "takes 1 value" // slip_hint(entry, rule), error)
+    else
+      if (.not. allocated(merged%key)) call start(entry, rule, rule%most, merged)
+      if (size(merged%values) < element) then
+        call refuse_entry(group, entry, "given twice (first in line " // decimal(merged%line) // ")", error)
+      else if (allocated(merged%values(element)%text)) then
+        call refuse_entry(group, entry, "given twice (first in line " &
+          // decimal(merged%values(element)%line) // ")", error)
+      else
+        merged%values(element) = entry%values(1)
+      end if
+    end if
+  end subroutine merge_entry
+
+  !> Values without subscripts, repeat counts resolved, as many as the rule allows.
+  pure subroutine expand(group, entry, rule, merged, error)
+    type(group_type), intent(in) :: group
+    type(entry_type), intent(in) :: entry
+    type(key_type), intent(in) :: rule
+    type(entry_type), intent(inout) :: merged
+    type(error_type), allocatable, intent(out) :: error
+    type(value_type) :: value
+    real(dp) :: total
+    integer :: i, k, n
+
+    ! in real numbers: repeat counts may be as large as they like
+    total = sum(real(entry%values%count, dp))
+    if (rule%shorter > 0 .and. all(nint(min(total, 1.0e6_dp)) /= [rule%shorter, rule%most])) then
+      call refuse_entry(group, entry, "takes " // decimal(rule%shorter) // " or " // decimal(rule%most) // " values, has " &
+        // decimal(nint(min(total, 1.0e6_dp))) // slip_hint(entry, rule), error)
+      return
+    else if (total > rule%most) then
+      call refuse_entry(group, entry, values_words(rule, total) // slip_hint(entry, rule), error)
+      return
+    else if (total < rule%least .and. rule%shorter == 0) then
+      call refuse_entry(group, entry, values_words(rule, total), error)
+      return
+    end if
+    call start(entry, rule, merge(rule%most, nint(total), rule%shorter > 0), merged)
+    n = 0
+    do i = 1, size(entry%values)
+      value = entry%values(i)
+      value%count = 1
+      do k = 1, entry%values(i)%count
+        n = n + 1
+        merged%values(place_of(n, nint(total), rule)) = value
+      end do
+    end do
+  end subroutine expand
+
+  !> Which element number n of a list of so many values is.
+  pure integer function place_of(n, total, rule)
+    integer, intent(in) :: n, total
+    type(key_type), intent(in) :: rule
+    integer :: rows
+
+    place_of = n
+    if (rule%rank < 2 .or. total /= rule%shorter) return
+    rows = nint(sqrt(real(total, dp)))
+    place_of = 1 + mod(n - 1, rows) + rule%rows * ((n - 1) / rows)
+  end function place_of
+
+  !> A merged entry without values.
+  pure subroutine start(entry, rule, n, merged)
+    type(entry_type), intent(in) :: entry
+    type(key_type), intent(in) :: rule
+    integer, intent(in) :: n
+    type(entry_type), intent(inout) :: merged
+
+    merged%key = entry%key
+    merged%line = entry%line
+    merged%rank = rule%rank
+    merged%rows = rule%rows
+    allocate(merged%subscript(0))
+    allocate(merged%values(n))
+  end subroutine start
+
+  !> Shortens a list that was given by subscripts to its last element; gaps are refused, but among those that it always has.
+  pure subroutine close_list(group, rule, merged, error)
+    type(group_type), intent(in) :: group
+    type(key_type), intent(in) :: rule
+    type(entry_type), intent(inout) :: merged
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i, n
+
+    if (rule%least == rule%most) return
+    n = 0
+    do i = 1, size(merged%values)
+      if (.not. allocated(merged%values(i)%text)) cycle
+      if (i > max(n + 1, rule%least)) then
+        call refuse_entry(group, merged, "needs the element before it too", error, i)
+        return
+      end if
+      n = i
+    end do
+    if (rule%least > 1) n = max(n, rule%least)
+    merged%values = merged%values(:n)
+  end subroutine close_list
+
+  pure subroutine refuse_key(group, entry, schema, error)
+    type(group_type), intent(in) :: group
+    type(entry_type), intent(in) :: entry
+    type(schema_type), intent(in) :: schema
+    type(error_type), allocatable, intent(out) :: error
+
+    call fatal_error(error, location(group%file, entry%line) // label(group) // ": " &
+      // unknown_key(entry%key, schema, group%name), invalid_input)
+  end subroutine refuse_key
+
+end module gestell_input_schema_merge

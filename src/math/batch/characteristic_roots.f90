@@ -1,0 +1,208 @@
+!> Eigenvalues of small matrices, eight side by side: all roots of their characteristic polynomials at once.
+module gestell_math_batch_characteristic_roots
+  use gestell_math_batch_hessenberg, only: characteristic_polynomial, evaluate, hessenberg_type, most_states
+  use gestell_base_kinds, only: pi
+  use gestell_base_processor, only: has_versions
+  use gestell_math_lanes, only: lanes
+  use gestell_math_batch_quadratic_factors, only: find_factors
+  use, intrinsic :: iso_c_binding, only: c_int, dp => c_double
+  implicit none (type, external)
+  private
+
+  public :: find_roots, guess_roots
+
+  !> Iterations at most.
+  integer, parameter :: most_iterations = 40
+  !> The last step relative to the matrix' norm, and to the distance from other roots. Convergence is cubic: the step after it,
+  !> which is not taken, is this times the square of that, below roundoff.
+  real(dp), parameter :: last_step = 1.0e-9_dp, last_part = 1.0e-4_dp
+  !> Cosines of the angles at which the m pairs of roots begin, as columns; without a symmetry that would have to stay.
+  integer :: i, m
+  real(dp), parameter :: begin_at(most_states / 2, most_states / 2) = &
+    & reshape([((cos(pi * (i - 0.6_dp) / m), i = 1, most_states / 2), m = 1, most_states / 2)], [most_states / 2, most_states / 2])
+
+  abstract interface
+    !> Twelve arguments: a polynomial and its roots in lanes, and what is found of their steps.
+    pure subroutine step_version(n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, greatest, near, once) bind(C)
+      import :: c_int, dp, lanes, most_states
+      implicit none (type, external)
+      integer(c_int), value :: n, k, once
+      real(dp), intent(in) :: p_re(lanes), p_im(lanes), d_re(lanes), d_im(lanes), converged(lanes)
+      real(dp), intent(inout) :: z_re(lanes, 2 * most_states), z_im(lanes, 2 * most_states), greatest(lanes), near(lanes)
+    end subroutine step_version
+  end interface
+
+  procedure(step_version), bind(C, name="_ZGVeN2uuuuuuuuuuul_lanes_gestell_aberth") :: step_512
+  procedure(step_version), bind(C, name="_ZGVdN2uuuuuuuuuuul_lanes_gestell_aberth") :: step_256
+
+contains
+
+  !> Where the eigenvalues are about, shapes (lanes, n): the roots of quadratic factors of the characteristic polynomial, or, where
+  !> these are not found, places on a circle around the mean of the eigenvalues, its radius the geometric mean of their distances.
+  !> `conjugate`, shape (n): those that are the conjugate of the one before in all lanes, and remain so. `found`, shape (lanes): 1
+  !> where they are roots of factors, 0 on the circle. `length`: of the processor's vectors.
+  pure subroutine guess_roots(length, h, z_re, z_im, conjugate, found)
+    integer, intent(in) :: length
+    type(hessenberg_type), intent(in) :: h
+    real(dp), intent(out) :: z_re(lanes, most_states), z_im(lanes, most_states), found(lanes)
+    logical, intent(out) :: conjugate(most_states)
+    real(dp) :: c(lanes, 0:most_states), s(lanes, most_states), q(lanes, most_states)
+    real(dp), dimension(lanes) :: mean, radius, middle, square
+    integer :: n, k
+
+    n = h%n
+    mean = h%trace / n
+    call characteristic_polynomial(h, mean, c)
+    ! The mean may be an eigenvalue.
+    radius = max(max(abs(c(:, 0)), tiny(1.0_dp))**(1.0_dp / n), 1.0e-3_dp * h%norm)
+    found = 0
+    conjugate = .false.
+    if (mod(n, 2) == 0) then
+      do k = 1, n / 2
+        s(:, k) = 2 * radius * begin_at(k, n / 2)
+        q(:, k) = radius**2
+      end do
+      call find_factors(length, n / 2, c, radius, 2 * h%norm, s, q, found)
+      do k = 1, n / 2
+        middle = mean + s(:, k) / 2
+        square = s(:, k)**2 / 4 - q(:, k)
+        conjugate(2 * k) = all(found > 0 .and. square < 0)
+        z_re(:, 2 * k - 1) = middle + sqrt(max(square, 0.0_dp))
+        z_im(:, 2 * k - 1) = sqrt(max(-square, 0.0_dp))
+        z_re(:, 2 * k) = middle - sqrt(max(square, 0.0_dp))
+        z_im(:, 2 * k) = -sqrt(max(-square, 0.0_dp))
+      end do
+    end if
+    if (all(found > 0)) return
+    do k = 1, n
+      where (.not. found > 0)
+        ! None on the real axis, where it might have to stay.
+        z_re(:, k) = mean + radius * cos(2 * pi * (k - 0.7_dp) / n)
+        z_im(:, k) = radius * sin(2 * pi * (k - 0.7_dp) / n)
+      end where
+    end do
+  end subroutine guess_roots
+
+  !> The eigenvalues z, shapes (lanes, n), from what they are about, by the iteration of Aberth and Ehrlich: Newton's steps for
+  !> p / q, where q has the other approximations as its roots. From quadratic factors of p one step is the rule, from a circle six
+  !> to seven. `conjugate`, shape (n): those that are the conjugate of the one before in all lanes. `converged`, shape (lanes): 1
+  !> where nothing is to be done; then 1, or 0 where they were not all found. A lane stands still once it has converged: nothing
+  !> in it depends on its neighbours. `length`: of the processor's vectors.
+  pure subroutine find_roots(length, h, conjugate, z_re, z_im, converged)
+    integer, intent(in) :: length
+    type(hessenberg_type), intent(in) :: h
+    logical, intent(in) :: conjugate(most_states)
+    real(dp), intent(inout) :: z_re(lanes, most_states), z_im(lanes, most_states), converged(lanes)
+    !> Behind the n roots all stand once more.
+    real(dp), dimension(lanes, 2 * most_states) :: w_re, w_im
+    real(dp), dimension(lanes) :: greatest, near
+    integer :: iteration, k
+
+    do k = 1, h%n
+      call set(h%n, k, z_re(:, k), z_im(:, k), w_re, w_im)
+    end do
+    do iteration = 1, most_iterations
+      if (all(converged > 0)) exit
+      greatest = 0
+      near = 0
+      do k = 1, h%n
+        if (conjugate(k)) then
+          call set(h%n, k, w_re(:, k - 1), -w_im(:, k - 1), w_re, w_im)
+        else
+          call improve(length, h, k, converged, w_re, w_im, greatest, near)
+        end if
+      end do
+      converged = merge(1.0_dp, converged, greatest <= (last_step * h%norm)**2 .and. near <= 0)
+    end do
+    z_re = w_re(:, :most_states)
+    z_im = w_im(:, :most_states)
+  end subroutine find_roots
+
+  !> Root `k` of n, and where all stand once more.
+  pure subroutine set(n, k, re, im, z_re, z_im)
+    integer, intent(in) :: n, k
+    real(dp), intent(in) :: re(lanes), im(lanes)
+    real(dp), intent(inout) :: z_re(lanes, 2 * most_states), z_im(lanes, 2 * most_states)
+
+    z_re(:, k) = re
+    z_im(:, k) = im
+    z_re(:, k + n) = re
+    z_im(:, k + n) = im
+  end subroutine set
+
+  !> A step for root `k` in the lanes that have not converged. `greatest`: squares of the greatest steps so far; `near`:
+  !> positive where another root is too near for that step.
+  pure subroutine improve(length, h, k, converged, z_re, z_im, greatest, near)
+    type(hessenberg_type), intent(in) :: h
+    integer, intent(in) :: length, k
+    real(dp), intent(in) :: converged(lanes)
+    real(dp), intent(inout) :: z_re(lanes, 2 * most_states), z_im(lanes, 2 * most_states), greatest(lanes), near(lanes)
+    real(dp) :: p_re(lanes), p_im(lanes), d_re(lanes), d_im(lanes)
+
+    call evaluate(length, h, z_re(:, k), z_im(:, k), p_re, p_im, d_re, d_im)
+    if (has_versions .and. length == 8) then
+      call step_512(h%n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, greatest, near, 1)
+    else if (has_versions .and. length == 4) then
+      call step_256(h%n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, greatest, near, 1)
+    else
+      call step_here(h%n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, greatest, near, 1)
+    end if
+  end subroutine improve
+
+  !> Twelve arguments: as `step_version`.
+  pure subroutine step_here(n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, greatest, near, once) bind(C, &
+    & name="lanes_gestell_aberth")
+    !$omp declare simd uniform(n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, greatest, near) linear(once) simdlen(2) &
+    !$omp& notinbranch
+    integer(c_int), value :: n, k, once
+    real(dp), intent(in) :: p_re(lanes), p_im(lanes), d_re(lanes), d_im(lanes), converged(lanes)
+    real(dp), intent(inout) :: z_re(lanes, 2 * most_states), z_im(lanes, 2 * most_states), greatest(lanes), near(lanes)
+    real(dp) :: moving(lanes)
+    real(dp) :: q_re, q_im, e_re, e_im, a, b, c, n_re, n_im, w_re, w_im
+    integer :: lane, j
+
+    moving = 1 - converged
+    ! The second of two: gestell_base_processor.
+    if (once > 1) return
+    !GCC$ ivdep
+    do lane = 1, lanes
+      ! q and its derivative e.
+      q_re = 1
+      q_im = 0
+      e_re = 0
+      e_im = 0
+      j = k + 1
+      do
+        a = z_re(lane, k) - z_re(lane, j)
+        b = z_im(lane, k) - z_im(lane, j)
+        c = e_re * a - e_im * b + q_re
+        e_im = e_re * b + e_im * a + q_im
+        e_re = c
+        c = q_re * a - q_im * b
+        q_im = q_re * b + q_im * a
+        q_re = c
+        j = j + 1
+        if (j >= k + n) exit
+      end do
+      ! p q / (p' q - p q').
+      n_re = p_re(lane) * q_re - p_im(lane) * q_im
+      n_im = p_re(lane) * q_im + p_im(lane) * q_re
+      a = d_re(lane) * q_re - d_im(lane) * q_im - (p_re(lane) * e_re - p_im(lane) * e_im)
+      b = d_re(lane) * q_im + d_im(lane) * q_re - (p_re(lane) * e_im + p_im(lane) * e_re)
+      c = moving(lane) / max(a**2 + b**2, tiny(1.0_dp))
+      n_re = n_re * c
+      n_im = n_im * c
+      w_re = n_re * a + n_im * b
+      w_im = n_im * a - n_re * b
+      z_re(lane, k) = z_re(lane, k) - w_re
+      z_im(lane, k) = z_im(lane, k) - w_im
+      z_re(lane, k + n) = z_re(lane, k)
+      z_im(lane, k + n) = z_im(lane, k)
+      c = w_re**2 + w_im**2
+      greatest(lane) = max(greatest(lane), c)
+      ! e / q is the sum of the reciprocal distances.
+      near(lane) = max(near(lane), c * (e_re**2 + e_im**2) - last_part**2 * (q_re**2 + q_im**2))
+    end do
+  end subroutine step_here
+
+end module gestell_math_batch_characteristic_roots

@@ -1,0 +1,335 @@
+!> Hessenberg matrices, eight side by side as in gestell_math_lanes, and their characteristic polynomials without coefficients.
+!> (`characteristic_polynomial` has them, for a start.)
+!>
+!> Hyman's method (J. H. Wilkinson, The Algebraic Eigenvalue Problem, chapter 7): x_n = 1 and rows n ... 2 of
+!> (H - lambda E) x = 0 give x_(n-1) ... x_1; what row 1 leaves, r(lambda), is det(H - lambda E) but for a constant factor.
+!> The rounding in it is that of a matrix whose elements are changed by a few roundings each, whatever the subdiagonal.
+module gestell_math_batch_hessenberg
+  use gestell_base_processor, only: has_versions
+  use gestell_math_lanes, only: lanes
+  use, intrinsic :: iso_c_binding, only: c_int, dp => c_double
+  implicit none (type, external)
+  private
+
+  public :: characteristic_polynomial, evaluate, new_hessenberg, of_one
+
+  !> Most rows.
+  integer, parameter, public :: most_states = 12
+
+  !> The least product of subdiagonal elements with which nothing overflows.
+  real(dp), parameter :: least_product = 1.0e-100_dp
+
+  !> Hessenberg matrices of n rows. The first index of all arrays is the lane.
+  type, bind(C), public :: hessenberg_type
+    integer(c_int) :: n = 0
+    !> Rows divided by their subdiagonal element, row 1 by 1, with the sign changed; shape (lanes, most_states, most_states).
+    real(dp) :: g(lanes, most_states, most_states)
+    !> Reciprocals of the subdiagonal elements h(i, i-1), 1 for i = 1; shape (lanes, most_states).
+    real(dp) :: v(lanes, most_states)
+    !> Frobenius norm and trace of the matrix, product of the absolute subdiagonal elements.
+    real(dp) :: norm(lanes), trace(lanes), product(lanes)
+    !> 1, or 0 where `product` is so small that numbers might overflow: another matrix has taken the place.
+    real(dp) :: sound(lanes)
+  end type hessenberg_type
+
+  abstract interface
+    pure subroutine reflect_version(a, n, k, once) bind(C)
+      import :: c_int, dp, lanes, most_states
+      implicit none (type, external)
+      real(dp), intent(inout) :: a(lanes, most_states, most_states)
+      integer(c_int), value :: n, k, once
+    end subroutine reflect_version
+
+    pure subroutine evaluate_version(h, z_re, z_im, p_re, p_im, d_re, d_im, once) bind(C)
+      import :: c_int, dp, hessenberg_type, lanes
+      implicit none (type, external)
+      type(hessenberg_type), intent(in) :: h
+      real(dp), intent(in) :: z_re(lanes), z_im(lanes)
+      real(dp), intent(inout) :: p_re(lanes), p_im(lanes), d_re(lanes), d_im(lanes)
+      integer(c_int), value :: once
+    end subroutine evaluate_version
+  end interface
+
+  procedure(reflect_version), bind(C, name="_ZGVeN2uuul_lanes_gestell_reflect") :: reflect_512
+  procedure(reflect_version), bind(C, name="_ZGVdN2uuul_lanes_gestell_reflect") :: reflect_256
+  procedure(evaluate_version), bind(C, name="_ZGVeN2uuuuuuul_lanes_gestell_evaluate") :: evaluate_512
+  procedure(evaluate_version), bind(C, name="_ZGVdN2uuuuuuul_lanes_gestell_evaluate") :: evaluate_256
+
+contains
+
+  !> The matrices `a`, shape (lanes, most_states, most_states), of `n` rows and with elements below about 1, by Householder's
+  !> reflections. Subdiagonal elements below the roundoff are raised to it. `a` is used up. `length`: of the processor's vectors.
+  pure subroutine new_hessenberg(length, a, n, h)
+    real(dp), intent(inout) :: a(lanes, most_states, most_states)
+    integer, intent(in) :: length, n
+    type(hessenberg_type), intent(out) :: h
+    real(dp) :: sum
+    integer :: i, j, k, lane
+
+    h%n = n
+    h%norm = 0
+    h%trace = 0
+    do j = 1, n
+      h%trace = h%trace + a(:, j, j)
+      !GCC$ ivdep
+      do lane = 1, lanes
+        sum = h%norm(lane)
+        i = 1
+        do
+          sum = sum + a(lane, i, j)**2
+          i = i + 1
+          if (i > n) exit
+        end do
+        h%norm(lane) = sum
+      end do
+    end do
+    h%norm = sqrt(h%norm)
+    do k = 1, n - 2
+      call reflect(length, a, n, k)
+    end do
+    call take(a, h)
+  end subroutine new_hessenberg
+
+  !> One Hessenberg matrix `a` of `n` rows, with elements below about 1, in all lanes.
+  pure subroutine of_one(n, a, h)
+    integer, intent(in) :: n
+    real(dp), intent(in) :: a(most_states, most_states)
+    type(hessenberg_type), intent(out) :: h
+    real(dp) :: eight(lanes, most_states, most_states)
+    integer :: i, j
+
+    h%n = n
+    h%norm = 0
+    h%trace = 0
+    do j = 1, n
+      h%trace = h%trace + a(j, j)
+      do i = 1, min(j + 1, n)
+        eight(:, i, j) = a(i, j)
+        h%norm = h%norm + a(i, j)**2
+      end do
+    end do
+    h%norm = sqrt(h%norm)
+    call take(eight, h)
+  end subroutine of_one
+
+  !> The elements, with norm and trace known. Subdiagonal elements below the roundoff are raised to it.
+  pure subroutine take(a, h)
+    real(dp), intent(inout) :: a(lanes, most_states, most_states)
+    type(hessenberg_type), intent(inout) :: h
+    integer :: i, j, n, lane
+
+    n = h%n
+    h%product = 1
+    do i = 2, n
+      a(:, i, i - 1) = sign(max(abs(a(:, i, i - 1)), epsilon(1.0_dp) * h%norm), a(:, i, i - 1))
+      h%product = h%product * abs(a(:, i, i - 1))
+    end do
+    h%sound = merge(1.0_dp, 0.0_dp, h%product > least_product)
+    h%v(:, 1) = 1
+    do i = 2, n
+      h%v(:, i) = 1 / merge(a(:, i, i - 1), 1.0_dp, h%product > least_product)
+    end do
+    do j = 1, n
+      do i = 1, j
+        !GCC$ unroll 1
+        do lane = 1, lanes
+          h%g(lane, i, j) = -a(lane, i, j) * h%v(lane, i)
+        end do
+      end do
+    end do
+  end subroutine take
+
+  !> The reflection E - beta u u' that leaves one element below the diagonal of column `k`, from both sides.
+  pure subroutine reflect(length, a, n, k)
+    real(dp), intent(inout) :: a(lanes, most_states, most_states)
+    integer, intent(in) :: length, n, k
+
+    if (has_versions .and. length == 8) then
+      call reflect_512(a, n, k, 1)
+    else if (has_versions .and. length == 4) then
+      call reflect_256(a, n, k, 1)
+    else
+      call reflect_here(a, n, k, 1)
+    end if
+  end subroutine reflect
+
+  pure subroutine reflect_here(a, n, k, once) bind(C, name="lanes_gestell_reflect")
+    !$omp declare simd uniform(a, n, k) linear(once) simdlen(2) notinbranch
+    real(dp), intent(inout) :: a(lanes, most_states, most_states)
+    integer(c_int), value :: n, k, once
+    !> Below this there is nothing to reflect.
+    real(dp), parameter :: nothing = 1.0e-100_dp
+    real(dp) :: u(lanes, most_states), beta(lanes), share(lanes), length, sum
+    integer :: i, j, lane
+
+    do i = k + 1, n
+      u(:, i) = a(:, i, k)
+    end do
+    ! The second of two: gestell_base_processor.
+    if (once > 1) return
+    !GCC$ ivdep
+    do lane = 1, lanes
+      sum = 0
+      i = k + 1
+      do
+        sum = sum + u(lane, i)**2
+        i = i + 1
+        if (i > n) exit
+      end do
+      length = sqrt(sum)
+      beta(lane) = merge(1 / (max(length, nothing) * (max(length, nothing) + abs(u(lane, k + 1)))), 0.0_dp, length > nothing)
+      u(lane, k + 1) = u(lane, k + 1) + sign(length, u(lane, k + 1))
+      a(lane, k + 1, k) = merge(-sign(length, u(lane, k + 1)), a(lane, k + 1, k), length > nothing)
+    end do
+    do j = k + 1, n
+      !GCC$ ivdep
+      do lane = 1, lanes
+        sum = 0
+        i = k + 1
+        do
+          sum = sum + u(lane, i) * a(lane, i, j)
+          i = i + 1
+          if (i > n) exit
+        end do
+        share(lane) = sum * beta(lane)
+      end do
+      do i = k + 1, n
+        !GCC$ unroll 1
+        do lane = 1, lanes
+          a(lane, i, j) = a(lane, i, j) - share(lane) * u(lane, i)
+        end do
+      end do
+    end do
+    do i = 1, n
+      !GCC$ ivdep
+      do lane = 1, lanes
+        sum = 0
+        j = k + 1
+        do
+          sum = sum + u(lane, j) * a(lane, i, j)
+          j = j + 1
+          if (j > n) exit
+        end do
+        share(lane) = sum * beta(lane)
+      end do
+      do j = k + 1, n
+        !GCC$ unroll 1
+        do lane = 1, lanes
+          a(lane, i, j) = a(lane, i, j) - share(lane) * u(lane, j)
+        end do
+      end do
+    end do
+  end subroutine reflect_here
+
+  !> The coefficients c_0 ... c_(n-1) of det(lambda E - H) = t^n + c_(n-1) t^(n-1) + ... + c_0, lambda = `mean` + t; shape
+  !> (lanes, 0:n-1). x_(n-1) ... x_0 are polynomials in t here, `x` has their coefficients.
+  pure subroutine characteristic_polynomial(h, mean, c)
+    type(hessenberg_type), intent(in) :: h
+    real(dp), intent(in) :: mean(lanes)
+    real(dp), intent(out) :: c(lanes, 0:h%n - 1)
+    real(dp) :: x(lanes, -1:most_states, 0:most_states), m(lanes)
+    integer :: lane, n, i, j, k
+
+    n = h%n
+    ! Beside the coefficients of each polynomial a zero at both ends.
+    do i = 1, n
+      x(:, -1, i) = 0
+      x(:, n - i + 1, i) = 0
+    end do
+    x(:, 0, n) = 1
+    do i = n, 1, -1
+      m = h%v(:, i) * mean + h%g(:, i, i)
+      do k = 0, n - i + 1
+        do lane = 1, lanes
+          x(lane, k, i - 1) = h%v(lane, i) * x(lane, k - 1, i) + m(lane) * x(lane, k, i)
+        end do
+      end do
+      do j = i + 1, n
+        do k = 0, n - j
+          do lane = 1, lanes
+            x(lane, k, i - 1) = x(lane, k, i - 1) + h%g(lane, i, j) * x(lane, k, j)
+          end do
+        end do
+      end do
+    end do
+    do k = 0, n - 1
+      c(:, k) = x(:, k, 0) / x(:, n, 0)
+    end do
+  end subroutine characteristic_polynomial
+
+  !> -r and its derivative at lambda = z, real and imaginary parts. `length`: of the processor's vectors.
+  pure subroutine evaluate(length, h, z_re, z_im, p_re, p_im, d_re, d_im)
+    integer, intent(in) :: length
+    type(hessenberg_type), intent(in) :: h
+    real(dp), intent(in) :: z_re(lanes), z_im(lanes)
+    real(dp), intent(out) :: p_re(lanes), p_im(lanes), d_re(lanes), d_im(lanes)
+
+    if (has_versions .and. length == 8) then
+      call evaluate_512(h, z_re, z_im, p_re, p_im, d_re, d_im, 1)
+    else if (has_versions .and. length == 4) then
+      call evaluate_256(h, z_re, z_im, p_re, p_im, d_re, d_im, 1)
+    else
+      call evaluate_here(h, z_re, z_im, p_re, p_im, d_re, d_im, 1)
+    end if
+  end subroutine evaluate
+
+  pure subroutine evaluate_here(h, z_re, z_im, p_re, p_im, d_re, d_im, once) bind(C, name="lanes_gestell_evaluate")
+    !$omp declare simd uniform(h, z_re, z_im, p_re, p_im, d_re, d_im) linear(once) simdlen(2) notinbranch
+    type(hessenberg_type), intent(in) :: h
+    real(dp), intent(in) :: z_re(lanes), z_im(lanes)
+    real(dp), intent(inout) :: p_re(lanes), p_im(lanes), d_re(lanes), d_im(lanes)
+    integer(c_int), value :: once
+    real(dp) :: x_re(lanes, 0:most_states), x_im(lanes, 0:most_states), y_re(lanes, 0:most_states), y_im(lanes, 0:most_states)
+    real(dp) :: m_re, m_im, s_re, s_im, t_re, t_im
+    integer :: lane, n, i, j
+
+    n = h%n
+    !GCC$ ivdep
+    do lane = 1, lanes
+      x_re(lane, n) = 1
+      x_im(lane, n) = 0
+      y_re(lane, n) = 0
+      y_im(lane, n) = 0
+      x_re(lane, n - 1) = h%v(lane, n) * z_re(lane) + h%g(lane, n, n)
+      x_im(lane, n - 1) = h%v(lane, n) * z_im(lane)
+      y_re(lane, n - 1) = h%v(lane, n)
+      y_im(lane, n - 1) = 0
+    end do
+    ! The second of two: gestell_base_processor.
+    if (once > 1) return
+    do i = n - 1, 1, -1
+      !GCC$ ivdep
+      do lane = 1, lanes
+        s_re = 0
+        s_im = 0
+        t_re = 0
+        t_im = 0
+        ! What was found last comes last: the others need not wait for it.
+        j = n
+        do
+          s_re = s_re + h%g(lane, i, j) * x_re(lane, j)
+          s_im = s_im + h%g(lane, i, j) * x_im(lane, j)
+          t_re = t_re + h%g(lane, i, j) * y_re(lane, j)
+          t_im = t_im + h%g(lane, i, j) * y_im(lane, j)
+          j = j - 1
+          if (j <= i) exit
+        end do
+        m_re = h%v(lane, i) * z_re(lane) + h%g(lane, i, i)
+        m_im = h%v(lane, i) * z_im(lane)
+        s_re = s_re + (m_re * x_re(lane, i) - m_im * x_im(lane, i))
+        s_im = s_im + (m_re * x_im(lane, i) + m_im * x_re(lane, i))
+        t_re = t_re + (m_re * y_re(lane, i) - m_im * y_im(lane, i)) + h%v(lane, i) * x_re(lane, i)
+        t_im = t_im + (m_re * y_im(lane, i) + m_im * y_re(lane, i)) + h%v(lane, i) * x_im(lane, i)
+        x_re(lane, i - 1) = s_re
+        x_im(lane, i - 1) = s_im
+        y_re(lane, i - 1) = t_re
+        y_im(lane, i - 1) = t_im
+      end do
+    end do
+    p_re = x_re(:, 0)
+    p_im = x_im(:, 0)
+    d_re = y_re(:, 0)
+    d_im = y_im(:, 0)
+  end subroutine evaluate_here
+
+end module gestell_math_batch_hessenberg

@@ -1,0 +1,138 @@
+!> Real polynomials, eight side by side, as products of real quadratic factors f_k = t^2 - s_k t + q_k.
+!>
+!> The iteration of Weierstrass (Durand and Kerner) for factors in place of roots: with the product g of the others p = (f_k + d) g
+!> where d = p / g modulo f_k. Residues modulo f_k are linear, with t^2 = s_k t - q_k in their products. All numbers are real, and
+!> two roots part from a conjugate pair to real ones as a factor changes.
+module gestell_math_batch_quadratic_factors
+  use gestell_base_processor, only: has_versions
+  use gestell_math_lanes, only: lanes
+  use, intrinsic :: iso_c_binding, only: c_int, dp => c_double
+  implicit none (type, external)
+  private
+
+  public :: find_factors
+
+  !> Iterations at most: with real roots the iteration may jump about.
+  integer, parameter :: most_iterations = 30
+  !> The last step relative to the mean radius of the roots: convergence is quadratic.
+  real(dp), parameter :: last_step = 1.0e-6_dp
+  !> A smaller divisor of a step has vanished.
+  real(dp), parameter :: least_divisor = 1.0e-100_dp
+
+  abstract interface
+    pure subroutine find_version(m, c, radius, bound, s, q, converged, once) bind(C)
+      import :: c_int, dp, lanes
+      implicit none (type, external)
+      integer(c_int), value :: m, once
+      real(dp), intent(in) :: c(lanes, 0:2 * m - 1), radius(lanes), bound(lanes)
+      real(dp), intent(inout) :: s(lanes, 2 * m), q(lanes, 2 * m), converged(lanes)
+    end subroutine find_version
+  end interface
+
+  procedure(find_version), bind(C, name="_ZGVeN2uuuuuuul_lanes_gestell_factors") :: find_512
+  procedure(find_version), bind(C, name="_ZGVdN2uuuuuuul_lanes_gestell_factors") :: find_256
+
+contains
+
+  !> The factors, shapes (lanes, m), of the polynomials t^2m + c_(2m-1) t^(2m-1) + ... + c_0 from others, whose roots have about the
+  !> mean `radius`; no root exceeds `bound`. `converged`, shape (lanes): 1, or 0 where they were not found. A lane stands still once
+  !> it has converged: nothing in it depends on its neighbours. (Behind the m factors all stand once more.) `length`: of the
+  !> processor's vectors.
+  pure subroutine find_factors(length, m, c, radius, bound, s, q, converged)
+    integer, intent(in) :: length, m
+    real(dp), intent(in) :: c(lanes, 0:2 * m - 1), radius(lanes), bound(lanes)
+    real(dp), intent(inout) :: s(lanes, 2 * m), q(lanes, 2 * m)
+    real(dp), intent(out) :: converged(lanes)
+
+    if (has_versions .and. length == 8) then
+      call find_512(m, c, radius, bound, s, q, converged, 1)
+    else if (has_versions .and. length == 4) then
+      call find_256(m, c, radius, bound, s, q, converged, 1)
+    else
+      call find_here(m, c, radius, bound, s, q, converged, 1)
+    end if
+  end subroutine find_factors
+
+  pure subroutine find_here(m, c, radius, bound, s, q, converged, once) bind(C, name="lanes_gestell_factors")
+    !$omp declare simd uniform(m, c, radius, bound, s, q, converged) linear(once) simdlen(2) notinbranch
+    integer(c_int), value :: m, once
+    real(dp), intent(in) :: c(lanes, 0:2 * m - 1), radius(lanes), bound(lanes)
+    real(dp), intent(inout) :: s(lanes, 2 * m), q(lanes, 2 * m), converged(lanes)
+    real(dp) :: greatest(lanes)
+    integer :: iteration, k
+
+    greatest = 0
+    ! The second of two: gestell_base_processor.
+    if (once > 1) return
+    s(:, m + 1:) = s(:, :m)
+    q(:, m + 1:) = q(:, :m)
+    if (m == 1) then
+      s(:, 1) = -c(:, 1)
+      q(:, 1) = c(:, 0)
+      converged = 1
+      return
+    end if
+    converged = 0
+    do iteration = 1, most_iterations
+      greatest = 0
+      do k = 1, m
+        call improve(m, k, c, bound, converged, s, q, greatest)
+      end do
+      converged = merge(1.0_dp, converged, greatest <= (last_step * radius**2)**2)
+      if (all(converged > 0)) exit
+    end do
+  end subroutine find_here
+
+  !> A step for factor `k` in the lanes that have not converged. `greatest`: squares of the greatest steps of q so far.
+  pure subroutine improve(m, k, c, bound, converged, s, q, greatest)
+    integer, intent(in) :: m, k
+    real(dp), intent(in) :: c(lanes, 0:2 * m - 1), bound(lanes), converged(lanes)
+    real(dp), intent(inout) :: s(lanes, 2 * m), q(lanes, 2 * m), greatest(lanes)
+    real(dp) :: p1(lanes), p0(lanes), g1, g0, a, b, next, share, ds, dq
+    integer :: lane, i, j
+
+    ! p = p_1 t + p_0 modulo f_k, by Horner's scheme.
+    !GCC$ ivdep
+    do lane = 1, lanes
+      g1 = 1
+      g0 = c(lane, 2 * m - 1)
+      i = 2 * m - 2
+      do
+        next = g1 * s(lane, k) + g0
+        g0 = c(lane, i) - g1 * q(lane, k)
+        g1 = next
+        i = i - 1
+        if (i < 0) exit
+      end do
+      p1(lane) = g1
+      p0(lane) = g0
+    end do
+    ! g = g_1 t + g_0 modulo f_k, where f_j is f_j - f_k = a t + b; g (-g_1 t + g_1 s + g_0) = g_0^2 + g_0 g_1 s + g_1^2 q divides.
+    !GCC$ ivdep
+    do lane = 1, lanes
+      g1 = 0
+      g0 = 1
+      j = k + 1
+      do
+        a = s(lane, k) - s(lane, j)
+        b = q(lane, j) - q(lane, k)
+        next = g1 * (a * s(lane, k) + b) + g0 * a
+        g0 = g0 * b - g1 * a * q(lane, k)
+        g1 = next
+        j = j + 1
+        if (j >= k + m) exit
+      end do
+      share = g0 + g1 * s(lane, k)
+      next = g0 * share + g1**2 * q(lane, k)
+      next = (1 - converged(lane)) / sign(max(abs(next), least_divisor), next)
+      ds = (p0(lane) * g1 - p1(lane) * g0) * next
+      dq = (p0(lane) * share + p1(lane) * g1 * q(lane, k)) * next
+      greatest(lane) = max(greatest(lane), dq**2 + ds**2 * abs(q(lane, k)))
+      s(lane, k) = max(-2 * bound(lane), min(2 * bound(lane), s(lane, k) + ds))
+      q(lane, k) = max(-bound(lane)**2, min(bound(lane)**2, q(lane, k) + dq))
+      s(lane, k + m) = s(lane, k)
+      q(lane, k + m) = q(lane, k)
+    end do
+  end subroutine improve
+
+end module gestell_math_batch_quadratic_factors

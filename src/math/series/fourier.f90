@@ -1,0 +1,251 @@
+!> Periodic functions from equidistant samples: harmonics, and extremes between the samples.
+module gestell_math_series_fourier
+  use gestell_math_dft, only: dft
+  use gestell_base_kinds, only: dp, pi
+  use gestell_math_lanes_products, only: in_fours
+  implicit none (type, external)
+  private
+
+  public :: find_tops, fourier_series, greatest, greatest_between, transform_matrix
+
+  !> f(theta) = mean + sum_k amplitude(k) cos(k theta + phase(k)), theta from 0 to 2 pi over the period.
+  type, public :: fourier_type
+    real(dp) :: mean = 0
+    !> Orders 1, 2, ...; amplitudes are not negative, phases in rad.
+    real(dp), allocatable :: amplitude(:), phase(:)
+  contains
+    procedure :: value => series_value
+    procedure :: rms
+    procedure :: greatest_term
+    procedure :: tail
+    procedure :: beyond
+    procedure :: peak
+  end type fourier_type
+
+contains
+
+  !> The series through `samples`, taken at theta = 2 pi (i - 1) / size(samples), of all orders below half their number.
+  pure function fourier_series(samples) result(series)
+    real(dp), intent(in) :: samples(:)
+    type(fourier_type) :: series
+    real(dp), dimension((size(samples) - 1) / 2) :: cosine, sine
+
+    series%mean = sum(samples) / size(samples)
+    call transform(samples, cosine, sine)
+    series%amplitude = hypot(cosine, sine)
+    series%phase = atan2(-sine, cosine)
+  end function fourier_series
+
+  !> The coefficients of cos(k theta) and sin(k theta), k = 1 ... size(cosine).
+  pure subroutine transform(samples, cosine, sine)
+    real(dp), intent(in) :: samples(:)
+    real(dp), intent(out) :: cosine(:), sine(:)
+    complex(dp) :: y(size(samples))
+    integer :: k
+
+    y = dft(cmplx(samples, 0, dp))
+    do k = 1, size(cosine)
+      cosine(k) = 2 * real(y(k + 1)) / size(samples)
+      sine(k) = -2 * aimag(y(k + 1)) / size(samples)
+    end do
+  end subroutine transform
+
+  !> The matrix of `transform` for n samples: the coefficients of cos(k theta), then those of sin(k theta), are sums over the
+  !> samples with these columns as factors; columns of zeros fill them up to a multiple of four. Shape (n, columns).
+  pure function transform_matrix(n) result(matrix)
+    integer, intent(in) :: n
+    real(dp), allocatable :: matrix(:, :)
+    integer :: orders, k, i
+
+    orders = (n - 1) / 2
+    allocate(matrix(n, in_fours(2 * orders)), source=0.0_dp)
+    do k = 1, orders
+      ! Whole turns are left out of the angles: they would cost digits.
+      matrix(:, k) = [(cos(2 * pi * mod(k * i, n) / n), i = 0, n - 1)] * 2 / n
+      matrix(:, orders + k) = [(sin(2 * pi * mod(k * i, n) / n), i = 0, n - 1)] * 2 / n
+    end do
+  end function transform_matrix
+
+  !> The greatest |f| of the series through `samples`, without the series.
+  pure real(dp) function greatest(samples)
+    real(dp), intent(in) :: samples(:)
+    real(dp), dimension((size(samples) - 1) / 2) :: cosine, sine
+
+    call transform(samples, cosine, sine)
+    greatest = greatest_between(samples, cosine, sine)
+  end function greatest
+
+  !> f at theta, and with it its first and second derivative.
+  pure function series_value(self, theta) result(f)
+    class(fourier_type), intent(in) :: self
+    real(dp), intent(in) :: theta
+    real(dp) :: f(3)
+
+    f = value(self%mean, self%amplitude * cos(self%phase), -self%amplitude * sin(self%phase), theta)
+  end function series_value
+
+  !> The same by coefficients; cos(k theta) and sin(k theta) follow from those before.
+  pure function value(mean, cosine, sine, theta) result(f)
+    real(dp), intent(in) :: mean, cosine(:), sine(:), theta
+    real(dp) :: f(3)
+    real(dp) :: c, s, c1, s1, turned
+    integer :: k
+
+    f = [mean, 0.0_dp, 0.0_dp]
+    c1 = cos(theta)
+    s1 = sin(theta)
+    c = 1
+    s = 0
+    do k = 1, size(cosine)
+      turned = c * c1 - s * s1
+      s = s * c1 + c * s1
+      c = turned
+      f(1) = f(1) + cosine(k) * c + sine(k) * s
+      f(2) = f(2) + k * (sine(k) * c - cosine(k) * s)
+      f(3) = f(3) - real(k, dp)**2 * (cosine(k) * c + sine(k) * s)
+    end do
+  end function value
+
+  !> Root mean square (rms), by Parseval's theorem.
+  pure real(dp) function rms(self)
+    class(fourier_type), intent(in) :: self
+
+    rms = self%greatest_term()
+    ! Relative to the greatest: squares of small numbers vanish.
+    if (rms > 0) rms = rms * sqrt((self%mean / rms)**2 + sum((self%amplitude / rms)**2) / 2)
+  end function rms
+
+  !> The greatest of |mean| and amplitudes.
+  pure real(dp) function greatest_term(self)
+    class(fourier_type), intent(in) :: self
+
+    greatest_term = max(abs(self%mean), maxval(self%amplitude))
+  end function greatest_term
+
+  !> The greatest amplitude in the upper third of the orders relative to the greatest of all: small where the samples
+  !> resolve the function.
+  pure real(dp) function tail(self)
+    class(fourier_type), intent(in) :: self
+    real(dp) :: greatest
+    integer :: n
+
+    n = size(self%amplitude)
+    greatest = self%greatest_term()
+    tail = 0
+    if (greatest > 0) tail = maxval(self%amplitude(n - n / 3 + 1:)) / greatest
+  end function tail
+
+  !> What the orders that the samples do not reach may add to a value between the samples, about: twice the sum of the upper third
+  !> of those that they reach, which is more than the sum of all beyond where amplitudes fall at least like 1/k^2; twice, since
+  !> the samples show these orders as lower ones.
+  pure real(dp) function beyond(self)
+    class(fourier_type), intent(in) :: self
+    integer :: n
+
+    n = size(self%amplitude)
+    beyond = 4 * sum(self%amplitude(n - n / 3 + 1:))
+  end function beyond
+
+  !> max |f| of a series and the samples that it goes through.
+  pure real(dp) function peak(self, samples)
+    class(fourier_type), intent(in) :: self
+    real(dp), intent(in) :: samples(:)
+
+    peak = greatest_between(samples, self%amplitude * cos(self%phase), -self%amplitude * sin(self%phase))
+  end function peak
+
+  !> max |f|: the zero of f' beside every one of the samples that the maximum can lie at. The highest orders are left out where
+  !> rounding of the samples makes amplitudes as great as theirs, epsilon / sqrt(samples) of the highest: k^2 would make them many
+  !> candidates.
+  pure real(dp) function greatest_between(samples, cosine, sine) result(peak)
+    real(dp), intent(in) :: samples(:), cosine(:), sine(:)
+    real(dp), parameter :: noise = 4 * epsilon(1.0_dp)
+    real(dp), allocatable :: places(:)
+    real(dp) :: highest, loss, mean, step
+    integer :: i, k, n, orders
+
+    n = size(samples)
+    mean = sum(samples) / n
+    highest = maxval(abs(samples))
+    do orders = size(cosine), 1, -1
+      if (hypot(cosine(orders), sine(orders)) > noise / sqrt(real(n, dp)) * highest) exit
+    end do
+    loss = (2 * pi / n)**2 / 8 * sum([(real(k, dp)**2 * hypot(cosine(k), sine(k)), k = 1, orders)])
+    peak = highest
+    if (loss <= epsilon(loss) * highest) return
+    call find_tops(samples, mean, cosine(:orders), sine(:orders), loss, places, step)
+    do i = 1, size(places)
+      peak = max(peak, refined(mean, cosine(:orders), sine(:orders), places(i), step))
+    end do
+  end function greatest_between
+
+  !> The places of samples that may have the maximum of |f| beside them: half a spacing away |f| has lost at most `loss`,
+  !> spacing^2 max |f''| / 8, of it. Samples that are as good as equal, as those of a constant with rounding, would all be such
+  !> places. More than a few cost more than samples at a part of the spacing, which say of most of them that they are none: the
+  !> loss falls with the square of the spacing, `step`.
+  pure subroutine find_tops(samples, mean, cosine, sine, loss, places, step)
+    real(dp), intent(in) :: samples(:), mean, cosine(:), sine(:), loss
+    real(dp), allocatable, intent(out) :: places(:)
+    real(dp), intent(out) :: step
+    !> The spacing is divided by `finer` at a time, while so many places times the divisor are left.
+    integer, parameter :: finer = 4, finest = finer**2, few = 8
+    real(dp), allocatable :: f(:)
+    integer :: divisor, i, n
+
+    f = abs(samples)
+    divisor = 1
+    do
+      n = size(f)
+      step = 2 * pi / n
+      places = pack([(step * (i - 1), i = 1, n)], f >= maxval(f) - loss / divisor**2 .and. f >= cshift(f, -1) &
+        & .and. f >= cshift(f, 1))
+      if (divisor == finest .or. size(places) <= few * finer * divisor) return
+      divisor = finer * divisor
+      f = abs(values_at(mean, cosine, sine, divisor * size(samples)))
+    end do
+  end subroutine find_tops
+
+  !> f at n equidistant places, n more than twice the orders.
+  pure function values_at(mean, cosine, sine, n) result(f)
+    real(dp), intent(in) :: mean, cosine(:), sine(:)
+    integer, intent(in) :: n
+    real(dp) :: f(n)
+    complex(dp) :: c(n)
+
+    c = 0
+    c(1) = mean
+    c(2:1 + size(cosine)) = cmplx(cosine, sine, dp)
+    f = real(dft(c))
+  end function values_at
+
+  !> The greatest |f| beside `start`, where |f| is not smaller than one `step` to both sides: Newton's iteration for f' = 0,
+  !> kept between a place where |f| rises to the top and one beyond it.
+  pure real(dp) function refined(mean, cosine, sine, start, step)
+    real(dp), intent(in) :: mean, cosine(:), sine(:), start, step
+    real(dp) :: theta, rising, falling, f(3)
+    integer :: iteration
+
+    f = value(mean, cosine, sine, start)
+    refined = abs(f(1))
+    rising = start
+    falling = start + sign(step, f(1) * f(2))
+    theta = start
+    do iteration = 1, 60
+      if (.not. abs(f(2)) > epsilon(step) * abs(f(3))) return
+      ! To the top |f| rises by f'^2 / (2 |f''|): no more than its rounding.
+      if (f(1) * f(3) < 0 .and. f(2)**2 <= epsilon(step) * abs(f(1) * f(3))) return
+      theta = theta - f(2) / merge(f(3), 1.0_dp, abs(f(3)) > 0)
+      if (.not. (theta - rising) * (theta - falling) < 0) theta = (rising + falling) / 2
+      f = value(mean, cosine, sine, theta)
+      refined = max(refined, abs(f(1)))
+      ! Up, in the direction of the place beyond?
+      if (f(1) * f(2) * (falling - rising) > 0) then
+        rising = theta
+      else
+        falling = theta
+      end if
+      if (.not. abs(falling - rising) > epsilon(step) * abs(theta)) return
+    end do
+  end function refined
+
+end module gestell_math_series_fourier

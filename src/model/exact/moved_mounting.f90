@@ -1,0 +1,291 @@
+!> What a mounting exerts on a frame that has moved and turned, however far, and how that changes with the motion.
+!>
+!> Vectors of the plane are complex numbers, E = exp(i psi). The head of a support at p, seen from F in the frame's system, has
+!> the displacement and velocity
+!>
+!>     d = u + (E - 1) p,   v = u' + i psi' E p,   u = xi + i eta,
+!>
+!> and is held by F = -K d - B v with the moment M = Im(conj(E p) F) about F. Two springs k1, k2 along axes at the angle alpha are
+!>
+!>     K d = (k1 + k2)/2 d + (k1 - k2)/2 exp(2 i alpha) conj(d).
+!>
+!> Axes that turn with the frame measure the displacement, and its rate, in the frame, with w = conj(E) (u - p)
+!>
+!>     e = conj(E) d = p + w,   e' = conj(E) u' - i psi' w,   f = K e + B e' + G,
+!>
+!> and the force -E f on the frame acts along a line through the position p at rest: M = Im(conj(w) f). There the static force G on
+!> the ground turns with the axes, and what it exerts at rest is carried already, so that G and Im(conj(p) G) are added.
+module gestell_model_exact_moved_mounting
+  use gestell_base_kinds, only: dp
+  use gestell_math_turn, only: less_one
+  use gestell_model_frame_mounting, only: support_type
+  implicit none (type, external)
+  private
+
+  public :: add_mounting, ground_load, mounting_energy, mounting_power
+
+  complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
+
+  !> An elastic or viscous pair: K d = mean d + difference conj(d).
+  type :: pair_type
+    real(dp) :: mean = 0
+    complex(dp) :: difference = 0
+  contains
+    procedure :: times
+  end type pair_type
+
+  !> Sums over such pairs at positions p: of the means times 1, p and |p|^2, of the differences times 1, conj(p) and conj(p)^2.
+  type :: sums_type
+    real(dp) :: mean = 0, mean_pp = 0
+    complex(dp) :: difference = 0, mean_p = 0, difference_p = 0, difference_pp = 0
+    logical :: act = .false.
+  end type sums_type
+
+contains
+
+  !> Subtracts forces and moments of the `supports` on the frame from `r`, shape (points, 3), and their derivatives with respect to
+  !> q and q' from `c` and `b`, shape (points, 3, 3), where the frame is at q with the velocity `v`, shape (points, 3), turned by
+  !> E = `turn`, shape (points). With the force F = sum of F_j and G = sum of conj(p_j) F_j the moment is Im(conj(E) G).
+  pure subroutine add_mounting(supports, q, v, turn, r, b, c)
+    type(support_type), intent(in) :: supports(:)
+    real(dp), intent(in) :: q(:, :), v(:, :)
+    complex(dp), intent(in) :: turn(:)
+    real(dp), intent(inout) :: r(:, :), b(:, :, :), c(:, :, :)
+    complex(dp), dimension(size(turn)) :: f, g, f_turn, g_turn, f_spin, g_spin, rest
+    type(sums_type) :: springs, dampers
+    integer :: j
+
+    do j = 1, size(supports)
+      associate (s => supports(j))
+        if (s%turning) then
+          call add_in_frame(s, q, v, turn, r, b, c)
+        else
+          call add_pair(springs, pair_of(s%stiffness, s%angle), complex_of(s%position))
+          call add_pair(dampers, pair_of(s%damping, s%angle), complex_of(s%position))
+        end if
+      end associate
+    end do
+    f = 0
+    g = 0
+    f_turn = 0
+    g_turn = 0
+    f_spin = 0
+    g_spin = 0
+    rest = 0
+    call hold(springs, cmplx(q(:, 1), q(:, 2), dp), less_one(turn), f, g)
+    call hold(springs, rest, i * turn, f_turn, g_turn)
+    call subtract_plane(springs, turn, c)
+    if (dampers%act) then
+      call hold(dampers, cmplx(v(:, 1), v(:, 2), dp), i * v(:, 3) * turn, f, g)
+      call hold(dampers, rest, -v(:, 3) * turn, f_turn, g_turn)
+      call hold(dampers, rest, i * turn, f_spin, g_spin)
+      call subtract_plane(dampers, turn, b)
+      b(:, 1, 3) = b(:, 1, 3) - real(f_spin)
+      b(:, 2, 3) = b(:, 2, 3) - aimag(f_spin)
+      b(:, 3, 3) = b(:, 3, 3) - cross(turn, g_spin)
+    end if
+    r(:, 1) = r(:, 1) - real(f)
+    r(:, 2) = r(:, 2) - aimag(f)
+    r(:, 3) = r(:, 3) - cross(turn, g)
+    c(:, 1, 3) = c(:, 1, 3) - real(f_turn)
+    c(:, 2, 3) = c(:, 2, 3) - aimag(f_turn)
+    c(:, 3, 3) = c(:, 3, 3) - cross(turn, g_turn) + real(conjg(turn) * g)      ! the load turned on its arm
+  end subroutine add_mounting
+
+  !> The same of a support whose axes turn with the frame.
+  pure subroutine add_in_frame(support, q, v, turn, r, b, c)
+    type(support_type), intent(in) :: support
+    real(dp), intent(in) :: q(:, :), v(:, :)
+    complex(dp), intent(in) :: turn(:)
+    real(dp), intent(inout) :: r(:, :), b(:, :, :), c(:, :, :)
+    complex(dp), parameter :: along(2) = [(1.0_dp, 0.0_dp), i]
+    type(pair_type) :: spring, damper
+    complex(dp), dimension(size(q, 1)) :: e, e_dot, w, f, moved, by_position, by_speed
+    complex(dp) :: static
+    integer :: k
+
+    spring = pair_of(support%stiffness, support%angle)
+    damper = pair_of(support%damping, support%angle)
+    static = complex_of(support%static)
+    call elongate(support, q, v, e, e_dot)
+    w = e - complex_of(support%position)
+    f = spring%times(e) + damper%times(e_dot)
+    r(:, 1) = r(:, 1) + real(turn * f + less_one(turn) * static)
+    r(:, 2) = r(:, 2) + aimag(turn * f + less_one(turn) * static)
+    r(:, 3) = r(:, 3) - cross(w, f) - cross(e, static)
+    f = f + static
+    do k = 1, 2
+      moved = conjg(turn) * along(k)                                           ! dw
+      by_position = spring%times(moved) - damper%times(i * v(:, 3) * moved)       ! df/du
+      by_speed = damper%times(moved)                                           ! df/du'
+      c(:, 1, k) = c(:, 1, k) + real(turn * by_position)
+      c(:, 2, k) = c(:, 2, k) + aimag(turn * by_position)
+      c(:, 3, k) = c(:, 3, k) - cross(w, by_position) - cross(moved, f)
+      b(:, 1, k) = b(:, 1, k) + real(turn * by_speed)
+      b(:, 2, k) = b(:, 2, k) + aimag(turn * by_speed)
+      b(:, 3, k) = b(:, 3, k) - cross(w, by_speed)
+    end do
+    by_position = -spring%times(i * w) - damper%times(i * e_dot)                  ! df/dpsi
+    by_speed = -damper%times(i * w)                                            ! df/dpsi'
+    c(:, 1, 3) = c(:, 1, 3) + real(turn * (by_position + i * f))
+    c(:, 2, 3) = c(:, 2, 3) + aimag(turn * (by_position + i * f))
+    c(:, 3, 3) = c(:, 3, 3) - cross(w, by_position) + cross(i * w, f)
+    b(:, 1, 3) = b(:, 1, 3) + real(turn * by_speed)
+    b(:, 2, 3) = b(:, 2, 3) + aimag(turn * by_speed)
+    b(:, 3, 3) = b(:, 3, 3) - cross(w, by_speed)
+  end subroutine add_in_frame
+
+  pure subroutine add_pair(sums, pair, p)
+    type(sums_type), intent(inout) :: sums
+    type(pair_type), intent(in) :: pair
+    complex(dp), intent(in) :: p
+
+    sums%act = sums%act .or. abs(pair%mean) > 0 .or. abs(pair%difference) > 0
+    sums%mean = sums%mean + pair%mean
+    sums%difference = sums%difference + pair%difference
+    sums%mean_p = sums%mean_p + pair%mean * p
+    sums%difference_p = sums%difference_p + pair%difference * conjg(p)
+    sums%mean_pp = sums%mean_pp + pair%mean * real(conjg(p) * p)
+    sums%difference_pp = sums%difference_pp + pair%difference * conjg(p)**2
+  end subroutine add_pair
+
+  !> Adds the forces F and G on the frame where the heads move by u + w p.
+  pure subroutine hold(sums, u, w, f, g)
+    type(sums_type), intent(in) :: sums
+    complex(dp), intent(in) :: u(:), w(:)
+    complex(dp), intent(inout) :: f(:), g(:)
+
+    f = f - (sums%mean * u + sums%difference * conjg(u) + sums%mean_p * w + sums%difference_p * conjg(w))
+    g = g - (conjg(sums%mean_p) * u + sums%difference_p * conjg(u) + sums%mean_pp * w + sums%difference_pp * conjg(w))
+  end subroutine hold
+
+  !> What the supports exert on the ground by the motion, shape (points, 3): forces along axes in space, and the moment about F at
+  !> rest, sum of (p + d) x (K d + B v), or p x (E f - G).
+  pure function ground_load(supports, q, v) result(load)
+    type(support_type), intent(in) :: supports(:)
+    real(dp), intent(in) :: q(:, :), v(:, :)
+    real(dp) :: load(size(q, 1), 3)
+    complex(dp), dimension(size(q, 1)) :: d, d_dot, force, arm
+    type(pair_type) :: spring, damper
+    integer :: j
+
+    load = 0
+    do j = 1, size(supports)
+      call elongate(supports(j), q, v, d, d_dot)
+      spring = pair_of(supports(j)%stiffness, supports(j)%angle)
+      damper = pair_of(supports(j)%damping, supports(j)%angle)
+      force = spring%times(d) + damper%times(d_dot)
+      arm = complex_of(supports(j)%position)
+      if (supports(j)%turning) then
+        force = exp(i * q(:, 3)) * force + less_one(exp(i * q(:, 3))) * complex_of(supports(j)%static)
+      else
+        arm = arm + d
+      end if
+      load(:, 1) = load(:, 1) + real(force)
+      load(:, 2) = load(:, 2) + aimag(force)
+      load(:, 3) = load(:, 3) + cross(arm, force)
+    end do
+  end function ground_load
+
+  !> Potential energy of the supports' springs (J), shape (points), of static forces that turn with the frame too.
+  pure function mounting_energy(supports, q) result(energy)
+    type(support_type), intent(in) :: supports(:)
+    real(dp), intent(in) :: q(:, :)
+    real(dp) :: energy(size(q, 1))
+    complex(dp), dimension(size(q, 1)) :: d, d_dot
+    complex(dp) :: static
+    type(pair_type) :: spring
+    integer :: j
+
+    energy = 0
+    do j = 1, size(supports)
+      call elongate(supports(j), q, q, d, d_dot)
+      spring = pair_of(supports(j)%stiffness, supports(j)%angle)
+      energy = energy + real(conjg(d) * spring%times(d)) / 2
+      if (.not. supports(j)%turning) cycle
+      static = complex_of(supports(j)%static)
+      energy = energy + real(conjg(static) * (d - cmplx(q(:, 1), q(:, 2), dp))) &
+        & - cross(complex_of(supports(j)%position), static) * q(:, 3)
+    end do
+  end function mounting_energy
+
+  !> Power that the supports' dampers take (W), shape (points).
+  pure function mounting_power(supports, q, v) result(power)
+    type(support_type), intent(in) :: supports(:)
+    real(dp), intent(in) :: q(:, :), v(:, :)
+    real(dp) :: power(size(q, 1))
+    complex(dp), dimension(size(q, 1)) :: d, d_dot
+    type(pair_type) :: damper
+    integer :: j
+
+    power = 0
+    do j = 1, size(supports)
+      call elongate(supports(j), q, v, d, d_dot)
+      damper = pair_of(supports(j)%damping, supports(j)%angle)
+      power = power + real(conjg(d_dot) * damper%times(d_dot))
+    end do
+  end function mounting_power
+
+  !> d and d' of the head of a support; e and e' where its axes turn with the frame.
+  pure subroutine elongate(support, q, v, d, d_dot)
+    type(support_type), intent(in) :: support
+    real(dp), intent(in) :: q(:, :), v(:, :)
+    complex(dp), intent(out) :: d(:), d_dot(:)
+
+    associate (turn => exp(i * q(:, 3)), p => complex_of(support%position))
+      d = cmplx(q(:, 1), q(:, 2), dp) + less_one(turn) * p
+      d_dot = cmplx(v(:, 1), v(:, 2), dp) + i * v(:, 3) * turn * p
+      if (.not. support%turning) return
+      d = conjg(turn) * d
+      d_dot = conjg(turn) * d_dot - i * v(:, 3) * d
+    end associate
+  end subroutine elongate
+
+  pure complex(dp) function complex_of(a)
+    real(dp), intent(in) :: a(2)
+
+    complex_of = cmplx(a(1), a(2), dp)
+  end function complex_of
+
+  !> The derivatives of -force and -moment with respect to xi and eta, or their velocities: the heads move by 1 or by i.
+  pure subroutine subtract_plane(sums, turn, k)
+    type(sums_type), intent(in) :: sums
+    complex(dp), intent(in) :: turn(:)
+    real(dp), intent(inout) :: k(:, :, :)
+    complex(dp), parameter :: along(2) = [(1.0_dp, 0.0_dp), i], none(1) = 0
+    complex(dp) :: f(1), g(1)
+    integer :: j
+
+    do j = 1, 2
+      f = 0
+      g = 0
+      call hold(sums, along(j:j), none, f, g)
+      k(:, 1, j) = k(:, 1, j) - real(f(1))
+      k(:, 2, j) = k(:, 2, j) - aimag(f(1))
+      k(:, 3, j) = k(:, 3, j) - cross(turn, g(1))
+    end do
+  end subroutine subtract_plane
+
+  pure type(pair_type) function pair_of(k, angle)
+    real(dp), intent(in) :: k(2), angle
+
+    pair_of%mean = sum(k) / 2
+    pair_of%difference = (k(1) - k(2)) / 2 * exp(2 * i * angle)
+  end function pair_of
+
+  !> K d.
+  elemental complex(dp) function times(self, d)
+    class(pair_type), intent(in) :: self
+    complex(dp), intent(in) :: d
+
+    times = self%mean * d + self%difference * conjg(d)
+  end function times
+
+  !> a x b.
+  elemental real(dp) function cross(a, b)
+    complex(dp), intent(in) :: a, b
+
+    cross = aimag(conjg(a) * b)
+  end function cross
+
+end module gestell_model_exact_moved_mounting

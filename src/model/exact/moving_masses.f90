@@ -1,0 +1,82 @@
+!> The moving masses at crank angles, as the exact frame feels them, by who holds the speed (gestell_model_mechanism_held).
+module gestell_model_exact_moving_masses
+  use gestell_base_kinds, only: dp
+  use gestell_model_frame, only: frame_type
+  use gestell_model_mechanism_held, only: part_of_turn, tabulate_felt
+  use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_dd, a3_v, table_columns
+  implicit none (type, external)
+  private
+
+  public :: find_masses
+
+  !> About F in the frame's axes, each of shape (angles). d/dt is Omega d/dphi at constant psi; d/dpsi, also of the moment of the
+  !> masses Z = E S in space, that at constant time, which turns the crank back where it turns evenly in space.
+  type, public :: masses_type
+    !> Of S = sum m r (kg m): d2S/dt2; of S_1 with dZ/dpsi = i E S_1, S_2 with d2Z/dpsi2 = -E S_2, S_3 with d3Z/dpsi3 = -i E S_3.
+    complex(dp), allocatable :: s_tt(:), s_1(:), s_1_t(:), s_1_tt(:), s_2(:), s_2_t(:), s_3(:)
+    !> What turns with psi (kg m^2), with derivatives.
+    real(dp), allocatable :: inertia(:), inertia_t(:), inertia_psi(:), inertia_tpsi(:), inertia_psipsi(:)
+    !> The moment that the load exerts where the frame rests, with the other sign (N m), and its derivative.
+    real(dp), allocatable :: moment(:), moment_psi(:)
+    !> The parts of S_1 and S_2 that weigh where they are (kg m): without those of the mechanism's origin.
+    complex(dp), allocatable :: sums_1(:), sums_2(:)
+  end type masses_type
+
+contains
+
+  !> At crank angles phi (rad).
+  subroutine find_masses(frame, angles, at)
+    class(frame_type), intent(in) :: frame
+    real(dp), contiguous, intent(in) :: angles(:)
+    type(masses_type), intent(out) :: at
+    complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
+    real(dp) :: felt(size(angles), table_columns), load(size(angles), 3), slope(size(angles))
+    complex(dp) :: origin
+    real(dp) :: part
+
+    call tabulate_felt(frame%mechanism, frame%origin, frame%even_in_space(), angles, felt, load, slope)
+    origin = frame%mechanism%mass * cmplx(frame%origin(1), frame%origin(2), dp)
+    associate (omega => frame%speed, xi0 => frame%origin(1), eta0 => frame%origin(2), m_g => frame%mechanism%mass)
+      at%s_tt = omega**2 * cmplx(load(:, 1), load(:, 2), dp)
+      at%moment = omega**2 * (xi0 * load(:, 2) - eta0 * load(:, 1) + load(:, 3))
+      at%sums_1 = cmplx(felt(:, a1_v), felt(:, a2_v), dp)
+      at%s_1 = origin + at%sums_1
+      at%s_1_t = omega * cmplx(felt(:, a1_d), felt(:, a2_d), dp)
+      at%s_1_tt = omega**2 * cmplx(felt(:, a1_dd), felt(:, a2_dd), dp)
+      at%inertia = frame%inertia + frame%mechanism%inertia + m_g * (xi0**2 + eta0**2) + turned(a1_v, a2_v, a3_v)
+      at%inertia_t = omega * turned(a1_d, a2_d, a3_d)
+      if (frame%even_in_space()) then
+        part = part_of_turn(frame%mechanism, .true.)
+        at%sums_2 = at%sums_1 + i * part * at%s_1_t / omega
+        at%s_2 = origin + at%sums_2
+        at%s_2_t = at%s_1_t + i * part * at%s_1_tt / omega
+        at%s_3 = at%s_2 + i * part * at%s_2_t / omega
+        at%inertia_psi = -part * at%inertia_t / omega
+        at%inertia_psipsi = part**2 * turned(a1_dd, a2_dd, a3_dd)
+        at%inertia_tpsi = -omega * part * turned(a1_dd, a2_dd, a3_dd)
+        at%moment_psi = -omega**2 * slope
+      else
+        at%sums_2 = at%sums_1
+        at%s_2 = at%s_1
+        at%s_2_t = at%s_1_t
+        at%s_3 = at%s_1
+        allocate(at%inertia_psi(size(angles)), source=0.0_dp)
+        at%inertia_psipsi = at%inertia_psi
+        at%inertia_tpsi = at%inertia_psi
+        at%moment_psi = at%inertia_psi
+      end if
+    end associate
+
+  contains
+
+    !> The moment of inertia about F less its constant part, or a derivative of it.
+    pure function turned(a1, a2, a3)
+      integer, intent(in) :: a1, a2, a3
+      real(dp) :: turned(size(angles))
+
+      turned = felt(:, a3) + 2 * frame%origin(1) * felt(:, a1) + 2 * frame%origin(2) * felt(:, a2)
+    end function turned
+
+  end subroutine find_masses
+
+end module gestell_model_exact_moving_masses

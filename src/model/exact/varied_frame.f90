@@ -1,0 +1,399 @@
+!> The frame varied about a motion that it makes: the exact equations, for any rotation, and their derivatives.
+!>
+!> Vectors of the plane are complex numbers: u = xi + i eta, E = exp(i psi). With the whole mass m, the moment of the masses
+!> S = sum m r, the moment of inertia J and H' = sum (m r x r'' + J phi''), all about F in the frame's axes, r = O + x + i y,
+!> momentum and angular momentum about F give
+!>
+!>     m u'' + E [S'' + 2 i psi' S' + (i psi'' - psi'^2) S]           = sum of F_j
+!>     J psi'' + J' psi' + H' + Im(conj(E S) u'')                     = sum of M_j
+!>
+!> with the mounting's F_j, M_j (gestell_model_exact_moved_mounting) and the weights' moment (gestell_model_frame_weights). About
+!> the rest q = 0 they are (8) to (12). All are functions of the crank angle phi = Omega t, so ' is Omega d/dphi.
+!>
+!> Of a crank that turns evenly in space (gestell_model_mechanism_held) phi = Omega t - p psi. Then the moment of the masses Z = E S
+!> depends on t and psi with dZ/dpsi = i E S_1, where S_1 = S + i p dS/dphi, and again S_2 = S_1 + i p dS_1/dphi,
+!> S_3 = S_2 + i p dS_2/dphi; else all of them are S. With ' the derivative at constant psi, Omega d/dphi, on all but u and psi, in
+!> both cases
+!>
+!>     m u'' + E [S'' + 2 i psi' S_1' + i psi'' S_1 - psi'^2 S_2]                 = sum of F_j
+!>     J_1 psi'' + J_1' psi' + psi'^2/2 dJ_1/dpsi + H_1' + Im(conj(E S_1) u'')    = sum of M_j - M
+!>
+!> with J_1 = J - 2 p A + p^2 K, H_1' = Omega^2 d(A - p K/2)/dphi and the motor's torque M, if it stands on a frame that bears a
+!> flywheel; else J_1 = J, which does not depend on psi, and H_1' = H'.
+module gestell_model_exact_varied_frame
+  use gestell_math_cosine_sine, only: cosine_sine
+  use gestell_base_kinds, only: dp, pi
+  use gestell_math_series_trigonometric, only: series_through, series_type
+  use gestell_model_frame, only: frame_type
+  use gestell_model_frame_mounting, only: damping_matrix, stiffness_matrix
+  use gestell_model_exact_moved_mounting, only: add_mounting, ground_load, mounting_energy, mounting_power
+  use gestell_model_space, only: in_frame, is_rotation
+  use gestell_model_space_blocks, only: all_connected
+  use gestell_model_space_drive, only: driven_type, follow_frame
+  use gestell_model_space_energy, only: mounting_power_in_space => mounting_power
+  use gestell_model_space_variation, only: ground_in_space, sample_varied
+  use gestell_model_mechanism_held, only: part_of_turn
+  use gestell_model_exact_moving_masses, only: find_masses, masses_type
+  implicit none (type, external)
+  private
+
+  public :: varied_frame
+
+  !> The linear system M q'' + B q' + C q = h whose M, B, C are the exact equations' derivatives along `motion`, so that its
+  !> multipliers are those of small changes of it. With `newton` the system agrees with the exact equations at `motion` too: its
+  !> periodic motion is the next iterate of Newton's method. Without, that is `motion` itself.
+  type, extends(frame_type), public :: varied_frame_type
+    !> xi, eta, psi over theta = 2 pi t/T.
+    type(series_type) :: motion
+    logical :: newton = .true.
+    !> Whether the load is only what is left of the exact equations at `motion`: the periodic motion is Newton's step.
+    logical :: lacking = .false.
+    !> The part of the excitation that acts, 0 to 1: a path from rest.
+    real(dp) :: excitation = 1
+    !> In space, beside a flywheel: the frame's turning about the shaft, chi, and its mean rate (gestell_model_space_drive).
+    type(series_type) :: spun
+    real(dp) :: drift = 0
+    !> The foundation's part of the mounting.
+    real(dp) :: foundation_stiffness(3, 3) = 0, foundation_damping(3, 3) = 0
+  contains
+    procedure :: move_to, lag, sample_second_order, coupled, ground_forces
+    procedure :: turned, turning, rotation, potential, dissipation
+  end type varied_frame_type
+
+  complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
+
+contains
+
+  !> `frame` varied about `motion`, the three functions xi, eta, psi.
+  function varied_frame(frame, motion) result(varied)
+    class(frame_type), intent(in) :: frame
+    type(series_type), intent(in) :: motion
+    type(varied_frame_type) :: varied
+
+    varied%frame_type = frame
+    varied%about_rest = .false.
+    varied%foundation_stiffness = frame%stiffness - stiffness_matrix(frame%supports)
+    varied%foundation_damping = frame%damping - damping_matrix(frame%supports)
+    call varied%move_to(motion)
+  end function varied_frame
+
+  !> The frame varied about another motion; over its turn the motor on the frame delivers what the dampers take.
+  pure subroutine move_to(self, motion)
+    class(varied_frame_type), intent(inout) :: self
+    type(series_type), intent(in) :: motion
+    real(dp), allocatable :: q(:, :), v(:, :), a(:, :)
+    real(dp) :: displacement(3), rate(3)
+    integer :: k, points
+
+    self%motion = motion
+    call self%motion%tabulate()
+    self%motor_torque = 0
+    if (self%held_by /= "flywheel") return
+    ! Powers are of second order in the motion: these points sum them but for what is of tenth.
+    points = 8 * (ubound(motion%cosine, 1) + 1)
+    if (allocated(self%space)) then
+      call spin_flywheel(self, points)
+      return
+    end if
+    allocate(q(points, 3), v(points, 3), a(points, 3))
+    call motion%values([(real(k, dp) / points, k = 1, points)], q, v, a)
+    do k = 1, points
+      displacement = q(k, :)
+      rate = v(k, :) * (2 * pi / self%period)
+      self%motor_torque = self%motor_torque + self%dissipation(displacement, rate) / (points * self%speed * self%mechanism%turns)
+    end do
+  end subroutine move_to
+
+  !> What a flywheel makes of the motion in space: chi, whose rate is that of the frame about the shaft, and the motor's torque.
+  pure subroutine spin_flywheel(self, points)
+    class(varied_frame_type), intent(inout) :: self
+    integer, intent(in) :: points
+    real(dp), dimension(points, 6) :: q, v, a
+    real(dp) :: rate(points, 1), cosine
+    type(driven_type) :: driven
+    integer :: k
+
+    call self%motion%values([(real(k - 1, dp) / points, k = 1, points)], q, v, a)
+    v = v * (2 * pi / self%period)
+    a = a * (2 * pi / self%period)**2
+    do k = 1, points
+      call follow_frame(self%space%drive, self%speed, a(k, in_frame(:3)), reshape([q(k, in_frame(4:)), v(k, in_frame(4:)), &
+        & a(k, in_frame(4:))], [3, 3]), driven%moved, driven%turn)
+      rate(k, 1) = driven%turn%chi(1) * self%mechanism%turns
+      self%motor_torque = self%motor_torque + mounting_power_in_space(self%space, q(k, in_frame), v(k, in_frame)) &
+        & / (points * self%speed * self%mechanism%turns)
+    end do
+    self%spun = series_through(rate)
+    self%drift = self%spun%cosine(0, 1)
+    ! in the mean chi is n theta
+    self%spun%cosine(0, 1) = dot_product(self%space%drive%axis, self%motion%cosine(0, in_frame(4:)))
+    do k = 1, ubound(self%spun%cosine, 1)
+      associate (c => self%spun%cosine(k, 1), s => self%spun%sine(k, 1), frequency => 2 * pi * k / self%period)
+        cosine = -s / frequency
+        s = c / frequency
+        c = cosine
+      end associate
+    end do
+    call self%spun%tabulate()
+  end subroutine spin_flywheel
+
+  !> At phases of the turn chi, its mean rate and the motor's torque, shape (phases, 3).
+  pure function lag(self, phases)
+    class(varied_frame_type), intent(in) :: self
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp) :: lag(size(phases), 3)
+    real(dp), dimension(size(phases), 1) :: chi, chi_d, chi_dd
+
+    lag = 0
+    if (self%held_by /= "flywheel") return
+    call self%spun%values(phases, chi, chi_d, chi_dd)
+    lag(:, 1) = chi(:, 1)
+    lag(:, 2) = self%drift
+    lag(:, 3) = self%motor_torque
+  end function lag
+
+  !> M, B, C, h at many phases of the turn.
+  subroutine sample_second_order(self, phases, m, b, c, h)
+    class(varied_frame_type), intent(in) :: self
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
+    real(dp), contiguous, intent(out), optional :: h(:, :)
+    real(dp), dimension(size(phases), self%dofs(), self%dofs()) :: all_m, all_b, all_c
+    real(dp), dimension(size(phases), self%dofs()) :: q, v, a, r
+    integer :: j, k
+
+    call self%motion%values(phases, q, v, a)
+    v = v * (2 * pi / self%period)
+    a = a * (2 * pi / self%period)**2
+    if (allocated(self%space)) then
+      call sample_varied(self%space, self%mass, self%speed, self%crank_angles(phases), q, v, a, self%lag(phases), r, all_m, &
+        & all_b, all_c)
+      if (self%excitation < 1 .or. self%excitation > 1) call take_excitation_in_space(self, phases, r)
+    else
+      call vary_in_plane(self, phases, q, v, a, r, all_m, all_b, all_c)
+    end if
+    do k = 1, size(self%free)
+      do j = 1, size(self%free)
+        m(:, j, k) = all_m(:, self%free(j), self%free(k))
+        b(:, j, k) = all_b(:, self%free(j), self%free(k))
+        c(:, j, k) = all_c(:, self%free(j), self%free(k))
+      end do
+    end do
+    if (.not. present(h)) return
+    if (.not. self%newton) r = 0
+    do k = 1, merge(0, size(q, 2), self%lacking)
+      do j = 1, size(q, 2)
+        r(:, j) = r(:, j) - all_m(:, j, k) * a(:, k) - all_b(:, j, k) * v(:, k) - all_c(:, j, k) * q(:, k)
+      end do
+    end do
+    do j = 1, size(self%free)
+      h(:, j) = -r(:, self%free(j))
+    end do
+  end subroutine sample_second_order
+
+  !> The left sides of the equations of the plane, shape (points, 3), and their derivatives with respect to q'', q' and q.
+  !> Nine arguments: q, q', q'', and the left side with its three derivatives.
+  subroutine vary_in_plane(self, phases, q, v, a, r, m, b, c)
+    type(varied_frame_type), intent(in) :: self
+    real(dp), contiguous, intent(in) :: phases(:), q(:, :), v(:, :), a(:, :)
+    real(dp), contiguous, intent(out) :: r(:, :), m(:, :, :), b(:, :, :), c(:, :, :)
+    real(dp) :: cosine(size(phases)), sine(size(phases))
+    complex(dp) :: turn(size(phases))
+
+    call cosine_sine(q(:, 3), cosine, sine)
+    turn = cmplx(cosine, sine, dp)
+    call vary_inertia(self, phases, q, v, a, turn, r, m, b, c)
+    call add_foundation(self, q, v, r, b, c)
+    call add_mounting(self%supports, q, v, turn, r, b, c)
+  end subroutine vary_in_plane
+
+  !> What the masses add to the left sides and their derivatives, where E is `turn`.
+  !> Ten arguments: q, q', q'', and the left side with its three derivatives.
+  subroutine vary_inertia(frame, phases, q, v, a, turn, r, m, b, c)
+    type(varied_frame_type), intent(in) :: frame
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(in) :: q(:, :), v(:, :), a(:, :)
+    complex(dp), intent(in) :: turn(:)
+    real(dp), intent(out) :: r(:, :), m(:, :, :), b(:, :, :), c(:, :, :)
+    type(masses_type) :: at
+    complex(dp), dimension(size(phases)) :: spun, varied, moving
+    real(dp) :: mass
+
+    call find_masses(frame, frame%crank_angles(phases) - part_of_turn(frame%mechanism, frame%even_in_space()) * q(:, 3), at)
+    mass = frame%mass + frame%mechanism%mass
+    moving = i * turn * at%s_1
+    m = 0
+    b = 0
+    c = 0
+    m(:, 1, 1) = mass
+    m(:, 2, 2) = mass
+    m(:, 1, 3) = real(moving)
+    m(:, 2, 3) = aimag(moving)
+    m(:, 3, 1:2) = m(:, 1:2, 3)
+    m(:, 3, 3) = at%inertia
+    associate (w => v(:, 3), w_d => a(:, 3))
+      spun = turn * (at%s_tt + 2 * i * w * at%s_1_t - w**2 * at%s_2) + moving * w_d
+      r(:, 1) = mass * a(:, 1) + real(spun)
+      r(:, 2) = mass * a(:, 2) + aimag(spun)
+      r(:, 3) = at%moment + at%inertia * w_d + at%inertia_t * w + at%inertia_psi * w**2 / 2 + real(moving) * a(:, 1) &
+        & + aimag(moving) * a(:, 2) + frame%motor_torque
+      spun = turn * (2 * i * at%s_1_t - 2 * w * at%s_2)
+      varied = turn * (i * at%s_1_tt - 2 * w * at%s_2_t - i * w**2 * at%s_3 - w_d * at%s_2)
+      b(:, 3, 3) = at%inertia_t + at%inertia_psi * w
+      c(:, 3, 3) = at%inertia_psi * w_d + at%inertia_tpsi * w + at%inertia_psipsi * w**2 / 2 + at%moment_psi &
+        & - real(turn * at%s_2) * a(:, 1) - aimag(turn * at%s_2) * a(:, 2)
+    end associate
+    b(:, 1, 3) = real(spun)
+    b(:, 2, 3) = aimag(spun)
+    c(:, 1, 3) = real(varied)
+    c(:, 2, 3) = aimag(varied)
+    if (frame%weights%act) then
+      r(:, 3) = r(:, 3) - frame%weights%moment(turn, at%sums_1)
+      c(:, 3, 3) = c(:, 3, 3) + frame%weights%stiffness(turn, at%sums_2)
+    end if
+    if (frame%excitation < 1 .or. frame%excitation > 1) call take_excitation(frame, phases, r)
+  end subroutine vary_inertia
+
+  !> Takes away what of the excitation does not act: of the load where the frame rests.
+  subroutine take_excitation(frame, phases, r)
+    type(varied_frame_type), intent(in) :: frame
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(inout) :: r(:, :)
+    complex(dp), parameter :: upright = 1
+    type(masses_type) :: at
+
+    call find_masses(frame, frame%crank_angles(phases), at)
+    associate (part => 1 - frame%excitation)
+      r(:, 1) = r(:, 1) - part * real(at%s_tt)
+      r(:, 2) = r(:, 2) - part * aimag(at%s_tt)
+      r(:, 3) = r(:, 3) - part * at%moment
+      if (frame%weights%act) r(:, 3) = r(:, 3) + part * frame%weights%moment(upright, at%sums_1)
+    end associate
+  end subroutine take_excitation
+
+  !> The same in space.
+  subroutine take_excitation_in_space(frame, phases, r)
+    type(varied_frame_type), intent(in) :: frame
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(inout) :: r(:, :)
+    real(dp), dimension(size(phases), 6, 6) :: m, b, c
+    real(dp) :: h(size(phases), 6)
+    integer :: i
+
+    call frame%space%sample_at_rest(frame%mass, frame%speed, frame%crank_angles(phases), [(i, i = 1, 6)], m, b, c, h)
+    r = r + (1 - frame%excitation) * h
+  end subroutine take_excitation_in_space
+
+  !> The foundation, whose potential is quadratic in xi, eta, psi.
+  pure subroutine add_foundation(self, q, v, r, b, c)
+    type(varied_frame_type), intent(in) :: self
+    real(dp), intent(in) :: q(:, :), v(:, :)
+    real(dp), intent(inout) :: r(:, :), b(:, :, :), c(:, :, :)
+    integer :: j, k
+
+    do k = 1, 3
+      do j = 1, 3
+        r(:, j) = r(:, j) + self%foundation_stiffness(j, k) * q(:, k) + self%foundation_damping(j, k) * v(:, k)
+        b(:, j, k) = b(:, j, k) + self%foundation_damping(j, k)
+        c(:, j, k) = c(:, j, k) + self%foundation_stiffness(j, k)
+      end do
+    end do
+  end subroutine add_foundation
+
+  !> Which free degrees of freedom act on each other. As a rule rotations act on all others, and shifts as they do at rest. If only
+  !> some are damped, the matrices at many phases decide, so that a part without dampers can be proved undamped. This is not done
+  !> otherwise because each part costs as much as the whole frame. The phases are shifted by 1/pi against those of symmetries.
+  function coupled(self)
+    class(varied_frame_type), intent(in) :: self
+    logical, allocatable :: coupled(:, :), turns(:)
+    real(dp), dimension(4, size(self%free), size(self%free)) :: m, b, c
+    real(dp) :: damping(self%dofs(), self%dofs())
+    integer :: first, k
+
+    coupled = self%frame_type%coupled()
+    turns = is_rotation(self%free)
+    coupled = coupled .or. spread(turns, 1, size(turns)) .or. spread(turns, 2, size(turns))
+    damping = self%ground_damping()
+    k = count([(damping(self%free(k), self%free(k)) > 0, k = 1, size(self%free))])
+    if (k == 0 .or. k == size(self%free)) return
+    coupled = .false.
+    do first = 0, 4 * self%least_steps - 1, size(m, 1)
+      call self%sample_second_order([((first + k + 1 / pi) / (4 * self%least_steps), k = 0, size(m, 1) - 1)], m, b, c)
+      coupled = coupled .or. any(abs(m) > 0 .or. abs(b) > 0 .or. abs(c) > 0, dim=1)
+      coupled = coupled .or. transpose(coupled)
+      if (all_connected(coupled)) exit
+    end do
+  end function coupled
+
+  !> Forces (N) and moment about F at rest (N m) on the ground, shape (dofs, points), for states x, shape (states, points).
+  pure function ground_forces(self, x) result(forces)
+    class(varied_frame_type), intent(in) :: self
+    real(dp), intent(in) :: x(:, :)
+    real(dp), allocatable :: forces(:, :)
+    real(dp), dimension(size(x, 2), self%dofs()) :: q, v
+    integer :: f
+
+    f = size(self%free)
+    q = 0
+    v = 0
+    q(:, self%free) = transpose(x(:f, :))
+    v(:, self%free) = transpose(x(f + 1:, :))
+    if (allocated(self%space)) then
+      forces = ground_in_space(self%space, q, v)
+      return
+    end if
+    forces = transpose(ground_load(self%supports, q, v) + matmul(q, transpose(self%foundation_stiffness)) &
+      & + matmul(v, transpose(self%foundation_damping)))
+  end function ground_forces
+
+  !> A vector of the frame's system in space, where the frame has turned by psi.
+  pure function turned(self, psi, s)
+    class(varied_frame_type), intent(in) :: self
+    real(dp), intent(in) :: psi, s(2)
+    real(dp) :: turned(2)
+
+    associate (unused_frame => self)
+    end associate
+    turned = [cos(psi) * s(1) - sin(psi) * s(2), sin(psi) * s(1) + cos(psi) * s(2)]
+  end function turned
+
+  !> How that changes with psi.
+  pure function turning(self, psi, s)
+    class(varied_frame_type), intent(in) :: self
+    real(dp), intent(in) :: psi, s(2)
+    real(dp) :: turning(2)
+
+    turning = self%turned(psi, [-s(2), s(1)])
+  end function turning
+
+  !> exp(i psi).
+  pure complex(dp) function rotation(self, psi)
+    class(varied_frame_type), intent(in) :: self
+    real(dp), intent(in) :: psi
+
+    associate (unused_frame => self)
+    end associate
+    rotation = exp(i * psi)
+  end function rotation
+
+  !> Potential energy of the mounting (J).
+  pure real(dp) function potential(self, q)
+    class(varied_frame_type), intent(in) :: self
+    real(dp), intent(in) :: q(3)
+
+    potential = sum(mounting_energy(self%supports, reshape(q, [1, 3]))) &
+      & + dot_product(q, matmul(self%foundation_stiffness, q)) / 2
+  end function potential
+
+  !> Power that the mounting takes (W), dampers and the part of the foundation's stiffness that is not symmetric.
+  pure real(dp) function dissipation(self, q, v)
+    class(varied_frame_type), intent(in) :: self
+    real(dp), intent(in) :: q(3), v(3)
+
+    associate (c => self%foundation_stiffness)
+      dissipation = sum(mounting_power(self%supports, reshape(q, [1, 3]), reshape(v, [1, 3]))) &
+        & + dot_product(v, matmul(self%foundation_damping, v)) + dot_product(v, matmul(c - transpose(c), q)) / 2
+    end associate
+  end function dissipation
+
+end module gestell_model_exact_varied_frame

@@ -1,0 +1,128 @@
+!> The torque that keeps the drive of a frame in space at its speed, and where its power goes (gestell_model_space_drive). With the
+!> masses about F, v = R^T u' and w as there, the kinetic energy is
+!>
+!>     T = m |v|^2/2 + v (w x S + phi' S_1) + w J w/2 + phi' w A + phi'^2 K/2,
+!>
+!> of which M_d = d/dt dT/dphi' - dT/dphi, and along a motion d/dt of T and the mounting's energy is, less what the dampers take,
+!>
+!>     M_d Omega   (motor, outside),      M_d (Omega + c) - M w n   (flywheel: c the mean of w n, M the motor's torque).
+!>
+!> Torque, T, and what holds the frame, are those of the exact kinematics in all models: about rest the balance has a remainder of
+!> third order. With weights the torque lifts the masses.
+module gestell_model_quantity_driving_in_space
+  use gestell_base_kinds, only: dp
+  use gestell_model_frame, only: frame_type
+  use gestell_model_exact_varied_frame, only: varied_frame_type
+  use gestell_model_space, only: in_frame, in_space
+  use gestell_model_space_drive, only: driven_type, find_torque, follow_frame
+  use gestell_model_space_energy, only: mounting_energy, mounting_power
+  use gestell_model_space_masses, only: masses_type
+  use gestell_model_space_moving, only: find_moving, moving_type
+  use gestell_model_space_rotation, only: cross, turning_matrices
+  implicit none (type, external)
+  private
+
+  public :: drive_power_in_space
+
+  !> Roundings of each term of the torque, of which the second derivatives of the places have one for each joint.
+  real(dp), parameter, public :: torque_roundings = 16
+
+contains
+
+  !> At phases of the turn, from the motion there, q, q', q'', shape (18, phases): the torque on the drive's shaft, that on a rigid
+  !> frame (N m), the drive's power, that of the dampers (W), the energy of mechanisms, frame and springs (J), shape (5, phases).
+  !> With `errors` of the motion's rows, shape (18), also `torque_error`, a bound on what these and roundings do to the torque.
+  subroutine drive_power_in_space(frame, phases, motion, power, errors, torque_error)
+    class(frame_type), intent(in) :: frame
+    real(dp), contiguous, intent(in) :: phases(:), motion(:, :)
+    real(dp), intent(out) :: power(:, :)
+    real(dp), intent(in), optional :: errors(:)
+    real(dp), intent(out), optional :: torque_error
+    type(driven_type) :: driven
+    type(moving_type) :: rigid
+    real(dp) :: angles(size(phases)), lag(size(phases), 3), q(6, 0:2), falling(3), by_gain(6), by_rate(6), by_place(6)
+    type(masses_type) :: at
+    logical :: told
+    integer :: k
+
+    angles = frame%crank_angles(phases)
+    told = .false.
+    select type (frame)
+    class is (varied_frame_type)
+      told = .true.
+      lag = frame%lag(phases)
+    end select
+    if (present(torque_error)) torque_error = 0
+    do k = 1, size(phases)
+      q = reshape([motion(in_frame, k), motion(6 + in_frame, k), motion(12 + in_frame, k)], [6, 3])
+      falling = q(:3, 2) - frame%space%weights%gravity
+      if (told) then
+        call follow_frame(frame%space%drive, frame%speed, falling, q(4:, :), driven%moved, driven%turn, lag(k, :))
+      else
+        call follow_frame(frame%space%drive, frame%speed, falling, q(4:, :), driven%moved, driven%turn)
+      end if
+      call find_moving(frame%space%planes, angles(k), rigid)
+      call find_moving(frame%space%planes, angles(k) - driven%turn%chi(0), driven%moving)
+      call find_torque(driven%turn, driven%moving, driven%moved, power(1, k), by_gain, by_rate, by_place)
+      power(2, k) = frame%speed**2 * rigid%k(1) / 2 - dot_product(frame%space%weights%gravity, rigid%s(:, 1))
+      ! beside a flywheel chi' is w n less its mean: phi' + w n = Omega + c
+      power(3, k) = power(1, k) * (driven%moved%rate + dot_product(driven%turn%b, driven%moved%w)) &
+        & - dot_product(driven%moved%motor, driven%moved%w)
+      power(4, k) = mounting_power(frame%space, q(:, 0), q(:, 1))
+      call frame%space%masses_at(frame%mass, 1.0_dp, [angles(k) - driven%turn%chi(0)], at)
+      power(5, k) = kinetic_energy(at, matmul(q(:3, 1), driven%moved%rotation), driven) &
+        & + mounting_energy(frame%space, q(:, 0), at%s(1, :, 0))
+      if (present(errors) .and. present(torque_error)) torque_error = max(torque_error, effect() &
+        & + torque_roundings * (epsilon(1.0_dp) + frame%rounding) * absolute_terms())
+    end do
+
+  contains
+
+    !> The sum of the torque's absolute terms: where those of the links cancel their roundings do not.
+    pure real(dp) function absolute_terms()
+      real(dp) :: of_forces, of_energy
+      integer :: i
+
+      of_forces = 0
+      of_energy = 0
+      do i = 1, size(frame%space%planes)
+        of_forces = of_forces + norm2(frame%space%planes(i)%linkage%terms(:2))
+        of_energy = of_energy + frame%space%planes(i)%linkage%terms(4)
+      end do
+      associate (moving => driven%moving, moved => driven%moved)
+        absolute_terms = norm2(moved%a) * (norm2(moving%s(:, 1)) + of_forces) + norm2(moved%w_d) * norm2(moving%a(:, 0)) &
+          & + norm2(moved%w) * norm2(matmul(moving%j(:, :, 1), moved%w)) / 2 + abs(moved%gain) * moving%k(0) &
+          & + moved%rate**2 * max(abs(moving%k(1)), of_energy) / 2
+      end associate
+    end function absolute_terms
+
+    !> What the errors of the motion do to the torque.
+    pure real(dp) function effect()
+      real(dp) :: turning(3, 3, 0:2), of_motion(6, 0:2)
+
+      turning = turning_matrices(q(4:, :))
+      of_motion(:, 2) = by_gain
+      of_motion(:, 1) = by_rate
+      of_motion(:, 0) = by_place
+      of_motion(4:, 2) = matmul(by_gain(4:), turning(:, :, 0))
+      of_motion(4:, 1) = matmul(by_rate(4:), turning(:, :, 0)) + 2 * matmul(by_gain(4:), turning(:, :, 1))
+      of_motion(4:, 0) = matmul(by_place(4:), turning(:, :, 0)) + matmul(by_rate(4:), turning(:, :, 1)) &
+        & + matmul(by_gain(4:), turning(:, :, 2))
+      effect = sum(abs(reshape(of_motion(in_space, :), [18])) * errors(:18))
+    end function effect
+
+  end subroutine drive_power_in_space
+
+  !> T (J) of the masses about F where the frame moves at v in its axes (m/s).
+  pure real(dp) function kinetic_energy(at, v, driven)
+    type(masses_type), intent(in) :: at
+    real(dp), intent(in) :: v(3)
+    type(driven_type), intent(in) :: driven
+
+    associate (w => driven%moved%w, rate => driven%moved%rate, moving => driven%moving)
+      kinetic_energy = at%mass * dot_product(v, v) / 2 + dot_product(v, cross(w, at%s(1, :, 0)) + rate * moving%s(:, 1)) &
+        & + dot_product(w, matmul(at%j(1, :, :, 0), w)) / 2 + rate * dot_product(w, moving%a(:, 0)) + rate**2 * moving%k(0) / 2
+    end associate
+  end function kinetic_energy
+
+end module gestell_model_quantity_driving_in_space

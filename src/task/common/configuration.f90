@@ -1,0 +1,197 @@
+!> From the groups of an input file to the machine that they describe, and what all tasks share.
+module gestell_task_common_configuration
+  use gestell_base_error, only: error_type, impossible_mechanism
+  use gestell_base_kinds, only: dp
+  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_input_namelist_document, only: document_type, group_type, the_group
+  use gestell_input_machine_frame, only: read_frame
+  use gestell_input_machine_groups, only: read_units
+  use gestell_input_schema_read, only: read
+  use gestell_input_machine_mechanism, only: read_mechanism
+  use gestell_input_namelist_message, only: input_error
+  use gestell_input_machine_quantities, only: read_probes
+  use gestell_input_schema, only: schema_type
+  use gestell_task_range_plan, only: read_sweep, read_speeds, sweep_plan_type
+  use gestell_input_schema_units, only: units_type
+  use gestell_task_common_keys, only: accuracy_keys, case_keys, model_keys, resonance_keys, response_keys
+  use gestell_model_frame, only: frame_type
+  use gestell_model_mechanism, only: mechanism_type
+  use gestell_model_quantity_rows, only: guide_forces, probe_type, velocities
+  use gestell_study_vibration_analysis, only: tasks_type
+  use, intrinsic :: iso_fortran_env, only: int64
+  implicit none (type, external)
+  private
+
+  public :: read_machine, read_plan
+
+  !> The machine that an input file describes, and what all tasks share.
+  type, public :: configuration_type
+    character(len=:), allocatable :: title
+    !> What the tasks want of the input's own machine.
+    type(tasks_type) :: tasks
+    type(accuracy_type) :: accuracy
+    type(frame_type) :: frame
+    type(probe_type), allocatable :: probes(:)
+    !> Orders of the crank that are looked at over the speed.
+    integer :: orders = 6
+    !> What runs in a sweep; not allocated where nothing does.
+    type(sweep_plan_type), allocatable :: plan
+    !> The input as it was typed, what it can say, and its units.
+    type(document_type) :: document
+    type(schema_type) :: schema
+    type(units_type) :: units
+    !> Hash of all that the input says (`content_of`).
+    integer(int64) :: content = 0
+    !> Why the machine of the input itself cannot turn, where only others are asked for.
+    type(error_type), allocatable :: impossible
+  contains
+    procedure :: model
+    procedure :: speeds
+    procedure :: harmonics
+    procedure :: turns
+    procedure :: want_forces
+  end type configuration_type
+
+contains
+
+  !> The machine of a checked document, which has been turned once. `own`: a task is about it; where none is, it may be impossible.
+  !> Errors: values out of range, joints that do not fit together (code 2), a mechanism that cannot turn (3).
+  subroutine read_machine(configuration, own, error)
+    type(configuration_type), intent(inout) :: configuration
+    logical, intent(in) :: own
+    type(error_type), allocatable, intent(out) :: error
+    class(mechanism_type), allocatable :: mechanism
+
+    call read_model(configuration, error)
+    if (allocated(error)) return
+    associate (doc => configuration%document, units => configuration%units, frame => configuration%frame)
+      call read_units(doc, units, error)
+      if (.not. allocated(error)) call read_mechanism(doc, units, mechanism, error)
+      if (allocated(error)) return
+      call read_frame(doc, units, mechanism, frame, error)
+      if (allocated(error)) then
+        if (error%code /= impossible_mechanism .or. own) return
+        call move_alloc(error, configuration%impossible)
+        ! what quantities there are can be told all the same
+        if (.not. allocated(frame%free)) frame%free = [1, 2, 3]
+      end if
+      call read_probes(doc, units, configuration%probes, error)
+    end associate
+  end subroutine read_machine
+
+  !> What runs in the sweep; `over_speed`: the crank's speed has to. Errors: as of the plan.
+  subroutine read_plan(configuration, over_speed, error)
+    type(configuration_type), intent(inout) :: configuration
+    logical, intent(in) :: over_speed
+    type(error_type), allocatable, intent(out) :: error
+
+    allocate(configuration%plan)
+    associate (plan => configuration%plan, doc => configuration%document)
+      call read_sweep(doc, configuration%schema, configuration%units, configuration%frame, configuration%probes, plan, error)
+      plan%order%accuracy = configuration%accuracy
+      plan%order%model = configuration%model()
+      if (.not. allocated(error) .and. over_speed) call read_speeds(doc, plan, error)
+    end associate
+  end subroutine read_plan
+
+  !> The model's name for people.
+  pure function model(self) result(name)
+    class(configuration_type), intent(in) :: self
+    character(len=:), allocatable :: name
+
+    name = trim(self%tasks%model)
+    if (self%tasks%averaged) name = "averaged"
+  end function model
+
+  !> The speeds of the sweep (1/min).
+  pure function speeds(self)
+    class(configuration_type), intent(in) :: self
+    real(dp), allocatable :: speeds(:)
+    integer :: k
+
+    associate (axis => self%plan%grid%axes(1))
+      speeds = axis%value([(k, k = 1, axis%count)])
+    end associate
+  end function speeds
+
+  !> Turns of the drive in a period.
+  pure integer function turns(self)
+    class(configuration_type), intent(in) :: self
+
+    turns = 1
+    if (allocated(self%frame%mechanism)) turns = self%frame%mechanism%turns
+  end function turns
+
+  !> The harmonics of the period that are looked at, up to `highest` times the speed of the drive.
+  pure function harmonics(self, highest)
+    class(configuration_type), intent(in) :: self
+    integer, intent(in) :: highest
+    integer, allocatable :: harmonics(:)
+    integer :: k
+
+    if (allocated(self%frame%mechanism)) then
+      harmonics = self%frame%mechanism%harmonics(highest)
+    else
+      harmonics = [(k, k = 1, highest)]
+    end if
+  end function harmonics
+
+  !> Title, model, accuracy and how much of a vibration is told.
+  subroutine read_model(configuration, error)
+    type(configuration_type), intent(inout) :: configuration
+    type(error_type), allocatable, intent(out) :: error
+    type(group_type) :: group
+    character(len=:), allocatable :: coefficients, model, vibrations
+
+    configuration%tasks%stability = .false.
+    configuration%tasks%response = .false.
+    call read(the_group(configuration%document, "case"), case_keys, "title", configuration%title, error)
+    if (allocated(error)) return
+    call read(the_group(configuration%document, "resonance"), resonance_keys, "orders", configuration%orders, error)
+    if (allocated(error)) return
+
+    group = the_group(configuration%document, "response")
+    call read(group, response_keys, "points", configuration%tasks%points, error)
+    if (.not. allocated(error)) call read(group, response_keys, "harmonics", configuration%tasks%harmonics, error)
+    if (allocated(error)) return
+
+    group = the_group(configuration%document, "model")
+    call read(group, model_keys, "coefficients", coefficients, error)
+    if (allocated(error)) return
+    configuration%tasks%averaged = coefficients == "averaged"
+    call read(group, model_keys, "frame", model, error, default=trim(merge("rest ", "exact", configuration%tasks%averaged)))
+    if (allocated(error)) return
+    configuration%tasks%model = model
+    if (configuration%tasks%averaged .and. model /= "rest") then
+      call input_error(group, "coefficients", "'averaged' is a simplification of frame='rest'", error)
+      return
+    end if
+    call read(group, model_keys, "vibrations", vibrations, error)
+    if (allocated(error)) return
+    configuration%tasks%all_vibrations = vibrations == "all"
+    if (configuration%tasks%all_vibrations .and. model /= "exact") then
+      call input_error(group, "vibrations", "linear equations have one vibration: 'all' is for frame='exact'", error)
+      return
+    end if
+
+    group = the_group(configuration%document, "accuracy")
+    associate (accuracy => configuration%accuracy)
+      call read(group, accuracy_keys(), "tolerance", accuracy%tolerance, error)
+      if (.not. allocated(error)) call read(group, accuracy_keys(), "method", accuracy%method, error)
+      if (.not. allocated(error)) call read(group, accuracy_keys(), "steps", accuracy%steps, error)
+      if (allocated(error)) return
+      if (accuracy%steps > 0 .and. accuracy%method == "reduced") then
+        call input_error(group, "steps", "method 'reduced' has no steps", error)
+      end if
+    end associate
+  end subroutine read_model
+
+  !> Requests all forces on the ground, including those of guides, because the page reports them.
+  pure subroutine want_forces(self)
+    class(configuration_type), intent(inout) :: self
+
+    if (allocated(self%impossible) .or. .not. self%tasks%vibration()) return
+    self%tasks%rows = max(self%tasks%rows, merge(velocities, guide_forces, size(self%frame%free) == self%frame%dofs()))
+  end subroutine want_forces
+
+end module gestell_task_common_configuration

@@ -1,0 +1,245 @@
+!> How the work of a task is spread: over the threads of this process. What spreads it further extends `executor_type`: then several
+!> processes run the same tasks, and share what each of them finds out alone.
+module gestell_task_common_executor
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_task_common_journal, only: journal_type
+  use gestell_task_common_record, only: record_type
+  use, intrinsic :: iso_fortran_env, only: int64
+  implicit none (type, external)
+  private
+
+  public :: spread_over
+
+  !> Independent pieces 1, 2, ...
+  type, abstract, public :: work_type
+  contains
+    procedure(compute), deferred :: compute
+    procedure :: exchange => exchange_nothing
+  end type work_type
+
+  !> Who watches how far the work is.
+  type, abstract, public :: progress_type
+  contains
+    procedure(start), deferred :: start
+    procedure(add), deferred :: add
+    procedure(clear), deferred :: clear
+    procedure(show_part), nopass, deferred :: show_part
+  end type progress_type
+
+  type, public :: executor_type
+    !> Not allocated: nobody.
+    class(progress_type), allocatable :: progress
+    !> What finished pieces are kept in. Not allocated: nothing is kept.
+    type(journal_type), allocatable :: journal
+    !> Whether several processes work together: on the tasks whose pieces they can share.
+    logical :: together = .false.
+    !> How often work was spread.
+    integer, private :: rounds = 0
+  contains
+    procedure :: spread
+    procedure :: show
+    procedure, nopass :: leads
+    procedure, nopass :: share_of
+    procedure, nopass :: share_error
+    procedure, nopass :: share_marks
+    procedure, nopass :: compare
+    procedure, nopass :: workers
+  end type executor_type
+
+  abstract interface
+    !> Computes piece `k` and keeps what it finds, beside others. Whatever is for one thread alone, as reading documents and
+    !> writing files, stands in a section critical (input_and_output).
+    recursive subroutine compute(self, k, error)
+      import :: work_type, error_type
+      implicit none (type, external)
+      class(work_type), intent(inout) :: self
+      integer, intent(in) :: k
+      type(error_type), allocatable, intent(out) :: error
+    end subroutine compute
+
+    !> Begins with `all` points to come.
+    subroutine start(self, all)
+      import :: progress_type, int64
+      implicit none (type, external)
+      class(progress_type), intent(inout) :: self
+      integer(int64), intent(in) :: all
+    end subroutine start
+
+    !> So many points more are done.
+    subroutine add(self, points)
+      import :: progress_type, int64
+      implicit none (type, external)
+      class(progress_type), intent(inout) :: self
+      integer(int64), intent(in) :: points
+    end subroutine add
+
+    subroutine clear(self)
+      import :: progress_type
+      implicit none (type, external)
+      class(progress_type), intent(inout) :: self
+    end subroutine clear
+
+    !> What is being done, and which part of it is, from 0 to 1.
+    subroutine show_part(doing, part)
+      import :: dp
+      implicit none (type, external)
+      character(len=*), intent(in) :: doing
+      real(dp), intent(in) :: part
+    end subroutine show_part
+  end interface
+
+contains
+
+  !> Computes these pieces of `work`, those behind one that failed are left out; `points`: how much each of them counts in what is
+  !> shown. Error: that of the first piece, in the order of `pieces`, that failed.
+  subroutine spread(self, work, pieces, error, points)
+    class(executor_type), intent(inout) :: self
+    class(work_type), intent(inout) :: work
+    integer, intent(in) :: pieces(:)
+    type(error_type), allocatable, intent(out) :: error
+    integer(int64), intent(in), optional :: points(:)
+    type(error_type), allocatable :: own
+    type(record_type) :: record
+    integer(int64) :: weights(size(pieces))
+    logical :: known(size(pieces)), keeps
+    integer :: i, failed, first_failed
+
+    weights = 1
+    if (present(points)) weights = points
+    first_failed = huge(first_failed)
+    self%rounds = self%rounds + 1
+    keeps = allocated(self%journal)
+    known = .false.
+    if (keeps) call restore(self, work, pieces, known)
+    if (allocated(self%progress)) call self%progress%start(sum(weights, mask=.not. known))
+    !$omp parallel do schedule(dynamic, 1) private(own, failed) firstprivate(record)
+    do i = 1, size(pieces)
+      !$omp atomic read
+      failed = first_failed
+      if (i > failed .or. known(i)) cycle
+      call work%compute(pieces(i), own)
+      if (keeps) then
+        call record%begin()
+        if (.not. allocated(own)) call work%exchange(pieces(i), record)
+      end if
+      !$omp critical (input_and_output)
+      if (allocated(own) .and. i < first_failed) then
+        !$omp atomic write
+        first_failed = i
+        call move_alloc(own, error)
+      end if
+      if (keeps) call self%journal%keep(self%rounds, pieces(i), record%words)
+      if (allocated(self%progress)) call self%progress%add(weights(i))
+      !$omp end critical (input_and_output)
+    end do
+    !$omp end parallel do
+    if (allocated(self%progress)) call self%progress%clear()
+  end subroutine spread
+
+  !> Takes what is known of these pieces from an earlier run.
+  subroutine restore(executor, work, pieces, known)
+    class(executor_type), intent(inout) :: executor
+    class(work_type), intent(inout) :: work
+    integer, intent(in) :: pieces(:)
+    logical, intent(out) :: known(:)
+    type(record_type) :: record
+    integer(int64), allocatable :: words(:)
+    integer :: i
+
+    do i = 1, size(pieces)
+      call executor%journal%find(executor%rounds, pieces(i), words)
+      known(i) = size(words) > 0
+      if (.not. known(i)) cycle
+      call record%begin(words)
+      call work%exchange(pieces(i), record)
+      known(i) = record%is_complete()
+    end do
+  end subroutine restore
+
+  !> Passes the results of piece `k` to the record, or takes them from there (gestell_task_common_record). Nothing: the piece is
+  !> computed again after an interruption.
+  subroutine exchange_nothing(self, k, record)
+    class(work_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(record_type), intent(inout) :: record
+
+    associate (unused_work => self, unused_number => k, unused_record => record)
+    end associate
+  end subroutine exchange_nothing
+
+  !> Computes pieces 1 ... `count` of `work`, one after the other where there is no `executor`. Error: that of the first piece
+  !> that failed.
+  subroutine spread_over(work, count, error, executor)
+    class(work_type), intent(inout) :: work
+    integer, intent(in) :: count
+    type(error_type), allocatable, intent(out) :: error
+    class(executor_type), intent(inout), optional :: executor
+    integer :: k
+
+    if (present(executor)) then
+      call executor%spread(work, [(k, k = 1, count)], error)
+      return
+    end if
+    do k = 1, count
+      call work%compute(k, error)
+      if (allocated(error)) return
+    end do
+  end subroutine spread_over
+
+  !> Whether this process is the one that tells and writes.
+  logical function leads()
+    leads = .true.
+  end function leads
+
+  !> Which of the numbers 1 ... `count` this process is to look at, where each needs one that does.
+  function share_of(count) result(mine)
+    integer, intent(in) :: count
+    logical :: mine(count)
+
+    mine = .true.
+  end function share_of
+
+  !> The error of one process becomes that of all.
+  subroutine share_error(error)
+    type(error_type), allocatable, intent(inout) :: error
+
+    associate (unused => error)
+    end associate
+  end subroutine share_error
+
+  !> A mark that one process sets is set for all.
+  subroutine share_marks(marks)
+    logical, contiguous, intent(inout) :: marks(:)
+
+    associate (unused => marks)
+    end associate
+  end subroutine share_marks
+
+  !> Error: the processes do not have the same `content`, a hash of the input of this name.
+  subroutine compare(content, name, error)
+    integer(int64), intent(in) :: content
+    character(len=*), intent(in) :: name
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (unused_content => content, unused_name => name)
+    end associate
+  end subroutine compare
+
+  !> Who works, as a line of the report; empty: this process alone.
+  function workers() result(line)
+    character(len=:), allocatable :: line
+
+    line = ""
+  end function workers
+
+  !> What is being done, and which part of it is, from 0 to 1; at 1 the words disappear.
+  subroutine show(self, doing, part)
+    class(executor_type), intent(inout) :: self
+    character(len=*), intent(in) :: doing
+    real(dp), intent(in) :: part
+
+    if (allocated(self%progress)) call self%progress%show_part(doing, part)
+  end subroutine show
+
+end module gestell_task_common_executor

@@ -1,0 +1,122 @@
+!> What a run has computed so far, piece by piece, in a file of its folder: the run that comes after an interruption reads what is
+!> there instead of computing it.
+module gestell_task_common_journal
+  use gestell_base_files, only: close_file, create_file, file_size, remove_file, rename_file, write_whole
+  use gestell_base_hash, only: mix_text
+  use gestell_base_version, only: version
+  use gestell_output_file_output, only: growing
+  use gestell_output_file_sealed, only: read_words, sealed, unseal, word_bytes
+  use gestell_output_file_staging, only: journal_name
+  use, intrinsic :: iso_c_binding, only: c_int
+  use, intrinsic :: iso_fortran_env, only: int64
+  implicit none (type, external)
+  private
+
+  public :: open_journal
+
+  !> A record is the numbers of a round of work and of a piece in it, and what was found.
+  type, public :: journal_type
+    !> Whether records of an earlier run were of no use.
+    logical :: damaged = .false.
+    character(len=:), allocatable, private :: name
+    integer(int64), private :: fingerprint = 0
+    !> Records of an earlier run: those of the words from begins(i) to ends(i); the next that is likely to be asked for.
+    integer(int64), allocatable, private :: words(:)
+    integer, allocatable, private :: begins(:), ends(:)
+    integer, private :: next = 1
+    !> The file, once something is kept; whether it cannot be written.
+    integer(c_int), private :: handle = -1
+    logical, private :: failed = .false.
+  contains
+    procedure :: find
+    procedure :: keep
+  end type journal_type
+
+contains
+
+  !> The journal of an input with the hash `content` in `folder`, which no other process uses. What another input or
+  !> version has left is forgotten.
+  subroutine open_journal(journal, folder, content)
+    type(journal_type), intent(out) :: journal
+    character(len=*), intent(in) :: folder
+    integer(int64), intent(in) :: content
+    integer(int64) :: fingerprint
+    integer :: record(2), first
+    logical :: sound, torn
+
+    journal%name = folder // "/" // journal_name
+    journal%fingerprint = content
+    call mix_text(journal%fingerprint, version)
+    allocate(journal%begins(0), journal%ends(0), journal%words(0))
+    if (file_size(journal%name) <= 0) return
+    call read_words(journal%name, journal%words)
+    first = 1
+    do while (first <= size(journal%words))
+      call unseal(journal%words, first, fingerprint, record, sound, torn)
+      if (sound .and. fingerprint /= journal%fingerprint) exit
+      ! the end of a run that was killed is torn
+      journal%damaged = .not. (sound .or. torn)
+      if (.not. sound .or. record(2) <= record(1)) exit
+      journal%begins = [journal%begins, record(1)]
+      journal%ends = [journal%ends, record(2)]
+      first = record(2) + 2
+    end do
+  end subroutine open_journal
+
+  !> What is kept of a piece; empty: nothing.
+  subroutine find(self, round, piece, words)
+    class(journal_type), intent(inout) :: self
+    integer, intent(in) :: round, piece
+    integer(int64), allocatable, intent(out) :: words(:)
+    integer :: i, k
+
+    do k = 0, size(self%begins) - 1
+      i = 1 + mod(self%next - 1 + k, size(self%begins))
+      associate (begin => self%begins(i))
+        if (self%words(begin) /= round .or. self%words(begin + 1) /= piece) cycle
+        words = self%words(begin + 2:self%ends(i))
+      end associate
+      self%next = i + 1
+      return
+    end do
+    allocate(words(0))
+  end subroutine find
+
+  !> Keeps what a piece found. Where it cannot be written nothing is kept from then on: it is no result.
+  subroutine keep(self, round, piece, words)
+    class(journal_type), intent(inout) :: self
+    integer, intent(in) :: round, piece
+    integer(int64), intent(in) :: words(:)
+    logical :: done
+
+    if (self%failed .or. size(words) == 0) return
+    done = .true.
+    if (self%handle < 0) call begin(self, done)
+    if (done) call append(self, sealed(self%fingerprint, [int([round, piece], int64), words]), done)
+    self%failed = .not. done
+    if (done .or. self%handle < 0) return
+    call close_file(self%handle, done)
+    self%handle = -1
+  end subroutine keep
+
+  !> Begins the file with what an earlier run has left.
+  subroutine begin(journal, done)
+    class(journal_type), intent(inout) :: journal
+    logical, intent(out) :: done
+
+    call create_file(journal%name // growing, journal%handle)
+    done = journal%handle >= 0
+    if (done .and. size(journal%ends) > 0) call append(journal, journal%words(:journal%ends(size(journal%ends)) + 1), done)
+    if (done) call rename_file(journal%name // growing, journal%name, done)
+    if (.not. done) call remove_file(journal%name // growing)
+  end subroutine begin
+
+  subroutine append(journal, words, done)
+    class(journal_type), intent(in) :: journal
+    integer(int64), intent(in) :: words(:)
+    logical, intent(out) :: done
+
+    call write_whole(journal%handle, transfer(words, repeat(" ", word_bytes * size(words))), done)
+  end subroutine append
+
+end module gestell_task_common_journal

@@ -1,0 +1,30 @@
+!> A family whose members several threads may ask for. They are made one after the other, as reading documents is for one thread;
+!> each thread settles its own by the frame's model.
+module gestell_task_common_locked_family
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: dp
+  use gestell_study_frame_model_settled_family, only: settled_family_type
+  use gestell_system_periodic, only: periodic_system
+  implicit none (type, external)
+  private
+
+  type, extends(settled_family_type), public :: locked_family_type
+  contains
+    procedure :: bare_member
+  end type locked_family_type
+
+contains
+
+  subroutine bare_member(self, parameters, system, error)
+    class(locked_family_type), intent(in) :: self
+    real(dp), intent(in) :: parameters(:)
+    class(periodic_system), allocatable, intent(out) :: system
+    type(error_type), allocatable, intent(out) :: error
+
+    ! the same lock as for writing: reading is for one thread
+    !$omp critical (input_and_output)
+    call self%settled_family_type%bare_member(parameters, system, error)
+    !$omp end critical (input_and_output)
+  end subroutine bare_member
+
+end module gestell_task_common_locked_family

@@ -1,0 +1,109 @@
+!> The picture of critical speeds.
+module gestell_task_critical_plot
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, text
+  use gestell_output_picture_script, only: figure_type, new_figure, axis_unit_type, pick_unit
+  use gestell_output_picture_marks, only: apart, beyond_colour, marks_type
+  use gestell_output_picture_panels, only: height_of, key_line, layout_line, with_rim
+  use gestell_task_campbell, only: campbell_type
+  use gestell_task_campbell_plot, only: count_or_no, marks_of
+  use gestell_task_critical, only: amplitude, critical_type, force
+  implicit none (type, external)
+  private
+
+  public :: plot_critical
+
+  character, parameter :: newline = new_line("a")
+  !> Maximum number of peaks with a name, and the width of an upright name as a share of the axis.
+  integer, parameter :: most_peaks = 20
+  real(dp), parameter :: upright = 0.024_dp
+  !> Forces are marked if they are at least this share of the maximum.
+  real(dp), parameter :: least_force = 1.0e-3_dp
+
+contains
+
+  !> critical.gp: the peaks near the crossings over the range of speeds, by amplitude and by force, which is left out where it is
+  !> less than `least_force` times the greatest; of the Campbell diagram its marks.
+  function plot_critical(critical, campbell, input) result(figure)
+    type(critical_type), intent(in) :: critical(:)
+    type(campbell_type), intent(in) :: campbell
+    real(dp), intent(in) :: input(:)
+    type(figure_type) :: figure
+    type(marks_type) :: marks
+    character(len=:), allocatable :: lines
+    real(dp), allocatable :: speeds(:)
+    logical :: descends
+    integer :: i
+
+    associate (points => campbell%points)
+      speeds = [points(1)%speed, points(size(points))%speed]
+    end associate
+    marks = marks_of(campbell, speeds, input)
+    descends = speeds(2) < speeds(1)
+    do i = 1, size(critical)
+      speeds = [speeds, pack(critical(i)%speed, critical(i)%found)]
+    end do
+    speeds = [minval(speeds), maxval(speeds)]
+    if (descends) speeds = [speeds(2), speeds(1)]
+    if (any([(any(critical(i)%found) .and. .not. critical(i)%moved%small(), i = 1, size(critical))])) marks%entries = &
+      & ", keyentry with linespoints lt 1 dt 1 lc rgb '#" // beyond_colour // "' title 'beyond small motions'" // marks%entries
+    lines = layout_line(2, 1) // marks%lines // "set xrange " // with_rim(speeds(1), speeds(2)) // newline // key_line(.true.) &
+      & // "tint(name) = strcol('small_motion') eq '0' ? 0x" // beyond_colour // " : 0x0072B2" // newline &
+      & // "set format x ''" // newline // panel(critical, amplitude, speeds, "m", 0.0_dp, marks%entries) // key_line(.false.) &
+      & // "set format x; set xlabel 'crank speed (rpm)'" // newline // "unset label" // newline &
+      & // panel(critical, force, speeds, "N", least_force, "")
+    figure = new_figure("critical", "Critical speeds: peaks near crossings (mode and order), " // count_or_no(size(critical)), &
+      & lines // "unset multiplot" // newline, width=800, height=nint(height_of(2)))
+  end function plot_critical
+
+  !> Peaks as lines from the axis, on a logarithmic scale; of those below `least` times the greatest nothing. `entries`: of the key.
+  pure function panel(critical, which, range, si, least, entries) result(lines)
+    type(critical_type), intent(in) :: critical(:)
+    integer, intent(in) :: which
+    real(dp), intent(in) :: range(2), least
+    character(len=*), intent(in) :: si, entries
+    character(len=:), allocatable :: lines, drawn
+    type(axis_unit_type) :: unit
+    real(dp) :: heights(size(critical)), factor, lowest
+    real(dp), allocatable :: spaced(:)
+    integer, allocatable :: shown(:), named(:)
+    integer :: i
+
+    do i = 1, size(critical)
+      heights(i) = 0
+      if (critical(i)%found(which)) heights(i) = critical(i)%height(which)
+    end do
+    shown = pack([(i, i = 1, size(critical))], heights > least * maxval([0.0_dp, heights]))
+    unit = pick_unit(si, maxval([0.0_dp, heights]))
+    lines = "set ylabel '" // trim(merge("amplitude", "force    ", which == amplitude)) // " (" // trim(unit%name) // ")'" &
+      & // newline
+    if (size(shown) == 0) then
+      lines = lines // "unset logscale y; set yrange [0:1]; set format y; plot NaN notitle" // entries // newline
+      return
+    end if
+    read (unit%factor, *) factor
+    lowest = factor * minval(heights(shown)) / 4
+    named = shown
+    do while (size(named) > most_peaks)
+      i = minloc(heights(named), dim=1)
+      named = [named(:i - 1), named(i + 1:)]
+    end do
+    spaced = apart([(critical(named(i))%speed(which), i = 1, size(named))], upright * abs(range(2) - range(1)), range)
+    do i = 1, size(named)
+      associate (one => critical(named(i)))
+        lines = lines // "set label " // text(i) // " '" // text(one%crossing%mode) // ": " // concise(one%crossing%order, 4) &
+          & // "×' at " // concise(spaced(i), 9) // "," // concise(factor * one%height(which), 6) &
+          & // " rotate by 90 left offset 0,0.6 font ',11'" // newline
+      end associate
+    end do
+    drawn = trim(merge("      ", "force_", which == amplitude))
+    drawn = "'critical.csv' using '" // drawn // "speed_rpm':(shown(" // trim(unit%factor) // " * column('" &
+      & // trim(merge("amplitude_m", "force_N    ", which == amplitude)) // "'))):(tint(0)) with "
+    lines = lines // "shown(v) = v > " // concise(3.9_dp * lowest, 6) // " ? v : NaN" // newline &
+      & // "set logscale y; set format y '10^{%L}'; set yrange [" // concise(lowest, 6) // ":" &
+      & // concise(4 * factor * maxval(heights) * (factor * maxval(heights) / lowest)**0.45_dp, 6) // "]" // newline &
+      & // "plot " // drawn // "impulses lt 1 lw 2 lc rgb variable notitle, " // drawn &
+      & // "points lt 1 ps 1 lc rgb variable notitle" // entries // newline
+  end function panel
+
+end module gestell_task_critical_plot

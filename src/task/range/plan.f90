@@ -1,0 +1,311 @@
+!> The groups &sweep of an input file: what runs, from where to where, and what is wanted of every point.
+module gestell_task_range_plan
+  use gestell_base_error, only: error_type, invalid_input
+  use gestell_base_kinds, only: dp
+  use gestell_input_namelist_document, only: document_type, group_type, groups_named, has, the_group
+  use gestell_input_machine_family, only: document_family_type, new_document_family
+  use gestell_base_key, only: integer_key, text_key
+  use gestell_input_schema_read, only: read
+  use gestell_input_schema_locate, only: find_target, target_type
+  use gestell_input_namelist_message, only: in_group, input_error, label
+  use gestell_input_schema_path, only: get_path
+  use gestell_input_schema, only: find_group_rule, option_group, schema_type
+  use gestell_input_wording, only: decimal, lower, shown
+  use gestell_input_schema_units, only: unit_symbol, units_type
+  use gestell_task_range_columns, only: read_either, read_order
+  use gestell_task_range_keys, only: sweep_keys
+  use gestell_model_frame, only: frame_type
+  use gestell_model_quantity_rows, only: probe_type
+  use gestell_study_grid, only: axis_type, grid_type, new_axis, new_grid
+  use gestell_study_point, only: sweep_order_type
+  use, intrinsic :: iso_fortran_env, only: int64
+  implicit none (type, external)
+  private
+
+  public :: find_number, limit_points, overlap, read_speeds, read_sweep, refuse_standstill
+
+  !> A sweep as it was ordered. Accuracy and model stand in the same `order`, but come from their own groups.
+  type, public :: sweep_plan_type
+    !> What runs, shape (number of axes), as in the head of sweep.csv.
+    character(len=:), allocatable :: paths(:)
+    !> In what unit each is typed, empty for numbers without one.
+    character(len=16), allocatable :: units(:)
+    type(grid_type) :: grid
+    type(sweep_order_type) :: order
+    !> The form of the table: 'csv' or 'npy'.
+    character(len=:), allocatable :: format
+    type(document_family_type) :: family
+    !> The parameters of the input's own machine; size 0 where it is none of the family.
+    real(dp), allocatable :: base(:)
+  contains
+    procedure :: period_varies
+  end type sweep_plan_type
+
+  !> Values of an axis that are tried before anything is computed, at the most.
+  integer, parameter :: most_tried = 10000
+  !> Maximum number of points of a sweep: its tiles can be counted.
+  integer(int64), parameter :: most_points = 10_int64**11
+
+contains
+
+  !> Whether a ratio runs, and with it after how many turns of the drive all shafts stand as before.
+  pure logical function period_varies(self)
+    class(sweep_plan_type), intent(in) :: self
+    integer :: k
+
+    period_varies = any([(index(lower(self%paths(k)), ").ratio") > 0, k = 1, size(self%paths))])
+  end function period_varies
+
+  !> The sweep of a checked document, about this frame, whose mechanism need not turn. Errors: no group, or more than two; a path
+  !> that cannot run, the same one twice; an empty range; a value that makes no sense; a column that there is not.
+  subroutine read_sweep(doc, schema, units, frame, probes, plan, error)
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    type(units_type), intent(in) :: units
+    class(frame_type), intent(in) :: frame
+    type(probe_type), intent(in) :: probes(:)
+    type(sweep_plan_type), intent(out) :: plan
+    type(error_type), allocatable, intent(out) :: error
+    type(group_type), allocatable :: groups(:)
+    type(target_type) :: targets(2)
+    type(axis_type) :: axes(2)
+    character(len=:), allocatable :: path
+    real(dp), allocatable :: first(:)
+    integer :: i, longest
+
+    groups = groups_named(doc, "sweep")
+    if (size(groups) == 0) then
+      call input_error(the_group(doc, "case"), "tasks", "needs a group &sweep: parameter, from, to, count", error)
+      return
+    else if (size(groups) > 2) then
+      call input_error(groups(3), "", "is one too many: a sweep has one or two parameters", error)
+      return
+    end if
+    longest = 1
+    do i = 1, size(groups)
+      call read_parameter(doc, schema, groups(i), path, targets(i), error)
+      if (.not. allocated(error)) call read_axis(groups(i), axes(i), error)
+      if (allocated(error)) return
+      longest = max(longest, len(path))
+    end do
+    allocate(character(len=longest) :: plan%paths(size(groups)))
+    allocate(plan%units(size(groups)))
+    do i = 1, size(groups)
+      call read(groups(i), sweep_keys, "parameter", path, error)
+      plan%paths(i) = adjustl(path)
+      plan%units(i) = unit_symbol(schema%keys(targets(i)%rule), targets(i)%element, units)
+    end do
+    if (size(groups) == 2) then
+      if (overlap(doc, targets)) then
+        call input_error(groups(2), "parameter", "runs already, in " // label(groups(1)), error)
+        return
+      end if
+    end if
+    call new_grid(plan%grid, axes(:size(groups)), error)
+    if (allocated(error)) return
+    call limit_points(plan%grid, groups, most_points, error)
+    if (allocated(error)) return
+    call read_order(groups, frame, probes, plan%order, error)
+    plan%grid%one_by_one = plan%order%one_by_one()
+    if (.not. allocated(error)) call read_either(groups, "format", plan%format, error)
+    if (allocated(error)) return
+    first = axes(:size(groups))%from
+    call new_document_family(plan%family, doc, schema, units, plan%paths, first, error)
+    call read_base(doc, schema, plan)
+    if (allocated(error)) then
+      ! a mechanism has file and line, what is wrong with a path has not
+      call in_group(groups(1), error)
+      return
+    end if
+    call try_values(groups, plan, error)
+  end subroutine read_sweep
+
+  !> Error: the grid has more than `most` points.
+  subroutine limit_points(grid, groups, most, error)
+    type(grid_type), intent(in) :: grid
+    type(group_type), intent(in) :: groups(:)
+    integer(int64), intent(in) :: most
+    type(error_type), allocatable, intent(out) :: error
+    character(len=20) :: points, allowed
+
+    if (grid%points() <= most) return
+    write (points, "(i0)") grid%points()
+    write (allowed, "(i0)") most
+    call input_error(groups(size(groups)), "count", "there are " // trim(points) // " points then, at most " // trim(allowed) &
+      & // " can be computed", error)
+  end subroutine limit_points
+
+  !> What tasks over the speed need of the parameters of `plan`. Errors: another parameter, a range through standstill.
+  subroutine read_speeds(doc, plan, error)
+    type(document_type), intent(in) :: doc
+    type(sweep_plan_type), intent(in) :: plan
+    type(error_type), allocatable, intent(out) :: error
+    type(group_type), allocatable :: groups(:)
+
+    groups = groups_named(doc, "sweep")
+    if (size(groups) > 1) then
+      call input_error(groups(2), "", "is one too many: the tasks resonance, critical, campbell run over the speed alone", error)
+    else if (lower(trim(plan%paths(1))) /= "drive.speed_rpm") then
+      call input_error(groups(1), "parameter", "must be 'drive.speed_rpm' for the tasks resonance, critical, campbell", error)
+    else if (plan%grid%axes(1)%count < 2) then
+      call input_error(groups(1), "count", "must be at least 2 for the tasks resonance, critical, campbell", error)
+    end if
+    if (.not. allocated(error)) call refuse_standstill(groups, plan, error)
+  end subroutine read_speeds
+
+  !> Error: a range of speeds that is looked at everywhere goes through zero.
+  subroutine refuse_standstill(groups, plan, error)
+    type(group_type), intent(in) :: groups(:)
+    type(sweep_plan_type), intent(in) :: plan
+    type(error_type), allocatable, intent(out) :: error
+    integer :: k
+
+    do k = 1, size(groups)
+      if (lower(trim(plan%paths(k))) /= "drive.speed_rpm" .or. plan%grid%axes(k)%from / plan%grid%axes(k)%to > 0) cycle
+      call input_error(groups(k), "to", "the range goes through standstill: from and to need the same sign", error)
+      return
+    end do
+  end subroutine refuse_standstill
+
+  !> The values that the document gives the parameters; none where it gives one of them no value, or several.
+  subroutine read_base(doc, schema, plan)
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    type(sweep_plan_type), intent(inout) :: plan
+    type(document_type) :: copy
+    type(error_type), allocatable :: none
+    real(dp), allocatable :: values(:)
+    real(dp) :: base(size(plan%paths))
+    integer :: k
+
+    allocate(plan%base(0))
+    copy = doc
+    do k = 1, size(base)
+      call get_path(copy, schema, trim(plan%paths(k)), values, none)
+      if (allocated(none)) return
+      if (any(abs(values - values(1)) > 0)) return
+      base(k) = values(1)
+    end do
+    plan%base = base
+  end subroutine read_base
+
+  !> The path that runs and what it names. Error: as of `find_number`.
+  subroutine read_parameter(doc, schema, group, path, target, error)
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    type(group_type), intent(in) :: group
+    character(len=:), allocatable, intent(out) :: path
+    type(target_type), intent(out) :: target
+    type(error_type), allocatable, intent(out) :: error
+
+    call read(group, sweep_keys, "parameter", path, error)
+    if (.not. allocated(error)) call find_number(doc, schema, group, "parameter", path, target, error)
+  end subroutine read_parameter
+
+  !> What a path names that the `key` of a group gives. Error: it names no number of the machine that can run.
+  subroutine find_number(doc, schema, group, key, path, target, error)
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    type(group_type), intent(in) :: group
+    character(len=*), intent(in) :: key, path
+    type(target_type), intent(out) :: target
+    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: reason
+
+    call find_target(doc, schema, path, "", target, reason)
+    if (allocated(reason)) then
+      call input_error(group, key, reason%message(3:), error)
+      return
+    end if
+    associate (rule => schema%keys(target%rule))
+      if (rule%kind == text_key) then
+        call input_error(group, key, "is a text, only numbers can run", error)
+      else if (schema%groups(find_group_rule(schema, rule%group))%about == option_group) then
+        call input_error(group, key, "&" // trim(rule%group) // " gives orders, only numbers of the machine can run", error)
+      else if (rule%kind == integer_key) then
+        call input_error(group, key, "is a whole number, which cannot run", error)
+      else if (rule%least > 1 .and. target%element == 0 .and. .not. rule%alike) then
+        call input_error(group, key, "has " // decimal(rule%least) // " values: name one, as in " // shown(path) // &
+          & trim(merge("(1,1)", "(1)  ", rule%rank == 2)), error)
+      end if
+    end associate
+  end subroutine find_number
+
+  subroutine read_axis(group, axis, error)
+    type(group_type), intent(in) :: group
+    type(axis_type), intent(out) :: axis
+    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: reason
+    character(len=:), allocatable :: spacing
+    real(dp) :: from, to
+    integer :: count
+
+    call read(group, sweep_keys, "from", from, error)
+    if (.not. allocated(error)) call read(group, sweep_keys, "count", count, error)
+    if (.not. allocated(error)) call read(group, sweep_keys, "spacing", spacing, error)
+    if (allocated(error)) return
+    to = from
+    if (count > 1 .or. has(group, "to")) call read(group, sweep_keys, "to", to, error)
+    if (allocated(error)) return
+    call new_axis(axis, from, to, count, spacing == "log", reason)
+    if (allocated(reason)) call input_error(group, trim(merge("count", "to   ", count == 1)), reason%message, error)
+  end subroutine read_axis
+
+  !> Whether two paths name a number in common.
+  pure logical function overlap(doc, targets)
+    type(document_type), intent(in) :: doc
+    type(target_type), intent(in) :: targets(2)
+    logical :: chosen(size(doc%groups), 2)
+    integer :: k
+
+    overlap = .false.
+    if (targets(1)%rule /= targets(2)%rule) return
+    if (all(targets%element > 0) .and. targets(1)%element /= targets(2)%element) return
+    chosen = .false.
+    do k = 1, 2
+      chosen(targets(k)%groups, k) = .true.
+    end do
+    ! of a group that the file has not there is one
+    overlap = any(chosen(:, 1) .and. chosen(:, 2)) .or. .not. any(chosen)
+  end function overlap
+
+  !> Tries the values of every axis beside the first of the other, and the last ones together. An axis of many is tried here
+  !> and there; what a key allows is mostly a range, and zero, where it is forbidden, is among those that are tried.
+  subroutine try_values(groups, plan, error)
+    type(group_type), intent(in) :: groups(:)
+    type(sweep_plan_type), intent(in) :: plan
+    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: reason
+    real(dp) :: values(size(groups))
+    integer :: i, k, chosen, tried, zero
+
+    do k = 1, size(groups)
+      values = plan%grid%axes%from
+      associate (axis => plan%grid%axes(k))
+        zero = 1
+        if (axis%count > 1) zero = nint(min(max(1 - axis%from / (axis%to - axis%from) * (axis%count - 1), 1.0_dp), &
+          & real(axis%count, dp)))
+        tried = min(axis%count, most_tried)
+        do i = 0, tried
+          ! evenly from end to end, and zero
+          chosen = zero
+          if (i < tried) chosen = 1 + int(int(i, int64) * (axis%count - 1) / max(1, tried - 1))
+          values(k) = axis%value(chosen)
+          call plan%family%check(values, reason)
+          if (allocated(reason)) exit
+        end do
+      end associate
+      if (allocated(reason)) exit
+    end do
+    if (.not. allocated(reason)) then
+      k = size(groups)
+      values = plan%grid%axes%to
+      call plan%family%check(values, reason)
+    end if
+    if (.not. allocated(reason)) return
+    call move_alloc(reason, error)
+    error%code = invalid_input
+    call in_group(groups(k), error)
+  end subroutine try_values
+
+end module gestell_task_range_plan

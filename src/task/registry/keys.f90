@@ -1,0 +1,35 @@
+!> The groups of an input that several tasks share, and the schema that they form with those of the machine.
+module gestell_task_registry_keys
+  use gestell_input_machine_groups, only: machine_schema
+  use gestell_input_schema, only: group_rule, schema_type
+  use gestell_task_boundary_keys, only: boundary_keys
+  use gestell_task_common_keys, only: accuracy_keys, case_keys_of, model_keys, resonance_keys, response_keys
+  use gestell_task_range_keys, only: sweep_keys
+  implicit none (type, external)
+  private
+
+  public :: schema_of
+
+  type(group_rule), parameter :: case_group = group_rule("case", "title and tasks")
+  type(group_rule), parameter :: groups(*) = [ &
+    & group_rule("model", "the equations that are solved"), &
+    & group_rule("accuracy", "how exactly, and by which method"), &
+    & group_rule("response", "for the task `response`: what is written of the vibration"), &
+    & group_rule("sweep", "what runs in a line or a grid of machines, one group a parameter", repeatable=.true.), &
+    & group_rule("boundary", "for the task `boundary`: borders of stability over the parameters of `&sweep`"), &
+    & group_rule("resonance", "for the tasks `resonance`, `critical`, `campbell`: what is looked at over the speeds of `&sweep`")]
+
+contains
+
+  !> The schema of the input file without what is a task's own; these tasks can be ordered.
+  function schema_of(tasks) result(schema)
+    character(len=*), intent(in) :: tasks(:)
+    type(schema_type) :: schema
+
+    schema = machine_schema()
+    schema%groups = [case_group, schema%groups, groups]
+    schema%keys = [case_keys_of(tasks), schema%keys, model_keys, accuracy_keys(), response_keys, sweep_keys, boundary_keys, &
+      & resonance_keys]
+  end function schema_of
+
+end module gestell_task_registry_keys

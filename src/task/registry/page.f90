@@ -1,0 +1,216 @@
+!> report.html: input, verdict, tables and pictures of one run on one page that needs nothing beside it.
+module gestell_task_registry_page
+  use gestell_base_base64, only: base64
+  use gestell_base_error, only: error_type
+  use gestell_base_kinds, only: pi
+  use gestell_base_text, only: concise, text
+  use gestell_base_version, only: version
+  use gestell_base_words, only: on_one_line
+  use gestell_task_common_configuration, only: configuration_type
+  use gestell_task_common_context, only: context_type
+  use gestell_task_forces_reactions, only: along_x, along_y, along_z, find_reactions, reaction_type, whole_force
+  use gestell_task_machine_frequencies, only: frequency_list
+  use gestell_output_head, only: setting_type
+  use gestell_output_result, only: result_type
+  use gestell_output_table, only: table_type
+  use gestell_input_namelist_document, only: group_type, name_of
+  use gestell_base_files, only: file_size
+  use gestell_output_page_html, only: cell, escaped, head, row, tail
+  use gestell_output_page_table, only: html_table
+  use gestell_input_schema, only: find_key_rule, schema_type
+  use gestell_input_schema_units, only: unit_symbol
+  use gestell_input_namelist_message, only: typed
+  use gestell_output_file_output, only: open_output, output_type
+  use, intrinsic :: iso_fortran_env, only: int64
+  implicit none (type, external)
+  private
+
+  public :: write_page
+
+  character, parameter :: newline = new_line("a")
+
+contains
+
+  !> Writes report.html: what was found, with the pictures that were drawn. `report`: the report for people. The page does not say
+  !> in which folder the input stood. Error: it cannot be written.
+  subroutine write_page(context, result, report, error)
+    type(context_type), intent(in) :: context
+    type(result_type), intent(in) :: result
+    character(len=*), intent(in) :: report
+    type(error_type), allocatable, intent(out) :: error
+    type(output_type) :: page
+    character(len=*), parameter :: label = newline // "  input      "
+    character(len=:), allocatable :: title, input
+    integer :: i
+
+    input = on_one_line(context%head%input(index(context%head%input, "/", back=.true.) + 1:))
+    title = context%head%title
+    if (len_trim(title) == 0) title = input
+    call open_output(page, context%staging // "/report.html")
+    call page%append(head(title) // "<h1>" // escaped(title) // "</h1>" // newline // "<p class=""sub"">Gestell " // version &
+      & // ", input " // escaped(input) // "</p>" // newline)
+    do i = 1, size(result%headlines)
+      call page%append(banner(trim(result%headlines(i)%state), result%headlines(i)%words))
+    end do
+    if (.not. allocated(context%configuration%impossible)) call page%append(key_figures(context))
+    do i = 1, size(result%tables)
+      call page%append(section(context%staging, result%tables(i)))
+    end do
+    call page%append(input_table(context%configuration, context%head%settings))
+    i = index(report, label) + len(label)
+    call page%append("<h2>Report</h2>" // newline // folded("as on standard output", report(:i - 1) // input &
+      & // report(i - 1 + index(report(i:), newline):) // newline // result%in_short()))
+    if (result%details /= "") call page%append(folded("what the numbers rest on", result%details))
+    call page%append(tail())
+    call page%complete(error)
+  end subroutine write_page
+
+  !> Lines of a report, shown when they are wanted.
+  pure function folded(summary, lines) result(words)
+    character(len=*), intent(in) :: summary, lines
+    character(len=:), allocatable :: words
+
+    words = "<details><summary>" // summary // "</summary>" // newline // "<pre>" // escaped(lines) // "</pre></details>" // newline
+  end function folded
+
+  !> Speed, natural frequencies and the greatest force on the ground, that of guides with it, as far as they are known.
+  function key_figures(context) result(words)
+    type(context_type), intent(in) :: context
+    character(len=:), allocatable :: words
+    type(reaction_type), allocatable :: reactions(:)
+    type(error_type), allocatable :: unknown
+
+    associate (frame => context%configuration%frame)
+      words = "<dl>" // figure("speed of the crank", concise(abs(frame%speed) * frame%mechanism%turns * 30 / pi, 6) // " 1/min")
+      if (frequency_list(frame) /= "") words = words // figure("natural frequencies", frequency_list(frame))
+    end associate
+    if (allocated(context%analysis%vibration)) then
+      call find_reactions(context%analysis%frame, context%analysis%vibration, reactions, unknown)
+      if (.not. allocated(unknown)) words = words // figure("peak force on the ground", force_peaks(reactions(size(reactions))))
+    end if
+    words = words // "</dl>" // newline
+
+  contains
+
+    pure function figure(name, value) result(item)
+      character(len=*), intent(in) :: name, value
+      character(len=:), allocatable :: item
+
+      item = "<div><dt>" // name // "</dt><dd>" // trim(adjustl(value)) // "</dd></div>"
+    end function figure
+
+  end function key_figures
+
+  !> Peaks along the axes, and that of the whole vector.
+  pure function force_peaks(total) result(words)
+    type(reaction_type), intent(in) :: total
+    character(len=:), allocatable :: words
+
+    words = "x " // concise(total%statistics(along_x)%peak, 4) // " N, y " // concise(total%statistics(along_y)%peak, 4) // " N"
+    if (size(total%position) == 3) words = words // ", z " // concise(total%statistics(along_z)%peak, 4) // " N"
+    words = words // ", whole " // concise(total%statistics(whole_force)%peak, 4) // " N"
+  end function force_peaks
+
+  !> A headline; one that begins with its state as a verdict, with that in bold.
+  pure function banner(state, words) result(line)
+    character(len=*), intent(in) :: state, words
+    character(len=:), allocatable :: line
+
+    line = escaped(words)
+    if (index(words, state // ":") == 1) line = "<strong>" // state // "</strong>" // escaped(words(len(state) + 1:))
+    line = "<p class=""verdict " // trim(merge(state // repeat(" ", 4), "note" // repeat(" ", len(state)), state /= "")) &
+      & // """>" // line // "</p>" // newline
+  end function banner
+
+  !> Picture and rows of a table.
+  function section(folder, table) result(words)
+    character(len=*), intent(in) :: folder
+    type(table_type), intent(in) :: table
+    character(len=:), allocatable :: words
+    character(len=:), allocatable :: picture, encoded, rows
+
+    words = "<h2>" // escaped(table%heading) // "</h2>" // newline
+    picture = content_of(folder // "/" // table%name // ".svg")
+    if (len(picture) > 0) then
+      call base64(picture, encoded)
+      words = words // "<figure><img alt=""" // escaped(table%heading) // """ src=""data:image/svg+xml;base64," // encoded &
+        & // """>" &
+        & // "<figcaption>" // escaped(table%caption) // "</figcaption></figure>" // newline
+    end if
+    if (.not. table%shown) return
+    rows = html_table(table)
+    words = words // rows
+    if (len(rows) == 0) words = words // "<p>None.</p>" // newline
+  end function section
+
+  !> The bytes of a file; none where it cannot be read.
+  function content_of(name) result(bytes)
+    character(len=*), intent(in) :: name
+    character(len=:), allocatable :: bytes
+    integer(int64) :: size_of
+    integer :: unit, status
+
+    size_of = file_size(name)
+    if (size_of < 1) then
+      bytes = ""
+      return
+    end if
+    allocate(character(len=size_of) :: bytes)
+    open (newunit=unit, file=name, access="stream", form="unformatted", action="read", status="old", iostat=status)
+    if (status == 0) read (unit, iostat=status) bytes
+    if (status == 0) close (unit, iostat=status)
+    if (status /= 0) bytes = ""
+  end function content_of
+
+  !> The input: what was typed, with units, and what was set from outside.
+  function input_table(configuration, settings) result(words)
+    type(configuration_type), intent(in) :: configuration
+    type(setting_type), intent(in) :: settings(:)
+    character(len=:), allocatable :: words
+    integer :: i
+
+    words = "<h2>Input</h2>" // newline
+    if (size(settings) > 0) then
+      words = words // "<p>Set from outside the file: "
+      do i = 1, size(settings)
+        words = words // trim(merge(", ", "  ", i > 1)) // " <code>" // escaped(trim(settings(i)%text)) // "</code>"
+      end do
+      words = words // "</p>" // newline
+    end if
+    words = words // "<div class=""wide""><table><thead>" // row(cell("th", "group") // cell("th", "key") // cell("th", "value") &
+      & // cell("th", "unit")) // "</thead><tbody>" // newline
+    do i = 1, size(configuration%document%groups)
+      words = words // group_rows(configuration, configuration%document%groups(i))
+    end do
+    words = words // "</tbody></table></div>" // newline
+  end function input_table
+
+  function group_rows(configuration, group) result(words)
+    type(configuration_type), intent(in) :: configuration
+    type(group_type), intent(in) :: group
+    character(len=:), allocatable :: words
+    character(len=:), allocatable :: heading, line
+    type(schema_type) :: schema
+    integer :: i, equals
+
+    schema = configuration%schema
+    heading = "&" // group%name
+    if (len(name_of(group)) > 0) then
+      heading = heading // " " // name_of(group)
+    else if (group%number > 0) then
+      heading = heading // " " // text(group%number)
+    end if
+    words = ""
+    do i = 1, size(group%entries)
+      associate (entry => group%entries(i))
+        if (entry%key == "name") cycle
+        line = typed(entry)
+        equals = index(line, " = ")
+        words = words // row(cell("row", heading) // cell("td", entry%key) // cell("td", line(equals + 3:)) &
+          & // cell("td", unit_symbol(schema%keys(find_key_rule(schema, group%name, entry%key)), 0, configuration%units, .true.)))
+        heading = ""
+      end associate
+    end do
+  end function group_rows
+
+end module gestell_task_registry_page

@@ -1,0 +1,171 @@
+!> All tasks, in the order in which they are run and told. A new one is a line here.
+module gestell_task_registry
+  use gestell_base_error, only: error_type
+  use gestell_base_words, only: word_length
+  use gestell_input_namelist_document, only: document_type, the_group
+  use gestell_input_schema, only: schema_type
+  use gestell_input_schema_fingerprint, only: content_of
+  use gestell_input_schema_read, only: read
+  use gestell_task_common_task, only: all_machines, all_speeds, any_task_type, longest_table, task_type
+  use gestell_task_balance, only: balance_task
+  use gestell_task_boundary_task, only: boundary_task
+  use gestell_task_boundary_level_task, only: level_task
+  use gestell_task_campbell_task, only: campbell_task
+  use gestell_task_common_configuration, only: configuration_type, read_machine, read_plan
+  use gestell_task_critical_task, only: critical_task
+  use gestell_task_design_task, only: design_task
+  use gestell_task_drawing, only: drawing_task
+  use gestell_task_forces, only: forces_task
+  use gestell_task_registry_keys, only: schema_of
+  use gestell_task_common_keys, only: case_keys_of
+  use gestell_task_machine, only: own_table
+  use gestell_task_modes, only: modes_task
+  use gestell_task_power, only: power_task
+  use gestell_task_probes, only: probes_task
+  use gestell_task_quantities, only: quantities_task
+  use gestell_task_resonance_task, only: resonance_task
+  use gestell_task_response, only: response_task
+  use gestell_task_sensitivity_task, only: sensitivity_task
+  use gestell_task_separation_task, only: separation_task
+  use gestell_task_stability, only: stability_task
+  use gestell_task_sweep_task, only: sweep_task
+  use gestell_task_trade_task, only: trade_task
+  implicit none (type, external)
+  private
+
+  public :: all_tables, all_tasks, input_schema, orders_any, read_configuration, read_input
+
+  !> Room for all of them.
+  integer, parameter :: most = 50
+
+contains
+
+  !> One of each.
+  subroutine all_tasks(tasks)
+    type(any_task_type), allocatable, intent(out) :: tasks(:)
+    integer :: n
+
+    allocate(tasks(most))
+    n = 0
+    call add(drawing_task())
+    call add(stability_task())
+    call add(modes_task())
+    call add(response_task())
+    call add(forces_task())
+    call add(probes_task())
+    call add(power_task())
+    call add(quantities_task())
+    call add(trade_task())
+    call add(balance_task())
+    call add(sensitivity_task())
+    call add(separation_task())
+    call add(design_task())
+    call add(sweep_task())
+    call add(boundary_task())
+    call add(level_task())
+    call add(campbell_task())
+    call add(critical_task())
+    call add(resonance_task())
+    tasks = tasks(:n)
+
+  contains
+
+    subroutine add(task)
+      class(task_type), intent(in) :: task
+
+      n = n + 1
+      allocate(tasks(n)%task, source=task)
+      call tasks(n)%task%describe()
+    end subroutine add
+
+  end subroutine all_tasks
+
+  !> The tasks and the machine of a checked document. Errors point into the input.
+  subroutine read_input(doc, schema, tasks, configuration, error)
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    type(any_task_type), allocatable, intent(out) :: tasks(:)
+    type(configuration_type), intent(out) :: configuration
+    type(error_type), allocatable, intent(out) :: error
+    character(len=word_length), allocatable :: names(:)
+    integer :: i
+
+    call all_tasks(tasks)
+    configuration%document = doc
+    configuration%schema = schema
+    configuration%content = content_of(doc, schema)
+    call read(the_group(doc, "case"), case_keys_of(names_of(tasks)), "tasks", names, error)
+    if (allocated(error)) return
+    do i = 1, size(tasks)
+      tasks(i)%task%ordered = any(names == tasks(i)%task%name)
+    end do
+    call read_machine(configuration, size(names) == 0 .or. any([(tasks(i)%task%ordered .and. tasks(i)%task%about /= all_machines, &
+      & i = 1, size(tasks))]), error)
+    if (allocated(error)) return
+    if (orders_any(tasks, all_machines) .or. orders_any(tasks, all_speeds)) call read_plan(configuration, orders_any(tasks, &
+      & all_speeds), error)
+    if (allocated(error)) return
+    do i = 1, size(tasks)
+      if (allocated(configuration%impossible) .and. .not. tasks(i)%task%ordered) cycle
+      call tasks(i)%task%read(configuration, error)
+      if (allocated(error)) return
+    end do
+  end subroutine read_input
+
+  !> The names of all tables that a run can leave.
+  function all_tables() result(names)
+    character(len=longest_table), allocatable :: names(:)
+    type(any_task_type), allocatable :: tasks(:)
+    integer :: i
+
+    call all_tasks(tasks)
+    names = [own_table]
+    do i = 1, size(tasks)
+      if (allocated(tasks(i)%task%tables)) names = [names, tasks(i)%task%tables]
+    end do
+    names = pack(names, [(all(names(:i - 1) /= names(i)), i = 1, size(names))])
+  end function all_tables
+
+  !> The schema of the input file.
+  function input_schema() result(schema)
+    type(schema_type) :: schema
+    type(any_task_type), allocatable :: tasks(:)
+    integer :: i
+
+    call all_tasks(tasks)
+    schema = schema_of(names_of(tasks))
+    do i = 1, size(tasks)
+      call tasks(i)%task%extend(schema)
+    end do
+  end function input_schema
+
+  !> The machine of a checked document alone.
+  subroutine read_configuration(doc, configuration, error)
+    type(document_type), intent(in) :: doc
+    type(configuration_type), intent(out) :: configuration
+    type(error_type), allocatable, intent(out) :: error
+    type(any_task_type), allocatable :: tasks(:)
+
+    call read_input(doc, input_schema(), tasks, configuration, error)
+  end subroutine read_configuration
+
+  !> Whether a task is ordered that is about this.
+  pure logical function orders_any(tasks, about)
+    type(any_task_type), intent(in) :: tasks(:)
+    integer, intent(in) :: about
+    integer :: i
+
+    orders_any = any([(tasks(i)%task%ordered .and. tasks(i)%task%about == about, i = 1, size(tasks))])
+  end function orders_any
+
+  !> What can be ordered.
+  pure function names_of(tasks) result(names)
+    type(any_task_type), intent(in) :: tasks(:)
+    character(len=11), allocatable :: names(:)
+    integer :: i
+
+    names = [(tasks(i)%task%name, i = 1, size(tasks))]
+    names = pack(names, [(all(names(:i - 1) /= names(i)), i = 1, size(names))])
+  end function names_of
+
+end module gestell_task_registry

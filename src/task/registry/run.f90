@@ -1,0 +1,69 @@
+!> A run: all tasks that were ordered, one after the other.
+module gestell_task_registry_run
+  use gestell_base_error, only: error_type
+  use gestell_output_result, only: result_type
+  use gestell_task_common_task, only: all_speeds, any_task_type, own_machine
+  use gestell_task_common_context, only: context_type
+  use gestell_task_machine, only: end_line, solve_machine
+  use gestell_task_registry, only: orders_any
+  implicit none (type, external)
+  private
+
+  public :: run_tasks
+
+  !> Who hears what is found as soon as it is.
+  type, abstract, public :: listener_type
+  contains
+    procedure(hear), deferred :: hear
+  end type listener_type
+
+  abstract interface
+    !> Takes from `result` what of the report was not yet taken.
+    subroutine hear(self, result)
+      import :: listener_type, result_type
+      implicit none (type, external)
+      class(listener_type), intent(inout) :: self
+      type(result_type), intent(inout) :: result
+    end subroutine hear
+  end interface
+
+  character, parameter :: newline = new_line("a")
+
+contains
+
+  !> The tasks, one after the other. Error: that of the first that fails; the others are not begun.
+  subroutine run_tasks(tasks, context, result, error, listener)
+    type(any_task_type), intent(inout) :: tasks(:)
+    type(context_type), intent(inout) :: context
+    type(result_type), intent(inout) :: result
+    type(error_type), allocatable, intent(out) :: error
+    class(listener_type), intent(inout), optional :: listener
+    logical :: parts, others
+    integer :: i
+
+    parts = context%in_parts .or. context%merge .or. context%executor%together
+    others = any([(tasks(i)%task%ordered .and. tasks(i)%task%about /= own_machine, i = 1, size(tasks))])
+    if (.not. parts .and. (orders_any(tasks, own_machine) .or. .not. others)) then
+      if (.not. allocated(context%configuration%impossible)) call solve_machine(context, result, error)
+      if (allocated(error)) return
+    end if
+    if (orders_any(tasks, all_speeds)) then
+      if (context%configuration%plan%grid%axes(1)%from * context%configuration%frame%speed < 0) call result%say(newline &
+        & // "note: the range of speeds turns the other way round than the drive of the input" // newline)
+    end if
+    do i = 1, size(tasks)
+      associate (task => tasks(i)%task)
+        if (.not. (task%ordered .or. task%implied) .or. parts .and. .not. task%shared) cycle
+        if (context%one_line .and. .not. task%brief) cycle
+        if (allocated(context%configuration%impossible) .and. task%about == own_machine) cycle
+        ! what is told of the machine itself waits for its headlines, and no longer
+        if (present(listener) .and. task%about /= own_machine) call listener%hear(result)
+        call task%run(context, result, error)
+      end associate
+      if (allocated(error)) return
+      if (present(listener) .and. tasks(i)%task%about /= own_machine) call listener%hear(result)
+    end do
+    if (orders_any(tasks, own_machine)) call end_line(context, result)
+  end subroutine run_tasks
+
+end module gestell_task_registry_run
