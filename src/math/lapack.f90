@@ -17,7 +17,6 @@ module gestell_math_lapack
       integer, intent(out) :: ipiv(*), info
     end subroutine dgetrf
 
-    !> Nine arguments: as LAPACK has them.
     subroutine dgetrs(trans, n, nrhs, a, lda, ipiv, b, ldb, info)
       import :: dp
       implicit none (type, external)
@@ -28,7 +27,6 @@ module gestell_math_lapack
       integer, intent(out) :: info
     end subroutine dgetrs
 
-    !> Fourteen arguments: as LAPACK has them.
     subroutine dgeev(jobvl, jobvr, n, a, lda, wr, wi, vl, ldvl, vr, ldvr, work, lwork, info)
       import :: dp
       implicit none (type, external)
@@ -39,7 +37,6 @@ module gestell_math_lapack
       integer, intent(out) :: info
     end subroutine dgeev
 
-    !> Twelve arguments: as LAPACK has them.
     subroutine dsygv(itype, jobz, uplo, n, a, lda, b, ldb, w, work, lwork, info)
       import :: dp
       implicit none (type, external)
@@ -58,7 +55,6 @@ module gestell_math_lapack
       integer, intent(out) :: ipiv(*), info
     end subroutine zgetrf
 
-    !> Nine arguments: as LAPACK has them.
     subroutine zgetrs(trans, n, nrhs, a, lda, ipiv, b, ldb, info)
       import :: dp
       implicit none (type, external)
@@ -69,7 +65,6 @@ module gestell_math_lapack
       integer, intent(out) :: info
     end subroutine zgetrs
 
-    !> Fourteen arguments: as LAPACK has them.
     subroutine zgeev(jobvl, jobvr, n, a, lda, w, vl, ldvl, vr, ldvr, work, lwork, rwork, info)
       import :: dp
       implicit none (type, external)
@@ -109,7 +104,6 @@ module gestell_math_lapack
       integer, intent(out) :: info
     end subroutine dtrtri
 
-    !> Thirteen arguments: as LAPACK has them.
     subroutine dgglse(m, n, p, a, lda, b, ldb, c, d, x, work, lwork, info)
       import :: dp
       implicit none (type, external)

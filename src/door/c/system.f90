@@ -39,7 +39,6 @@ contains
 
   !> M q'' + B q' + C q = h with f degrees of freedom. `multipliers`: 2 f real parts, 2 f imaginary parts, 2 f bounds. `motion`,
   !> unless null: (points + 1) times (q, q'), each 2 f numbers, at equidistant times of a period, then 2 f bounds on their errors.
-  !> Eleven arguments: the system, what is asked of it, and the places for what is found.
   integer(c_int) function solve_called(f, period, give, data, tolerance, size, verdict, multipliers, points, motion, failure) &
     & result(code) bind(c, name="gestell_solve_system")
     integer(c_int), value :: f, size, points

@@ -73,7 +73,6 @@ contains
 
   !> Column `index` of a table, from 0 on: its name, the unit, the name of the column with its error, each into `size` characters,
   !> what it holds, and of words how many characters they have at most.
-  !> Ten arguments: all that is to be known of a column.
   integer(c_int) function describe_column(handle, name, index, size, key, unit, error_key, kind, width, failure) result(code) &
     & bind(c, name="gestell_describe_column")
     type(c_ptr), value :: handle, name, key, unit, error_key, failure

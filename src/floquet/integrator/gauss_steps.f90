@@ -57,7 +57,6 @@ contains
   !> Maps of steps of these lengths (time), as `method_type` has them, from the coefficients at `phases`: the nodes of one stage
   !> together; of a tableau that is to be `fitted` or not. Eight steps at a time; singly, with exchanges of rows, what is fewer
   !> than eight, too large, or unsafe without. `lower` and `unseen`: by a nested tableau, as `method_type` has them.
-  !> Nine arguments: as `method_type` has them, with the tableau and how it is used.
   subroutine gauss_steps(tableau, fitted, system, phases, lengths, map, error, lower, unseen)
     class(tableau_type), intent(inout) :: tableau
     logical, intent(in) :: fitted
@@ -169,7 +168,7 @@ contains
   end subroutine maps_of_lanes
 
   !> Panel after panel: first those of the unknowns, then those of the map, in which after the unknowns of each embedded method its
-  !> map stands. Eleven arguments: what the steps are, room, and results.
+  !> map stands.
   pure subroutine eliminate_panels(tableau, at, first, layout, panel, l, mass, damping, stiffness, maps, safe)
     class(tableau_type), intent(in) :: tableau
     type(coefficients_type), intent(in) :: at

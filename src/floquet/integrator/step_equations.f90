@@ -12,7 +12,6 @@ module gestell_floquet_integrator_step_equations
   public :: fill_panel
 
   abstract interface
-    !> Ten arguments: a version as a whole has all from outside.
     pure subroutine fill_version(layout, j, together, a, aa, mass, damping, stiffness, panel, once) bind(C)
       import :: c_int, dp, lanes, layout_type, width
       implicit none (type, external)
@@ -31,7 +30,6 @@ contains
 
   !> The columns from `column` on, unknowns or states and loads, of the steps from `step` on, from M, h B and h^2 C. Places that are
   !> no unknown's, and rows and columns that are no state's, are padded with zeros and ones.
-  !> Ten arguments: what the steps are, which columns, and arrays whose sizes loops are to know.
   pure subroutine fill_panel(tableau, at, step, layout, column, columns, panel, mass, damping, stiffness)
     class(tableau_type), intent(in) :: tableau
     type(coefficients_type), intent(in) :: at
@@ -85,7 +83,6 @@ contains
   !> The first columns of a panel, one to three `together`, of unknowns of node `j`, from their columns of M, h B and h^2 C. `a`,
   !> `aa`: the columns of A and A A for that node. (But for the last two of a nested tableau the nodes follow each other without a
   !> gap.)
-  !> Nine arguments: the columns and what they are made of.
   pure subroutine fill_unknowns(layout, j, together, a, aa, mass, damping, stiffness, panel)
     type(layout_type), intent(in) :: layout
     integer, intent(in) :: j, together
@@ -103,7 +100,6 @@ contains
   end subroutine fill_unknowns
 
   !> Three columns share the factors of the tableau; where there are no three the last one stands for those that are missing.
-  !> Ten arguments: as above.
   pure subroutine fill_here(layout, j, together, a, aa, mass, damping, stiffness, panel, once) bind(C, name="lanes_gestell_fill")
     !$omp declare simd uniform(layout, j, together, a, aa, mass, damping, stiffness, panel) linear(once) simdlen(2) notinbranch
     type(layout_type), intent(in) :: layout
@@ -187,7 +183,6 @@ contains
   end subroutine fill_here
 
   !> Column `c` of a panel, that of a state (without positions C is zero), of the loads after the states, or of nothing.
-  !> Nine arguments: the column and what it is made of.
   pure subroutine fill_state(nodes, at, step, layout, state, c, panel, damping, stiffness)
     real(dp), intent(in) :: nodes(:)
     type(coefficients_type), intent(in) :: at

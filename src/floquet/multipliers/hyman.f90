@@ -13,7 +13,6 @@ module gestell_floquet_multipliers_hyman
   real(dp), parameter :: nothing = 1.0e-100_dp
 
   abstract interface
-    !> Nine arguments: those of `try_eigenvalue`.
     pure subroutine try_version(h, z_re, z_im, step_re, step_im, condition, right, left, once) bind(C)
       import :: c_int, dp, hessenberg_type, lanes
       implicit none (type, external)
@@ -32,7 +31,6 @@ contains
   !> Newton's step, which is to be taken off `z`, the condition |x| |y| / |y x|, and the residuals of the right eigenvector x and
   !> the left one y, unit ones; all shapes (lanes). With x_n = 1 all rows but the first of (H - z E) x = 0 give x, with y_1 = 1 all
   !> columns but the last y. `length`: of the processor's vectors.
-  !> Nine arguments: matrices and approximations, what is found.
   pure subroutine try_eigenvalue(length, h, z_re, z_im, step_re, step_im, condition, right, left)
     integer, intent(in) :: length
     type(hessenberg_type), intent(in) :: h
@@ -48,7 +46,6 @@ contains
     end if
   end subroutine try_eigenvalue
 
-  !> Nine arguments: as `try_eigenvalue`.
   pure subroutine try_here(h, z_re, z_im, step_re, step_im, condition, right, left, once) bind(C, name="lanes_gestell_hyman")
     !$omp declare simd uniform(h, z_re, z_im, step_re, step_im, condition, right, left) linear(once) simdlen(2) notinbranch
     type(hessenberg_type), intent(in) :: h

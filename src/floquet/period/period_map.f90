@@ -66,7 +66,6 @@ contains
   !> more than Phi(T) a rounding on the way is worth, |Phi(T, t)| |Phi(t)| / |Phi(T)| where Phi(t) is greatest and in mid-turn,
   !> from 1 upward. `lower`, shape (2): by the methods that are embedded in this one, with what the nodes do not tell, `unseen`.
   !> Errors: nodes or shapes that make no sense; a step failed or the numbers overflow.
-  !> Eleven arguments: five describe the steps, what is found is asked for piece by piece.
   subroutine period_map(system, method, nodes, scale, phi, error, xp, xp_peak, transient_growth, lower, unseen)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method

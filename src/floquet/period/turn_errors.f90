@@ -70,7 +70,6 @@ contains
 
   !> The motion x at `phases`, shape (n, phases), the last one 1, that was followed with steps between `nodes`, the phases and the
   !> `ends` of the segments, shape (0:K), each from its start, shape (n, K), beside one with half the steps. Error: overflow.
-  !> Ten arguments: a motion as it was followed: system, method, steps, segments, samples.
   subroutine compare(system, method, nodes, scale, ends, starts, phases, x, comparison, error)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method

@@ -30,7 +30,6 @@ contains
 
   !> `a`: A in the middle between the phases of S and D, in the coordinates of the columns `start`, shape (n, n), whose
   !> inverse is `start_inverse`. With the residuals `between`: S, and D and S^-1 in the middle.
-  !> Nine arguments: A, S and D of the decoupling, its start, and what they are measured by.
   subroutine measure(a, s, d, modes, start, start_inverse, residuals, between, error)
     real(dp), contiguous, intent(in) :: a(:, :, :), s(:, :, :), d(:, :, :), start(:, :), start_inverse(:, :)
     type(modes_type), intent(in) :: modes
@@ -56,7 +55,6 @@ contains
   end subroutine measure
 
   !> The same of p and g: `a` and `f` in the middle, in the coordinates of `start`.
-  !> Nine arguments: the equations, p and g of the decoupling, its start.
   subroutine measure_forcing(a, f, p, g, between, modes, start, size_a, residuals)
     real(dp), contiguous, intent(in) :: a(:, :, :), f(:, :), p(:, :), g(:, :), start(:, :)
     type(motion_type), intent(in) :: between

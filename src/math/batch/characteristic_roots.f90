@@ -22,7 +22,6 @@ module gestell_math_batch_characteristic_roots
     & reshape([((cos(pi * (i - 0.6_dp) / m), i = 1, most_states / 2), m = 1, most_states / 2)], [most_states / 2, most_states / 2])
 
   abstract interface
-    !> Twelve arguments: a polynomial and its roots in lanes, and what is found of their steps.
     pure subroutine step_version(n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, greatest, near, once) bind(C)
       import :: c_int, dp, lanes, most_states
       implicit none (type, external)
@@ -149,7 +148,6 @@ contains
     end if
   end subroutine improve
 
-  !> Twelve arguments: as `step_version`.
   pure subroutine step_here(n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, greatest, near, once) bind(C, &
     & name="lanes_gestell_aberth")
     !$omp declare simd uniform(n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, greatest, near) linear(once) simdlen(2) &

@@ -9,7 +9,6 @@ module gestell_math_lanes_motion
   public :: apply_in_turn
 
   abstract interface
-    !> Twelve arguments: a version as a whole has all from outside.
     pure subroutine apply_version(n, columns, room, first, steps, groups, maps, forced, most, motion, done, once) bind(C)
       import :: c_int, dp, lanes
       implicit none (type, external)
@@ -29,7 +28,6 @@ contains
   !> x <- A x + b for the maps [A b], or A alone, shape (room, n, columns), of so many steps in turn, from `first` on. The vectors
   !> are `motion`, shape (lanes, n, groups, 0:steps), before the first and after each step; in the last of the groups b is added
   !> where `forced` is 1 (without b it is 0). `done`: the steps before the first whose sizes add up to `most` or more in a lane.
-  !> Eleven arguments: maps and vectors with their shapes.
   pure subroutine apply_in_turn(n, columns, room, first, steps, groups, maps, forced, most, motion, done)
     integer, intent(in) :: n, columns, room, first, steps, groups
     real(dp), intent(in) :: maps(room, n, columns), forced(lanes), most
@@ -46,7 +44,6 @@ contains
     end if
   end subroutine apply_in_turn
 
-  !> Twelve arguments: as above.
   pure subroutine apply_here(n, columns, room, first, steps, groups, maps, forced, most, motion, done, once) &
     & bind(C, name="lanes_gestell_apply")
     !$omp declare simd uniform(n, columns, room, first, steps, groups, maps, forced, most, motion, done) &

@@ -33,7 +33,6 @@ module gestell_math_lanes_six
       real(dp), intent(in) :: l(lanes, block, block)
     end subroutine reduce_lanes
 
-    !> Nine arguments: a procedure of one lane has all from outside.
     pure subroutine divide_lanes(c, r, s, u, l, multiplier, kept, terms, lane) bind(C)
       import :: block, c_int, dp, lanes, width
       implicit none (type, external)
@@ -151,7 +150,6 @@ contains
     include "in_lane/store_six.inc"
   end subroutine reduce_in_lane
 
-  !> Nine arguments: a procedure of one lane has all from outside.
   pure subroutine divide_in_lane(c, r, s, u, l, multiplier, kept, terms, lane) bind(C, name="lanes_gestell_divide_six")
     !$omp declare simd uniform(c, r, s, u, l, multiplier, kept, terms) linear(lane) simdlen(8) notinbranch
     real(dp), intent(in) :: c(lanes, width, block), u(lanes, width, width)

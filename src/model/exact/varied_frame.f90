@@ -192,7 +192,6 @@ contains
   end subroutine sample_second_order
 
   !> The left sides of the equations of the plane, shape (points, 3), and their derivatives with respect to q'', q' and q.
-  !> Nine arguments: q, q', q'', and the left side with its three derivatives.
   subroutine vary_in_plane(self, phases, q, v, a, r, m, b, c)
     type(varied_frame_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:), q(:, :), v(:, :), a(:, :)
@@ -208,7 +207,6 @@ contains
   end subroutine vary_in_plane
 
   !> What the masses add to the left sides and their derivatives, where E is `turn`.
-  !> Ten arguments: q, q', q'', and the left side with its three derivatives.
   subroutine vary_inertia(frame, phases, q, v, a, turn, r, m, b, c)
     type(varied_frame_type), intent(in) :: frame
     real(dp), contiguous, intent(in) :: phases(:)

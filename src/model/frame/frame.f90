@@ -69,7 +69,6 @@ contains
   !> `gravity` (m/s^2, along xi and eta) all weigh, and q = 0 is where the machine rests under its weights. `held_by`: who holds the
   !> speed, "motor" where it is missing.
   !> Errors: a parameter that is not finite or out of its range; the mechanism cannot turn; as of `weigh` and `check_held`.
-  !> Thirteen arguments: the data of a machine; the last five may be left out.
   subroutine new_frame(frame, mechanism, mass, inertia, origin, stiffness, damping, speed, error, free, supports, gravity, held_by)
     type(frame_type), intent(out) :: frame
     class(mechanism_type), intent(in) :: mechanism

@@ -23,7 +23,6 @@ contains
   !> the foundation's in the order of these, where the frame's own of (xi, eta, psi) are not all. `drive`: who holds the speed, the
   !> motor where it is missing.
   !> Errors: numbers that are not finite or out of range; a mechanism that cannot turn.
-  !> Nine arguments: what a frame has in space.
   subroutine put_in_space(frame, inertia, planes, supports, free, error, stiffness, damping, drive)
     type(frame_type), intent(inout) :: frame
     real(dp), intent(in) :: inertia(3, 3)

@@ -52,7 +52,6 @@ contains
   !> (9) to (11) of the `free` degrees of freedom from a table of the mass functions, shapes (angles, size(free), size(free));
   !> `constant`: M without them; `damping` and `stiffness`: B_0, C_0. The mass functions depend on the crank angle alone; the speed
   !> enters by d/dt = Omega d/dphi.
-  !> Ten arguments: the terms of (9) to (11), and the three matrices.
   pure subroutine set_matrices(free, constant, damping, stiffness, speed, origin, table, m, b, c)
     integer, intent(in) :: free(:)
     real(dp), intent(in) :: constant(3, 3), damping(3, 3), stiffness(3, 3), speed, origin(2)

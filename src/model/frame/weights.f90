@@ -47,7 +47,6 @@ contains
   !> Weights by `gravity` (m/s^2) of a frame of `mass` (kg) with its `mechanism`, whose pivot is at `origin` (m), on a mounting with
   !> the `stiffness` c_ij, among it that of `supports`, whose static forces are set; `free`: indices of the free ones of xi, eta,
   !> psi. Errors: no spring carries the weights along one of them; they overflow.
-  !> Nine arguments: what weighs, what carries it.
   subroutine new_weights(weights, gravity, mechanism, mass, origin, stiffness, supports, free, error)
     type(weights_type), intent(out) :: weights
     real(dp), intent(in) :: gravity(2), mass, origin(2), stiffness(3, 3)

@@ -32,7 +32,6 @@ contains
   !> A mechanism of `mass` (kg) and sum of moments of inertia `inertia` (kg m^2) with these harmonics (kg m, kg m,
   !> kg m^2, kg m^2, and if given kg m^2). Errors: a negative mass, numbers that are not finite, an even number of
   !> coefficients, functions that no masses can have.
-  !> Nine arguments: the data of the functions of a mechanism.
   subroutine new_harmonic_mechanism(mechanism, mass, inertia, a1, a2, a3, moment, error, energy)
     type(harmonic_mechanism_type), intent(out) :: mechanism
     real(dp), intent(in) :: mass, inertia, a1(:), a2(:), a3(:), moment(:)

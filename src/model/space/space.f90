@@ -210,7 +210,6 @@ contains
 
   !> M, B, C, h about rest at angles of the drive, of the degrees of freedom `free` of a frame of this `mass`, shapes (angles, free,
   !> free), (angles, free).
-  !> Nine arguments: the machine and where it is; M, B, C, h.
   pure subroutine sample_at_rest(self, mass, speed, angles, free, m, b, c, h)
     class(space_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: angles(:)

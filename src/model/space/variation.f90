@@ -23,7 +23,6 @@ contains
 
   !> r, M, B, C of all six degrees of freedom of a frame, in its order, along a motion q, v, a, shape (angles, 6), shapes
   !> (angles, 6), (angles, 6, 6). Beside a flywheel `lag`, shape (angles, 3), is as of `follow_frame`.
-  !> Twelve arguments: machine and motion; the left side with its three derivatives.
   pure subroutine sample_varied(space, mass, speed, angles, q, v, a, lag, r, m, b, c)
     type(space_type), intent(in) :: space
     real(dp), contiguous, intent(in) :: angles(:)
@@ -65,7 +64,6 @@ contains
   end function in_order
 
   !> A drive that turns evenly in space along a motion, and the masses where it is then.
-  !> Ten arguments: machine and motion; what is found.
   pure subroutine follow_motion(space, mass, speed, angles, v, a, q, lag, masses, driven)
     type(space_type), intent(in) :: space
     real(dp), contiguous, intent(in) :: angles(:)
@@ -142,7 +140,6 @@ contains
   !> The left sides of the equations of a frame, of the `masses` at number `k` of their angles, at q, q', q'', shape (6, 0:2): shape
   !> (6), and their derivatives with respect to q'', q' and q, shape (6, 6); all in the order (u, theta). `driven`:
   !> the drive, where it turns evenly in space.
-  !> Nine arguments: the machine and its motion; the left side with its three derivatives.
   pure subroutine vary(space, masses, k, q, r, m, b, c, driven)
     type(space_type), intent(in) :: space
     type(masses_type), intent(in) :: masses

@@ -141,7 +141,6 @@ contains
   !> motion of a system that differs little. Where the quick way does not fit the system is solved as all others, to `accuracy`.
   !> `floquet`: returns the full solution and forces it to be used. Errors: as of `solve_floquet` and `solve_periodic`; no quick way
   !> fits where no other is allowed.
-  !> Nine arguments: Newton's step and, by the last three, what is known before it.
   subroutine next_motion(frame, system, accuracy, samples, next, error, from, lack, floquet)
     class(frame_type), intent(in) :: frame, system
     type(accuracy_type), intent(in) :: accuracy

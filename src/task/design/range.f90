@@ -335,7 +335,6 @@ contains
   end function tops_of
 
   !> Climbs from point `i` of a curve, which neither neighbour exceeds, to the top there.
-  !> Nine arguments: a climb, its machine and what it finds.
   subroutine climb_one(neighbours, setting, goal, curve, i, reported, top, error, skipped)
     type(neighbours_type), intent(in) :: neighbours
     class(setting_type), intent(in) :: setting

@@ -114,7 +114,6 @@ contains
   end subroutine solve_points
 
   !> By an expansion. `plan` becomes the axis to split where the expansion does not hold.
-  !> Eleven arguments: the cell with its tile, grid and order, the expansion with its sampler.
   subroutine expand_cell(family, grid, tile, cell, order, variables, points, sampler, results, plan, error)
     class(family_type), intent(in) :: family
     type(grid_type), intent(in) :: grid
@@ -144,7 +143,6 @@ contains
 
   !> Compares the expansion with solutions of their own at points drawn at random. `fits`: none deviates by more than
   !> `perturbations` (of Phi(T), of all numbers) and its own bound; `deviation`: the greatest one, relative to Phi.
-  !> Nine arguments: the cell with its grid and order, the expansion with its sampler and errors.
   subroutine check_cell(family, grid, cell, order, expansion, perturbations, sampler, deviation, fits)
     class(family_type), intent(in) :: family
     type(grid_type), intent(in) :: grid

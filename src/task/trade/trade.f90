@@ -120,7 +120,6 @@ contains
 
   !> One row: the median time of three solutions or more, and the errors against the converged solution. `spent`: the time of
   !> them all (s). Errors: matrices that are singular or not finite; resonance.
-  !> Nine arguments: what is timed, and what it is compared with.
   subroutine measure_row(frame, method, steps, converged, multipliers, solution, row, spent, error)
     class(frame_type), intent(in) :: frame
     class(method_type), intent(in) :: method

@@ -105,7 +105,6 @@ contains
 
   !> Climbs to the maximum of a goal over a line from three places, ascending, whose levels are known. Error: the goal makes no
   !> sense.
-  !> Nine arguments: a climb, its machine and where it begins.
   subroutine climb_from(neighbours, setting, goal, start, places, levels, climb, error, motion)
     type(neighbours_type), intent(in) :: neighbours
     class(setting_type), intent(in) :: setting
@@ -135,7 +134,6 @@ contains
   !> Looks for a maximum between the end of a line, which is higher than the point before it, and that point: the middle is looked
   !> at until it is higher than the end, or until the parabola through the three has its vertex beyond the end. Error: the goal
   !> makes no sense.
-  !> Nine arguments: two points of a line, their machine and the three that are found.
   subroutine look_beside_end(neighbours, setting, goal, start, ends, end_levels, places, levels, error)
     type(neighbours_type), intent(in) :: neighbours
     class(setting_type), intent(in) :: setting

@@ -174,7 +174,6 @@ contains
 
   !> Both sides of the border at `t` by their verdicts, as near to it as they can tell: `unstable` on one side and not on
   !> the other, and `stable` there if it is so at that end of the interval.
-  !> Nine arguments: the interval, and the crossing with both its sides.
   subroutine verify(line, l, r, t, crossing, below, above, success, error)
     type(line_type), intent(in) :: line
     type(probe_type), intent(in) :: l, r

@@ -245,7 +245,6 @@ contains
   !> Whether the unstable stretches of four hang together. The system at their mean tells, if it agrees with their distances:
   !> near ones are the sides of a tongue, unstable or stable. If not, the tongue may pass beside the mean, or end: a line
   !> through the mean, across it, is searched for its sides, between which it lies.
-  !> Nine arguments: the vertices around a cell with their senses, and two answers.
   subroutine mean_tells(plane, box, ids, enter, opposite, vertices, joined, certain, error)
     class(plane_type), intent(in) :: plane
     type(box_type), intent(in) :: box
@@ -314,7 +313,6 @@ contains
   !> Links what passes from one side of the box to the opposite one, if it is `parallel` and borders on the line through the
   !> middle, on which coordinate `k` is constant, show that it does; else halves the box by that line and links within the
   !> halves, if it is not too `small` for that: then it is `left` as it is. Error: the parameters make no sense.
-  !> Nine arguments: the vertices around a box, and what is known of it.
   recursive subroutine divide(plane, box, ids, k, parallel, small, vertices, left, error)
     class(plane_type), intent(in) :: plane
     type(box_type), intent(in) :: box

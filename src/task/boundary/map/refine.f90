@@ -103,7 +103,6 @@ contains
   !> The border across the way from `p` to `q` at the `part` of it, the nearest that has its unstable side on the left: that of
   !> a narrow tongue may lie on either side. `near`: not farther away than the deviation allowed, where that is all that is
   !> asked; or nothing can be known, at the edge of the ranges.
-  !> Nine arguments: the way, and two answers beside the vertex.
   subroutine cross(plane, p, q, part, near_will_do, vertex, found, near, error)
     class(plane_type), intent(in) :: plane
     type(vertex_type), intent(in) :: p, q

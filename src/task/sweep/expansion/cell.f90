@@ -88,7 +88,6 @@ contains
 
   !> Whether an expansion may be quicker than solutions of their own: of two axes one at least needs no more points than the root of
   !> what pays. `tried`: the points that an axis needs, 0: more, -1: not tried.
-  !> Nine arguments: the sampler with its family, the cell with its order.
   subroutine try_to_pay(sampler, family, middle, tolerance, variables, order, cell, tried, fits)
     type(sampler_type), intent(inout) :: sampler
     class(family_type), intent(in) :: family
@@ -122,7 +121,6 @@ contains
   end function most_useful
 
   !> The variable that needs the fewest points along a line.
-  !> Nine arguments: the sampler with its family, and a line through the cell.
   subroutine best_variable(sampler, family, axis, line, tolerance, most, variable, points, fits)
     type(sampler_type), intent(inout) :: sampler
     class(family_type), intent(in) :: family

@@ -23,7 +23,6 @@ contains
 
   !> Sets the results in `cell`, a part of `tile`; `perturbations` bound the errors of Phi(T) and of all numbers in norm. A
   !> point whose vibration is not known, beside a resonance, gets a solution of its own. Error: that of a point.
-  !> Ten arguments: the cell with its tile, grid and order, the expansion with its errors.
   subroutine evaluate(family, grid, tile, cell, order, sampler, expansion, perturbations, results, error)
     class(family_type), intent(in) :: family
     type(grid_type), intent(in) :: grid
@@ -105,7 +104,6 @@ contains
     end associate
   end subroutine set_columns
 
-  !> Twelve arguments: those of `set_columns`, shapes, and room for `values` and `motion` of eight points.
   subroutine set_eight_by_eight(order, sampler, factors, line, perturbations, n, width, parts, numbers, values, motion, columns)
     type(sweep_order_type), intent(in) :: order
     type(sampler_type), intent(in) :: sampler

@@ -18,7 +18,6 @@ contains
   !> The points that a series needs whose terms beyond stay below `tolerance` times the least norm of Phi(T) on the line.
   !> The line: parameter `axis` moves through `variable`, the others are `fixed`. Zero: more than trials of up to `most` points
   !> tell, or `fits` is false and some member of the family has no solution.
-  !> Nine arguments: the sampler with its family, and a line through the cell.
   subroutine count_points(sampler, family, axis, variable, fixed, tolerance, most, needed, fits)
     type(sampler_type), intent(inout) :: sampler
     class(family_type), intent(in) :: family
