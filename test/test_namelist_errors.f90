@@ -9,6 +9,8 @@ module test_namelist_errors
   use gestell_input_namelist_document, only: document_type, group_type, the_group, groups_named, group_names
   use gestell_input_namelist_message, only: input_error
   use gestell_input_namelist_suggest, only: suggestion
+  use gestell_input_schema, only: schema_type
+  use gestell_task_registry, only: input_schema
   use namelist_helpers, only: key, read_checked, refused, check_message, check_passed, nl, rest, one_joint
   implicit none (type, external)
   private
@@ -78,12 +80,17 @@ contains
 
   subroutine test_schema(error)
     type(test_error), allocatable, intent(out) :: error
+    type(schema_type) :: schema
+    character(len=:), allocatable :: groups
+    integer :: i
 
     call refused(error, rest // nl // nl // "&suport /", "in.nml:3: unknown group &suport: did you mean &support?")
-    call refused(error, "&zzz /", "in.nml:1: unknown group &zzz: allowed are &case, &drive, &units, &mechanism, &repeat, &joint, " &
-      // "&link, &mass_functions, &frame, &support, &foundation, &gravity, &probe, &model, &accuracy, &response, &sweep, " &
-      // "&boundary, &resonance, &balance, &sensitivity, &separation, &design, " &
-      & // "&objective, &constraint, &robust")
+    schema = input_schema()
+    groups = ""
+    do i = 1, size(schema%groups)
+      groups = groups // trim(merge(", &", " &  ", i > 1)) // trim(schema%groups(i)%name)
+    end do
+    call refused(error, "&zzz /", "in.nml:1: unknown group &zzz: allowed are" // groups)
     call refused(error, nl // "&joint" // nl // "lenghts=1, name='B' /", &
       "in.nml:3: &joint 'B': unknown key 'lenghts': did you mean 'lengths'?")
     call refused(error, "&drive xyz=1 /", "in.nml:1: &drive: unknown key 'xyz': allowed are speed_rpm, " &

@@ -1,7 +1,9 @@
 """Runs of the program, its files as tables, and comparisons that are counted."""
 
+import functools
 import math
 import os
+import re
 import subprocess
 import tempfile
 from pathlib import Path
@@ -83,12 +85,22 @@ class Run:
         return self.code == code
 
     def refused(self, name, code, message):
-        """The run ended with `code` and one line."""
+        """The run ended with `code` and one line; `{group.key}` in the message stands for the words allowed there."""
         if isinstance(message, str):
+            message = re.sub(r"\{(\w+\.\w+)\}", lambda key: ", ".join(map(repr, allowed(self.program, key[1]))), message)
             equal(name, (self.code, self.err), (code, message + "\n"))
         else:
             good = self.code == code and message.fullmatch(self.err.removesuffix("\n")) and self.err.endswith("\n")
             check(name, good, (code, message.pattern), (self.code, self.err))
+
+
+@functools.cache
+def allowed(program, key):
+    """The words that a key takes, as `--help group.key` lists them."""
+    told = subprocess.run([program, "--help", key], capture_output=True, text=True, timeout=SECONDS).stdout
+    words = re.findall(r"'([^']+)'", re.search(r"^  values((?:.|\n   )*)", told, re.M)[1])
+    assert len(words) > 1, f"no words of {key} in\n{told}"
+    return words
 
 
 class Folder:
