@@ -207,7 +207,6 @@ contains
     call check(error, complaints, "")
     if (allocated(error)) return
     call check_that(error, size(mesh(system, 0)), "==", 2, "one step at least")
-    if (allocated(error)) return
     call check_that(error, size(mesh(system, -1)), "==", 2, "one step at least")
   end subroutine test_trajectories
 

@@ -250,7 +250,6 @@ contains
       print "(a, 4es10.2)", "         next order, expected estimate, estimates: ", ratios(i)**24, expected(i), beyond
       ! Orders 25 to 27 come back into 23 to 21: r^27 beside r^21, an eighth of it at most, in both ranges.
       call check_that(error, abs(beyond / expected(i) - 1), "<", 0.6_dp, "estimate")
-      if (allocated(error)) return
       call check_that(error, beyond, ">", 0.5_dp * ratios(i)**24, "less than half of what is not there")
       if (allocated(error)) return
     end do
@@ -277,7 +276,6 @@ contains
     series = fourier_series(samples)
     fine = series%value(2 * pi * 2 / n)
     call check_that(error, series%peak(samples), ">=", 1.0_dp, "not below the samples")
-    if (allocated(error)) return
     call check_that(error, series%peak(samples), "<=", maxval([(abs(value_at(2 * pi * i / 5000)), i = 1, 5000)]) + 1.0_dp / n, &
       & "pulse")
     if (allocated(error)) return
@@ -363,7 +361,6 @@ contains
     do k = 1, 3
       ! Roundings of a matrix of norm 9.
       call check_that(error, maxval(abs(matmul(a, right(:, k)) - values(k) * right(:, k))), "<", 1.0e-13_dp, "right")
-      if (allocated(error)) return
       call check_that(error, maxval(abs(matmul(conjg(left(:, k)), a) - values(k) * conjg(left(:, k)))), "<", 1.0e-13_dp, "left")
       if (allocated(error)) return
     end do

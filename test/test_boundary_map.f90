@@ -90,13 +90,11 @@ contains
     if (allocated(error)) return
     call check_that(error, map%curves, "==", 1, "curves")
     call check_that(error, map%rough, "==", 0, "rough")
-    if (allocated(error)) return
     call check_that(error, closed(map, 1), "==", .true., "first curve closed")
     if (allocated(error)) return
     points = along(map)
     ! 1e-4 of the range 4; measured at three parts of each way, a circle deviates most at the middle one.
     call check_that(error, maxval(abs(norm2(points, dim=1) - 1)), "<", 4.0e-4_dp, "deviation")
-    if (allocated(error)) return
     ! A hundredth of that at the vertices.
     call check_that(error, [(abs(norm2(map%vertices(i)%parameters) - 1), i = 1, size(map%vertices))], "<", 4.0e-6_dp, &
       & "vertices on the circle")
@@ -134,9 +132,7 @@ contains
         & map, error)
       if (allocated(error)) return
       call check_that(error, map%curves, "==", 2, "curves")
-      if (allocated(error)) return
       call check_that(error, closed(map, 1), "==", .true., "first curve closed")
-      if (allocated(error)) return
       call check_that(error, closed(map, 2), "==", .true., "second curve closed")
       if (allocated(error)) return
       ! Two circumferences of 2 pi times the deviation, 1e-3 of 6.
@@ -192,7 +188,6 @@ contains
       if (allocated(error)) return
       points = along(map)
       call check_that(error, side * points(1, :) * points(2, :), ">", 0.0_dp, "never into the other quadrants")
-      if (allocated(error)) return
       ! Distance from the hyperbola |p1 p2| = 1e-3: at most the change of p1 p2 over the gradient. 1e-3 of the range 2.
       call check_that(error, maxval(abs(abs(points(1, :) * points(2, :)) - 1.0e-3_dp) / norm2(points, dim=1)), "<", 2.0e-3_dp, &
         & "points on the hyperbola")
@@ -293,7 +288,6 @@ contains
     if (allocated(error)) return
     call check_that(error, map%curves, "==", 1, "curves")
     call check_that(error, size(map%vertices), "<=", 12, "vertices")
-    if (allocated(error)) return
     ! A hundredth of the deviation times ln 1e4, in each of the two.
     call check_that(error, [(abs(log(product(map%vertices(i)%parameters))), i = 1, size(map%vertices))], "<", 2.0e-4_dp, &
       & "vertices on the hyperbola")

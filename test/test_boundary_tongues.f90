@@ -4,6 +4,7 @@ module test_boundary_tongues
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
+  use gestell_base_verdict, only: stable => stable_number, unstable => unstable_number
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_task_boundary, only: border_accuracy, border_rest_type, border_type, find_borders
   use gestell_task_boundary_line, only: line_type
@@ -13,7 +14,7 @@ module test_boundary_tongues
   use gestell_study_grid, only: axis_type, grid_type, tile_type
   use gestell_study_point, only: sweep_order_type
   use gestell_task_sweep, only: solve_tile
-  use gestell_study_tile_results, only: stable, tile_results_type, unstable, verdict
+  use gestell_study_tile_results, only: tile_results_type, verdict
   use slow_tests, only: new_slow
   use testdrive, only: check, error_type, new_unittest, unittest_type
   use weakly_damped, only: new_weak_family, weak_family

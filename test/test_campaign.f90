@@ -3,6 +3,7 @@ module test_campaign
   use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: failure_type => error_type, impossible_mechanism, invalid_input, wrong_usage
   use gestell_base_kinds, only: dp
+  use gestell_base_verdict, only: stable => stable_number, unstable => unstable_number
   use gestell_task_sweep_checkpoint, only: campaign_type, open_campaign
   use gestell_input_schema_check, only: check_document
   use gestell_task_common_configuration, only: configuration_type
@@ -17,7 +18,7 @@ module test_campaign
   use gestell_model_frame, only: frame_type
   use gestell_system_family, only: family_type
   use gestell_study_grid, only: axis_type, new_axis, new_grid, tile_type
-  use gestell_study_tile_results, only: rho_max, stable, tile_results_type, unstable, verdict
+  use gestell_study_tile_results, only: rho_max, tile_results_type, verdict
   use gestell_system_periodic, only: periodic_system
   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
   use, intrinsic :: ieee_arithmetic, only: ieee_negative_inf, ieee_quiet_nan, ieee_value

@@ -145,7 +145,6 @@ contains
       associate (at_low => campbell%points(low)%modes(:2)%frequency(), &
         & at_high => campbell%points(1 + last - low)%modes(:2)%frequency())
         call check_that(error, at_low(1), "<", at_low(2), "numbers")
-        if (allocated(error)) return
         ! The axes turn, but the soft one remains the soft one; or soft and stiff change places.
         call check_that(error, (at_high(1) < at_high(2)), "==", way == 1, "modes are exchanged")
         if (allocated(error)) return

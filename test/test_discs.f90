@@ -145,7 +145,6 @@ contains
     do j = 1, 6
       call check_that(error, merge(hypot(w_re(:, j) - z_re(:, j), w_im(:, j) - z_im(:, j)), 0.0_dp, discs%separate > 0), "<=", &
         & displaced%radius(:, j), "displaced")
-      if (allocated(error)) return
       call check_that(error, merge(displaced%radius(:, j), 0.0_dp, discs%separate > 0), "<=", 1.01_dp * discs%radius(:, j), &
         & "displaced, discs")
       if (allocated(error)) return

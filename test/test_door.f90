@@ -122,7 +122,6 @@ contains
     end do
     !$omp end parallel do
     call check_that(error, maxval(abs(together - alone)), "<=", 0.0_dp, "peaks")
-    if (allocated(error)) return
     call check_that(error, minval(alone), ">", 0.0_dp, "least peak")
     if (allocated(error)) return
     !$omp parallel do num_threads(4)

@@ -85,7 +85,6 @@ contains
         call check_success(error, failure)
         if (allocated(error)) return
         call check_that(error, abs(multipliers%log_abs(1) - right), "<=", multipliers%error(1), "the bound is beaten")
-        if (allocated(error)) return
         call check_that(error, multipliers%error(1), "<", 1.0e-5_dp, "the bound says nothing")
         if (allocated(error)) return
       end do
@@ -123,14 +122,12 @@ contains
       ! The moduli: -15 + sqrt(224), four times -0.05, -15 - sqrt(224).
       do k = 2, 5
         call check_that(error, abs(multipliers%log_abs(k) + 0.05_dp), "<=", multipliers%error(k), "modulus")
-        if (allocated(error)) return
         call check_that(error, abs(abs(multipliers%arg(k)) - sqrt(1 - 0.05_dp**2)), "<=", multipliers%error(k) + apart(i), &
           & "argument")
         if (allocated(error)) return
       end do
       call check_that(error, count(multipliers%arg > 0.5_dp), "==", 2, "pairs")
       call check_that(error, count(multipliers%arg < -0.5_dp), "==", 2, "pairs")
-      if (allocated(error)) return
       call check_that(error, abs(solution%x0 - system%start()), "<=", solution%error, "x0")
       if (allocated(error)) return
     end do
@@ -209,14 +206,12 @@ contains
       if (allocated(error)) return
       associate (found => multipliers%log_abs, exact => 2 * pi * [0.0_dp, -24.0_dp])
         call check_that(error, abs(found - exact), "<=", multipliers%error, "bound")
-        if (allocated(error)) return
         ! What a mode of the segment's size may lose against the greatest, 30, and a factor for its condition.
         call check_that(error, multipliers%error, "<=", 3.0e3_dp * tolerances(i), "the bound is too wide")
         if (allocated(error)) return
       end associate
     end do
     call check_that(error, maxval(abs(real(multipliers%exponent) - [0.0_dp, -24.0_dp])), "<", 1.0e-10_dp, "to 1e-10")
-    if (allocated(error)) return
     call check_that(error, abs(real(multipliers%rho(2)) / 3.2355e-66_dp - 1), "<", 1.0e-4_dp, "multiplier")
   end subroutine test_colaneri
 
@@ -285,18 +280,14 @@ contains
         nearest = min(nearest, abs(cmplx(real(difference), aimag(difference) - 2 * pi * anint(aimag(difference) / (2 * pi)), dp)))
       end do
       call check_that(error, nearest, "<=", multipliers%error(i), "a multiplier's bound")
-      if (allocated(error)) return
       call check_that(error, multipliers%error(i), "<", 1.0e-6_dp, "the bound is too wide")
       if (allocated(error)) return
     end do
     call check_that(error, abs(solution%x0 - system%motion(0.0_dp)), "<=", solution%error, "bound of x0")
-    if (allocated(error)) return
     call check_that(error, maxval(solution%error), "<", 1.0e-6_dp, "the bound of x0 is too wide")
-    if (allocated(error)) return
     ! Followed from its start to the end it would be amplified by exp(18 pi).
     call check_that(error, maxval([(abs(x(:, k + 1) - system%motion(2 * pi * k / points)), k = 0, points)]), "<", 1.0e-7_dp, &
       & "motion")
-    if (allocated(error)) return
     call check_that(error, maxval(abs(multipliers%rho(::2) - conjg(multipliers%rho(2::2))), &
       & mask=abs(aimag(multipliers%rho(::2))) > 0), "<=", 0.0_dp, "conjugate pairs")
   end subroutine test_turning
@@ -317,14 +308,12 @@ contains
     if (allocated(error)) return
     associate (exact => 0.25_dp * [100.0_dp, -2000.0_dp] + 0.75_dp * [1195.0_dp, -1175.0_dp])
       call check_that(error, abs(multipliers%log_abs - exact), "<=", multipliers%error, "bound")
-      if (allocated(error)) return
       call check_that(error, multipliers%error, "<", 1.0e-6_dp, "the bound is too wide")
       if (allocated(error)) return
     end associate
     call check(error, multipliers%verdict(), "unstable")
     if (allocated(error)) return
     call check_that(error, abs(solution%x0 - system%v), "<=", solution%error, "bound of x0")
-    if (allocated(error)) return
     call check_that(error, solution%error, "<", 1.0e-6_dp, "the bound of x0 is too wide")
   end subroutine test_jumping
 

@@ -319,7 +319,6 @@ contains
         do k = -5, 5
           call linkage%points(angle + half_width * k / 5, at)
           call check_that(error, hypot(at(j)%x%d, at(j)%y%d), "<=", speeds(j) + 1.0e-12_dp, "speed")
-          if (allocated(error)) return
           call check_that(error, hypot(at(j)%x%dd, at(j)%y%dd), "<=", accelerations(j) + 1.0e-12_dp, "acceleration")
           if (allocated(error)) return
         end do
@@ -345,7 +344,6 @@ contains
     call check(error, diagnosis%links, 4)
     if (allocated(error)) return
     call check_that(error, index(diagnosis%grashof, "crank-rocker"), "==", 1, "place of 'crank-rocker'")
-    if (allocated(error)) return
     call check_that(error, diagnosis%turns(1), "==", .true., "the first turns")
     call check_that(error, diagnosis%turns(2), "==", .false., "the second turns")
     if (allocated(error)) return

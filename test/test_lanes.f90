@@ -67,7 +67,6 @@ contains
         ! Elements up to 3, multipliers below 1: a few roundings in each of 60 unknowns.
         call check_that(error, maxval(abs(w(lane, unknowns(i) + 1:, unknowns(i) + 1:) - exact)), "<", 1.0e-13_qp, &
           & "Schur complement")
-        if (allocated(error)) return
         call check_that(error, maxval(abs(multiplier - 1)), "<", 1.0_dp, "multipliers")
         if (allocated(error)) return
       end do
@@ -170,10 +169,8 @@ contains
     w(7, 2, :) = w(7, 1, :)
     call schur_complement(w, 6, multiplier)
     call check_that(error, abs(multiplier(2) - 50), "<", 1.0e-12_dp, "multiplier")
-    if (allocated(error)) return
     call check_that(error, multiplier(4), ">", 1.0e300_dp, "vanished pivots")
     call check_that(error, multiplier(7), ">", 1.0e300_dp, "vanished pivots")
-    if (allocated(error)) return
     call check_that(error, multiplier([1, 3, 5, 6, 8]), "<", 1.0_dp, "the other lanes")
     if (allocated(error)) return
     do k = 1, lanes

@@ -156,7 +156,6 @@ contains
       call check_success(error, failure)
       if (allocated(error)) return
       call check_that(error, abs(monodromy%xp(1) - sum_of_samples), "<=", monodromy%xp_error, methods(i) // ": claim")
-      if (allocated(error)) return
       call check_that(error, monodromy%xp_error, "<=", 1.0e-8_dp * sum_of_samples, methods(i) // ": order")
       if (allocated(error)) return
       call check(error, monodromy%method%name, trim(methods(i)))

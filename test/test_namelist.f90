@@ -62,7 +62,6 @@ contains
     if (allocated(error)) return
     call read(the_group(doc, "case"), key("tasks"), "tasks", texts, failure)
     call check_that(error, size(texts), "==", 2, "texts")
-    if (allocated(error)) return
     call check_that(error, texts(1), "==", "stability", "first text")
     call check_that(error, texts(2), "==", "response", "second text")
     if (allocated(error)) return
@@ -83,7 +82,6 @@ contains
     call check(error, branch, 1)
     if (allocated(error)) return
     call check_that(error, [has(joints(1), "position"), has(joints(2), "position")], "==", [.true., .false.], "positions")
-    if (allocated(error)) return
     call check_that(error, count_values(joints(2), "ends"), "==", 2, "ends of B")
     call check_that(error, count_values(joints(1), "ends"), "==", 0, "ends of A0")
     if (allocated(error)) return
@@ -231,7 +229,6 @@ contains
     call check_passed(error, failure)
     if (allocated(error)) return
     call check_that(error, size(doc%groups), "==", 2, "groups")
-    if (allocated(error)) return
     call check_that(error, doc%groups(2)%line, "==", 3, "line of the second")
     if (allocated(error)) return
 

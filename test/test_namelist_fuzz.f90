@@ -104,7 +104,6 @@ contains
       if (.not. allocated(failure)) call check_document(doc, input_schema(), failure)
       if (.not. allocated(failure)) cycle
       call check_that(error, index(failure%message, "--set "), "==", 1, failure%message)
-      if (allocated(error)) return
       call check_that(error, scan(failure%message, nl // achar(0)), "==", 0, failure%message)
       if (allocated(error)) return
     end do
@@ -127,7 +126,6 @@ contains
     call check(error, failure%code, invalid_input)
     if (allocated(error)) return
     call check_that(error, scan(failure%message, nl // achar(13) // achar(0)), "==", 0, text)
-    if (allocated(error)) return
     call check_that(error, len(failure%message), "<", 500, text)
     if (allocated(error)) return
     if (index(failure%message, file // ": ") == 1) return

@@ -153,9 +153,7 @@ contains
     end if
     true_error = scaled_norm(monodromy%phi - phi, monodromy%scale)
     call check_that(error, true_error, "<=", monodromy%error, label // ": claimed error of Phi")
-    if (allocated(error)) return
     call check_that(error, true_error, "<=", max(needed * monodromy%norm, monodromy%roundoff), label // ": tolerance")
-    if (allocated(error)) return
     call check_that(error, norm2((monodromy%xp - xp) / monodromy%scale), "<=", monodromy%xp_error, label &
       & // ": claimed error of x_p")
     if (allocated(error)) return

@@ -133,7 +133,6 @@ contains
       if (allocated(error)) return
     end do
     call check_that(error, abs(start%x0 - expected%x0), "<=", start%error + expected%error, "start")
-    if (allocated(error)) return
     call check_that(error, maxval(abs(x - y) / spread(floquet%scale, 2, points + 1)), "<", 1.0e-9_dp &
       & * maxval(abs(y) / spread(floquet%scale, 2, points + 1)), "motion")
   end subroutine test_same
@@ -155,10 +154,8 @@ contains
     call check(error, size(floquet%parts), 2)
     if (allocated(error)) return
     call check_that(error, maxval(abs(real(multipliers%exponent) - [2.0_dp, -0.5_dp, -13.0_dp])), "<", 1.0e-8_dp, "exponents")
-    if (allocated(error)) return
     call check_that(error, maxval(abs(multipliers%vectors([1, 3], 2))) + maxval(abs(multipliers%vectors(2, [1, 3]))), "<=", &
       & 0.0_dp, "eigenvectors")
-    if (allocated(error)) return
     ! y' = -y / 2 + cos t: y = (2 cos t + 4 sin t) / 5.
     call check_that(error, maxval(abs(start%x0 - [0.0_dp, 0.4_dp, 0.0_dp])), "<", 1.0e-8_dp, "start")
   end subroutine test_woven

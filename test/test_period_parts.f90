@@ -162,10 +162,8 @@ contains
     if (allocated(error)) return
     associate (steps => sampler%steps)
       call check_that(error, size(steps), ">", 3, "numbers of steps")
-      if (allocated(error)) return
       call check_that(error, mod(steps, sampler%parts%parts), "==", 0, "steps that end with the parts")
       call check_that(error, steps(2:), ">", steps(:size(steps) - 1), "ascending")
-      if (allocated(error)) return
       call check_that(error, 3 * steps(1), "<", steps(size(steps)), "a member that turns by little")
       if (allocated(error)) return
     end associate
@@ -329,7 +327,6 @@ contains
         end do
         ! Roundings of the sum of the terms.
         call check_that(error, miss, "<=", expansion%rest + 1.0e-13_dp, "more is missing than is said")
-        if (allocated(error)) return
         ! Four times two axes' last two terms beside the next one.
         call check_that(error, expansion%rest, "<=", 10 * sqrt(fall / 30) * (fall + fall**2) * miss + 1.0e-11_dp, &
           & "what is said says nothing")
@@ -369,7 +366,6 @@ contains
     end do
     call check_that(error, moved, ">", 2.0_dp, "weights that are too small")
     call check_that(error, moved, "<=", samplers(2)%parts%reach(numbers) * (1 + 1.0e-6_dp), "more than is reckoned with")
-    if (allocated(error)) return
     ! Other units, and the greatest factor in place of each part's own.
     call check_that(error, expansions(2)%rest, ">", expansions(1)%rest / 3, "less is said to be missing")
   end subroutine test_reach

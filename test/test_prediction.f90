@@ -93,7 +93,6 @@ contains
       ! Amplitudes are 2 k^p r^k beside the greatest value; 2 % of the width, 3 at most, count eight times.
       greatest = [kernel(0.0_dp, ratios(i), growth(1)), kernel(0.0_dp, ratios(size(ratios) + 1 - i), growth(2))]
       call check_that(error, abs(log(seen%height * greatest / 2)), "<", 0.5_dp, "heights")
-      if (allocated(error)) return
       ! K changes by 2 r beside its mean; its size, by which that is told, is its greatest value over sqrt 2. Weights are 1 to 2.
       call check_that(error, abs(seen%changing / (4 * sqrt(2.0_dp) * ratios(i) / greatest(1)) - 1), "<", 1.0_dp, &
         & "part that changes")
@@ -209,12 +208,10 @@ contains
       & first_steps(method, system, outlook_type(1.0_dp, 1.0_dp, [9.0_dp, 1.0_dp]), 1.0e-9_dp), "wider loads")
     call check_that(error, first_steps(method, system, outlook_type(1.0_dp, 1.0_dp, [9.0_dp, 1.0_dp], [1.0_dp, 1.0e-4_dp]), &
       & 1.0e-9_dp), "<", first_steps(method, system, outlook_type(1.0_dp, 1.0_dp, [9.0_dp, 1.0_dp]), 1.0e-9_dp), "lower loads")
-    if (allocated(error)) return
     ! (1 / 64)^(1 / 16) is 0.77.
     call check_that(error, first_steps(method, system, outlook_type(80.0_dp, 80.0_dp, [9.0_dp, 9.0_dp], fade=1 / 64.0_dp), &
       & 1.0e-12_dp), "<", first_steps(method, system, outlook_type(80.0_dp, 80.0_dp, [9.0_dp, 9.0_dp]), 1.0e-12_dp), &
       & "a fast motion that dies out")
-    if (allocated(error)) return
     ! Of no digits, and where the embedded methods have matrices to eliminate.
     call check_that(error, first_steps(method, system, outlook_type(88.0_dp, 88.0_dp, [9.0_dp, 9.0_dp]), 1.0e6_dp), ">=", 16.0_dp, &
       & "5.5 radians in a step of an even number of stages")

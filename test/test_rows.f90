@@ -106,7 +106,6 @@ contains
     call check_success(error, failure)
     if (allocated(error)) return
     call check_that(error, abs(loose%vibration%peak - tight%vibration%peak), "<=", loose%vibration%peak_error, "peaks")
-    if (allocated(error)) return
     ! 360 rows ordered, doubled once at most.
     call check_that(error, size(loose%vibration%series(3)%amplitude), "<", 360, "harmonics")
   end subroutine test_few_samples

@@ -67,7 +67,6 @@ contains
     if (allocated(error)) return
     call get_path(doc, input_schema(), "foundation.stiffness(2,3)", values, failure)
     call check_that(error, size(values), "==", 1, "values")
-    if (allocated(error)) return
     call check_that(error, nint(values(1)), "==", 6, "value")
     if (allocated(error)) return
     call read(the_group(doc, "accuracy"), key("steps"), "steps", n, failure)
@@ -81,7 +80,6 @@ contains
     if (allocated(error)) return
     call read(the_group(doc, "frame"), key("dof"), "dof", texts, failure)
     call check_that(error, size(texts), "==", 2, "texts")
-    if (allocated(error)) return
     call check_that(error, texts(1), "==", "xi", "first")
     call check_that(error, texts(2), "==", "eta", "second")
     if (allocated(error)) return

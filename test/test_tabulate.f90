@@ -271,7 +271,6 @@ contains
     call linkage%tabulate(some_angles(many), table)
     ! Single terms of the sums are of size 0.05 kg m.
     call check_that(error, maxval(abs(table(:, [a1_d, a2_d, a1_dd, a2_dd]))), "<", 1.0e-16_dp, "terms that vanish")
-    if (allocated(error)) return
     call check_that(error, maxval(abs(table(:, a4_v))), ">", 1.0e-3_dp, "a4")
   end subroutine test_balanced_four_bar
 
@@ -333,7 +332,6 @@ contains
     call one_by_one(mechanism, some_angles(many), single)
     ! Up to 18 times the rounding of three times the angle.
     call check_that(error, maxval(abs(table - single)), "<", 1.0e-12_dp, "single angles")
-    if (allocated(error)) return
     call check_that(error, maxval(abs(table - real(reshape([ 0.1_qp + 0.2_dp * cos(p) - 0.3_dp * sin(p) + 0.25_qp * sin(2 * p), &
       & -0.2_dp * sin(p) - 0.3_dp * cos(p) + 0.5_qp * cos(2 * p), -0.2_dp * cos(p) + 0.3_dp * sin(p) - 1.0_qp * sin(2 * p), &
       & 0.5_qp + 0 * p, 0 * p, 0 * p, 5 + 0.5_qp * cos(p) + sin(p), -0.5_qp * sin(p) + cos(p), -0.5_qp * cos(p) - sin(p), &

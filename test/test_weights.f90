@@ -346,7 +346,6 @@ contains
       call check_that(error, allocated(failure), "/=", word == "", "refused: " // word)
       if (allocated(error) .or. .not. allocated(failure)) return
       call check_that(error, failure%code, "==", impossible_mechanism, failure%message)
-      if (allocated(error)) return
       call check_that(error, failure%message, "contains", word)
     end subroutine attempt
 

@@ -1,26 +1,48 @@
-!> The verdicts on a vibration, in the order of their severity.
+!> The verdict on a vibration, in the order of severity, or the reason why there is none; their words and numbers in files.
 module gestell_base_verdict
   implicit none (type, external)
   private
 
-  public :: operator(==), operator(>), verdict_named, worst
+  public :: has_vibration, operator(/=), operator(==), operator(>), state_word, verdict_named, verdict_numbered, verdict_ranked, &
+    & worst
 
-  !> A verdict: compare two with == and >, where the greater one is the worse one.
+  !> A verdict: compare two with ==, /= and >, where the greater one is the worse one.
   type, public :: verdict_type
     integer, private :: severity = 0
   contains
     procedure :: word
+    procedure :: rank
+    procedure :: number
   end type verdict_type
 
-  !> Nothing was judged; disturbances die out; they neither grow nor decay; an error bound reaches across the border; they grow.
-  type(verdict_type), parameter, public :: not_judged = verdict_type(0), stable = verdict_type(1), undamped = verdict_type(2), &
-    & undecided = verdict_type(3), unstable = verdict_type(4)
+  !> Nothing was judged.
+  type(verdict_type), parameter, public :: not_judged = verdict_type(0)
+  !> Of a vibration: disturbances die out; they neither grow nor decay; an error bound reaches across the border; they grow.
+  type(verdict_type), parameter, public :: stable = verdict_type(1), undamped = verdict_type(2), undecided = verdict_type(3), &
+    & unstable = verdict_type(4)
+  !> There is no vibration: a resonance without damping leaves none, the mechanism cannot be assembled, a computation failed.
+  type(verdict_type), parameter, public :: in_resonance = verdict_type(5), impossible = verdict_type(6), failed = verdict_type(7)
 
-  character(len=9), parameter :: words(0:4) = [character(len=9) :: "", "stable", "undamped", "undecided", "unstable"]
+  integer, parameter, public :: verdict_length = 10
+  character(len=*), parameter :: words(0:7) = [character(len=verdict_length) :: "", "stable", "undamped", "undecided", "unstable", &
+    & "resonance", "impossible", "failed"]
+  !> In tables of the response over the speed a stable vibration has the state "ok".
+  character(len=*), parameter, public :: state_words(0:7) = [character(len=verdict_length) :: "", "ok", words(2:)]
+
+  !> Numbers in place of words in binary files (sweep.npy) and in the values of sweeps. A resonance has none: a sweep judges without
+  !> the forced vibration.
+  integer, parameter, public :: stable_number = 0, unstable_number = 1, undecided_number = 2, impossible_number = 3, &
+    & failed_number = 4, undamped_number = 5, last_number = 5
+  integer, parameter :: numbers(0:7) = [-1, stable_number, undamped_number, undecided_number, unstable_number, -1, &
+    & impossible_number, failed_number]
 
   interface operator(==)
     procedure are_equal
   end interface operator(==)
+
+  interface operator(/=)
+    procedure differ
+  end interface operator(/=)
 
   interface operator(>)
     procedure is_worse
@@ -28,12 +50,40 @@ module gestell_base_verdict
 
 contains
 
-  !> As files have it; blank where nothing was judged.
-  elemental character(len=9) function word(self)
+  !> The word in files; blank if nothing was judged.
+  elemental character(len=verdict_length) function word(self)
     class(verdict_type), intent(in) :: self
 
     word = words(self%severity)
   end function word
+
+  !> The word in tables of states.
+  elemental character(len=verdict_length) function state_word(verdict)
+    type(verdict_type), intent(in) :: verdict
+
+    state_word = state_words(verdict%severity)
+  end function state_word
+
+  !> Position in the order of severity: 1 stable to 4 unstable.
+  elemental integer function rank(self)
+    class(verdict_type), intent(in) :: self
+
+    rank = self%severity
+  end function rank
+
+  !> The verdict with this rank; `not_judged` for any other number.
+  elemental type(verdict_type) function verdict_ranked(rank) result(verdict)
+    integer, intent(in) :: rank
+
+    if (rank > 0 .and. rank <= ubound(words, 1)) verdict%severity = rank
+  end function verdict_ranked
+
+  !> The number in binary files; -1 if it has none.
+  elemental integer function number(self)
+    class(verdict_type), intent(in) :: self
+
+    number = numbers(self%severity)
+  end function number
 
   !> The verdict with this word; `not_judged` for any other word.
   elemental type(verdict_type) function verdict_named(word) result(verdict)
@@ -46,11 +96,35 @@ contains
     end do
   end function verdict_named
 
+  !> The verdict with this number in binary files; `not_judged` for any other number.
+  elemental type(verdict_type) function verdict_numbered(number) result(verdict)
+    integer, intent(in) :: number
+
+    integer :: k
+
+    do k = 1, ubound(numbers, 1)
+      if (number == numbers(k)) verdict%severity = k
+    end do
+  end function verdict_numbered
+
+  !> Whether it is that on a vibration which exists.
+  elemental logical function has_vibration(verdict)
+    type(verdict_type), intent(in) :: verdict
+
+    has_vibration = verdict%severity >= stable%severity .and. verdict%severity <= unstable%severity
+  end function has_vibration
+
   elemental logical function are_equal(one, other)
     type(verdict_type), intent(in) :: one, other
 
     are_equal = one%severity == other%severity
   end function are_equal
+
+  elemental logical function differ(one, other)
+    type(verdict_type), intent(in) :: one, other
+
+    differ = one%severity /= other%severity
+  end function differ
 
   elemental logical function is_worse(one, other)
     type(verdict_type), intent(in) :: one, other

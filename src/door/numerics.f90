@@ -1,6 +1,9 @@
 !> All numerics of the library by one name, for programs that build machines in code or solve systems of their own: what
 !> doc/library.md tells of, re-exported.
 module gestell_door_numerics
+  use gestell_base_verdict, only: verdict_failed => failed_number, verdict_impossible => impossible_number, &
+    & verdict_stable => stable_number, verdict_type, verdict_undamped => undamped_number, &
+    & verdict_undecided => undecided_number, verdict_unstable => unstable_number
   use gestell_base_error, only: error_type, failed_computation, impossible_mechanism, invalid_input, wrong_usage
   use gestell_math_series_fourier, only: fourier_series, fourier_type
   use gestell_math_jet, only: cos, jet, operator(*), operator(+), operator(-), operator(/), sin, sqrt
@@ -58,15 +61,13 @@ module gestell_door_numerics
   use gestell_task_resonance_curve, only: resonance_curve_type, solve_curve, start_curve
   use gestell_task_resonance_maxima, only: maximum_type
   use gestell_task_sensitivity, only: sensitivity_base_type, sensitivity_type, solve_base, solve_parameter, solve_sensitivity
-  use gestell_study_speed_point, only: solve_speed_point, speed_order_type, speed_point_type, speed_state_names => state_names
+  use gestell_study_speed_point, only: solve_speed_point, speed_order_type, speed_point_type
   use gestell_study_vibration_several, only: index_sum, list_vibrations, search_vibrations, several_type
   use gestell_study_vibration_statistics, only: band_rms, history_of, statistics_type, take_statistics
   use gestell_study_table, only: remember_mechanism
   use gestell_study_tile_results, only: column_eta_peak => eta_peak, column_log_rho_max => log_rho_max, &
     & column_psi_peak => psi_peak, column_rho_error => rho_error, column_rho_max => rho_max, column_verdict => verdict, &
-    & column_xi_peak => xi_peak, sweep_columns, tile_results_type, verdict_failed => failed, &
-    & verdict_impossible => impossible, verdict_stable => stable, verdict_undamped => undamped, &
-    & verdict_undecided => undecided, verdict_unstable => unstable
+    & column_xi_peak => xi_peak, sweep_columns, tile_results_type
   use gestell_task_trade, only: cheapest, measure_trade, trade_row_type, trade_type
   use gestell_study_vibration, only: solve_vibration, vibration_type
   use gestell_task_probes_response, only: probe_part_names, probe_parts, find_responses, probe_response_type

@@ -2,6 +2,7 @@
 module gestell_study_member
   use gestell_base_error, only: error_type, failed_computation, impossible_mechanism
   use gestell_base_kinds, only: dp
+  use gestell_base_verdict, only: failed, impossible, not_judged, operator(==), verdict_type
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
@@ -10,11 +11,9 @@ module gestell_study_member
   implicit none (type, external)
   private
 
-  !> States of a member: all that was asked of it is there; its mechanism cannot be assembled; something could not be computed.
-  integer, parameter, public :: sound_member = 0, impossible_member = 1, failed_member = 2
-
   type, public :: member_type
-    integer :: state = failed_member
+    !> `not_judged` while all that was requested of it exists, else `impossible` or `failed`.
+    type(verdict_type) :: state = failed
     !> Why it is not sound.
     type(error_type), allocatable :: reason
     class(periodic_system), allocatable :: system
@@ -32,7 +31,7 @@ contains
   pure logical function is_sound(self)
     class(member_type), intent(in) :: self
 
-    is_sound = self%state == sound_member
+    is_sound = self%state == not_judged
   end function is_sound
 
   !> The member of `family` at these parameters. Error: they make no sense; whatever else is missing the state tells.
@@ -43,7 +42,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: failure
 
-    self%state = sound_member
+    self%state = not_judged
     call take_member(family, parameters, self%system, failure)
     call self%take_failure(failure, error)
   end subroutine make
@@ -81,7 +80,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     if (.not. allocated(failure)) return
-    self%state = merge(impossible_member, failed_member, failure%code == impossible_mechanism)
+    self%state = merge(impossible, failed, failure%code == impossible_mechanism)
     if (any(failure%code == [impossible_mechanism, failed_computation])) then
       call move_alloc(failure, self%reason)
     else

@@ -2,21 +2,22 @@
 module gestell_study_point
   use gestell_base_error, only: error_type, invalid_input
   use gestell_base_kinds, only: dp
+  use gestell_base_verdict, only: failed_number, verdict_type
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_solution, only: floquet_type
   use gestell_model_quantity_rows, only: probe_type
   use gestell_system_family, only: family_type
   use gestell_study_measure, only: measure_type, solve_measures
-  use gestell_study_member, only: impossible_member, member_type
-  use gestell_study_tile_results, only: all_columns, failed, has_multipliers, impossible, last_peak, log_rho_max, &
-    & rho_error, rho_max, stable, sweep_columns, undamped, undecided, unstable, verdict, verdict_behind, xi_peak
+  use gestell_study_member, only: member_type
+  use gestell_study_tile_results, only: all_columns, has_multipliers, last_peak, log_rho_max, rho_error, rho_max, sweep_columns, &
+    & verdict, verdict_behind, xi_peak
   use gestell_study_vibration, only: vibration_type
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private
 
-  public :: peak_limit, solve_point, verdict_number
+  public :: peak_limit, solve_point
 
   !> What is computed at every point of a sweep.
   type, public :: sweep_order_type
@@ -73,6 +74,7 @@ contains
     real(dp), intent(out), optional :: measures(:, :)
     type(member_type) :: member
     type(multipliers_type) :: multipliers
+    type(verdict_type) :: judged
     logical :: forced
 
     values = ieee_value(1.0_dp, ieee_quiet_nan)
@@ -81,13 +83,18 @@ contains
     call member%make(family, parameters, error)
     if (.not. allocated(error)) call member%solve(order%accuracy, forced, error)
     if (has_multipliers(order%columns) .and. .not. allocated(error)) call member%multipliers(.false., multipliers, error)
-    values([verdict, verdict_behind]) = merge(impossible, failed, member%state == impossible_member)
-    if (allocated(error) .or. .not. member%is_sound()) return
+    values([verdict, verdict_behind]) = failed_number
+    if (allocated(error)) return
+    if (.not. member%is_sound()) then
+      values([verdict, verdict_behind]) = member%state%number()
+      return
+    end if
     if (has_multipliers(order%columns)) then
       values(rho_max) = abs(multipliers%rho(1))
       values(log_rho_max) = multipliers%log_abs(1)
       values(rho_error) = multipliers%error(1)
-      values([verdict, verdict_behind]) = verdict_number(multipliers)
+      judged = multipliers%judge()
+      values([verdict, verdict_behind]) = judged%number()
     end if
     if (forced) call set_vibration(member, order, values, error, measures)
   end subroutine solve_point
@@ -126,21 +133,5 @@ contains
     end associate
     if (size(wanted) > 0) measures = found
   end subroutine set_vibration
-
-  !> The verdict as a number.
-  pure integer function verdict_number(multipliers) result(number)
-    type(multipliers_type), intent(in) :: multipliers
-
-    select case (multipliers%verdict())
-    case ("stable")
-      number = stable
-    case ("undamped")
-      number = undamped
-    case ("unstable")
-      number = unstable
-    case default
-      number = undecided
-    end select
-  end function verdict_number
 
 end module gestell_study_point

@@ -3,7 +3,7 @@
 module gestell_study_speed_point
   use gestell_base_error, only: error_type, fatal_error, invalid_input, resonance
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_verdict, only: stable, verdict_named, verdict_type
+  use gestell_base_verdict, only: failed, in_resonance, verdict_type
   use gestell_base_words, only: word_length
   use gestell_floquet_period_monodromy, only: accuracy_type, check_accuracy
   use gestell_floquet_multipliers, only: multipliers_type
@@ -14,7 +14,7 @@ module gestell_study_speed_point
   use gestell_model_quantity_rows, only: probe_type, quantity_type
   use gestell_system_family, only: family_type
   use gestell_study_measure, only: measure_type, take_measures
-  use gestell_study_member, only: impossible_member, member_type
+  use gestell_study_member, only: member_type
   use gestell_study_vibration_small_motion, only: moved, moved_type
   use gestell_study_speeds, only: check_orders
   use gestell_study_vibration_statistics, only: statistics_type, take_statistics
@@ -23,7 +23,7 @@ module gestell_study_speed_point
   implicit none (type, external)
   private
 
-  public :: check_speed_order, solve_response, solve_speed_point, state_of, take_turns, verdict_of
+  public :: check_speed_order, solve_response, solve_speed_point, take_turns
 
   !> What is wanted at every speed.
   type, public :: speed_order_type
@@ -41,17 +41,11 @@ module gestell_study_speed_point
     procedure :: split_off
   end type speed_order_type
 
-  !> States of a point, and their names: a vibration that disturbances decay to, neither decay to nor leave, may leave, or leave;
-  !> none, within the error of the multipliers; no assembly; failed.
-  integer, parameter, public :: reached = 0, neutral = 1, marginal = 2, unreached = 3, in_resonance = 4, no_mechanism = 5, &
-    & no_solution = 6
-  character(len=*), parameter, public :: state_names(0:6) = [character(len=10) :: "ok", "undamped", "undecided", "unstable", &
-    & "resonance", "impossible", "failed"]
-
   type, public :: speed_point_type
     !> The family's parameter.
     real(dp) :: speed = 0
-    integer :: state = no_solution
+    !> The verdict on its vibration, or why there is none.
+    type(verdict_type) :: state = failed
     !> Of each quantity peak, a bound on its error, rms, amplitudes of the harmonics that are split off; shape
     !> (3 + harmonics, quantities); NaN where there is no vibration. The strongest of all harmonics.
     real(dp), allocatable :: values(:, :)
@@ -147,8 +141,11 @@ contains
     allocate(point%values(3 + size(split), size(order%names)), source=ieee_value(1.0_dp, ieee_quiet_nan))
     allocate(point%strongest(size(order%names)), source=0)
     call member%make(family, parameters, error)
-    point%state = merge(no_mechanism, no_solution, member%state == impossible_member)
-    if (allocated(error) .or. .not. member%is_sound()) return
+    if (allocated(error)) return
+    if (.not. member%is_sound()) then
+      point%state = member%state
+      return
+    end if
     frame => frame_of(member%system)
     allocate(probes(0))
     if (allocated(order%probes)) probes = order%probes
@@ -173,7 +170,7 @@ contains
       deallocate(error)
       return
     end if
-    point%state = state_of(multipliers)
+    point%state = multipliers%judge()
     point%moved = moved(frame, vibration%peak(:frame%dofs()))
     do i = 1, size(quantities)
       call take_values(vibration, quantities(i), split, point%values(:, i), point%strongest(i), error)
@@ -183,30 +180,6 @@ contains
     allocate(point%measured(2, size(order%measures)))
     call take_measures(frame, probes, vibration, order%measures, point%measured, error)
   end subroutine solve_response
-
-  !> The state of a vibration by the free ones.
-  pure integer function state_of(multipliers) result(state)
-    type(multipliers_type), intent(in) :: multipliers
-
-    select case (multipliers%verdict())
-    case ("stable")
-      state = reached
-    case ("undamped")
-      state = neutral
-    case ("unstable")
-      state = unreached
-    case default
-      state = marginal
-    end select
-  end function state_of
-
-  !> The verdict that a state stands for; none where there is no vibration.
-  elemental type(verdict_type) function verdict_of(state) result(verdict)
-    integer, intent(in) :: state
-
-    if (state == reached) verdict = stable
-    if (state > reached .and. state <= unreached) verdict = verdict_named(state_names(state))
-  end function verdict_of
 
   !> Error: a name stands for no quantity of the frame.
   subroutine find_quantities(frame, probes, order, quantities, error)

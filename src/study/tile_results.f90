@@ -19,14 +19,9 @@ module gestell_study_tile_results
   logical, parameter, public :: all_columns(sweep_columns) = [.true., .true., .true., .true., .true., .true., .true., .false., &
     & .false., .false., .false.]
 
-  !> Verdicts as numbers. Impossible: the mechanism cannot be assembled. Failed: it could not be computed.
-  integer, parameter, public :: stable = 0, unstable = 1, undecided = 2, impossible = 3, failed = 4, undamped = 5
-  character(len=10), parameter, public :: verdict_names(0:5) = [character(len=10) :: "stable", "unstable", "undecided", &
-    & "impossible", "failed", "undamped"]
-
   type, public :: tile_results_type
     !> The numbers of the columns that were ordered and behind them measures with their errors, NaN where there is none, the
-    !> verdict as a number; shape (numbers, points of the second axis, points of the first).
+    !> verdict as its number (gestell_base_verdict); shape (numbers, points of the second axis, points of the first).
     real(dp), allocatable :: values(:, :, :)
     !> Solutions that were computed point by point, and those that an expansion rests on.
     integer :: solutions = 0

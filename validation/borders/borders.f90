@@ -9,12 +9,13 @@
 program borders
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
+  use gestell_base_verdict, only: stable => stable_number, unstable => unstable_number
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_task_boundary, only: border_accuracy, border_rest_type, border_type, find_borders
   use gestell_study_grid, only: axis_type, grid_type
   use gestell_study_point, only: sweep_order_type
   use gestell_task_sweep, only: solve_tile
-  use gestell_study_tile_results, only: stable, tile_results_type, unstable, verdict
+  use gestell_study_tile_results, only: tile_results_type, verdict
   use weakly_damped, only: new_weak_family, parameters, weak_family
   use, intrinsic :: iso_fortran_env, only: int64, output_unit
   implicit none (type, external)

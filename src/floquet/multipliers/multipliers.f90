@@ -33,6 +33,7 @@ module gestell_floquet_multipliers
     !> Whether |rho| = 1 is proved (`prove_undamped`), shape (n); not allocated where no proof was tried.
     logical, allocatable :: on_circle(:)
   contains
+    procedure :: judge
     procedure :: verdict
     procedure :: lost
     procedure :: unknown
@@ -343,25 +344,31 @@ contains
 
   !> 'unstable': some |rho| above 1 by more than its error; 'stable': all |rho| below 1 by more than their error; 'undamped': all
   !> others proved to lie on the unit circle; 'undecided': none of these. By logarithms: |rho| may over- or underflow.
-  pure function verdict(self) result(word)
+  pure type(verdict_type) function judge(self) result(verdict)
     class(multipliers_type), intent(in) :: self
-    character(len=9) :: word
-    type(verdict_type) :: verdict_on
     logical :: inside(size(self%rho))
 
     associate (e => self%error)
       inside = e < nothing_known .and. self%log_abs + min(log(1 + e) + epsilon(1.0_dp), e) < 0
       if (any(e < 1 .and. self%log_abs + min(log(max(1 - e, tiny(1.0_dp))), -e) > 0)) then
-        verdict_on = unstable
+        verdict = unstable
       else if (all(inside)) then
-        verdict_on = stable
+        verdict = stable
       else if (all(inside .or. circle_of(self))) then
-        verdict_on = undamped
+        verdict = undamped
       else
-        verdict_on = undecided
+        verdict = undecided
       end if
     end associate
-    word = verdict_on%word()
+  end function judge
+
+  !> The verdict as a word.
+  pure character(len=9) function verdict(self)
+    class(multipliers_type), intent(in) :: self
+    type(verdict_type) :: judged
+
+    judged = self%judge()
+    verdict = judged%word()
   end function verdict
 
   !> Marks the multipliers that lie on the unit circle, of a system that conserves (`conserves` of gestell_system_periodic) and does

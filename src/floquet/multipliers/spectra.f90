@@ -103,8 +103,8 @@ contains
     found%radius(lane) = abs(rho(k))
     found%log_radius(lane) = multipliers%log_abs(k)
     found%bound(lane) = multipliers%error(k)
-    found%stable(lane) = multipliers%verdict() == "stable"
-    found%unstable(lane) = multipliers%verdict() == "unstable"
+    found%stable(lane) = multipliers%judge() == stable
+    found%unstable(lane) = multipliers%judge() == unstable
   end subroutine solve_alone
 
   !> Whether a matrix of a system that conserves (gestell_system_periodic) is proved to be undamped.
@@ -120,7 +120,7 @@ contains
     if (allocated(error)) return
     call set_multipliers(rho, right, left, perturbation + size(rho) * epsilon(1.0_dp) * norm2(phi), multipliers)
     call prove_undamped(multipliers)
-    is_undamped = multipliers%verdict() == "undamped"
+    is_undamped = multipliers%judge() == undamped
   end function is_undamped
 
 end module gestell_floquet_multipliers_spectra

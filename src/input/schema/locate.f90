@@ -36,11 +36,11 @@ module gestell_input_schema_locate
 
 contains
 
-  !> Finds what a path means in a document in the schema's form. Messages begin with `origin`.
-  pure subroutine find_target(doc, schema, text, origin, target, error)
+  !> Finds what a path means in a document in the schema's form. Messages begin with `prefix`.
+  pure subroutine find_target(doc, schema, text, prefix, target, error)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
-    character(len=*), intent(in) :: text, origin
+    character(len=*), intent(in) :: text, prefix
     type(target_type), intent(out) :: target
     type(error_type), allocatable, intent(out) :: error
     type(path_type) :: path
@@ -49,18 +49,18 @@ contains
 
     call read_path(trim(adjustl(text)), path, reason)
     if (reason /= "") then
-      call fatal_error(error, origin // ": " // reason, wrong_usage)
+      call fatal_error(error, prefix // reason, wrong_usage)
       return
     end if
     target%key = path%key
     group = find_group_rule(schema, path%group)
     if (group == 0) then
-      call fatal_error(error, origin // ": " // unknown_group(path%group, schema), invalid_input)
+      call fatal_error(error, prefix // unknown_group(path%group, schema), invalid_input)
       return
     end if
     target%rule = find_key_rule(schema, path%group, path%key)
     if (target%rule == 0) then
-      call fatal_error(error, origin // ": " // unknown_key(path%key, schema, path%group), invalid_input)
+      call fatal_error(error, prefix // unknown_key(path%key, schema, path%group), invalid_input)
       return
     end if
     if (size(path%subscript) > 0) then
@@ -71,7 +71,7 @@ contains
       end associate
     end if
     if (reason == "") call choose_groups(doc, path, schema%groups(group)%repeatable, target%groups, reason)
-    if (reason /= "") call fatal_error(error, origin // ": " // reason, invalid_input)
+    if (reason /= "") call fatal_error(error, prefix // reason, invalid_input)
   end subroutine find_target
 
   !> The groups that a path names: by name, by number, or all of them.

@@ -71,7 +71,7 @@ contains
     allocate(values(0))
     call normalise(doc, schema, error)
     if (allocated(error)) return
-    call find_target(doc, schema, path, shown(path), target, error)
+    call find_target(doc, schema, path, shown(path) // ": ", target, error)
     if (allocated(error)) return
     if (schema%keys(target%rule)%kind == text_key) then
       call fatal_error(error, shown(path) // ": is a text, not a number", invalid_input)
@@ -105,7 +105,7 @@ contains
 
     call normalise(doc, schema, error)
     if (allocated(error)) return
-    call find_target(doc, schema, path, origin, target, error)
+    call find_target(doc, schema, path, origin // ": ", target, error)
     if (allocated(error)) return
     rule = schema%keys(target%rule)
 

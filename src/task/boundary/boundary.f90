@@ -2,6 +2,7 @@
 module gestell_task_boundary
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
+  use gestell_base_verdict, only: verdict_length, verdict_type
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_task_boundary_line_functions, only: kind_names
   use gestell_task_boundary_line, only: coordinate, line_type, parameter_at, probe_line, probe_type, sensitivity
@@ -10,7 +11,6 @@ module gestell_task_boundary
   use gestell_task_boundary_line_search, only: range_nodes, search_line
   use gestell_system_family, only: family_type
   use gestell_study_grid, only: axis_type
-  use gestell_study_tile_results, only: verdict_names
   use gestell_task_common_executor, only: executor_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
@@ -102,6 +102,7 @@ contains
     type(search_type), intent(in) :: search
     integer, intent(in) :: number
     type(border_type) :: borders(size(search%found%list))
+    character(len=verdict_length) :: sides(2)
     integer :: i
 
     do i = 1, size(borders)
@@ -110,8 +111,10 @@ contains
         borders(i)%error = abs(sensitivity(axis, u) * line%way(1)) * crossing%error
         borders(i)%kind = kind_names(crossing%kind)
         borders(i)%arg_rad = crossing%arg
-        borders(i)%below = verdict_names(crossing%verdicts(merge(2, 1, axis%to < axis%from)))
-        borders(i)%above = verdict_names(crossing%verdicts(merge(1, 2, axis%to < axis%from)))
+        sides = crossing%verdicts%word()
+        if (axis%to < axis%from) sides = sides(2:1:-1)
+        borders(i)%below = sides(1)
+        borders(i)%above = sides(2)
         borders(i)%vibration = number
       end associate
     end do
@@ -183,7 +186,7 @@ contains
     call line_along(family, [(axis_type(base(i), base(i), 1, .false.), i = 1, size(base))], which, base, order, line)
     call probe_line(line, 0.0_dp, here, error)
     if (allocated(error)) return
-    nearest%verdict = verdict_names(here%verdict)
+    nearest%verdict = here%verdict%word()
     if (.not. (here%missing() .or. here%is_unstable())) then
       nearest = nearest_type(nearest%verdict, .true., base(which), 0.0_dp, nearest%verdict)
       return
@@ -210,7 +213,7 @@ contains
 
     subroutine consider(t, verdict, error_of_t)
       real(dp), intent(in) :: t, error_of_t
-      integer, intent(in) :: verdict
+      type(verdict_type), intent(in) :: verdict
       real(dp) :: value
 
       value = parameter_at(axes(which), t)
@@ -218,7 +221,7 @@ contains
       nearest%found = .true.
       nearest%value = value
       nearest%distance = value - base(which)
-      nearest%there = verdict_names(verdict)
+      nearest%there = verdict%word()
       nearest%error = abs(sensitivity(axes(which), t)) * error_of_t
     end subroutine consider
 

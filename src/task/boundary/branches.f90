@@ -21,7 +21,6 @@ module gestell_task_boundary_branches
   use gestell_system_family, only: family_type
   use gestell_study_grid, only: axis_type
   use gestell_study_frame_model_newton, only: iterate, values_of
-  use gestell_study_tile_results, only: undecided, verdict_names
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
@@ -295,7 +294,7 @@ contains
     type(border_type), allocatable, intent(inout) :: borders(:)
     type(border_type) :: border
     real(dp) :: ends(2)
-    character(len=len(border%below)) :: verdict
+    type(verdict_type) :: verdict
     integer :: side
 
     ends = family%branch%ends()
@@ -309,9 +308,9 @@ contains
       border%below = no_vibration
       border%above = no_vibration
       if ((side == 1) .eqv. (family%axis%to > family%axis%from)) then
-        border%above = verdict
+        border%above = verdict%word()
       else
-        border%below = verdict
+        border%below = verdict%word()
       end if
       borders = [borders, border]
     end do
@@ -322,12 +321,13 @@ contains
   pure function verdict_at_end(search, side) result(verdict)
     type(search_type), intent(in) :: search
     integer, intent(in) :: side
-    character(len=:), allocatable :: verdict
+    type(verdict_type) :: verdict
     integer, allocatable :: decided(:)
+    integer :: i
 
-    decided = pack(search%marks%verdict, search%marks%verdict /= undecided)
-    verdict = trim(verdict_names(undecided))
-    if (size(decided) > 0) verdict = trim(verdict_names(decided(merge(1, size(decided), side == 1))))
+    decided = pack([(i, i = 1, size(search%marks))], search%marks%verdict /= undecided)
+    verdict = undecided
+    if (size(decided) > 0) verdict = search%marks(decided(merge(1, size(decided), side == 1)))%verdict
   end function verdict_at_end
 
   !> The frame varied about its vibration on the branch. Error: Newton's method does not come to it.

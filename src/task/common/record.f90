@@ -1,6 +1,7 @@
 !> What a piece of work found, as words: one procedure (`work_type%exchange`) writes and reads them, in the same order.
 module gestell_task_common_record
   use gestell_base_kinds, only: dp
+  use gestell_base_verdict, only: verdict_ranked, verdict_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
@@ -16,8 +17,8 @@ module gestell_task_common_record
     procedure :: begin
     procedure :: is_complete
     procedure :: pass_words
-    procedure, private :: pass_integer, pass_logical, pass_real, pass_reals, pass_table, pass_complex
-    generic :: pass => pass_integer, pass_logical, pass_real, pass_reals, pass_table, pass_complex
+    procedure, private :: pass_integer, pass_logical, pass_real, pass_reals, pass_table, pass_complex, pass_verdict
+    generic :: pass => pass_integer, pass_logical, pass_real, pass_reals, pass_table, pass_complex, pass_verdict
   end type record_type
 
 contains
@@ -84,6 +85,16 @@ contains
     call self%pass(word)
     value = word == 1
   end subroutine pass_logical
+
+  pure subroutine pass_verdict(self, verdict)
+    class(record_type), intent(inout) :: self
+    type(verdict_type), intent(inout) :: verdict
+    integer :: rank
+
+    rank = verdict%rank()
+    call self%pass(rank)
+    verdict = verdict_ranked(rank)
+  end subroutine pass_verdict
 
   pure subroutine pass_real(self, value)
     class(record_type), intent(inout) :: self

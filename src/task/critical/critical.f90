@@ -3,7 +3,8 @@ module gestell_task_critical
   use gestell_base_error, only: error_type, fatal_error, invalid_input, resonance
   use gestell_math_series_fourier, only: greatest
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_verdict, only: verdict_type
+  use gestell_base_verdict, only: has_vibration, in_resonance, not_judged, operator(/=), operator(==), stable, undamped, &
+    & undecided, unstable, verdict_type
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_solution, only: floquet_type, follow, solve_periodic
@@ -17,7 +18,7 @@ module gestell_task_critical
   use gestell_task_resonance_points, only: curve_point_type, curve_points_type
   use gestell_system_family, only: family_type
   use gestell_study_member, only: member_type
-  use gestell_study_speed_point, only: in_resonance, speed_point_type, state_of, unreached, verdict_of
+  use gestell_study_speed_point, only: speed_point_type
   use gestell_study_vibration_motion, only: whole_motion
   use gestell_study_vibration_small_motion, only: moved, moved_type
   use gestell_system_second_order, only: second_order_system
@@ -53,8 +54,8 @@ module gestell_task_critical
     real(dp), dimension(2) :: speed = 0, error = 0, height = 0, prominence = 0
     !> Part of the order in the mean square of the vibration at the peak of its amplitude.
     real(dp) :: share = 0
-    !> The verdict of the machine where the peaks are, the worst one, or at a crossing without a bound; empty where there is none.
-    character(len=10) :: verdict = ""
+    !> The worst verdict on the machine at the peaks, or the verdict at a crossing without a bound.
+    type(verdict_type) :: verdict
     !> How far the frame moves at the peaks, of both the greatest.
     type(moved_type) :: moved
   end type critical_type
@@ -186,10 +187,10 @@ contains
       critical%half_width = 60 / (2 * pi) * max(abs(mode%growth), abs(mode%partner_growth)) / crossing%order
       if (mode%growth > mode%error) critical%outcome = self_excited
       if (max(abs(mode%growth), abs(mode%partner_growth)) <= mode%error) critical%outcome = unbounded
-      if (critical%outcome == self_excited) critical%verdict = "unstable"
-      if (critical%outcome == unbounded) critical%verdict = merge("undamped ", "undecided", mode%neutral)
+      if (critical%outcome == self_excited) critical%verdict = unstable
+      if (critical%outcome == unbounded) critical%verdict = merge(undamped, undecided, mode%neutral)
       if (critical%outcome == unbounded) call look_beside(family, order, critical, error)
-      if (critical%outcome /= no_peak .or. critical%verdict /= "") return
+      if (critical%outcome /= no_peak .or. critical%verdict /= not_judged) return
     end associate
     half = reach * critical%half_width + abs(crossing%ends(2) - crossing%ends(1)) / 2
     half = min(max(half, reach * crossing%error), most_reach * abs(crossing%speed))
@@ -200,7 +201,7 @@ contains
       if (allocated(error)) return
       if (any(curve%points%state == in_resonance)) then
         critical%outcome = unbounded
-        critical%verdict = "undecided"
+        critical%verdict = undecided
         return
       end if
       step = 0
@@ -233,7 +234,7 @@ contains
     type(speed_point_type) :: point
 
     call respond(family, order, critical%crossing%speed * (1 + aside), critical%crossing%harmonic, point, error)
-    if (allocated(error) .or. point%state > unreached) return
+    if (allocated(error) .or. .not. has_vibration(point%state)) return
     if (point%values(part_of_order, amplitude) < order%accuracy%tolerance) critical%outcome = no_peak
   end subroutine look_beside
 
@@ -270,7 +271,6 @@ contains
     type(maximum_type), intent(in) :: top
     type(campbell_order_type), intent(in) :: order
     type(critical_type), intent(inout) :: critical
-    type(verdict_type) :: verdict
 
     associate (q => top%quantity, share => point%values(part_of_order, top%quantity))
       if (q == amplitude .and. share < order%accuracy%tolerance) return
@@ -282,10 +282,7 @@ contains
       critical%prominence(q) = exp(top%rise)
       if (q == amplitude) critical%share = share
     end associate
-    if (any(critical%verdict == [character(len=6) :: "", "stable"]) .or. point%state == unreached) then
-      verdict = verdict_of(point%state)
-      critical%verdict = verdict%word()
-    end if
+    if (has_vibration(point%state)) critical%verdict = worst(critical%verdict, point%state)
     critical%moved%turn = max(critical%moved%turn, point%moved%turn)
     critical%moved%displacement = max(critical%moved%displacement, point%moved%displacement)
     critical%moved%size = point%moved%size
@@ -333,7 +330,7 @@ contains
       call measure(system, member%floquet, multiple, point, failure)
     end select
     if (.not. allocated(failure)) then
-      point%state = state_of(multipliers)
+      point%state = multipliers%judge()
     else if (failure%cause == resonance) then
       point%state = in_resonance
     end if

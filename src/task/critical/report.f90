@@ -2,7 +2,7 @@
 module gestell_task_critical_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, fixed, text
-  use gestell_base_verdict, only: operator(>), verdict_named
+  use gestell_base_verdict, only: operator(/=), operator(>), stable
   use gestell_input_wording, only: counted
   use gestell_output_report_orders, only: range_of
   use gestell_output_report_text_table, only: tab, tabulated
@@ -55,7 +55,7 @@ contains
             & // concise(1000 * c%height(amplitude), 4) // tab
           if (c%found(force)) rows = rows // concise(c%height(force), 4)
           rows = rows // tab
-          if (c%verdict /= "stable") rows = rows // trim(c%verdict) // "  "
+          if (c%verdict /= stable) rows = rows // trim(c%verdict%word()) // "  "
           if (.not. c%moved%small()) rows = rows // "not small"
         else
           rows = rows // fixed(c%crossing%speed, 5) // repeat(tab, 4)
@@ -82,7 +82,7 @@ contains
     integer :: i
 
     speeds = [(critical(i)%crossing%speed, i = 1, size(critical))]
-    judgement = judge_range(speeds, verdict_named(critical%verdict), "crossings", "the machine leaves these vibrations")
+    judgement = judge_range(speeds, critical%verdict, "crossings", "the machine leaves these vibrations")
     of_modes = campbell_verdict(campbell)
     if (of_modes%verdict > judgement%verdict) judgement = of_modes
   end function critical_verdict

@@ -108,7 +108,7 @@ contains
     call add_peaks(amplitude, "", "amplitude", metre)
     call table%add("share", plain, "of the order in the mean square of the vibration", shown(amplitude, (critical%share)))
     call add_peaks(force, "force_", "force", newton)
-    call table%add("verdict", "on the machine at the peak", (critical%verdict))
+    call table%add("verdict", "on the machine at the peak", critical%verdict%word())
     call table%add("small_motion", "0: beyond small motions", [(critical(i)%moved%small(), i = 1, n)], &
       & [(any(critical(i)%found), i = 1, n)])
 

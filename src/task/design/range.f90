@@ -7,6 +7,7 @@
 !> sides meet above the greatest value known; each maximum near the greatest is then refined.
 module gestell_task_design_range
   use gestell_base_error, only: error_type
+  use gestell_base_verdict, only: operator(/=), operator(==), stable
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
   use gestell_study_design_evaluation, only: design_order_type, range_type, setting_type, top_type
@@ -17,7 +18,7 @@ module gestell_task_design_range
   use gestell_study_design_range_level, only: excess_of, level_of
   use gestell_study_design_range_top, only: climb_from, look, look_beside_end
   use gestell_system_family, only: family_type
-  use gestell_study_speed_point, only: reached, speed_point_type
+  use gestell_study_speed_point, only: speed_point_type
   use gestell_task_resonance_points, only: curve_points_type
   use gestell_task_resonance_seeds, only: crossing_speeds
   implicit none (type, external)
@@ -77,7 +78,7 @@ contains
 
     call look_along(neighbours, setting, goals, self%lines, curves, error, self%enough)
     if (allocated(error)) return
-    known = all([(all(curves(l)%points%state == reached), l = 1, size(curves))])
+    known = all([(all(curves(l)%points%state == stable), l = 1, size(curves))])
     if (known) call climb_all(neighbours, setting, goals, curves, .false., tops, error, self%enough)
   end subroutine find_tops
 
@@ -145,7 +146,7 @@ contains
       survey%conditions = joined(survey%conditions, [tops(k)%condition])
     end do
     do l = 1, size(curves)
-      k = findloc(curves(l)%points%state == reached, .false., dim=1)
+      k = findloc(curves(l)%points%state == stable, .false., dim=1)
       if (k == 0 .or. .not. survey%known) cycle
       survey%known = .false.
       survey%conditions = [survey%conditions, curves(l)%line%start%moved_to(curves(l)%points(k)%speed)]
@@ -358,12 +359,12 @@ contains
       if (skipped .or. size(p) == 1) return
       if (top%inside) then
         three = merge([i + 1, i, i - 1], [i - 1, i, i + 1], curve%descends)
-        if (any(p(three)%state /= reached)) return
+        if (any(p(three)%state /= stable)) return
         places = [p(three(1))%speed, p(three(2))%speed, p(three(3))%speed]
         levels = level_of(goal, [p(three(1))%values(1, g), p(three(2))%values(1, g), p(three(3))%values(1, g)])
       else
         k = merge(2, size(p) - 1, i == 1)
-        if (p(k)%state /= reached) return
+        if (p(k)%state /= stable) return
         call look_beside_end(neighbours, setting, goal, start, [p(k)%speed, p(i)%speed], level_of(goal, [p(k)%values(1, g), &
           & p(i)%values(1, g)]), places, levels, error)
         if (allocated(error) .or. .not. levels(2) > max(levels(1), levels(3))) return

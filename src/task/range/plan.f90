@@ -214,7 +214,7 @@ contains
 
     call find_target(doc, schema, path, "", target, reason)
     if (allocated(reason)) then
-      call input_error(group, key, reason%message(3:), error)
+      call input_error(group, key, reason%message, error)
       return
     end if
     associate (rule => schema%keys(target%rule))

@@ -13,12 +13,13 @@
 !> `solve_curve` does that by an executor, or on one thread.
 module gestell_task_resonance_curve
   use gestell_base_error, only: error_type
+  use gestell_base_verdict, only: operator(/=), operator(==), undamped, undecided
   use gestell_base_kinds, only: dp
   use gestell_task_resonance_points, only: curve_point_type, curve_points_type, same, straight
   use gestell_system_family, only: family_type
   use gestell_task_resonance_maxima, only: find_maxima, half_power_speeds, maximum_type, top_speeds
   use gestell_task_resonance_seeds, only: crossing_speeds
-  use gestell_study_speed_point, only: check_speed_order, marginal, neutral, solve_speed_point, speed_order_type, speed_point_type
+  use gestell_study_speed_point, only: check_speed_order, solve_speed_point, speed_order_type, speed_point_type
   use gestell_study_speeds, only: check_speeds
   use gestell_task_common_executor, only: executor_type, spread_over, work_type
   use gestell_task_common_record, only: record_type
@@ -102,7 +103,7 @@ contains
     if (size(speeds) > room) speeds = speeds(:room)
   end subroutine wanted
 
-  !> Between neighbours in different states, where the vibration begins or ceases to be reached.
+  !> Between neighbours in different states, where the vibration begins or ceases to be stable.
   function borders(self) result(speeds)
     class(resonance_curve_type), intent(in) :: self
     real(dp), allocatable :: speeds(:)
@@ -175,7 +176,7 @@ contains
     real(dp) :: least
 
     least = 4 * same
-    if ((a%linear .or. b%linear) .and. (a%state /= b%state .or. any(a%state == [neutral, marginal]))) least = coarsest
+    if ((a%linear .or. b%linear) .and. (a%state /= b%state .or. any(a%state == [undamped, undecided]))) least = coarsest
     divisible = abs(a%speed - b%speed) > least * abs(a%speed)
   end function divisible
 

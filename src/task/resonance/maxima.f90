@@ -3,9 +3,10 @@
 !> Beside its maximum a resonance goes as P = P_0 / sqrt(1 + u^2), u the distance in half-widths: (P_0 / P)^2 is a parabola
 !> there and sqrt((P_0 / P)^2 - 1) a straight line, which is what is interpolated.
 module gestell_task_resonance_maxima
+  use gestell_base_verdict, only: has_vibration, in_resonance, operator(/=), operator(==), undamped, undecided, &
+    & unstable, verdict_type
   use gestell_base_kinds, only: dp
   use gestell_task_resonance_points, only: curve_points_type
-  use gestell_study_speed_point, only: in_resonance, marginal, neutral, unreached
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_positive_inf, ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private
@@ -14,8 +15,10 @@ module gestell_task_resonance_maxima
 
   type, public :: maximum_type
     integer :: quantity = 0
-    !> Its point on the curve, and what that says.
-    integer :: point = 0, state = 0, strongest_order = 0
+    !> Its point on the curve, and the verdict there.
+    integer :: point = 0
+    type(verdict_type) :: state
+    integer :: strongest_order = 0
     real(dp) :: speed = 0, value = 0
     !> Where P has fallen to P_0 / sqrt(2) on both sides, their distance, and half of it relative to the speed, the damping
     !> ratio of a single resonance; NaN where the curve turns up before, or ends.
@@ -83,7 +86,7 @@ contains
         if (.not. maximum%resolved) maximum%half = ieee_value(1.0_dp, ieee_quiet_nan)
         maximum%width = abs(maximum%half(2) - maximum%half(1))
         maximum%damping_ratio = maximum%width / (2 * abs(point%speed))
-        maximum%unbounded = point%linear .and. .not. maximum%resolved .and. (any(point%state == [neutral, marginal]) &
+        maximum%unbounded = point%linear .and. .not. maximum%resolved .and. (any(point%state == [undamped, undecided]) &
           & .or. any(curve%points(max(i - 1, 1):min(i + 1, size(level)))%state /= point%state))
         maximum%small = point%moved%small() .and. .not. maximum%unbounded
         if (maximum%unbounded) maximum%value = ieee_value(1.0_dp, ieee_positive_inf)
@@ -117,7 +120,7 @@ contains
     l = neighbour(known, i, -1)
     r = neighbour(known, i, 1)
     if (l == 0 .or. r == 0) return
-    if (any(curve%points(l + 1:i - 1)%state <= unreached) .or. any(curve%points(i + 1:r - 1)%state <= unreached)) return
+    if (any(has_vibration(curve%points(l + 1:i - 1)%state)) .or. any(has_vibration(curve%points(i + 1:r - 1)%state))) return
     if (curve%points(i)%linear .and. r - l > 2) return
     if (.not. (level(i) > level(l) .and. level(i) >= level(r))) return
     is_top = min(fall(curve, level, known, i, -1), fall(curve, level, known, i, 1)) > least
@@ -199,7 +202,7 @@ contains
     rises_into = .false.
     if (last == size(known) .or. .not. curve%points(first - 1)%linear) return
     associate (states => curve%points(first:last)%state)
-      if (.not. all(states == in_resonance .or. states == neutral .or. states == marginal .or. states == unreached)) return
+      if (.not. all(states == in_resonance .or. states == undamped .or. states == undecided .or. states == unstable)) return
     end associate
     rises_into = min(fall(curve, level, known, first - 1, -1), fall(curve, level, known, last + 1, 1)) > least
   end function rises_into
@@ -216,7 +219,7 @@ contains
     fall = 0
     k = i + step
     do while (k >= 1 .and. k <= size(level))
-      if (.not. known(k) .and. (curve%points(i)%linear .or. curve%points(k)%state <= unreached)) return
+      if (.not. known(k) .and. (curve%points(i)%linear .or. has_vibration(curve%points(k)%state))) return
       if (known(k) .and. level(k) > level(i)) return
       if (known(k)) fall = max(fall, level(i) - level(k))
       k = k + step

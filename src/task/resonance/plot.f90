@@ -1,5 +1,7 @@
 !> Pictures of what is looked at over the speed: resonance curves and their maxima.
 module gestell_task_resonance_plot
+  use gestell_base_verdict, only: failed, impossible, in_resonance, operator(/=), operator(==), state_word, undamped, undecided, &
+    & unstable, verdict_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_base_words, only: character_count
@@ -10,7 +12,6 @@ module gestell_task_resonance_plot
   use gestell_output_picture_panels, only: height_of, layout_line, with_rim
   use gestell_model_quantity_rows, only: quantity_type
   use gestell_task_resonance_curve, only: resonance_curve_type
-  use gestell_study_speed_point, only: state_names, unreached
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -27,6 +28,9 @@ module gestell_task_resonance_plot
   !> Pixels of the legend.
   integer, parameter :: legend = 62
 
+  !> States of points with marks of their own, in the order of the marks.
+  type(verdict_type), parameter :: marked(6) = [undamped, undecided, unstable, in_resonance, impossible, failed]
+
 contains
 
   !> resonance.gp; so many turns of the drive are a period; `input`: the input's own speed (1/min), or nothing.
@@ -38,13 +42,13 @@ contains
     type(figure_type) :: figure
     character(len=:), allocatable :: lines
     type(marks_type) :: marks
-    logical :: found(size(state_names) - 1)
+    logical :: found(size(marked))
     logical :: visible(most_orders, most_panels), small(size(curve%points)), parts(2)
     integer, allocatable :: harmonics(:)
     integer :: i, panels, across, rows
 
     do i = 1, size(found)
-      found(i) = any(curve%points%state == i)
+      found(i) = any(curve%points%state == marked(i))
     end do
     panels = min(size(quantities), most_panels)
     harmonics = curve%order%split_off()
@@ -83,7 +87,7 @@ contains
     real(dp), intent(in) :: input(:)
 
     associate (points => curve%points)
-      marks = chart_marks([points(1)%speed, points(size(points))%speed], input, "rpm", (points%speed), points%state == unreached)
+      marks = chart_marks([points(1)%speed, points(size(points))%speed], input, "rpm", (points%speed), points%state == unstable)
     end associate
   end function marks_of
 
@@ -124,7 +128,8 @@ contains
     end do
     if (beyond) words = words // entry("lines lt 1 lc rgb '#" // beyond_colour // "' lw 2.5", "beyond small motions")
     do k = 1, size(found)
-      if (found(k) .and. k /= unreached) words = words // entry("points lt 7 pt " // text(k) // " ps 0.6", trim(state_names(k)))
+      if (found(k) .and. marked(k) /= unstable) words = words // entry("points lt 7 pt " // text(k) // " ps 0.6", &
+        & trim(state_word(marked(k))))
     end do
   end function key
 
@@ -158,7 +163,7 @@ contains
     end do
     do k = 1, size(found)
       if (.not. found(k)) cycle
-      lines = lines // ", 'resonance.csv' using (strcol(2) eq '" // trim(state_names(k)) // "' ? column(1) : 1e290):" &
+      lines = lines // ", 'resonance.csv' using (strcol(2) eq '" // trim(state_word(marked(k))) // "' ? column(1) : 1e290):" &
         & // "(valid ? 1.2 * least : 0.03) with points lt 7 pt " // text(k) // " ps 0.6 notitle"
     end do
   end function curve_panel

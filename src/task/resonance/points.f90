@@ -1,8 +1,9 @@
 !> The points of a resonance curve, in the order of their speeds.
 module gestell_task_resonance_points
+  use gestell_base_verdict, only: has_vibration
   use gestell_base_kinds, only: dp
   use gestell_math_sorting, only: ascending
-  use gestell_study_speed_point, only: speed_point_type, unreached
+  use gestell_study_speed_point, only: speed_point_type
   implicit none (type, external)
   private
 
@@ -135,7 +136,7 @@ contains
     class(curve_points_type), intent(in) :: self
     logical :: known(size(self%points))
 
-    known = self%points%state <= unreached
+    known = has_vibration(self%points%state)
   end function has_values
 
 end module gestell_task_resonance_points

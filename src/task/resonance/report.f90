@@ -1,5 +1,7 @@
 !> The report on resonance curves for people.
 module gestell_task_resonance_report
+  use gestell_base_verdict, only: failed, has_vibration, impossible, in_resonance, not_judged, operator(/=), operator(==), stable, &
+    & state_word, verdict_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_input_wording, only: counted
@@ -10,7 +12,6 @@ module gestell_task_resonance_report
   use gestell_model_quantity_rows, only: quantity_type
   use gestell_task_resonance_curve, only: resonance_curve_type
   use gestell_task_resonance_maxima, only: maximum_type
-  use gestell_study_speed_point, only: in_resonance, reached, state_names, unreached, verdict_of
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   implicit none (type, external)
   private
@@ -31,6 +32,8 @@ contains
     integer, intent(in) :: turns
     character(len=*), intent(in) :: verdict, warning, model
     character(len=:), allocatable :: report
+    !> Why there may be no vibration at a speed.
+    type(verdict_type), parameter :: missing(3) = [in_resonance, impossible, failed]
     integer :: i, n, refined
 
     n = size(curve%points)
@@ -39,9 +42,10 @@ contains
       & // " rpm, " // counted(n - refined, "speed") // " of the grid and " // text(refined) // " between" // newline
     if (verdict /= "stable" .and. verdict /= "") report = report // "  " // verdict // newline
     report = report // warning
-    do i = unreached + 1, ubound(state_names, 1)
-      if (count(curve%points%state == i) == 0) cycle
-      report = report // "  note: at " // counted(count(curve%points%state == i), "speed") // " " // words(i) // newline
+    do i = 1, size(missing)
+      if (count(curve%points%state == missing(i)) == 0) cycle
+      report = report // "  note: at " // counted(count(curve%points%state == missing(i)), "speed") // " " // words(missing(i)) &
+        & // newline
     end do
     if (.not. curve%complete) report = report // "  note: the curve has finer details than were computed: order a smaller range" &
       & // newline
@@ -57,19 +61,16 @@ contains
     integer :: i
 
     speeds = [(curve%points(i)%speed, i = 1, size(speeds))]
-    judgement = judge_range(speeds, verdict_of(curve%points%state), "speeds", "the machine leaves these vibrations")
+    judgement = judge_range(speeds, merge(curve%points%state, not_judged, has_vibration(curve%points%state)), "speeds", &
+      & "the machine leaves these vibrations")
   end function verdict_on
 
   pure function words(state) result(sentence)
-    integer, intent(in) :: state
+    type(verdict_type), intent(in) :: state
     character(len=:), allocatable :: sentence
 
-    select case (state)
-    case (in_resonance)
-      sentence = "a resonance leaves no periodic vibration"
-    case default
-      sentence = "the state is '" // trim(state_names(state)) // "'"
-    end select
+    sentence = "the state is '" // trim(state_word(state)) // "'"
+    if (state == in_resonance) sentence = "a resonance leaves no periodic vibration"
   end function words
 
   !> The greatest maxima of a quantity, and where it is least.
@@ -113,7 +114,7 @@ contains
     least = 0
     most = 0
     do i = 1, size(curve%points)
-      if (.not. curve%points(i)%state <= unreached) cycle
+      if (.not. has_vibration(curve%points(i)%state)) cycle
       if (least == 0) least = i
       if (most == 0) most = i
       if (curve%points(i)%values(1, q) < curve%points(least)%values(1, q)) least = i
@@ -140,7 +141,7 @@ contains
     row = row // tab // order_of(maximum%strongest_order, turns) // tab
     if (maximum%jump) row = row // "jump" // trim(merge(" at a fold", "          ", maximum%fold)) // ", other side " &
       & // concise(maximum%other_side, 6) // "  "
-    if (maximum%state /= reached) row = row // trim(state_names(maximum%state)) // "  "
+    if (maximum%state /= stable) row = row // trim(state_word(maximum%state)) // "  "
     if (.not. maximum%small .and. model /= "exact") row = row // "not small"
   end function row_of
 

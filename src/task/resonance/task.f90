@@ -1,6 +1,7 @@
 !> The task `resonance`: the vibration over the speed of the crank.
 module gestell_task_resonance_task
   use gestell_base_error, only: error_type
+  use gestell_base_verdict, only: has_vibration, operator(/=), stable, state_word
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
   use gestell_input_machine_quantities, only: read_quantities
@@ -12,7 +13,7 @@ module gestell_task_resonance_task
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_turn, only: add_order_column
   use gestell_output_table_unit, only: new_unit, plain, rpm, unit_type
-  use gestell_study_speed_point, only: reached, speed_order_type, state_names, unreached
+  use gestell_study_speed_point, only: speed_order_type
   use gestell_task_common_task, only: all_speeds, longest_table, task_type
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_common_context, only: context_type
@@ -75,9 +76,9 @@ contains
       call solve_curve(family, order, configuration%speeds(), curve, error, context%executor)
       if (allocated(error)) return
       judgement = verdict_on(curve)
-      warning = beyond_small(pack([(curve%points(k)%moved, k = 1, size(curve%points))], curve%points%state <= unreached), &
+      warning = beyond_small(pack([(curve%points(k)%moved, k = 1, size(curve%points))], has_vibration(curve%points%state)), &
         & configuration%tasks%model)
-      if (any(curve%points%state /= reached)) result%all_stable = .false.
+      if (any(curve%points%state /= stable)) result%all_stable = .false.
       call result%add(curve_table(self%quantities, curve, turns, judgement%words), plot_resonance(self%quantities, curve, turns, &
         & configuration%plan%base))
       call result%add(peaks_table(self%quantities, curve, turns, judgement%words), plot_peaks(self%quantities, curve, &
@@ -123,7 +124,7 @@ contains
     table = new_table("resonance", "Resonance curves", "Response over the speed; shaded: the machine leaves it; gaps: none.", &
       & verdict)
     call table%add("speed", rpm, "of the crank", [(curve%points(i)%speed, i = 1, n)])
-    call table%add("state", "ok, undamped, undecided, unstable, resonance, impossible or failed", state_names(curve%points%state))
+    call table%add("state", "ok, undamped, undecided, unstable, resonance, impossible or failed", state_word(curve%points%state))
     call table%add("refined", "1: the speed is none of those that were ordered", (curve%points%refined))
     do k = 1, size(quantities)
       name = trim(quantities(k)%name)
@@ -136,7 +137,7 @@ contains
       end do
     end do
     call table%add("small_motion", "0: beyond small motions", [(curve%points(i)%moved%small(), i = 1, n)], &
-      & curve%points%state <= unreached)
+      & has_vibration(curve%points%state))
 
   contains
 
@@ -169,7 +170,7 @@ contains
       call add_order_column(table, "strongest_order", "order of the crank with the greatest amplitude", &
         & (maxima%strongest_order), turns)
       call table%add("state", "as in resonance.csv; unbounded; jump", merge("jump      ", merge("unbounded ", &
-        & state_names(maxima%state), maxima%unbounded), maxima%jump))
+        & state_word(maxima%state), maxima%unbounded), maxima%jump))
       call table%add("small_motion", "as in resonance.csv", (maxima%small))
       call table%add("other_side", plain, "at a jump the peak on its other side", (maxima%other_side))
     end associate

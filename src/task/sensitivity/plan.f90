@@ -68,7 +68,7 @@ contains
 
     call find_target(doc, schema, path, "", target, reason)
     if (allocated(reason)) then
-      call input_error(group, "parameters", reason%message(3:), error)
+      call input_error(group, "parameters", reason%message, error)
     else if (schema%keys(target%rule)%kind /= real_key .or. &
       & schema%groups(find_group_rule(schema, schema%keys(target%rule)%group))%about == option_group) then
       call input_error(group, "parameters", "'" // path // "' is no number of the machine", error)

@@ -1,12 +1,12 @@
 !> The report on sensitivity for people.
 module gestell_task_sensitivity_report
+  use gestell_base_verdict, only: state_word
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, fixed
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_verdict, only: section
   use gestell_model_quantity_rows, only: quantity_type
   use gestell_task_sensitivity, only: sensitivity_base_type, sensitivity_type
-  use gestell_study_speed_point, only: state_names
   implicit none (type, external)
   private
 
@@ -27,7 +27,7 @@ contains
     integer :: i
 
     report = section("SENSITIVITY in per cent for one per cent more of a parameter, greatest first", &
-      & trim(state_names(base%state))) // warning
+      & trim(state_word(base%state))) // warning
     do i = 1, size(quantities)
       if (found(1)%zero(i)) then
         report = report // "  " // trim(quantities(i)%name) // ": zero within its error, nothing excites it" // newline

@@ -7,12 +7,12 @@
 !> the roundings over h, is the least (Ridders, Adv. Eng. Software 4, 1982, 75).
 module gestell_task_sensitivity
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
+  use gestell_base_verdict, only: has_vibration, in_resonance, operator(==), state_word, verdict_type
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_periodic_solution, only: raise_resonance
   use gestell_system_family, only: family_type
   use gestell_study_vibration_small_motion, only: moved_type
-  use gestell_study_speed_point, only: check_speed_order, in_resonance, solve_response, speed_order_type, speed_point_type, &
-    & state_names, unreached
+  use gestell_study_speed_point, only: check_speed_order, solve_response, speed_order_type, speed_point_type
   use gestell_task_common_executor, only: executor_type, spread_over, work_type
   use gestell_task_common_record, only: record_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
@@ -27,7 +27,8 @@ module gestell_task_sensitivity
   !> The machine itself.
   type, public :: sensitivity_base_type
     type(speed_order_type) :: order
-    integer :: parameters = 0, state = 0
+    integer :: parameters = 0
+    type(verdict_type) :: state
     !> How far its frame moves.
     type(moved_type) :: moved
     !> Peak and rms, and the relative error of the peak; shapes (changes, quantities), (quantities).
@@ -164,9 +165,9 @@ contains
     base%moved = point%moved
     if (point%state == in_resonance) then
       call raise_resonance(error)
-    else if (point%state > unreached) then
+    else if (.not. has_vibration(point%state)) then
       call fatal_error(error, "there is no vibration whose sensitivity could be told: the state of the machine is '" &
-        & // trim(state_names(point%state)) // "'", failed_computation)
+        & // trim(state_word(point%state)) // "'", failed_computation)
     end if
     if (allocated(error)) return
     base%values = point%values([1, 3], :)
@@ -233,7 +234,7 @@ contains
       call solve_response(family, parameters, base%order, point, error)
       known = .false.
       if (allocated(error)) return
-      known = point%state <= unreached
+      known = has_vibration(point%state)
       values = 0
       if (known) values = log(max(point%values([1, 3], :), tiny(1.0_dp)))
     end subroutine logarithms

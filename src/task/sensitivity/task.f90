@@ -1,6 +1,7 @@
 !> The task `sensitivity`: by how much vibrations change with the numbers of the machine.
 module gestell_task_sensitivity_task
   use gestell_base_error, only: error_type
+  use gestell_base_verdict, only: state_word, verdict_length
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
   use gestell_input_machine_quantities, only: read_quantities
@@ -11,7 +12,7 @@ module gestell_task_sensitivity_task
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: plain
-  use gestell_study_speed_point, only: speed_order_type, state_names
+  use gestell_study_speed_point, only: speed_order_type
   use gestell_task_common_task, only: longest_table, task_type
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_common_context, only: context_type
@@ -75,7 +76,7 @@ contains
     type(speed_order_type) :: order
     type(sensitivity_base_type) :: base
     type(sensitivity_type), allocatable :: found(:)
-    character(len=len(state_names)) :: verdict
+    character(len=verdict_length) :: verdict
     character(len=:), allocatable :: warning
     integer :: k
 
@@ -86,7 +87,7 @@ contains
       order%accuracy = configuration%accuracy
       call solve_sensitivity(family, size(paths), order, base, found, error, context%executor)
       if (allocated(error)) return
-      verdict = state_names(base%state)
+      verdict = state_word(base%state)
       call result%add(table_of(self%quantities, paths, base, found, verdict), plot_sensitivity(self%quantities, paths, found))
       warning = beyond_small([base%moved], configuration%tasks%model)
       call result%warn("undecided", warning)

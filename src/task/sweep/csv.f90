@@ -2,6 +2,7 @@
 !> memory.
 module gestell_task_sweep_csv
   use gestell_base_kinds, only: dp
+  use gestell_base_verdict, only: verdict_length, verdict_named, verdict_numbered, verdict_type
   use gestell_base_words, only: word_length
   use gestell_model_space, only: is_rotation
   use gestell_output_table, only: new_table, table_type
@@ -11,7 +12,7 @@ module gestell_task_sweep_csv
   use gestell_study_grid, only: axis_type, grid_type
   use gestell_study_point, only: sweep_order_type
   use gestell_study_tile_results, only: column_names, last_peak, log_rho_max, rho_error, rho_max, sweep_columns, verdict, &
-    & verdict_behind, verdict_column, verdict_names, xi_peak
+    & verdict_behind, verdict_column, xi_peak
   implicit none (type, external)
   private
 
@@ -53,7 +54,7 @@ contains
       n = n + 1
       if (any(k == [verdict, verdict_behind])) then
         call table%add(trim(column_names(k)), "stable, undamped, undecided, unstable, impossible or failed", &
-          & verdict_names(nint(column(n))))
+          & words_of(column(n)))
       else
         unit = plain
         if (k >= xi_peak .and. k <= last_peak) unit = unit_type(words=merge("rad", "m  ", is_rotation(k - xi_peak + 1)))
@@ -149,7 +150,7 @@ contains
     end do
     do k = 1, order%numbers()
       if (k == verdict_column(order%columns)) then
-        width = width + len(verdict_names)
+        width = width + verdict_length
       else
         width = width + width_of_number(order%columns, k)
       end if
@@ -186,7 +187,7 @@ contains
         end if
         do k = 1, size(values, 1)
           if (k == word) then
-            call put(lines, n, text_type(verdict_names(nint(values(k, j, i))), len_trim(verdict_names(nint(values(k, j, i))))), 0)
+            call put(lines, n, text_type(words_of(values(k, j, i)), len_trim(words_of(values(k, j, i)))), 0)
           else
             call put_right(lines, n, values(k, j, i), room(k) + lacking(k))
           end if
@@ -202,7 +203,7 @@ contains
       integer, intent(in) :: k
 
       lacking = 0
-      if (k + 1 == word) lacking = len(verdict_names) - len_trim(verdict_names(nint(values(word, j, i))))
+      if (k + 1 == word) lacking = verdict_length - len_trim(words_of(values(word, j, i)))
     end function lacking
 
   end function csv_rows
@@ -213,21 +214,30 @@ contains
     integer, intent(in) :: axes
     logical, intent(in) :: columns(sweep_columns)
     real(dp), intent(out) :: values(:)
-    character(len=len(verdict_names)) :: name
+    type(verdict_type) :: judged
     integer :: begin, k, length
 
     begin = 1
     do k = 1 - axes, size(values)
       length = scan(line(begin:), "," // newline) - 1
       if (k > 0 .and. k == verdict_column(columns)) then
-        name = line(begin:begin + length - 1)
-        values(k) = findloc(verdict_names, name, dim=1) - 1
+        judged = verdict_named(line(begin:begin + length - 1))
+        values(k) = judged%number()
       else if (k > 0) then
         read (line(begin:begin + length - 1), *) values(k)
       end if
       begin = begin + length + 1
     end do
   end subroutine csv_values
+
+  !> The word of a verdict that stands among the numbers of a sweep.
+  elemental character(len=verdict_length) function words_of(number) result(words)
+    real(dp), intent(in) :: number
+    type(verdict_type) :: judged
+
+    judged = verdict_numbered(nint(number))
+    words = judged%word()
+  end function words_of
 
   !> The text of a parameter's value.
   pure type(text_type) function text_of(value) result(text)

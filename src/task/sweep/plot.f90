@@ -1,6 +1,7 @@
 !> Pictures of sweeps: curves over one parameter, a chart over two.
 module gestell_task_sweep_plot
   use gestell_base_kinds, only: dp
+  use gestell_base_verdict, only: failed, impossible, operator(==), undamped, undecided, unstable, unstable_number, verdict_type
   use gestell_base_text, only: concise, text
   use gestell_base_words, only: word_length
   use gestell_output_report_orders, only: turns_in_words
@@ -8,12 +9,11 @@ module gestell_task_sweep_plot
   use gestell_output_picture_axis, only: coordinate, decade_lines, extent_lines, parameter_axis, with_unit
   use gestell_output_picture_marks, only: boxes_where, input_marks, input_point, marks_type, unstable_entry
   use gestell_task_range_plan, only: sweep_plan_type
-  use gestell_task_sweep_summary, only: summary_type
+  use gestell_task_sweep_summary, only: summary_type, verdict_count_type
   use gestell_study_grid, only: axis_type
   use gestell_study_measure, only: measure_names
   use gestell_study_point, only: sweep_order_type
-  use gestell_study_tile_results, only: failed, impossible, last_peak, log_rho_max, rho_error, rho_max, stable, sweep_columns, &
-    & undamped, undecided, unstable, verdict, verdict_behind, verdict_names, xi_peak
+  use gestell_study_tile_results, only: last_peak, log_rho_max, rho_error, rho_max, sweep_columns, verdict, verdict_behind, xi_peak
   implicit none (type, external)
   private
 
@@ -71,7 +71,7 @@ contains
     axis_lines = parameter_axis("x", plan%grid%axes(k), with_unit(plan%paths(k), plan%units(k)), 0.0_dp)
     marks = input_marks(plan%grid%axes(k), pack(plan%base, [(i == k, i = 1, size(plan%base))]), plan%units(k))
     unstable_rows = ""
-    if (column(verdict) > 0 .and. summary%verdicts(unstable) > 0) unstable_rows = "strcol(" // text(column(verdict)) &
+    if (column(verdict) > 0 .and. summary%verdicts(unstable_number) > 0) unstable_rows = "strcol(" // text(column(verdict)) &
       & // ") eq 'unstable'"
     if (column(verdict) == 0 .and. growth .and. summary%most > 1) unstable_rows = growth_of(column) // " > 0"
     half = concise(half_step(plan%grid%axes(k)), 6)
@@ -149,7 +149,7 @@ contains
     type(summary_type), intent(in) :: summary
     character(len=:), allocatable :: lines, marks
     integer :: i
-    integer, parameter :: marked(5) = [unstable, undecided, impossible, failed, undamped]
+    type(verdict_type), parameter :: marked(5) = [unstable, undecided, impossible, failed, undamped]
     character(len=*), parameter :: points(5) = [character(len=32) :: "lt 2 pt 7 ps 0.6", "lt 5 pt 9 ps 0.8", &
       & "lt 8 pt 2 ps 0.8", "lt 7 pt 1 ps 0.9", "lt 5 pt 8 ps 0.8"]
 
@@ -171,9 +171,9 @@ contains
     end if
     if (column(verdict) > 0) then
       do i = 1, size(marked)
-        if (summary%verdicts(marked(i)) == 0) cycle
+        if (summary%verdicts(marked(i)%number()) == 0) cycle
         lines = lines // ", 'sweep.csv' using " // x // ":(strcol(" // text(column(verdict)) // ") eq '" &
-          & // trim(verdict_names(marked(i))) // "' ? "
+          & // trim(marked(i)%word()) // "' ? "
         if (marked(i) == impossible .or. marked(i) == failed) then
           lines = lines // "low + 0.04 * (high - low)"
         else
@@ -183,7 +183,7 @@ contains
         if (marked(i) == unstable) then
           lines = lines // " notitle"
         else
-          lines = lines // " title '" // trim(verdict_names(marked(i))) // "'"
+          lines = lines // " title '" // trim(marked(i)%word()) // "'"
         end if
       end do
     end if
@@ -351,13 +351,14 @@ contains
   pure function tally(summary) result(words)
     type(summary_type), intent(in) :: summary
     character(len=:), allocatable :: words
+    type(verdict_count_type), allocatable :: counts(:)
     integer :: i
 
     words = ""
-    do i = stable, failed
-      if (summary%verdicts(i) == 0) cycle
-      if (words /= "") words = words // ", "
-      words = words // concise(real(summary%verdicts(i), dp), 12) // " " // trim(verdict_names(i))
+    counts = summary%verdict_counts()
+    do i = 1, size(counts)
+      if (i > 1) words = words // ", "
+      words = words // concise(real(counts(i)%points, dp), 12) // " " // trim(counts(i)%verdict%word())
     end do
     if (words /= "") words = ": " // words
   end function tally

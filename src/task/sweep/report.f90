@@ -3,12 +3,12 @@ module gestell_task_sweep_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
   use gestell_task_range_plan, only: sweep_plan_type
-  use gestell_task_sweep_summary, only: summary_type
+  use gestell_task_sweep_summary, only: summary_type, verdict_count_type
   use gestell_input_wording, only: counted
   use gestell_model_frame, only: dof_names
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_warnings, only: small_motion_limits
-  use gestell_study_tile_results, only: rho_max, verdict_column, verdict_names
+  use gestell_study_tile_results, only: rho_max, verdict_column
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
@@ -42,14 +42,15 @@ contains
     type(sweep_plan_type), intent(in) :: plan
     type(summary_type), intent(in) :: summary
     character(len=:), allocatable :: dof, report, rows
+    type(verdict_count_type), allocatable :: counts(:)
     integer :: k
 
     rows = ""
     if (verdict_column(plan%order%columns) > 0) then
-      do k = 0, size(summary%verdicts) - 1
-        if (summary%verdicts(k) == 0) cycle
-        rows = rows // trim(verdict_names(k)) // tab // big(summary%verdicts(k)) // " points" // tab &
-          & // concise(100 * real(summary%verdicts(k), dp) / real(summary%points, dp), 3) // " %" // newline
+      counts = summary%verdict_counts()
+      do k = 1, size(counts)
+        rows = rows // trim(counts(k)%verdict%word()) // tab // big(counts(k)%points) // " points" // tab &
+          & // concise(100 * real(counts(k)%points, dp) / real(summary%points, dp), 3) // " %" // newline
       end do
     end if
     report = newline // tabulated("lrr", "", rows)

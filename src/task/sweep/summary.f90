@@ -1,19 +1,25 @@
 !> What the points of a sweep tell together.
 module gestell_task_sweep_summary
   use gestell_base_kinds, only: dp
+  use gestell_base_verdict, only: last_number, verdict_numbered, verdict_type
   use gestell_study_vibration_small_motion, only: small_turn
   use gestell_model_space, only: is_rotation
-  use gestell_study_tile_results, only: last_peak, rho_max, sweep_columns, tile_results_type, verdict_column, verdict_names, &
-    & xi_peak
+  use gestell_study_tile_results, only: last_peak, rho_max, sweep_columns, tile_results_type, verdict_column, xi_peak
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
+  !> A verdict and the number of points that have it.
+  type, public :: verdict_count_type
+    type(verdict_type) :: verdict
+    integer(int64) :: points = 0
+  end type verdict_count_type
+
   type, public :: summary_type
     integer(int64) :: points = 0
-    !> Points of each verdict, as numbered in gestell_study_tile_results; zeros where the column was not ordered.
-    integer(int64) :: verdicts(0:size(verdict_names) - 1) = 0
+    !> Points of each verdict, by its number; zeros if the column was not requested.
+    integer(int64) :: verdicts(0:last_number) = 0
     !> Range of rho_max and the point of the greatest, on each axis; nothing was found while least > most.
     real(dp) :: least = huge(1.0_dp), most = -huge(1.0_dp)
     integer :: where(2) = 0
@@ -29,12 +35,13 @@ module gestell_task_sweep_summary
     procedure :: add_tile
     procedure :: add_points
     procedure :: add
+    procedure :: verdict_counts
     procedure :: to_words
     procedure :: from_words
   end type summary_type
 
   !> Words of a summary.
-  integer, parameter, public :: summary_words = size(verdict_names) + 11
+  integer, parameter, public :: summary_words = last_number + 12
 
 contains
 
@@ -92,6 +99,15 @@ contains
     end associate
   end subroutine add_points
 
+  !> The verdicts that occur, in the order of their numbers in files.
+  pure function verdict_counts(self) result(list)
+    class(summary_type), intent(in) :: self
+    type(verdict_count_type), allocatable :: list(:)
+    integer :: k
+
+    list = pack([(verdict_count_type(verdict_numbered(k), self%verdicts(k)), k = 0, last_number)], self%verdicts > 0)
+  end function verdict_counts
+
   !> What other points tell. Of greatest ones that are equal the first in the grid's order is told.
   pure subroutine add(self, other)
     class(summary_type), intent(inout) :: self
@@ -125,7 +141,7 @@ contains
     class(summary_type), intent(inout) :: self
     integer(int64), intent(in) :: words(summary_words)
     real(dp) :: numbers(4)
-    integer, parameter :: n = size(verdict_names) + 1
+    integer, parameter :: n = last_number + 2
 
     self%points = words(1)
     self%verdicts = words(2:n)

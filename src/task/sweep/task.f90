@@ -2,13 +2,13 @@
 module gestell_task_sweep_task
   use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
   use gestell_base_kinds, only: dp
-  use gestell_base_verdict, only: verdict_named
+  use gestell_base_verdict, only: has_vibration, operator(/=), stable
   use gestell_base_text, only: text
   use gestell_input_wording, only: counted
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_study_grid, only: tile_type
-  use gestell_study_tile_results, only: stable, tile_results_type, verdict_column, verdict_names
+  use gestell_study_tile_results, only: tile_results_type, verdict_column
   use gestell_task_common_task, only: all_machines, longest_table, task_type
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_common_context, only: context_type
@@ -20,7 +20,7 @@ module gestell_task_sweep_task
   use gestell_task_range_plan, only: sweep_plan_type
   use gestell_task_sweep_plot, only: plot_sweep
   use gestell_task_sweep_report, only: big, evidence_line, report_grid, report_sweep
-  use gestell_task_sweep_summary, only: summary_type
+  use gestell_task_sweep_summary, only: summary_type, verdict_count_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
@@ -122,9 +122,10 @@ contains
         if (allocated(error)) return
       end if
     end associate
-    if (any(summary%verdicts(stable + 1:) > 0)) result%all_stable = .false.
-    do i = 0, ubound(summary%verdicts, 1)
-      if (summary%verdicts(i) > 0) call result%include_verdict(verdict_named(verdict_names(i)))
+    counts = summary%verdict_counts()
+    do i = 1, size(counts)
+      if (counts(i)%verdict /= stable) result%all_stable = .false.
+      if (has_vibration(counts(i)%verdict)) call result%include_verdict(counts(i)%verdict)
     end do
   end subroutine run
 
@@ -223,11 +224,13 @@ contains
   pure function tally(summary) result(line)
     type(summary_type), intent(in) :: summary
     character(len=:), allocatable :: line
+    type(verdict_count_type), allocatable :: counts(:)
     integer :: i
 
     line = "Sweep: " // big(summary%points) // " points"
-    do i = 0, ubound(summary%verdicts, 1)
-      if (summary%verdicts(i) > 0) line = line // ", " // big(summary%verdicts(i)) // " " // trim(verdict_names(i))
+    counts = summary%verdict_counts()
+    do i = 1, size(counts)
+      line = line // ", " // big(counts(i)%points) // " " // trim(counts(i)%verdict%word())
     end do
   end function tally
 

@@ -4,6 +4,7 @@
 !> Hettich, K. O. Kortanek, SIAM Review 35, 1993, 380-429, section 2.2).
 module gestell_study_design_range_top
   use gestell_base_error, only: error_type
+  use gestell_base_verdict, only: failed, operator(/=), operator(==), stable
   use gestell_base_kinds, only: dp
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_period_monodromy, only: accuracy_type
@@ -18,7 +19,7 @@ module gestell_study_design_range_top
   use gestell_study_design_range_climb, only: climb_type, of_smooth
   use gestell_study_design_range_level, only: gain, level_of
   use gestell_study_frame_model_newton, only: rough
-  use gestell_study_speed_point, only: no_solution, reached, speed_point_type, take_turns
+  use gestell_study_speed_point, only: speed_point_type, take_turns
   implicit none (type, external)
   private
 
@@ -50,7 +51,7 @@ contains
     integer :: g, i
 
     point%speed = condition%number()
-    point%state = no_solution
+    point%state = failed
     allocate(point%values(1, size(goals)), source=-huge(1.0_dp))
     call solve_motion(neighbours, condition, trim(setting%model), setting%accuracy, any(goals%needs_motion()), motion, failure, &
       & near)
@@ -66,7 +67,7 @@ contains
       g = at%condition(i)
       point%values(1, g) = max(point%values(1, g), at%side(i) * (at%value(i) - goals(g)%limit))
     end do
-    point%state = reached
+    point%state = stable
     if (present(near)) near = motion
     if (.not. (multipliers .or. any(goals%about == of_multipliers))) return
     call take_free_vibrations(motion, setting%accuracy, point, failure)
@@ -125,7 +126,7 @@ contains
       call look(neighbours, setting, [goal], start%moved_to(climb%next), .false., point, error, motion)
       if (allocated(error)) return
       level = -huge(level)
-      if (point%state == reached) level = level_of(goal, point%values(1, 1))
+      if (point%state == stable) level = level_of(goal, point%values(1, 1))
       call climb%take(level)
     end do
     call climb_branches(neighbours, setting, goal, start, places([1, 3]), climb, error, motion)
@@ -154,7 +155,7 @@ contains
     do k = 1, most_halvings
       places(2) = (places(1) + places(3)) / 2
       call look(neighbours, setting, [goal], start%moved_to(places(2)), .false., point, error)
-      if (allocated(error) .or. point%state /= reached) exit
+      if (allocated(error) .or. point%state /= stable) exit
       levels(2) = level_of(goal, point%values(1, 1))
       if (levels(2) > levels(3)) exit
       ! the slope at the end: far from it the parabola may be wrong once

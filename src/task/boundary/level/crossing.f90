@@ -1,9 +1,10 @@
 !> Where a number of the vibration crosses its level between two places of a line.
 module gestell_task_boundary_level_crossing
   use gestell_base_error, only: error_type
+  use gestell_base_verdict, only: failed, has_vibration, verdict_type
   use gestell_base_kinds, only: dp
   use gestell_math_root_search, only: root_search_type
-  use gestell_study_speed_point, only: no_solution, speed_point_type, unreached
+  use gestell_study_speed_point, only: speed_point_type
   use gestell_task_boundary_level_line, only: level_line_type
   implicit none (type, external)
   private
@@ -15,8 +16,8 @@ module gestell_task_boundary_level_crossing
     real(dp) :: value = 0, error = 0
     !> At the smaller and at the greater value: within the level, above it, undecided where the number's error reaches across.
     character(len=9) :: below = "undecided", above = "undecided"
-    !> Whether the machine keeps to this vibration, as numbered in gestell_study_speed_point.
-    integer :: state = no_solution
+    !> Verdict on this vibration.
+    type(verdict_type) :: state = failed
     !> Whether the number is above the level behind it.
     logical :: rises = .false.
     !> Whether the number jumps there, as where the band's end meets an order of the crank, or another vibration is found.
@@ -54,7 +55,7 @@ contains
       x = search%next(step)
       call line%solve(x, point, error)
       if (allocated(error)) return
-      if (point%state > unreached) return
+      if (.not. has_vibration(point%state)) return
       call search%take(x, point%values(1, 1) - line%level)
     end do
     call line%solve(x, point, error)
@@ -112,7 +113,7 @@ contains
     real(dp), intent(in) :: level
 
     side = "undecided"
-    if (point%state > unreached) return
+    if (.not. has_vibration(point%state)) return
     if (point%values(1, 1) + point%values(2, 1) <= level) side = "within"
     if (point%values(1, 1) - point%values(2, 1) > level) side = "above"
   end function side_of

@@ -1,9 +1,9 @@
 !> Where a number of the vibration crosses its level in the plane of two parameters: its borders have on their left what is above.
 module gestell_task_boundary_level_plane
   use gestell_base_error, only: error_type
+  use gestell_base_verdict, only: failed, has_vibration, impossible, operator(==), stable, state_words, undecided, unstable
   use gestell_base_kinds, only: dp
-  use gestell_study_speed_point, only: no_mechanism, speed_order_type, speed_point_type, state_names, unreached
-  use gestell_study_tile_results, only: failed, impossible, stable, undecided, unstable, verdict_names
+  use gestell_study_speed_point, only: speed_order_type, speed_point_type
   use gestell_task_boundary_level_crossing, only: side_of
   use gestell_task_boundary_level_line, only: level_line_type
   use gestell_task_boundary_level_search, only: find_levels, level_results_type
@@ -17,7 +17,7 @@ module gestell_task_boundary_level_plane
   !> What a border of a level is, and whether the machine keeps to its vibration there.
   character(len=15), parameter, public :: level_kinds(8) = [character(len=15) :: "level", "level", "level", "level", &
     & "jump", "jump", "jump", "jump"]
-  character(len=15), parameter, public :: level_states(8) = [character(len=15) :: state_names(:unreached), state_names(:unreached)]
+  character(len=15), parameter, public :: level_states(8) = [character(len=15) :: state_words(1:4), state_words(1:4)]
 
   type, extends(plane_type), public :: level_plane_type
     !> The quantity, and what is measured of it; the level of that.
@@ -49,7 +49,7 @@ contains
       & .not. abs(along%way(3 - plane%speed_axis)) > 0
   end subroutine number_along
 
-  !> What is above the level is called unstable. Error: the parameters make no sense.
+  !> The map traces where verdicts change, so that a number above the level counts as unstable. Error: the parameters make no sense.
   subroutine probe(self, along, t, found, error)
     class(level_plane_type), intent(in) :: self
     type(line_type), intent(in) :: along
@@ -71,7 +71,7 @@ contains
       found%verdict = stable
     case default
       found%verdict = undecided
-      if (point%state > unreached) found%verdict = merge(impossible, failed, point%state == no_mechanism)
+      if (.not. has_vibration(point%state)) found%verdict = merge(impossible, failed, point%state == impossible)
     end select
   end subroutine probe
 
@@ -101,7 +101,7 @@ contains
         end if
         crossing%t = curve%position(here%x)
         crossing%error = maxval(abs(curve%position(here%ends) - crossing%t))
-        crossing%kind = 1 + here%state + merge(unreached + 1, 0, here%jumps)
+        crossing%kind = here%state%rank() + merge(size(level_kinds) / 2, 0, here%jumps)
         crossing%unstable_above = here%rises
         call found%found%add(crossing)
       end associate
@@ -133,7 +133,7 @@ contains
 
     call self%line([0.5_dp, 0.5_dp], [1.0_dp, 0.0_dp], along)
     call self%probe(along, 0.0_dp, found, error)
-    side = verdict_names(found%verdict)
+    side = found%verdict%word()
     if (found%verdict == stable) side = "within"
     if (found%verdict == unstable) side = "above"
   end subroutine in_the_middle

@@ -1,5 +1,6 @@
 !> The picture of a level: the number over the parameter, and where it crosses.
 module gestell_task_boundary_level_plot
+  use gestell_base_verdict, only: operator(==), unstable
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_output_picture_axis, only: coordinate, decade_lines, extent_lines, parameter_axis, with_unit
@@ -8,7 +9,6 @@ module gestell_task_boundary_level_plot
   use gestell_study_grid, only: axis_type
   use gestell_study_measure, only: measure_names, measure_type
   use gestell_task_boundary_level_search, only: level_results_type
-  use gestell_study_speed_point, only: unreached
   implicit none (type, external)
   private
 
@@ -71,7 +71,7 @@ contains
     end do
     lines = lines // "plot [] 'level.csv' using (X(column(1))):(over(column(2))) with lines lt 1 lw 1.5 notitle, " &
       & // "level with lines lt 7 dt 2 title 'level'"
-    if (any(results%states == unreached)) lines = lines // ", 'level.csv' using (X(column(1))):(strcol(4) eq 'unstable' ? " &
+    if (any(results%states == unstable)) lines = lines // ", 'level.csv' using (X(column(1))):(strcol(4) eq 'unstable' ? " &
       & // "over(column(2)) : NaN) with points lt 2 pt 7 ps 0.4 title 'unstable'"
     if (size(results%crossings) > 0) lines = lines // ", 'boundary.csv' using (X(column(2))):(level) with points lt 7 pt 7 " &
       & // "ps 0.9 title 'crossings'"

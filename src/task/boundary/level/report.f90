@@ -1,11 +1,11 @@
 !> The report on crossings of a level for people.
 module gestell_task_boundary_level_report
+  use gestell_base_verdict, only: operator(/=), stable, state_word
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_input_wording, only: counted
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_study_measure, only: measure_names, measure_type
-  use gestell_study_speed_point, only: reached, state_names
   use gestell_task_boundary_report, only: axes_lines
   use gestell_task_boundary_level_search, only: level_results_type
   use gestell_task_range_plan, only: sweep_plan_type
@@ -52,7 +52,7 @@ contains
       associate (c => results%crossings(i))
         report = report // concise(c%value, 13) // tab // concise(c%error, 2) // tab // trim(c%below) // tab // trim(c%above) // tab
         if (c%jumps) report = report // "a jump  "
-        if (c%state /= reached) report = report // "the vibration: " // trim(state_names(c%state))
+        if (c%state /= stable) report = report // "the vibration: " // trim(state_word(c%state))
         report = report // newline
       end associate
     end do

@@ -4,8 +4,9 @@
 !> between two points hides two crossings; between neighbours on different sides of the level there is one.
 module gestell_task_boundary_level_search
   use gestell_base_error, only: error_type
+  use gestell_base_verdict, only: failed, has_vibration, in_resonance, operator(==), verdict_type
   use gestell_base_kinds, only: dp
-  use gestell_study_speed_point, only: in_resonance, no_solution, speed_point_type, unreached
+  use gestell_study_speed_point, only: speed_point_type
   use gestell_task_boundary_level_crossing, only: crossing_type, find_crossing, side_of
   use gestell_task_boundary_level_line, only: level_line_type
   use gestell_task_common_executor, only: spread_over, work_type
@@ -28,7 +29,7 @@ module gestell_task_boundary_level_search
     type(open_type), allocatable :: places(:)
     !> The curve: the parameter, the number, its error, the state of the machine.
     real(dp), allocatable :: values(:), numbers(:), errors(:)
-    integer, allocatable :: states(:)
+    type(verdict_type), allocatable :: states(:)
     !> Whether the curve is refined as far as it should be.
     logical :: complete = .true.
   end type level_results_type
@@ -160,7 +161,7 @@ contains
     logical function differ(i)
       integer, intent(in) :: i
 
-      differ = all(curve%points(i:i + 1)%state <= unreached)
+      differ = all(has_vibration(curve%points(i:i + 1)%state))
       if (differ) differ = (curve%points(i)%values(1, 1) > line%level) .neqv. (curve%points(i + 1)%values(1, 1) > line%level)
     end function differ
 
@@ -182,9 +183,9 @@ contains
       if (.not. results%crossings(k)%found) call add(results%crossings(k)%ends(1), results%crossings(k)%ends(2))
     end do
     results%crossings = pack(results%crossings, (results%crossings%found))
-    near = [(curve%points(i)%state <= unreached .and. side_of(curve%points(i)%speed_point_type, line%level) == "undecided" &
+    near = [(has_vibration(curve%points(i)%state) .and. side_of(curve%points(i)%speed_point_type, line%level) == "undecided" &
       & .and. .not. between_ends(curve%points(i)%speed), i = 1, n)]
-    gap = curve%points%state == in_resonance .or. curve%points%state == no_solution
+    gap = curve%points%state == in_resonance .or. curve%points%state == failed
     i = 1
     do while (i <= n)
       k = i

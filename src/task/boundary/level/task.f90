@@ -1,6 +1,7 @@
 !> The task `boundary` where a quantity is named: where its peak, its rms or its band crosses a level.
 module gestell_task_boundary_level_task
   use gestell_base_error, only: error_type
+  use gestell_base_verdict, only: state_word
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, exact
   use gestell_input_machine_quantities, only: kind_of_measure
@@ -11,7 +12,7 @@ module gestell_task_boundary_level_task
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: new_unit, unit_type
   use gestell_study_measure, only: band_measure, measure_names, measure_type, new_measure
-  use gestell_study_speed_point, only: speed_order_type, state_names
+  use gestell_study_speed_point, only: speed_order_type
   use gestell_task_common_task, only: all_machines, longest_table, task_type
   use gestell_task_boundary, only: line_along
   use gestell_task_boundary_keys, only: boundary_keys
@@ -254,7 +255,7 @@ contains
       call table%add(path // "_error", unit, "the crossing lies within the value plus and minus this", (crossings%error))
       call table%add("below", "at the smaller value: within, above or undecided", (crossings%below))
       call table%add("above", "at the greater value", (crossings%above))
-      call table%add("state", "of the machine: ok, undamped, undecided or unstable", state_names(crossings%state))
+      call table%add("state", "of the machine: ok, undamped, undecided or unstable", state_word(crossings%state))
     end associate
     do i = 1, size(results%places)
       table%remarks = table%remarks // "open: " // path // " = " // exact(results%places(i)%value) // " within " &
@@ -274,7 +275,7 @@ contains
     call table%add(trim(plan%paths(1)), unit_type(words=plan%units(1)), "in the units of the input", results%values)
     call table%add(name, new_unit(trim(self%measure%unit)), trim(self%measure%meaning()), results%numbers, error=name // "_error")
     call table%add(name // "_error", new_unit(trim(self%measure%unit)), "bound on its error", results%errors)
-    call table%add("state", "ok, undamped, undecided, unstable, resonance, impossible or failed", state_names(results%states))
+    call table%add("state", "ok, undamped, undecided, unstable, resonance, impossible or failed", state_word(results%states))
   end function curve_of
 
 end module gestell_task_boundary_level_task

@@ -1,11 +1,11 @@
 !> The borders of stability between two points of a line.
 module gestell_task_boundary_line_crossing
   use gestell_base_error, only: error_type
+  use gestell_base_verdict, only: operator(/=), operator(==), stable, undecided, verdict_type
   use gestell_base_kinds, only: dp, pi
   use gestell_task_boundary_line_functions, only: border_kinds, divergence, flutter, period_doubling
   use gestell_task_boundary_line, only: line_type, probe_line, probe_type
   use gestell_task_boundary_line_root, only: find_change, find_root
-  use gestell_study_tile_results, only: stable, undecided
   use gestell_task_common_record, only: record_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
@@ -22,7 +22,7 @@ module gestell_task_boundary_line_crossing
     real(dp) :: arg = 0
     !> Whether the greater t are the unstable ones; verdicts below and above.
     logical :: unstable_above = .false.
-    integer :: verdicts(2) = undecided
+    type(verdict_type) :: verdicts(2) = undecided
   end type crossing_type
 
   type, public :: crossings_type

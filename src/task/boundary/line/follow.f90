@@ -1,10 +1,10 @@
 !> All multipliers followed along a line, from node to node as near as they want it.
 module gestell_task_boundary_line_follow
   use gestell_base_error, only: error_type
+  use gestell_base_verdict, only: impossible, operator(==)
   use gestell_base_kinds, only: dp
   use gestell_task_boundary_line_exponents, only: connect, node_type, solve_node, stretch_type
   use gestell_task_boundary_line, only: line_type
-  use gestell_study_tile_results, only: impossible
   use gestell_task_common_executor, only: spread_over, work_type
   use gestell_task_common_record, only: record_type
   implicit none (type, external)

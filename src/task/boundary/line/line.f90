@@ -4,6 +4,7 @@
 !> tolerances of borders are in u: relative to the ranges.
 module gestell_task_boundary_line
   use gestell_base_error, only: error_type
+  use gestell_base_verdict, only: failed, impossible, operator(==), unstable, verdict_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
@@ -11,9 +12,7 @@ module gestell_task_boundary_line
   use gestell_task_boundary_line_multipliers, only: border_multipliers
   use gestell_system_family, only: family_type
   use gestell_study_grid, only: axis_type
-  use gestell_study_member, only: impossible_member, member_type
-  use gestell_study_point, only: verdict_number
-  use gestell_study_tile_results, only: failed, impossible, unstable
+  use gestell_study_member, only: member_type
   use gestell_task_common_executor, only: executor_type
   use gestell_task_common_record, only: record_type
   implicit none (type, external)
@@ -40,8 +39,7 @@ module gestell_task_boundary_line
   !> The system at a point of a line.
   type, public :: probe_type
     real(dp) :: t = 0
-    !> A number of gestell_study_tile_results.
-    integer :: verdict = failed
+    type(verdict_type) :: verdict = failed
     real(dp) :: f(border_kinds) = 0
     logical :: known(border_kinds) = .false., reciprocal = .false.
     !> Argument of the largest multiplier.
@@ -108,12 +106,15 @@ contains
 
     probe%t = t
     call member%make(line%family, parameters_at(line, t), error)
-    probe%verdict = merge(impossible, failed, member%state == impossible_member)
-    if (allocated(error) .or. .not. member%is_sound()) return
+    if (allocated(error)) return
+    if (.not. member%is_sound()) then
+      probe%verdict = member%state
+      return
+    end if
     call border_multipliers(member%system, line%accuracy, multipliers, failure)
     call member%take_failure(failure, error)
     if (.not. member%is_sound()) return
-    probe%verdict = verdict_number(multipliers)
+    probe%verdict = multipliers%judge()
     probe%arg = abs(multipliers%arg(1))
     probe%z = cmplx(multipliers%log_abs, multipliers%arg, dp)
     probe%noise = multipliers%error

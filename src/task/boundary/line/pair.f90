@@ -4,10 +4,10 @@
 !> Beside a tongue delta is negative, -(detuning/2)**2, and positive in it; the greater growth is that of mean + sqrt(delta).
 module gestell_task_boundary_line_pair
   use gestell_base_error, only: error_type
+  use gestell_base_verdict, only: failed
   use gestell_base_kinds, only: dp, pi
   use gestell_task_boundary_line_exponents, only: stretch_type, wrapped
   use gestell_task_boundary_line, only: line_type, probe_line, probe_type
-  use gestell_study_tile_results, only: failed
   implicit none (type, external)
   private
 

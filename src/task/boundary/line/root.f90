@@ -1,11 +1,11 @@
 !> Where a border function changes its sign, where the verdict changes, and where a function comes nearest to zero.
 module gestell_task_boundary_line_root
   use gestell_base_error, only: error_type
+  use gestell_base_verdict, only: undecided
   use gestell_base_kinds, only: dp
   use gestell_math_root_search, only: root_search_type
   use gestell_task_boundary_line_functions, only: flutter
   use gestell_task_boundary_line, only: line_type, probe_line, probe_type
-  use gestell_study_tile_results, only: undecided
   implicit none (type, external)
   private
 

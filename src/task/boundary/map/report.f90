@@ -1,9 +1,9 @@
 !> The report on curves in the plane of two parameters for people.
 module gestell_task_boundary_map_report
+  use gestell_base_verdict, only: operator(==), stable, state_word
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_input_wording, only: counted
-  use gestell_study_speed_point, only: reached, state_names
   use gestell_task_boundary_map, only: border_map_type, border_vertex_type
   use gestell_task_boundary_map_vertex, only: finest_lines
   implicit none (type, external)
@@ -114,7 +114,7 @@ contains
     character(len=:), allocatable :: kind
 
     kind = words(vertex%kind)
-    if (vertex%state == "" .or. vertex%state == state_names(reached)) return
+    if (vertex%state == "" .or. vertex%state == state_word(stable)) return
     kind = kind // " of a vibration that is " // trim(vertex%state)
   end function description
 

@@ -4,6 +4,7 @@ module gestell_task_sweep_expansion_evaluation
   use gestell_math_lanes, only: lanes, vector_border
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
+  use gestell_base_verdict, only: stable_number, undamped_number, undecided_number, unstable_number
   use gestell_floquet_multipliers_spectra, only: found_type, is_undamped, spectra_of_eight
   use gestell_task_sweep_expansion, only: expansion_type
   use gestell_system_family, only: family_type
@@ -11,8 +12,8 @@ module gestell_task_sweep_expansion_evaluation
   use gestell_task_sweep_expansion_peaks, only: peaks_of_motion
   use gestell_study_point, only: peak_limit, solve_point, sweep_order_type
   use gestell_task_sweep_expansion_sampler, only: sampler_type
-  use gestell_study_tile_results, only: last_peak, log_rho_max, rho_error, rho_max, stable, sweep_columns, tile_results_type, &
-    & undamped, undecided, unstable, verdict, verdict_behind, xi_peak
+  use gestell_study_tile_results, only: last_peak, log_rho_max, rho_error, rho_max, sweep_columns, tile_results_type, &
+    & verdict, verdict_behind, xi_peak
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private
@@ -130,7 +131,8 @@ contains
         call set_spectra(found, columns(first:first + filled - 1, :))
         do i = 1, merge(filled, 0, bounds .and. sampler%conserves)
           if (found%stable(i) .or. found%unstable(i)) cycle
-          if (is_undamped(motion(i, :, :, parts), perturbations(1))) columns(first + i - 1, [verdict, verdict_behind]) = undamped
+          if (is_undamped(motion(i, :, :, parts), perturbations(1))) columns(first + i - 1, [verdict, verdict_behind]) = &
+            & undamped_number
         end do
       end if
       if (.not. sampler%parts%forced) cycle
@@ -155,7 +157,8 @@ contains
       columns(:, rho_max) = found%radius(:filled)
       columns(:, log_rho_max) = found%log_radius(:filled)
       columns(:, rho_error) = found%bound(:filled)
-      columns(:, verdict) = merge(stable, merge(unstable, undecided, found%unstable(:filled)), found%stable(:filled))
+      columns(:, verdict) = merge(stable_number, merge(unstable_number, undecided_number, found%unstable(:filled)), &
+        & found%stable(:filled))
       columns(:, verdict_behind) = columns(:, verdict)
     end associate
   end subroutine set_spectra
