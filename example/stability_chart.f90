@@ -47,7 +47,7 @@ end module mathieu_family
 !> The chart of Ince and Strutt, a to the right and q upward: where Mathieu's equation with some damping is unstable (#).
 program stability_chart
   use gestell_door_numerics, only: axis_type, column_verdict, dp, error_type, grid_type, new_axis, new_grid, solve_tile, &
-    & sweep_order_type, tile_results_type, tile_type, verdict_stable, verdict_undecided, verdict_unstable
+    & sweep_options, tile_results_type, tile_type, verdict_stable, verdict_undecided, verdict_unstable
   use mathieu_family, only: mathieu_family_type
   use, intrinsic :: iso_fortran_env, only: error_unit
   implicit none (type, external)
@@ -58,7 +58,7 @@ program stability_chart
   type(axis_type) :: axes(2)
   type(grid_type) :: grid
   type(tile_type) :: tile
-  type(sweep_order_type) :: order
+  type(sweep_options) :: order
   type(tile_results_type) :: results
   type(error_type), allocatable :: error
   character :: chart(columns, rows)

@@ -11,7 +11,7 @@ module design_families
   use gestell_study_design_goal, only: new_goal
   use gestell_study_design_neighbours, only: condition_type
   use gestell_study_design_parts, only: mass_part, place_parts
-  use gestell_study_design_problem, only: design_order_type
+  use gestell_study_design_problem, only: design_options
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_registry, only: input_schema, read_configuration
   use testdrive, only: error_type
@@ -56,11 +56,11 @@ module design_families
 contains
 
   !> The family of the machine with `paths` as parameters.
-  subroutine new_family(text, paths, start, family, order, configuration, error)
+  subroutine new_family(text, paths, start, family, options, configuration, error)
     character(len=*), intent(in) :: text, paths(:)
     real(dp), intent(in) :: start(:)
     type(document_family_type), intent(out) :: family
-    type(design_order_type), intent(out) :: order
+    type(design_options), intent(out) :: options
     type(configuration_type), intent(out) :: configuration
     type(error_type), allocatable, intent(out) :: error
     type(document_type) :: doc
@@ -75,35 +75,35 @@ contains
       & configuration%units, paths, start, failure)
     call check_success(error, failure)
     if (allocated(error)) return
-    order%probes = configuration%probes
-    order%model = configuration%model()
-    order%accuracy = configuration%accuracy
-    order%accuracy%tolerance = 1.0e-11_dp
-    allocate(order%objectives(0), order%constraints(0))
+    options%probes = configuration%probes
+    options%model = configuration%model()
+    options%accuracy = configuration%accuracy
+    options%accuracy%tolerance = 1.0e-11_dp
+    allocate(options%objectives(0), options%constraints(0))
   end subroutine new_family
 
   !> A design of the four-bar linkage with these parameters within -0.2 to 0.2, masses 0.1 to 2.
-  subroutine new_design(paths, quantity, measure, family, order, configuration, error)
+  subroutine new_design(paths, quantity, measure, family, options, configuration, error)
     character(len=*), intent(in) :: paths(:), quantity
     integer, intent(in) :: measure
     type(document_family_type), intent(out) :: family
-    type(design_order_type), intent(out) :: order
+    type(design_options), intent(out) :: options
     type(configuration_type), intent(out) :: configuration
     type(error_type), allocatable, intent(out) :: error
     type(gestell_error), allocatable :: failure
     integer :: k
 
-    call new_family(four_bar, paths, [(1.0_dp, k = 1, size(paths))], family, order, configuration, error)
+    call new_family(four_bar, paths, [(1.0_dp, k = 1, size(paths))], family, options, configuration, error)
     if (allocated(error)) return
-    order%lower = [(merge(0.1_dp, -0.2_dp, index(paths(k), "mass") > 0), k = 1, size(paths))]
-    order%upper = [(merge(2.0_dp, 0.2_dp, index(paths(k), "mass") > 0), k = 1, size(paths))]
-    order%body = [(merge(1, 2, index(paths(k), "one") > 0), k = 1, size(paths))]
-    order%part = [(merge(mass_part, merge(place_parts(1), place_parts(2), index(paths(k), "(1)") > 0), &
+    options%lower = [(merge(0.1_dp, -0.2_dp, index(paths(k), "mass") > 0), k = 1, size(paths))]
+    options%upper = [(merge(2.0_dp, 0.2_dp, index(paths(k), "mass") > 0), k = 1, size(paths))]
+    options%body = [(merge(1, 2, index(paths(k), "one") > 0), k = 1, size(paths))]
+    options%part = [(merge(mass_part, merge(place_parts(1), place_parts(2), index(paths(k), "(1)") > 0), &
       & index(paths(k), "mass") > 0), k = 1, size(paths))]
-    order%conditions = [condition_type()]
-    deallocate(order%objectives)
-    allocate(order%objectives(1))
-    call new_goal(configuration%frame, configuration%probes, quantity, measure, order%objectives(1), failure)
+    options%conditions = [condition_type()]
+    deallocate(options%objectives)
+    allocate(options%objectives(1))
+    call new_goal(configuration%frame, configuration%probes, quantity, measure, options%objectives(1), failure)
     call check_success(error, failure)
   end subroutine new_design
 

@@ -1,11 +1,11 @@
 !> Bad arguments to the procedures that solve families of systems.
 module hostile_studies
   use checks, only: check_that
-  use gestell_door_numerics, only: accuracy_type, axis_type, border_accuracy, border_map_type, border_type, campbell_order_type, &
+  use gestell_door_numerics, only: accuracy_type, axis_type, border_accuracy, border_map_type, border_type, campbell_options, &
     & campbell_type, critical_type, crossing_type, dp, error_type, find_borders, find_critical, find_crossings, grid_type, &
     & invalid_input, nearest_stable, nearest_type, new_axis, new_grid, resonance_curve_type, sensitivity_base_type, &
     & sensitivity_type, solve_base, solve_campbell, solve_curve, solve_parameter, solve_point, solve_sensitivity, &
-    & solve_speed_point, solve_tile, speed_order_type, speed_point_type, start_curve, sweep_columns, sweep_order_type, &
+    & solve_speed_point, solve_tile, speed_options, speed_point_type, start_curve, sweep_columns, sweep_options, &
     & tile_results_type, tile_type, trace_borders, verdict_failed, verdict_impossible
   use hostile_systems, only: answers, hostile_family, infinite, nan, refuse
   use testdrive, only: check, test_error => error_type
@@ -69,33 +69,33 @@ contains
   subroutine test_tiles(error)
     type(test_error), allocatable, intent(out) :: error
     type(grid_type) :: grid, unset
-    type(sweep_order_type) :: order, bad
+    type(sweep_options) :: options, bad
     type(tile_results_type) :: results
     type(error_type), allocatable :: failure
     character(len=:), allocatable :: complaints
 
     complaints = ""
     call new_grid(grid, [axis], failure)
-    order%columns(5:) = .false.
-    call solve_tile(hostile_family(), unset, tile_type(), order, results, failure)
+    options%columns(5:) = .false.
+    call solve_tile(hostile_family(), unset, tile_type(), options, results, failure)
     call refuse(failure, invalid_input, "grid not made", complaints)
-    call solve_tile(hostile_family(), grid, grid%tile(0), order, results, failure)
+    call solve_tile(hostile_family(), grid, grid%tile(0), options, results, failure)
     call refuse(failure, invalid_input, "tile 0", complaints)
-    call solve_tile(hostile_family(), grid, tile_type(1, [1, 1], [10**9, 1]), order, results, failure)
+    call solve_tile(hostile_family(), grid, tile_type(1, [1, 1], [10**9, 1]), options, results, failure)
     call refuse(failure, invalid_input, "tile beyond the grid", complaints)
-    bad = order
+    bad = options
     bad%engine = "x"
     call solve_tile(hostile_family(), grid, grid%tile(1), bad, results, failure)
     call refuse(failure, invalid_input, "engine", complaints)
-    bad = order
+    bad = options
     bad%accuracy%tolerance = 0
     call solve_tile(hostile_family(), grid, grid%tile(1), bad, results, failure)
     call refuse(failure, invalid_input, "tolerance", complaints)
-    bad = order
+    bad = options
     bad%columns = .false.
     call solve_tile(hostile_family(), grid, grid%tile(1), bad, results, failure)
     call answers(failure, "no columns", complaints)
-    call solve_tile(hostile_family(), grid, grid%tile(1), sweep_order_type(), results, failure)
+    call solve_tile(hostile_family(), grid, grid%tile(1), sweep_options(), results, failure)
     call answers(failure, "peaks of what is no frame", complaints)
     call check(error, complaints, "")
   end subroutine test_tiles
@@ -125,7 +125,7 @@ contains
     integer, intent(in) :: code
     character(len=:), allocatable, intent(inout) :: complaints
     type(grid_type) :: line, plane
-    type(sweep_order_type) :: order
+    type(sweep_options) :: options
     type(tile_results_type) :: results
     type(border_type), allocatable :: borders(:)
     type(border_map_type) :: map
@@ -140,16 +140,16 @@ contains
 
     call new_grid(line, [axis], failure)
     call new_grid(plane, [axis, other], failure)
-    order%columns(5:) = .false.
-    call solve_point(family, [1.0_dp], order, values, failure)
+    options%columns(5:) = .false.
+    call solve_point(family, [1.0_dp], options, values, failure)
     call said(failure, code, "solve_point: " // family%fault, complaints)
     if (family%fault == "impossible" .and. nint(values(4)) /= verdict_impossible .or. family%fault == "nan" &
       & .and. nint(values(4)) /= verdict_failed) complaints = complaints &
       & // "verdict of " // trim(family%fault) // "; "
-    call solve_tile(family, line, line%tile(1), order, results, failure)
+    call solve_tile(family, line, line%tile(1), options, results, failure)
     call said(failure, code, "solve_tile: " // family%fault, complaints)
-    order%engine = "expansion"
-    call solve_tile(family, plane, plane%tile(1), order, results, failure)
+    options%engine = "expansion"
+    call solve_tile(family, plane, plane%tile(1), options, results, failure)
     call said(failure, code, "solve_tile by expansion: " // family%fault, complaints)
     call find_borders(family, axis, accuracy_type(tolerance=border_accuracy), 1.0e-8_dp, borders, failure)
     call said(failure, code, "find_borders: " // family%fault, complaints)
@@ -157,13 +157,13 @@ contains
     call said(failure, code, "trace_borders: " // family%fault, complaints)
     call nearest_stable(family, [1.0_dp], 1, [axis], accuracy_type(), 1.0e-6_dp, nearest, failure)
     call said(failure, code, "nearest_stable: " // family%fault, complaints)
-    call solve_campbell(family, [1.0_dp, 2.0_dp], campbell_order_type(), campbell, failure)
+    call solve_campbell(family, [1.0_dp, 2.0_dp], campbell_options(), campbell, failure)
     call said(failure, code, "solve_campbell: " // family%fault, complaints)
-    call solve_curve(family, speed_order_type(names=[character(len=80) :: "f"]), [1.0_dp, 2.0_dp], curve, failure)
+    call solve_curve(family, speed_options(names=[character(len=80) :: "f"]), [1.0_dp, 2.0_dp], curve, failure)
     call said(failure, code, "solve_curve: " // family%fault, complaints)
-    call solve_speed_point(family, 1.0_dp, speed_order_type(names=[character(len=80) :: "f"]), point, failure)
+    call solve_speed_point(family, 1.0_dp, speed_options(names=[character(len=80) :: "f"]), point, failure)
     call said(failure, code, "solve_speed_point: " // family%fault, complaints)
-    call solve_sensitivity(family, 1, speed_order_type(names=[character(len=80) :: "f"]), base, found, failure)
+    call solve_sensitivity(family, 1, speed_options(names=[character(len=80) :: "f"]), base, found, failure)
     call said(failure, code, "solve_sensitivity: " // family%fault, complaints)
   end subroutine study
 
@@ -242,12 +242,12 @@ contains
     type(sensitivity_base_type) :: base
     type(sensitivity_type) :: one
     type(sensitivity_type), allocatable :: found(:)
-    type(speed_order_type) :: order, bad
+    type(speed_options) :: options, bad
     type(error_type), allocatable :: failure
     character(len=:), allocatable :: complaints
 
     complaints = ""
-    order%names = [character(len=80) :: "f"]
+    options%names = [character(len=80) :: "f"]
     call wrong_speeds([real(dp) ::], "none", complaints)
     call wrong_speeds([nan(), 1.0_dp], "nan", complaints)
     call wrong_speeds([1.0_dp, infinite()], "infinite", complaints)
@@ -256,24 +256,24 @@ contains
     call wrong_speeds([1.0_dp, 1.0_dp], "twice", complaints)
     call wrong_speeds([1.0_dp, 3.0_dp, 2.0_dp], "to and fro", complaints)
 
-    call solve_campbell(family, [1.0_dp, 2.0_dp], campbell_order_type(orders=-1), campbell, failure)
+    call solve_campbell(family, [1.0_dp, 2.0_dp], campbell_options(orders=-1), campbell, failure)
     call refuse(failure, invalid_input, "campbell: orders", complaints)
-    call find_crossings(family, campbell_order_type(orders=huge(1)), campbell, crossings, failure)
+    call find_crossings(family, campbell_options(orders=huge(1)), campbell, crossings, failure)
     call refuse(failure, invalid_input, "crossings: orders", complaints)
-    call find_crossings(family, campbell_order_type(), campbell, crossings, failure)
+    call find_crossings(family, campbell_options(), campbell, crossings, failure)
     call refuse(failure, invalid_input, "crossings of nothing", complaints)
-    call find_critical(family, campbell_order_type(), [crossing_type()], critical, failure)
+    call find_critical(family, campbell_options(), [crossing_type()], critical, failure)
     call refuse(failure, invalid_input, "critical: crossing not set", complaints)
-    call find_critical(family, campbell_order_type(), [crossing_type(mode=1, order=1.0_dp, speed=nan())], critical, failure)
+    call find_critical(family, campbell_options(), [crossing_type(mode=1, options=1.0_dp, speed=nan())], critical, failure)
     call refuse(failure, invalid_input, "critical: speed nan", complaints)
-    call find_critical(family, campbell_order_type(), [crossing_type ::], critical, failure)
+    call find_critical(family, campbell_options(), [crossing_type ::], critical, failure)
     call answers(failure, "critical: no crossings", complaints)
 
-    bad = order
+    bad = options
     bad%orders = -1
     call solve_curve(family, bad, [1.0_dp, 2.0_dp], curve, failure)
     call refuse(failure, invalid_input, "curve: orders", complaints)
-    bad = order
+    bad = options
     bad%accuracy%steps = -1
     call solve_speed_point(family, 1.0_dp, bad, point, failure)
     call refuse(failure, invalid_input, "point: steps", complaints)
@@ -282,9 +282,9 @@ contains
     call refuse(failure, invalid_input, "point: no names", complaints)
     call solve_base(family, 1, bad, base, failure)
     call refuse(failure, invalid_input, "sensitivity: no names", complaints)
-    call solve_sensitivity(family, 0, order, base, found, failure)
+    call solve_sensitivity(family, 0, options, base, found, failure)
     call refuse(failure, invalid_input, "sensitivity: no parameters", complaints)
-    call solve_sensitivity(family, -7, order, base, found, failure)
+    call solve_sensitivity(family, -7, options, base, found, failure)
     call refuse(failure, invalid_input, "sensitivity: parameters below 0", complaints)
     call solve_parameter(family, base, 1, one, failure)
     call refuse(failure, invalid_input, "sensitivity: no base", complaints)
@@ -297,11 +297,11 @@ contains
       character(len=*), intent(in) :: what
       character(len=:), allocatable, intent(inout) :: complaints
 
-      call solve_campbell(family, speeds, campbell_order_type(), campbell, failure)
+      call solve_campbell(family, speeds, campbell_options(), campbell, failure)
       call refuse(failure, invalid_input, "campbell: speeds " // what, complaints)
-      call start_curve(curve, order, speeds, failure)
+      call start_curve(curve, options, speeds, failure)
       call refuse(failure, invalid_input, "start_curve: speeds " // what, complaints)
-      call solve_curve(family, order, speeds, curve, failure)
+      call solve_curve(family, options, speeds, curve, failure)
       call refuse(failure, invalid_input, "solve_curve: speeds " // what, complaints)
     end subroutine wrong_speeds
 

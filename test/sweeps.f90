@@ -7,7 +7,7 @@ module sweeps
   use gestell_base_kinds, only: dp
   use gestell_system_family, only: family_type
   use gestell_study_grid, only: grid_type, tile_type
-  use gestell_study_point, only: sweep_order_type
+  use gestell_study_point, only: sweep_options
   use gestell_task_sweep, only: solve_tile
   use gestell_study_tile_results, only: tile_results_type, verdict
   use machines, only: frame_of_machine
@@ -33,7 +33,7 @@ contains
   end subroutine new_family
 
   !> All that follows from the multipliers.
-  pure type(sweep_order_type) function ordered(engine) result(order)
+  pure type(sweep_options) function ordered(engine) result(order)
     character(len=*), intent(in) :: engine
 
     order%engine = engine
@@ -41,10 +41,10 @@ contains
   end function ordered
 
   !> All tiles of a grid: values of shape (columns, second axis, first axis), and the last tile's results.
-  subroutine solve_grid(family, grid, order, values, error, last)
+  subroutine solve_grid(family, grid, options, values, error, last)
     class(family_type), intent(in) :: family
     type(grid_type), intent(in) :: grid
-    type(sweep_order_type), intent(in) :: order
+    type(sweep_options), intent(in) :: options
     real(dp), allocatable, intent(out) :: values(:, :, :)
     type(error_type), allocatable, intent(out) :: error
     type(tile_results_type), intent(out), optional :: last
@@ -55,10 +55,10 @@ contains
 
     second = 1
     if (size(grid%axes) == 2) second = grid%axes(2)%count
-    allocate(values(count(order%columns), second, grid%axes(1)%count))
+    allocate(values(count(options%columns), second, grid%axes(1)%count))
     do k = 1, grid%tiles()
       tile = grid%tile(k)
-      call solve_tile(family, grid, tile, order, results, failure)
+      call solve_tile(family, grid, tile, options, results, failure)
       call check_success(error, failure)
       if (allocated(error)) return
       values(:, tile%first(2):tile%last(2), tile%first(1):tile%last(1)) = results%values

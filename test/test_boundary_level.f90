@@ -9,7 +9,7 @@ module test_boundary_level
   use gestell_model_linkage, only: linkage_type
   use gestell_study_grid, only: axis_type, grid_type
   use gestell_study_measure, only: measure_type
-  use gestell_study_speed_point, only: speed_order_type
+  use gestell_study_speed_point, only: speed_options
   use gestell_task_boundary_level_plane, only: level_kinds, level_plane_type, level_states
   use gestell_task_boundary_map, only: border_map_type, trace_curves
   use slow_tests, only: new_slow
@@ -70,10 +70,10 @@ contains
     plane%deviation = deviation
     plane%kinds = level_kinds
     plane%states = level_states
-    plane%order%names = ["fx"]
-    plane%order%measures = [measure_type(quantity="fx", unit="N")]
-    plane%order%orders = 0
-    plane%order%accuracy = plane%accuracy
+    plane%options%names = ["fx"]
+    plane%options%measures = [measure_type(quantity="fx", unit="N")]
+    plane%options%orders = 0
+    plane%options%accuracy = plane%accuracy
     plane%level = level
     plane%speed_axis = 1
     call trace_curves(plane, grid_type(axes), map, failure)

@@ -12,7 +12,7 @@ module test_boundary_tongues
   use gestell_task_boundary_line_search, only: range_nodes, search_line
   use gestell_system_family, only: family_type
   use gestell_study_grid, only: axis_type, grid_type, tile_type
-  use gestell_study_point, only: sweep_order_type
+  use gestell_study_point, only: sweep_options
   use gestell_task_sweep, only: solve_tile
   use gestell_study_tile_results, only: tile_results_type, verdict
   use slow_tests, only: new_slow
@@ -186,7 +186,7 @@ contains
     integer, parameter :: points = 4000
     type(grid_type) :: grid
     type(tile_type) :: tile
-    type(sweep_order_type) :: order
+    type(sweep_options) :: options
     type(tile_results_type) :: results
     type(gestell_error), allocatable :: failure
     character(len=30) :: words
@@ -194,13 +194,13 @@ contains
     logical :: inside
 
     grid%axes = [axis_type(axis%from, axis%to, points)]
-    order%accuracy = accuracy_type(tolerance=1.0e-10_dp)
-    order%columns = .false.
-    order%columns(verdict) = .true.
+    options%accuracy = accuracy_type(tolerance=1.0e-10_dp)
+    options%columns = .false.
+    options%columns(verdict) = .true.
     do k = 1, grid%tiles()
       tile = grid%tile(k)
       first = tile%first(1)
-      call solve_tile(family, grid, tile, order, results, failure)
+      call solve_tile(family, grid, tile, options, results, failure)
       call check_success(error, failure)
       if (allocated(error)) return
       do i = 1, size(results%values, 3)

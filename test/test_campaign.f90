@@ -278,7 +278,7 @@ contains
     if (size(counts) > 1) plan%paths(2) = "b"
     plan%format = "csv"
     plan%units = spread(repeat(" ", 16), 1, size(counts))
-    plan%order%columns = [(any(k == [rho_max, verdict]), k = 1, size(plan%order%columns))]
+    plan%options%columns = [(any(k == [rho_max, verdict]), k = 1, size(plan%options%columns))]
   end subroutine new_plan
 
   !> At point (i, j) the number 1000 i + j, unstable where j = 1.

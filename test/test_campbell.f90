@@ -6,7 +6,7 @@ module test_campbell
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_study_frame_model_settled_family, only: settled_family_type
-  use gestell_task_campbell, only: campbell_order_type, campbell_type, solve_campbell
+  use gestell_task_campbell, only: campbell_options, campbell_type, solve_campbell
   use gestell_task_campbell_crossings, only: crossing_type, find_crossings
   use machines, only: frame_of_machine
   use reference_flow, only: flow_map
@@ -45,16 +45,16 @@ contains
     logical, intent(in), optional :: averaged
     type(machine_family) :: machines
     type(settled_family_type) :: family
-    type(campbell_order_type) :: order
+    type(campbell_options) :: options
     type(gestell_error), allocatable :: failure
 
-    order%orders = orders
+    options%orders = orders
     family%model = "rest"
     if (present(averaged)) family%model = merge("averaged   ", "rest       ", averaged)
     call frame_of_machine(machine, machines%frame, failure)
     allocate(family%inner, source=machines)
-    if (.not. allocated(failure)) call solve_campbell(family, speeds, order, campbell, failure)
-    if (.not. allocated(failure)) call find_crossings(family, order, campbell, crossings, failure)
+    if (.not. allocated(failure)) call solve_campbell(family, speeds, options, campbell, failure)
+    if (.not. allocated(failure)) call find_crossings(family, options, campbell, crossings, failure)
     call check_success(error, failure)
   end subroutine solve
 

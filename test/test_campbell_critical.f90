@@ -8,7 +8,7 @@ module test_campbell_critical
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_solution, only: floquet_type, solve_floquet
   use gestell_model_frame, only: frame_type
-  use gestell_task_campbell, only: campbell_order_type, campbell_type, solve_campbell
+  use gestell_task_campbell, only: campbell_options, campbell_type, solve_campbell
   use gestell_task_campbell_crossings, only: crossing_type, find_crossings
   use gestell_task_critical, only: amplitude, critical_type, find_critical, force, no_peak, peak, self_excited, unbounded
   use gestell_study_vibration, only: solve_vibration, vibration_type
@@ -42,18 +42,18 @@ contains
     type(critical_type), allocatable, intent(out) :: critical(:)
     type(error_type), allocatable, intent(out) :: error
     type(machine_family) :: family
-    type(campbell_order_type) :: order
+    type(campbell_options) :: options
     type(campbell_type) :: campbell
     type(crossing_type), allocatable :: crossings(:)
     type(gestell_error), allocatable :: failure
     integer :: i
 
-    order%orders = orders
+    options%orders = orders
     call frame_of_machine(machine, family%frame, failure)
     if (.not. allocated(failure)) call solve_campbell(family, [(from + (to - from) * (i - 1) / (count - 1), i = 1, count)], &
-      & order, campbell, failure)
-    if (.not. allocated(failure)) call find_crossings(family, order, campbell, crossings, failure)
-    if (.not. allocated(failure)) call find_critical(family, order, crossings, critical, failure)
+      & options, campbell, failure)
+    if (.not. allocated(failure)) call find_crossings(family, options, campbell, crossings, failure)
+    if (.not. allocated(failure)) call find_critical(family, options, crossings, critical, failure)
     call check_success(error, failure)
   end subroutine solve
 

@@ -5,7 +5,7 @@ module test_campbell_tracking
   use gestell_base_error, only: gestell_error => error_type, fatal_error, impossible_mechanism
   use gestell_base_kinds, only: dp, pi
   use gestell_model_frame, only: frame_type
-  use gestell_task_campbell, only: campbell_order_type, campbell_type, solve_campbell
+  use gestell_task_campbell, only: campbell_options, campbell_type, solve_campbell
   use gestell_task_campbell_crossings, only: crossing_type, find_crossings
   use gestell_system_family, only: family_type
   use gestell_study_mode_type, only: assurance
@@ -67,7 +67,7 @@ contains
 
     call frame_of_machine(khang_machine(240.0_dp), family%frame, failure)
     if (.not. allocated(failure)) call solve_campbell(family, [600.0_dp, (680 + 3.1_dp * i, i = 0, 17), 800.0_dp], &
-      & campbell_order_type(), campbell, failure)
+      & campbell_options(), campbell, failure)
     call check_success(error, failure)
     if (allocated(error)) return
     call check(error, any(.not. campbell%points%unambiguous), more="sure")
@@ -134,9 +134,9 @@ contains
     do way = 1, 3
       family%turning = way == 1
       if (allocated(failure)) exit
-      if (way == 1) call solve_campbell(family, [310.0_dp, 480.0_dp], campbell_order_type(), campbell, failure)
-      if (way == 2) call solve_campbell(family, [310.0_dp, 400.0_dp, 500.0_dp, 590.0_dp], campbell_order_type(), campbell, failure)
-      if (way == 3) call solve_campbell(family, [590.0_dp, 500.0_dp, 400.0_dp, 310.0_dp], campbell_order_type(), campbell, failure)
+      if (way == 1) call solve_campbell(family, [310.0_dp, 480.0_dp], campbell_options(), campbell, failure)
+      if (way == 2) call solve_campbell(family, [310.0_dp, 400.0_dp, 500.0_dp, 590.0_dp], campbell_options(), campbell, failure)
+      if (way == 3) call solve_campbell(family, [590.0_dp, 500.0_dp, 400.0_dp, 310.0_dp], campbell_options(), campbell, failure)
       if (allocated(failure)) exit
       last = size(campbell%points)
       low = merge(last, 1, way == 3)
@@ -181,9 +181,9 @@ contains
     machine%free(3) = .false.
     machine%foundation_damping = 0
     call frame_of_machine(machine, family%inner%frame, failure)
-    if (.not. allocated(failure)) call solve_campbell(family, speeds, campbell_order_type(), whole, failure, executor)
+    if (.not. allocated(failure)) call solve_campbell(family, speeds, campbell_options(), whole, failure, executor)
     do i = 1, 2
-      if (.not. allocated(failure)) call solve_campbell(family, speeds(i:i + 1), campbell_order_type(), halves(i), failure)
+      if (.not. allocated(failure)) call solve_campbell(family, speeds(i:i + 1), campbell_options(), halves(i), failure)
     end do
     call check_success(error, failure)
     if (allocated(error)) return
@@ -220,17 +220,17 @@ contains
   subroutine test_gap(error)
     type(error_type), allocatable, intent(out) :: error
     type(broken_family) :: family
-    type(campbell_order_type) :: order
+    type(campbell_options) :: options
     type(campbell_type) :: campbell
     type(crossing_type), allocatable :: crossings(:)
     type(gestell_error), allocatable :: failure
     integer :: i
 
-    order%orders = 5
+    options%orders = 5
     call frame_of_machine(khang_machine(240.0_dp), family%inner%frame, failure)
     family%hole = [390.0_dp, 420.0_dp]
-    if (.not. allocated(failure)) call solve_campbell(family, [(290.0_dp + 10 * i, i = 1, 21)], order, campbell, failure)
-    if (.not. allocated(failure)) call find_crossings(family, order, campbell, crossings, failure)
+    if (.not. allocated(failure)) call solve_campbell(family, [(290.0_dp + 10 * i, i = 1, 21)], options, campbell, failure)
+    if (.not. allocated(failure)) call find_crossings(family, options, campbell, crossings, failure)
     call check_success(error, failure)
     if (allocated(error)) return
     call check(error, count(.not. campbell%points%solved), 2, more="points in the gap")

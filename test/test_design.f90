@@ -9,7 +9,7 @@ module test_design
   use gestell_model_mechanism, only: a1_dd, a2_dd, table_columns
   use gestell_study_design, only: halton, is_convex, prove, search_from
   use gestell_study_design_goal, only: new_goal
-  use gestell_study_design_problem, only: design_order_type, evaluate_goals, goal_branches_type, inside
+  use gestell_study_design_problem, only: design_options, evaluate_goals, goal_branches_type, inside
   use gestell_study_measure, only: peak_measure, rms_measure
   use gestell_task_common_configuration, only: configuration_type
   use slow_tests, only: new_slow
@@ -38,7 +38,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: n = 256
     type(document_family_type) :: family
-    type(design_order_type) :: order
+    type(design_options) :: options
     type(configuration_type) :: configuration
     type(optimum_type) :: optimum
     type(gestell_error), allocatable :: failure
@@ -46,9 +46,9 @@ contains
     complex(dp) :: c, s(n)
     integer :: k
 
-    call new_design(places(:2), "shaking.f", rms_measure, family, order, configuration, error)
+    call new_design(places(:2), "shaking.f", rms_measure, family, options, configuration, error)
     if (allocated(error)) return
-    call search_from(family, order, [0.1_dp, -0.1_dp], optimum, failure)
+    call search_from(family, options, [0.1_dp, -0.1_dp], optimum, failure)
     call check_success(error, failure)
     if (allocated(error)) return
     phi = [(2 * pi * k / n, k = 1, n)]
@@ -59,24 +59,24 @@ contains
     ! the counterweight has 1 kg
     call check_that(error, abs(optimum%x - [-real(c), -aimag(c)]), "<=", 1.0e-8_dp, "its place")
     call check_that(error, abs(optimum%objective / left - 1), "<=", 1.0e-12_dp, "what is left")
-    call check_that(error, is_convex(order), "==", .true., "convex")
-    call check_that(error, prove(order, optimum) / left, "<=", 1.0e-8_dp, "gap")
+    call check_that(error, is_convex(options), "==", .true., "convex")
+    call check_that(error, prove(options, optimum) / left, "<=", 1.0e-8_dp, "gap")
   end subroutine test_crank
 
   !> Berkof, Lowen, J. Eng. Ind. 91, 1969, 21-26: opposite to crank and rocker, 0.0365675675675676 and 0.0667027027027027 kg m.
   subroutine test_complete(error)
     type(error_type), allocatable, intent(out) :: error
     type(document_family_type) :: family
-    type(design_order_type) :: order
+    type(design_options) :: options
     type(configuration_type) :: configuration
     type(optimum_type) :: optimum
     type(gestell_error), allocatable :: failure
     real(dp) :: before
 
-    call new_design(places, "shaking.f", rms_measure, family, order, configuration, error)
+    call new_design(places, "shaking.f", rms_measure, family, options, configuration, error)
     if (allocated(error)) return
     before = value_at([0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp])
-    call search_from(family, order, [0.1_dp, -0.1_dp, 0.0_dp, 0.05_dp], optimum, failure)
+    call search_from(family, options, [0.1_dp, -0.1_dp, 0.0_dp, 0.05_dp], optimum, failure)
     call check_success(error, failure)
     call check_that(error, optimum%objective / before, "<=", 1.0e-6_dp, "the force that is left")
     call check_that(error, abs(optimum%x - [-0.0365675675675676_dp, 0.0_dp, -0.0667027027027027_dp, 0.0_dp]), "<=", 1.0e-7_dp, &
@@ -88,7 +88,7 @@ contains
       real(dp), intent(in) :: x(:)
       type(goal_branches_type) :: at
 
-      call evaluate_goals(family, order, order%objectives, x, .false., at, failure)
+      call evaluate_goals(family, options, options%objectives, x, .false., at, failure)
       value_at = maxval(at%value)
     end function value_at
 
@@ -99,7 +99,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     character(len=*), parameter :: paths(6) = [character(len=20) :: places, "link(one).mass", "link(two).mass"]
     type(document_family_type) :: family
-    type(design_order_type) :: order
+    type(design_options) :: options
     type(configuration_type) :: configuration
     type(optimum_type) :: optimum
     type(goal_branches_type) :: at
@@ -107,27 +107,27 @@ contains
     real(dp) :: gap, x(6)
     integer :: k
 
-    call new_design(paths, "shaking.f", peak_measure, family, order, configuration, error)
+    call new_design(paths, "shaking.f", peak_measure, family, options, configuration, error)
     if (allocated(error)) return
-    deallocate(order%constraints)
-    allocate(order%constraints(1))
-    call new_goal(configuration%frame, configuration%probes, "added_mass", peak_measure, order%constraints(1), failure)
-    order%constraints%offset = configuration%frame%mass + configuration%frame%mechanism%mass
-    order%constraints%limit = -1.6_dp
-    call check_that(error, is_convex(order), "==", .true., "convex")
-    call search_from(family, order, [0.1_dp, -0.1_dp, 0.0_dp, 0.05_dp, 0.3_dp, 0.3_dp], optimum, failure)
+    deallocate(options%constraints)
+    allocate(options%constraints(1))
+    call new_goal(configuration%frame, configuration%probes, "added_mass", peak_measure, options%constraints(1), failure)
+    options%constraints%offset = configuration%frame%mass + configuration%frame%mechanism%mass
+    options%constraints%limit = -1.6_dp
+    call check_that(error, is_convex(options), "==", .true., "convex")
+    call search_from(family, options, [0.1_dp, -0.1_dp, 0.0_dp, 0.05_dp, 0.3_dp, 0.3_dp], optimum, failure)
     call check_success(error, failure)
     if (allocated(error)) return
-    gap = prove(order, optimum)
+    gap = prove(options, optimum)
     call check_that(error, optimum%feasible, "==", .true., "feasible")
     call check_that(error, gap / optimum%objective, "<=", 1.0e-5_dp, "gap")
     call check_that(error, optimum%stationarity, "<=", 1.0e-6_dp, "optimality")
     call check_that(error, sum(optimum%x(5:)), "<=", 0.4_dp + 1.0e-9_dp, "mass")
     do k = 1, 300
-      x = order%lower + halton(k, 6) * (order%upper - order%lower)
+      x = options%lower + halton(k, 6) * (options%upper - options%lower)
       x(5:) = x(5:) * min(1.0_dp, 0.4_dp / sum(x(5:)))
       if (mod(k, 2) == 0) x = optimum%x + 0.01_dp * (x - optimum%x)
-      call evaluate_goals(family, order, order%objectives, x, .false., at, failure)
+      call evaluate_goals(family, options, options%objectives, x, .false., at, failure)
       call check_that(error, maxval(at%value), ">=", optimum%objective - gap, "a point of the cloud")
       if (allocated(error)) return
     end do
@@ -140,21 +140,21 @@ contains
     character(len=*), parameter :: paths(6) = [character(len=20) :: places, "link(one).mass", "link(two).mass"]
     real(dp), parameter :: theirs = 19.028966461295_dp
     type(document_family_type) :: family
-    type(design_order_type) :: order
+    type(design_options) :: options
     type(configuration_type) :: configuration
     type(optimum_type) :: optimum
     type(gestell_error), allocatable :: failure
 
-    call new_design(paths, "shaking.f", rms_measure, family, order, configuration, error)
+    call new_design(paths, "shaking.f", rms_measure, family, options, configuration, error)
     if (allocated(error)) return
-    order%lower(:4) = -0.05_dp
-    order%upper = [0.05_dp, 0.05_dp, 0.05_dp, 0.05_dp, 0.5_dp, 0.5_dp]
-    deallocate(order%constraints)
-    allocate(order%constraints(1))
-    call new_goal(configuration%frame, configuration%probes, "added_mass", peak_measure, order%constraints(1), failure)
-    order%constraints%offset = configuration%frame%mass + configuration%frame%mechanism%mass
-    order%constraints%limit = -1.4_dp / (1 + inside)
-    call search_from(family, order, [0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 0.2_dp, 0.2_dp], optimum, failure)
+    options%lower(:4) = -0.05_dp
+    options%upper = [0.05_dp, 0.05_dp, 0.05_dp, 0.05_dp, 0.5_dp, 0.5_dp]
+    deallocate(options%constraints)
+    allocate(options%constraints(1))
+    call new_goal(configuration%frame, configuration%probes, "added_mass", peak_measure, options%constraints(1), failure)
+    options%constraints%offset = configuration%frame%mass + configuration%frame%mechanism%mass
+    options%constraints%limit = -1.4_dp / (1 + inside)
+    call search_from(family, options, [0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 0.2_dp, 0.2_dp], optimum, failure)
     call check_success(error, failure)
     call check_that(error, abs(optimum%objective / theirs - 1), "<=", 1.0e-8_dp, "the objective")
     call check_that(error, abs(optimum%x - [-0.05_dp, -1.59007e-5_dp, -0.05_dp, 1.99088e-4_dp, 0.5_dp, 0.1_dp]), "<=", &
@@ -169,19 +169,19 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: population = 40
     type(document_family_type) :: family
-    type(design_order_type) :: order
+    type(design_options) :: options
     type(configuration_type) :: configuration
     type(optimum_type) :: optimum
     type(gestell_error), allocatable :: failure
     real(dp) :: best, x(4, population), f(population), trial(4), value
     integer :: k, g, draws, pick(3), used, j
 
-    call new_design(places, "f", peak_measure, family, order, configuration, error)
+    call new_design(places, "f", peak_measure, family, options, configuration, error)
     if (allocated(error)) return
     best = huge(best)
     used = 0
     do k = 1, 8
-      call search_from(family, order, order%lower + halton(k, 4) * (order%upper - order%lower), optimum, failure)
+      call search_from(family, options, options%lower + halton(k, 4) * (options%upper - options%lower), optimum, failure)
       call check_success(error, failure)
       if (allocated(error)) return
       best = min(best, optimum%objective)
@@ -189,13 +189,13 @@ contains
     end do
     draws = 12345
     do k = 1, population
-      x(:, k) = order%lower + drawn(4) * (order%upper - order%lower)
+      x(:, k) = options%lower + drawn(4) * (options%upper - options%lower)
       f(k) = value_at(x(:, k))
     end do
     do g = 1, 100 * used / population
       do k = 1, population
         pick = 1 + int(population * drawn(3))
-        trial = min(max(x(:, pick(1)) + 0.7_dp * (x(:, pick(2)) - x(:, pick(3))), order%lower), order%upper)
+        trial = min(max(x(:, pick(1)) + 0.7_dp * (x(:, pick(2)) - x(:, pick(3))), options%lower), options%upper)
         j = 1 + int(4 * maxval(drawn(1)))
         trial = merge(trial, x(:, k), drawn(4) < 0.9_dp .or. [1, 2, 3, 4] == j)
         value = value_at(trial)
@@ -225,7 +225,7 @@ contains
       real(dp), intent(in) :: there(:)
       type(goal_branches_type) :: at
 
-      call evaluate_goals(family, order, order%objectives, there, .false., at, failure)
+      call evaluate_goals(family, options, options%objectives, there, .false., at, failure)
       value_at = huge(value_at)
       if (at%known) value_at = maxval(at%value)
     end function value_at

@@ -10,7 +10,7 @@ module test_design_gradients
   use gestell_study_design_goal, only: goal_type, new_goal
   use gestell_study_design_neighbours, only: condition_type
   use gestell_study_design_parts, only: inertia_part, mass_part, other_part, place_parts
-  use gestell_study_design_problem, only: design_order_type, evaluate_goals, goal_branches_type
+  use gestell_study_design_problem, only: design_options, evaluate_goals, goal_branches_type
   use gestell_study_measure, only: band_measure, peak_measure, rms_measure
   use gestell_task_common_configuration, only: configuration_type
   use slow_tests, only: new_slow
@@ -153,7 +153,7 @@ contains
     real(dp), intent(in) :: start(:), range(:)
     type(error_type), allocatable, intent(out) :: error
     type(document_family_type) :: family
-    type(design_order_type) :: order
+    type(design_options) :: options
     type(configuration_type) :: configuration
     type(goal_branches_type) :: above(3), at, below(3)
     type(goal_type), allocatable :: goals(:)
@@ -161,14 +161,14 @@ contains
     real(dp) :: table(3), x(size(start)), h, change, found, unit, side, part_of_change
     integer :: g, k, i, b, n
 
-    call new_family(text, paths, start, family, order, configuration, error)
+    call new_family(text, paths, start, family, options, configuration, error)
     if (allocated(error)) return
-    order%lower = start - range / 2
-    order%upper = start + range / 2
-    order%conditions = [condition_type()]
-    order%link = link
-    order%part = part
-    order%unit = [(1.0_dp, k = 1, size(start))]
+    options%lower = start - range / 2
+    options%upper = start + range / 2
+    options%conditions = [condition_type()]
+    options%link = link
+    options%part = part
+    options%unit = [(1.0_dp, k = 1, size(start))]
     n = size(names)
     allocate(goals(n))
     do g = 1, n
@@ -176,7 +176,7 @@ contains
       call check_success(error, failure)
       if (allocated(error)) return
     end do
-    call evaluate_goals(family, order, goals, start, .true., at, failure)
+    call evaluate_goals(family, options, goals, start, .true., at, failure)
     call check_success(error, failure)
     call check_that(error, at%known, "==", .true., trim(what) // " known")
     if (allocated(error)) return
@@ -185,11 +185,11 @@ contains
         h = range(k) * 0.01_dp / 2**i
         x = start
         x(k) = start(k) + h
-        call evaluate_goals(family, order, goals, x, .true., above(i), failure)
+        call evaluate_goals(family, options, goals, x, .true., above(i), failure)
         call check_success(error, failure)
         if (allocated(error)) return
         x(k) = start(k) - h
-        call evaluate_goals(family, order, goals, x, .true., below(i), failure)
+        call evaluate_goals(family, options, goals, x, .true., below(i), failure)
         call check_success(error, failure)
         if (allocated(error)) return
       end do

@@ -7,7 +7,7 @@ module test_peaks
   use gestell_base_kinds, only: dp, pi
   use gestell_system_family, only: family_type
   use gestell_study_grid, only: axis_type, grid_type, new_grid
-  use gestell_study_point, only: peak_limit, solve_point, sweep_order_type
+  use gestell_study_point, only: peak_limit, solve_point, sweep_options
   use gestell_study_tile_results, only: psi_peak, rho_error, rho_max, sweep_columns, tile_results_type, xi_peak
   use slow_tests, only: new_slow
   use sweeps, only: new_family, solve_grid
@@ -115,11 +115,11 @@ contains
     call new_family(family, error)
     if (allocated(error)) return
     call new_grid(grid, [axis_type(400.0_dp, 450.0_dp, 100), axis_type(0.9_dp, 1.1_dp, 100)], failure)
-    call solve_grid(family, grid, sweep_order_type(), values, error, last)
+    call solve_grid(family, grid, sweep_options(), values, error, last)
     if (allocated(error)) return
     call check_that(error, last%checks, ">", 0, "the expansion was not used")
     if (allocated(error)) return
-    call compare_peaks(family, grid, sweep_order_type(), values, error)
+    call compare_peaks(family, grid, sweep_options(), values, error)
   end subroutine test_machine
 
   !> Beside and on a resonance, where E - Phi is nearly singular: without dampers at 5 times the crank's speed. Points near
@@ -135,9 +135,9 @@ contains
     if (allocated(error)) return
     family%frame%damping = 1.0e-6_dp * family%frame%damping
     call new_grid(grid, [axis_type(238.0_dp, 248.0_dp, 40), axis_type(0.99_dp, 1.01_dp, 40)], failure)
-    call solve_grid(family, grid, sweep_order_type(engine="expansion"), values, error)
+    call solve_grid(family, grid, sweep_options(engine="expansion"), values, error)
     if (allocated(error)) return
-    call compare_peaks(family, grid, sweep_order_type(), values, error)
+    call compare_peaks(family, grid, sweep_options(), values, error)
     if (allocated(error)) return
     call check_that(error, maxval(values(xi_peak, :, :)), ">", 100 * minval(values(xi_peak, :, :)), "there is no resonance")
   end subroutine test_resonance
@@ -147,7 +147,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(machine_family) :: family
     type(grid_type) :: grid
-    type(sweep_order_type) :: order
+    type(sweep_options) :: options
     real(dp), allocatable :: values(:, :, :)
     real(dp) :: own(sweep_columns)
     type(gestell_error), allocatable :: failure
@@ -157,15 +157,15 @@ contains
     if (allocated(error)) return
     family%frame%mass = 1.8_dp
     family%frame%inertia = 0.03_dp
-    order%accuracy%tolerance = 1.0e-12_dp
-    order%engine = "expansion"
+    options%accuracy%tolerance = 1.0e-12_dp
+    options%engine = "expansion"
     call new_grid(grid, [axis_type(100.0_dp, 900.0_dp, 100)], failure)
-    call solve_grid(family, grid, order, values, error)
+    call solve_grid(family, grid, options, values, error)
     if (allocated(error)) return
     do i = 1, size(values, 3), 3
-      call solve_point(family, grid%parameters(i, 1), order, own, failure)
+      call solve_point(family, grid%parameters(i, 1), options, own, failure)
       ! Of each peak by itself, much less than what is promised for the greatest.
-      call check_that(error, abs(values(xi_peak:psi_peak, 1, i) / own(xi_peak:psi_peak) - 1), "<=", 0.05_dp * peak_limit(order), &
+      call check_that(error, abs(values(xi_peak:psi_peak, 1, i) / own(xi_peak:psi_peak) - 1), "<=", 0.05_dp * peak_limit(options), &
         & "a peak is wrong")
       if (allocated(error)) return
     end do
@@ -176,7 +176,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(machine_family) :: family
     type(grid_type) :: grid
-    type(sweep_order_type) :: order
+    type(sweep_options) :: options
     real(dp), allocatable :: values(:, :, :)
     real(dp) :: own(sweep_columns)
     type(gestell_error), allocatable :: failure
@@ -185,13 +185,13 @@ contains
     call new_family(family, error)
     if (allocated(error)) return
     family%frame%damping = 5000 * family%frame%damping
-    order%accuracy%tolerance = 1.0e-6_dp
-    order%engine = "expansion"
+    options%accuracy%tolerance = 1.0e-6_dp
+    options%engine = "expansion"
     call new_grid(grid, [axis_type(200.0_dp, 400.0_dp, 100)], failure)
-    call solve_grid(family, grid, order, values, error)
+    call solve_grid(family, grid, options, values, error)
     if (allocated(error)) return
     do i = 1, size(values, 3), 3
-      call solve_point(family, grid%parameters(i, 1), order, own, failure)
+      call solve_point(family, grid%parameters(i, 1), options, own, failure)
       ! Phi(T) to 1e-6 of its size, and less than ten times that where multipliers of one size are not normal.
       call check(error, values(rho_max, 1, i), own(rho_max), rel=.true., thr=1.0e-5_dp)
       if (allocated(error)) return
@@ -202,10 +202,10 @@ contains
   end subroutine test_small
 
   !> Every seventh point against a solution of its own: peaks to the limit that is promised, in the units of the states.
-  subroutine compare_peaks(family, grid, order, values, error)
+  subroutine compare_peaks(family, grid, options, values, error)
     class(family_type), intent(in) :: family
     type(grid_type), intent(in) :: grid
-    type(sweep_order_type), intent(in) :: order
+    type(sweep_options), intent(in) :: options
     real(dp), intent(in) :: values(:, :, :)
     type(error_type), allocatable, intent(out) :: error
     type(gestell_error), allocatable :: failure
@@ -214,7 +214,7 @@ contains
 
     do i = 1, size(values, 3), 7
       do j = 1 + mod(i, 7), size(values, 2), 7
-        call solve_point(family, grid%parameters(i, j), order, own, failure)
+        call solve_point(family, grid%parameters(i, j), options, own, failure)
         call check_success(error, failure)
         if (allocated(error)) return
         call check(error, all(ieee_is_nan(own(xi_peak:psi_peak)) .eqv. ieee_is_nan(values(xi_peak:psi_peak, j, i))), &
@@ -222,7 +222,7 @@ contains
         if (allocated(error)) return
         ! eta, psi, xi of this machine are of one size in balanced units.
         if (.not. ieee_is_nan(own(xi_peak))) call check_that(error, abs(values(xi_peak:psi_peak, j, i) - own(xi_peak:psi_peak)), &
-          & "<=", 2 * peak_limit(order) * maxval(own(xi_peak:psi_peak)), "a peak is wrong")
+          & "<=", 2 * peak_limit(options) * maxval(own(xi_peak:psi_peak)), "a peak is wrong")
         if (allocated(error)) return
       end do
     end do

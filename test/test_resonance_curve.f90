@@ -10,7 +10,7 @@ module test_resonance_curve
   use gestell_model_linkage, only: linkage_type
   use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
   use gestell_task_resonance_curve, only: resonance_curve_type, solve_curve
-  use gestell_study_speed_point, only: speed_order_type
+  use gestell_study_speed_point, only: speed_options
   use gestell_system_periodic, only: periodic_system
   use gestell_study_frame_model_settled_family, only: settled_family_type
   use machines, only: frame_of_machine
@@ -69,7 +69,7 @@ contains
     amplitude = unbalance / total * r**2 / hypot(1 - r**2, 2 * ratio * r)
   end function amplitude
 
-  pure type(speed_order_type) function order_of(names)
+  pure type(speed_options) function order_of(names)
     character(len=*), intent(in) :: names(:)
 
     allocate(order_of%names(size(names)), order_of%probes(0))

@@ -7,7 +7,7 @@ module test_sensitivity
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
   use gestell_system_family, only: family_type
   use gestell_task_sensitivity, only: sensitivity_base_type, sensitivity_type, solve_sensitivity
-  use gestell_study_speed_point, only: speed_order_type
+  use gestell_study_speed_point, only: speed_options
   use gestell_system_periodic, only: periodic_system
   use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
@@ -103,7 +103,7 @@ contains
     g(1) = g(1) + 2
   end function slopes
 
-  pure type(speed_order_type) function order_of(name)
+  pure type(speed_options) function order_of(name)
     character(len=*), intent(in) :: name
 
     allocate(order_of%names(1), order_of%probes(0))
@@ -115,7 +115,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: tolerances(2) = [1.0e-6_dp, 1.0e-15_dp]
     type(relative_family) :: family
-    type(speed_order_type) :: order
+    type(speed_options) :: options
     type(sensitivity_base_type) :: base
     type(sensitivity_type), allocatable :: found(:)
     type(gestell_error), allocatable :: failure
@@ -127,11 +127,11 @@ contains
     if (allocated(error)) return
     family%members => members
     g = slopes(family, 1)
-    order = order_of("xi")
+    options = order_of("xi")
     do i = 1, size(tolerances)
       members = 0
-      order%accuracy%tolerance = tolerances(i)
-      call solve_sensitivity(family, 4, order, base, found, failure)
+      options%accuracy%tolerance = tolerances(i)
+      call solve_sensitivity(family, 4, options, base, found, failure)
       call check_success(error, failure)
       if (.not. allocated(error)) call check(error, members, 1 + 4 * 2 * merge(3, 7, i == 1), more="solutions")
       do k = 1, 4

@@ -8,7 +8,7 @@ module test_sweep
   use gestell_base_verdict, only: impossible => impossible_number, stable => stable_number, undecided => undecided_number, &
     & unstable => unstable_number
   use gestell_study_grid, only: axis_type, grid_type, new_axis, new_grid, tile_type
-  use gestell_study_point, only: solve_point, sweep_order_type
+  use gestell_study_point, only: solve_point, sweep_options
   use gestell_study_tile_results, only: log_rho_max, rho_error, rho_max, sweep_columns, tile_results_type, verdict
   use gestell_task_sweep, only: solve_tile
   use gestell_task_sweep_expansion_variable, only: inverse, itself, logarithm, variable_type
@@ -297,7 +297,7 @@ contains
     type(machine_family) :: family
     type(gestell_error), allocatable :: failure
     type(grid_type) :: grid
-    type(sweep_order_type) :: order
+    type(sweep_options) :: options
     real(dp), allocatable :: values(:, :, :)
     real(dp) :: own(sweep_columns)
     integer :: i, j
@@ -305,12 +305,12 @@ contains
     call new_family(family, error)
     if (allocated(error)) return
     call new_grid(grid, [axis_type(300.0_dp, 500.0_dp, 84), axis_type(0.25_dp, 0.5_dp, 84)], failure)
-    order = ordered("expansion")
-    call solve_grid(family, grid, order, values, error)
+    options = ordered("expansion")
+    call solve_grid(family, grid, options, values, error)
     if (allocated(error)) return
     do i = 1, 84, 3
       do j = 1 + mod(i, 10), 84, 10
-        call solve_point(family, grid%parameters(i, j), order, own, failure)
+        call solve_point(family, grid%parameters(i, j), options, own, failure)
         call check_success(error, failure)
         if (allocated(error)) return
         call check_that(error, abs(values(rho_max, j, i) - own(rho_max)), "<=", values(rho_error, j, i) * values(rho_max, j, i) &
@@ -335,17 +335,17 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(gestell_error), allocatable :: failure
     type(oscillator_family) :: family
-    type(sweep_order_type) :: order
+    type(sweep_options) :: options
     type(grid_type) :: grid
     real(dp), allocatable :: all(:, :, :), one(:, :, :)
 
     call new_grid(grid, [axis_type(0.1_dp, 0.4_dp, 40), axis_type(1.0_dp, 9.0_dp, 40)], failure)
-    order = ordered("expansion")
-    call solve_grid(family, grid, order, all, error)
+    options = ordered("expansion")
+    call solve_grid(family, grid, options, all, error)
     if (allocated(error)) return
-    order%columns = .false.
-    order%columns(rho_max) = .true.
-    call solve_grid(family, grid, order, one, error)
+    options%columns = .false.
+    options%columns(rho_max) = .true.
+    call solve_grid(family, grid, options, one, error)
     if (allocated(error)) return
     call check_that(error, size(one, 1), "==", 1, "columns")
     call check_that(error, maxval(abs(one(1, :, :) - all(rho_max, :, :))), "<", 1.0e-14_dp, "greatest multiplier")

@@ -8,7 +8,7 @@ module test_table
   use gestell_base_error, only: fatal_error
   use gestell_system_family, only: family_type
   use gestell_study_grid, only: axis_type, grid_type, new_grid
-  use gestell_study_point, only: sweep_order_type
+  use gestell_study_point, only: sweep_options
   use gestell_study_table, only: exchange_mechanisms
   use gestell_study_tile_results, only: tile_results_type
   use gestell_system_periodic, only: periodic_system
@@ -155,18 +155,18 @@ contains
     type(one_mechanism_type) :: family
     type(frame_type) :: plain
     type(grid_type) :: grid
-    type(sweep_order_type) :: order
+    type(sweep_options) :: options
     type(tile_results_type) :: results(2)
     integer, target :: evaluations
     integer :: k, counted(2)
 
     call counted_frame(plain, family%frame, evaluations, failure)
     if (.not. allocated(failure)) call new_grid(grid, [axis_type(21.0_dp, 31.0_dp, 160), axis_type(0.8_dp, 1.2_dp, 160)], failure)
-    order%engine = "expansion"
+    options%engine = "expansion"
     do k = 1, 2
       family%told = k == 1
       evaluations = 0
-      if (.not. allocated(failure)) call solve_tile(family, grid, grid%tile(6), order, results(k), failure)
+      if (.not. allocated(failure)) call solve_tile(family, grid, grid%tile(6), options, results(k), failure)
       call check_success(error, failure)
       if (allocated(error)) return
       counted(k) = evaluations

@@ -22,7 +22,7 @@ program chart
   use gestell_task_range_plan, only: sweep_plan_type
   use gestell_task_sweep_expansion_cell, only: random_points
   use gestell_study_grid, only: tile_type
-  use gestell_study_point, only: solve_point, sweep_order_type
+  use gestell_study_point, only: solve_point, sweep_options
   use gestell_task_sweep, only: solve_tile
   use gestell_study_tile_results, only: rho_max, sweep_columns, tile_results_type
   use gestell_system_periodic, only: periodic_system
@@ -105,7 +105,7 @@ contains
     allocate(tiles(plan%grid%tiles()))
     call cpu_time(begin)
     do i = 1, size(tiles)
-      call solve_tile(plan%family, plan%grid, plan%grid%tile(i), plan%order, tiles(i), error)
+      call solve_tile(plan%family, plan%grid, plan%grid%tile(i), plan%options, tiles(i), error)
       if (allocated(error)) error stop error%message
     end do
     call cpu_time(finish)
@@ -122,7 +122,7 @@ contains
 
     greatest = 0
     places = random_points(all_points(plan), checked)
-    column = count(plan%order%columns(:rho_max))
+    column = count(plan%options%columns(:rho_max))
     do k = 1, checked
       do i = 1, size(tiles)
         associate (tile => plan%grid%tile(i), place => places(:, k))
@@ -165,15 +165,15 @@ contains
     type(sweep_plan_type), intent(in) :: plan
     integer, intent(in) :: place(2)
     real(dp), intent(in) :: tolerance
-    type(sweep_order_type) :: order
+    type(sweep_options) :: options
     type(error_type), allocatable :: error
     real(dp) :: all(sweep_columns)
 
-    order = plan%order
-    order%accuracy%tolerance = tolerance
-    order%columns = .false.
-    order%columns(rho_max) = .true.
-    call solve_point(plan%family, plan%grid%parameters(place(1), place(2)), order, all, error)
+    options = plan%options
+    options%accuracy%tolerance = tolerance
+    options%columns = .false.
+    options%columns(rho_max) = .true.
+    call solve_point(plan%family, plan%grid%parameters(place(1), place(2)), options, all, error)
     if (allocated(error)) error stop error%message
     radius = all(rho_max)
   end function radius_at

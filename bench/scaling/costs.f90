@@ -103,7 +103,7 @@ contains
     do i = 1, times
       tally = tally_type()
       begin = seconds_now()
-      call solve_tile(family, configuration%plan%grid, tile, configuration%plan%order, results, error)
+      call solve_tile(family, configuration%plan%grid, tile, configuration%plan%options, results, error)
       now = seconds_now() - begin
       call stop_at(error)
       if (now < least) inside = tally%seconds

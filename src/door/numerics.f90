@@ -43,7 +43,8 @@ module gestell_door_numerics
   use gestell_task_boundary, only: border_accuracy, border_rest_type, border_type, find_borders, nearest_stable, nearest_type, &
     & open_border_type
   use gestell_task_boundary_map, only: border_map_type, border_vertex_type, trace_borders
-  use gestell_task_campbell, only: campbell_order_type, campbell_point_type, campbell_type, solve_campbell
+  use gestell_task_campbell, only: campbell_options, campbell_order_type => campbell_options, campbell_point_type, &
+    & campbell_type, solve_campbell
   use gestell_task_campbell_crossings, only: crossing_type, find_crossings
   use gestell_task_critical, only: critical_type, find_critical
   use gestell_task_power_drive, only: drive_type, find_drive, torque_type
@@ -56,12 +57,12 @@ module gestell_door_numerics
   use gestell_study_measure, only: band_measure, measure_type, new_measure, peak_measure, rms_measure, take_measures
   use gestell_study_mode_solution, only: solve_modes
   use gestell_study_mode_type, only: mode_type
-  use gestell_study_point, only: solve_point, sweep_order_type
+  use gestell_study_point, only: solve_point, sweep_options, sweep_order_type => sweep_options
   use gestell_task_sweep, only: solve_tile
   use gestell_task_resonance_curve, only: resonance_curve_type, solve_curve, start_curve
   use gestell_task_resonance_maxima, only: maximum_type
   use gestell_task_sensitivity, only: sensitivity_base_type, sensitivity_type, solve_base, solve_parameter, solve_sensitivity
-  use gestell_study_speed_point, only: solve_speed_point, speed_order_type, speed_point_type
+  use gestell_study_speed_point, only: solve_speed_point, speed_options, speed_order_type => speed_options, speed_point_type
   use gestell_study_vibration_several, only: index_sum, list_vibrations, search_vibrations, several_type
   use gestell_study_vibration_statistics, only: band_rms, history_of, statistics_type, take_statistics
   use gestell_study_table, only: remember_mechanism

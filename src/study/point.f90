@@ -20,7 +20,7 @@ module gestell_study_point
   public :: peak_limit, solve_point
 
   !> What is computed at every point of a sweep.
-  type, public :: sweep_order_type
+  type, public :: sweep_options
     type(accuracy_type) :: accuracy
     !> The columns that are wanted.
     logical :: columns(sweep_columns) = all_columns
@@ -37,13 +37,13 @@ module gestell_study_point
     procedure :: measured
     procedure :: one_by_one
     procedure :: numbers
-  end type sweep_order_type
+  end type sweep_options
 
 contains
 
   !> How many measures are ordered.
   pure integer function measured(self)
-    class(sweep_order_type), intent(in) :: self
+    class(sweep_options), intent(in) :: self
 
     measured = 0
     if (allocated(self%measures)) measured = size(self%measures)
@@ -51,24 +51,24 @@ contains
 
   !> Whether nothing but solutions of their own can give what is ordered, or is to give it.
   pure logical function one_by_one(self)
-    class(sweep_order_type), intent(in) :: self
+    class(sweep_options), intent(in) :: self
 
     one_by_one = self%engine == "direct" .or. self%accuracy%steps > 0 .or. self%model == "averaged" .or. self%measured() > 0
   end function one_by_one
 
   !> How many numbers of a point are wanted.
   pure integer function numbers(self)
-    class(sweep_order_type), intent(in) :: self
+    class(sweep_options), intent(in) :: self
 
     numbers = count(self%columns) + 2 * self%measured()
   end function numbers
 
   !> All columns of a point; those that are not wanted or have no number are NaN. `measures`: what was measured and its errors,
   !> shape (2, measures). Error: the parameters make no sense, or a measure.
-  subroutine solve_point(family, parameters, order, values, error, measures)
+  subroutine solve_point(family, parameters, options, values, error, measures)
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: parameters(:)
-    type(sweep_order_type), intent(in) :: order
+    type(sweep_options), intent(in) :: options
     real(dp), intent(out) :: values(sweep_columns)
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(out), optional :: measures(:, :)
@@ -79,50 +79,50 @@ contains
 
     values = ieee_value(1.0_dp, ieee_quiet_nan)
     if (present(measures)) measures = ieee_value(1.0_dp, ieee_quiet_nan)
-    forced = any(order%columns(xi_peak:last_peak)) .or. order%measured() > 0
+    forced = any(options%columns(xi_peak:last_peak)) .or. options%measured() > 0
     call member%make(family, parameters, error)
-    if (.not. allocated(error)) call member%solve(order%accuracy, forced, error)
-    if (has_multipliers(order%columns) .and. .not. allocated(error)) call member%multipliers(.false., multipliers, error)
+    if (.not. allocated(error)) call member%solve(options%accuracy, forced, error)
+    if (has_multipliers(options%columns) .and. .not. allocated(error)) call member%multipliers(.false., multipliers, error)
     values([verdict, verdict_behind]) = failed_number
     if (allocated(error)) return
     if (.not. member%is_sound()) then
       values([verdict, verdict_behind]) = member%state%number()
       return
     end if
-    if (has_multipliers(order%columns)) then
+    if (has_multipliers(options%columns)) then
       values(rho_max) = abs(multipliers%rho(1))
       values(log_rho_max) = multipliers%log_abs(1)
       values(rho_error) = multipliers%error(1)
       judged = multipliers%judge()
       values([verdict, verdict_behind]) = judged%number()
     end if
-    if (forced) call set_vibration(member, order, values, error, measures)
+    if (forced) call set_vibration(member, options, values, error, measures)
   end subroutine solve_point
 
   !> Relative error of the vibration, in the norm of balanced units, that is allowed where the peaks come from an expansion: beside
   !> a resonance its error is many times that of Phi.
-  pure real(dp) function peak_limit(order)
-    type(sweep_order_type), intent(in) :: order
+  pure real(dp) function peak_limit(options)
+    type(sweep_options), intent(in) :: options
 
-    peak_limit = 1000 * order%accuracy%tolerance
+    peak_limit = 1000 * options%accuracy%tolerance
   end function peak_limit
 
   !> The peaks of a frame's vibration, and what is measured of it; a resonance has none, nor has another system. Error: a measure
   !> makes no sense.
-  subroutine set_vibration(member, order, values, error, measures)
+  subroutine set_vibration(member, options, values, error, measures)
     type(member_type), intent(in) :: member
-    type(sweep_order_type), intent(in) :: order
+    type(sweep_options), intent(in) :: options
     real(dp), intent(inout) :: values(sweep_columns)
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(inout), optional :: measures(:, :)
     type(vibration_type) :: vibration
     type(measure_type), allocatable :: wanted(:)
     type(probe_type), allocatable :: probes(:)
-    real(dp) :: found(2, order%measured())
+    real(dp) :: found(2, options%measured())
 
     allocate(wanted(0), probes(0))
-    if (present(measures) .and. allocated(order%measures)) wanted = order%measures
-    if (allocated(order%probes)) probes = order%probes
+    if (present(measures) .and. allocated(options%measures)) wanted = options%measures
+    if (allocated(options%probes)) probes = options%probes
     call solve_measures(member%system, member%floquet, probes, wanted, vibration, found(:, :size(wanted)), error)
     if (allocated(error)) then
       if (error%code /= invalid_input .or. size(wanted) == 0) deallocate(error)

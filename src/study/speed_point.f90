@@ -23,10 +23,10 @@ module gestell_study_speed_point
   implicit none (type, external)
   private
 
-  public :: check_speed_order, solve_response, solve_speed_point, take_turns
+  public :: check_speed_options, solve_response, solve_speed_point, take_turns
 
   !> What is wanted at every speed.
-  type, public :: speed_order_type
+  type, public :: speed_options
     !> Quantities by the user's names (gestell_model_quantity), and the probes that they may name.
     character(len=word_length), allocatable :: names(:)
     type(probe_type), allocatable :: probes(:)
@@ -39,7 +39,7 @@ module gestell_study_speed_point
     type(measure_type), allocatable :: measures(:)
   contains
     procedure :: split_off
-  end type speed_order_type
+  end type speed_options
 
   type, public :: speed_point_type
     !> The family's parameter.
@@ -75,40 +75,40 @@ contains
 
   !> The member of `family` at `speed`. Error: the parameter or the accuracy makes no sense, or a name; whatever else is missing
   !> the state tells.
-  subroutine solve_speed_point(family, speed, order, point, error)
+  subroutine solve_speed_point(family, speed, options, point, error)
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: speed
-    type(speed_order_type), intent(in) :: order
+    type(speed_options), intent(in) :: options
     type(speed_point_type), intent(out) :: point
     type(error_type), allocatable, intent(out) :: error
 
-    call solve_response(family, [speed], order, point, error)
+    call solve_response(family, [speed], options, point, error)
     point%speed = speed
   end subroutine solve_speed_point
 
   !> Errors: no quantities; orders or an accuracy out of range.
-  pure subroutine check_speed_order(order, error)
-    type(speed_order_type), intent(in) :: order
+  pure subroutine check_speed_options(options, error)
+    type(speed_options), intent(in) :: options
     type(error_type), allocatable, intent(out) :: error
     integer :: n
 
     n = 0
-    if (allocated(order%names)) n = size(order%names)
+    if (allocated(options%names)) n = size(options%names)
     if (n == 0) then
       call fatal_error(error, "a curve needs one quantity at least", invalid_input)
       return
     end if
-    if (allocated(order%harmonics)) then
-      call check_orders(merge(maxval([0, order%harmonics]), -1, all(order%harmonics > 0)), error)
+    if (allocated(options%harmonics)) then
+      call check_orders(merge(maxval([0, options%harmonics]), -1, all(options%harmonics > 0)), error)
     else
-      call check_orders(order%orders, error)
+      call check_orders(options%orders, error)
     end if
-    if (.not. allocated(error)) call check_accuracy(order%accuracy, error)
-  end subroutine check_speed_order
+    if (.not. allocated(error)) call check_accuracy(options%accuracy, error)
+  end subroutine check_speed_options
 
   !> The harmonics that are split off.
   pure function split_off(self) result(harmonics)
-    class(speed_order_type), intent(in) :: self
+    class(speed_options), intent(in) :: self
     integer, allocatable :: harmonics(:)
     integer :: k
 
@@ -120,10 +120,10 @@ contains
   end function split_off
 
   !> The same at any parameters; `speed` stays open.
-  subroutine solve_response(family, parameters, order, point, error)
+  subroutine solve_response(family, parameters, options, point, error)
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: parameters(:)
-    type(speed_order_type), intent(in) :: order
+    type(speed_options), intent(in) :: options
     type(speed_point_type), intent(out) :: point
     type(error_type), allocatable, intent(out) :: error
     type(member_type), target :: member
@@ -135,11 +135,11 @@ contains
     integer, allocatable :: split(:)
     integer :: i
 
-    call check_speed_order(order, error)
+    call check_speed_options(options, error)
     if (allocated(error)) return
-    split = order%split_off()
-    allocate(point%values(3 + size(split), size(order%names)), source=ieee_value(1.0_dp, ieee_quiet_nan))
-    allocate(point%strongest(size(order%names)), source=0)
+    split = options%split_off()
+    allocate(point%values(3 + size(split), size(options%names)), source=ieee_value(1.0_dp, ieee_quiet_nan))
+    allocate(point%strongest(size(options%names)), source=0)
     call member%make(family, parameters, error)
     if (allocated(error)) return
     if (.not. member%is_sound()) then
@@ -148,13 +148,13 @@ contains
     end if
     frame => frame_of(member%system)
     allocate(probes(0))
-    if (allocated(order%probes)) probes = order%probes
+    if (allocated(options%probes)) probes = options%probes
     if (associated(frame)) then
-      call find_quantities(frame, probes, order, quantities, error)
+      call find_quantities(frame, probes, options, quantities, error)
     else
       call fatal_error(error, "only a frame has a resonance curve", invalid_input)
     end if
-    if (.not. allocated(error)) call member%solve(order%accuracy, .true., error)
+    if (.not. allocated(error)) call member%solve(options%accuracy, .true., error)
     if (.not. allocated(error)) call member%multipliers(.true., multipliers, error)
     if (allocated(error) .or. .not. member%is_sound()) return
     call take_turns(frame, multipliers%arg, multipliers%log_abs, multipliers%vectors, point)
@@ -176,23 +176,23 @@ contains
       call take_values(vibration, quantities(i), split, point%values(:, i), point%strongest(i), error)
       if (allocated(error)) return
     end do
-    if (.not. allocated(order%measures)) return
-    allocate(point%measured(2, size(order%measures)))
-    call take_measures(frame, probes, vibration, order%measures, point%measured, error)
+    if (.not. allocated(options%measures)) return
+    allocate(point%measured(2, size(options%measures)))
+    call take_measures(frame, probes, vibration, options%measures, point%measured, error)
   end subroutine solve_response
 
   !> Error: a name stands for no quantity of the frame.
-  subroutine find_quantities(frame, probes, order, quantities, error)
+  subroutine find_quantities(frame, probes, options, quantities, error)
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)
-    type(speed_order_type), intent(in) :: order
+    type(speed_options), intent(in) :: options
     type(quantity_type), allocatable, intent(out) :: quantities(:)
     type(error_type), allocatable, intent(out) :: error
     integer :: i
 
-    allocate(quantities(size(order%names)))
+    allocate(quantities(size(options%names)))
     do i = 1, size(quantities)
-      call find_quantity(frame, probes, trim(order%names(i)), quantities(i), error)
+      call find_quantity(frame, probes, trim(options%names(i)), quantities(i), error)
       if (allocated(error)) return
     end do
   end subroutine find_quantities

@@ -13,7 +13,7 @@ program borders
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_task_boundary, only: border_accuracy, border_rest_type, border_type, find_borders
   use gestell_study_grid, only: axis_type, grid_type
-  use gestell_study_point, only: sweep_order_type
+  use gestell_study_point, only: sweep_options
   use gestell_task_sweep, only: solve_tile
   use gestell_study_tile_results, only: tile_results_type, verdict
   use weakly_damped, only: new_weak_family, parameters, weak_family
@@ -101,18 +101,18 @@ contains
     type(weak_family), intent(in) :: family
     type(grid_type), intent(in) :: grid
     integer, allocatable, intent(out) :: verdicts(:)
-    type(sweep_order_type) :: order
+    type(sweep_options) :: options
     type(tile_results_type) :: results
     type(error_type), allocatable :: error
     integer :: k
 
-    order%accuracy = accuracy_type(tolerance=1.0e-10_dp)
-    order%columns = .false.
-    order%columns(verdict) = .true.
+    options%accuracy = accuracy_type(tolerance=1.0e-10_dp)
+    options%columns = .false.
+    options%columns(verdict) = .true.
     allocate(verdicts(grid%axes(1)%count))
     do k = 1, grid%tiles()
       associate (tile => grid%tile(k))
-        call solve_tile(family, grid, tile, order, results, error)
+        call solve_tile(family, grid, tile, options, results, error)
         if (allocated(error)) error stop "a sweep that failed"
         verdicts(tile%first(1):tile%last(1)) = nint(results%values(1, 1, :))
       end associate

@@ -20,7 +20,7 @@ program symmetric_borders
   use gestell_task_boundary, only: border_accuracy, border_type, open_border_type
   use gestell_task_boundary_branches, only: turning_point
   use gestell_task_boundary_solution, only: border_results_type, solve_borders
-  use gestell_task_boundary_line_order, only: border_order_type
+  use gestell_task_boundary_line_options, only: border_options
   use gestell_task_registry, only: input_schema
   use reference_random, only: random_type
   use symmetric_engine, only: engine_type, input_of, kinds, new_engine
@@ -82,7 +82,7 @@ contains
     type(engine_type) :: engine
     type(machine_family) :: family
     type(settled_family_type) :: settled
-    type(border_order_type) :: order
+    type(border_options) :: options
     type(border_results_type) :: results
     type(border_type), allocatable :: borders(:)
     type(open_border_type), allocatable :: places(:)
@@ -98,9 +98,9 @@ contains
     family%paths(1) = "drive.speed_rpm"
     allocate(settled%inner, source=family)
     settled%accuracy = accuracy_type(tolerance=border_accuracy)
-    order%accuracy = settled%accuracy
-    if (.not. allocated(error)) call solve_borders(settled, grid_type([axis_type(range(1), range(2), 20)]), order, [real(dp) ::], &
-      & results, error, family)
+    options%accuracy = settled%accuracy
+    if (.not. allocated(error)) call solve_borders(settled, grid_type([axis_type(range(1), range(2), 20)]), options, &
+      & [real(dp) ::], results, error, family)
     if (allocated(error)) then
       print "(i5, 2a)", number, " refused: ", error%message
       lost = lost + 1

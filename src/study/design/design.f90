@@ -13,7 +13,7 @@ module gestell_study_design
   use gestell_study_design_goal, only: goal_type, of_machine, of_shaking
   use gestell_study_design_moments, only: new_moments
   use gestell_study_design_parts, only: mass_part, other_part, place_parts
-  use gestell_study_design_problem, only: design_order_type, design_problem, inside, is_squared, take_inverse
+  use gestell_study_design_problem, only: design_options, design_problem, inside, is_squared, take_inverse
   use gestell_system_family, only: family_type
   implicit none (type, external)
   private
@@ -32,9 +32,9 @@ contains
 
   !> A local optimum; its `slope` and `slack` are those of the square where `is_squared`. Errors: there is no machine at the start;
   !> as of `minimise`.
-  subroutine search_from(family, order, start, optimum, error, tolerance)
+  subroutine search_from(family, options, start, optimum, error, tolerance)
     class(family_type), intent(in), target :: family
-    type(design_order_type), intent(in) :: order
+    type(design_options), intent(in) :: options
     real(dp), intent(in) :: start(:)
     type(optimum_type), intent(out) :: optimum
     type(error_type), allocatable, intent(out) :: error
@@ -46,30 +46,30 @@ contains
     integer :: i
 
     problem%family => family
-    problem%order = order
-    problem%moments = new_moments(order%lower, order%upper, order%body, order%part)
+    problem%options = options
+    problem%moments = new_moments(options%lower, options%upper, options%body, options%part)
     ! the least and greatest products are at corners
-    problem%lower = problem%moments%from(order%lower)
+    problem%lower = problem%moments%from(options%lower)
     problem%upper = problem%lower
     do i = 1, 3
-      corner = merge(order%upper, order%lower, merge(btest(i, 0), btest(i, 1), order%part == mass_part))
+      corner = merge(options%upper, options%lower, merge(btest(i, 0), btest(i, 1), options%part == mass_part))
       problem%lower = min(problem%lower, problem%moments%from(corner))
       problem%upper = max(problem%upper, problem%moments%from(corner))
     end do
-    problem%objectives = merge(1, size(order%objectives), order%largest)
-    problem%constraints = size(order%constraints) + problem%moments%limits()
-    problem%squared = is_squared(order)
+    problem%objectives = merge(1, size(options%objectives), options%largest)
+    problem%constraints = size(options%constraints) + problem%moments%limits()
+    problem%squared = is_squared(options)
     call take_inverse(problem)
     wanted = usual_tolerance
     if (present(tolerance)) wanted = tolerance
-    if (allocated(order%range)) then
+    if (allocated(options%range)) then
       problem%worth = worth_it
       problem%patience = patience
     end if
-    call minimise_under_all(problem, order, start, wanted, optimum, error)
+    call minimise_under_all(problem, options, start, wanted, optimum, error)
     if (allocated(error)) return
     ! the search's unit of a limit that is steep at the start may be far greater than the limit
-    call judge_limits(problem, order%constraints, optimum)
+    call judge_limits(problem, options%constraints, optimum)
     if (problem%inverted) then
       ! d(-1 / f) = df / f^2
       optimum%price = optimum%price / optimum%objective**2
@@ -103,26 +103,26 @@ contains
     optimum%feasible = optimum%feasible .and. all(kept)
   end subroutine judge_limits
 
-  !> A local optimum in the problem's coordinates turned back to the parameters, under all conditions of `order`.
-  subroutine minimise_under_all(problem, order, start, tolerance, optimum, error)
+  !> A local optimum in the problem's coordinates turned back to the parameters, under all conditions of `options`.
+  subroutine minimise_under_all(problem, options, start, tolerance, optimum, error)
     type(design_problem), intent(inout) :: problem
-    type(design_order_type), intent(in) :: order
+    type(design_options), intent(in) :: options
     real(dp), intent(in) :: start(:), tolerance
     type(optimum_type), intent(out) :: optimum
     type(error_type), allocatable, intent(out) :: error
-    logical :: used(size(order%conditions)), more, known
+    logical :: used(size(options%conditions)), more, known
     real(dp) :: x(size(start))
     integer :: evaluations, gradients, iterations
 
     x = start
-    used = size(used) == 1 .or. allocated(order%range)
-    if (.not. all(used)) call add_worse(problem%family, order, x, used, more, known, error)
+    used = size(used) == 1 .or. allocated(options%range)
+    if (.not. all(used)) call add_worse(problem%family, options, x, used, more, known, error)
     evaluations = merge(0, 1, size(used) == 1)
     gradients = 0
     iterations = 0
     do
       if (allocated(error)) return
-      problem%order%conditions = pack(order%conditions, used)
+      problem%options%conditions = pack(options%conditions, used)
       call minimise(problem, problem%moments%from(x), tolerance, optimum, error)
       if (allocated(error)) return
       call problem%moments%turn_optimum(optimum)
@@ -130,7 +130,7 @@ contains
       gradients = gradients + optimum%gradients
       iterations = iterations + optimum%iterations
       if (all(used)) exit
-      call add_worse(problem%family, order, optimum%x, used, more, known, error)
+      call add_worse(problem%family, options, optimum%x, used, more, known, error)
       evaluations = evaluations + 1
       if (.not. more) exit
       x = start
@@ -142,16 +142,16 @@ contains
   end subroutine minimise_under_all
 
   !> Whether the problem is convex in the masses and first moments of links; `limits`: only the set that its limits allow.
-  pure logical function is_convex(order, limits)
-    type(design_order_type), intent(in) :: order
+  pure logical function is_convex(options, limits)
+    type(design_options), intent(in) :: options
     logical, intent(in), optional :: limits
     logical :: places, all_of_it
 
     all_of_it = .true.
     if (present(limits)) all_of_it = .not. limits
-    places = any(order%part == place_parts(1)) .or. any(order%part == place_parts(2))
-    is_convex = all(order%part /= other_part) .and. all(goes(order%constraints, .false.))
-    if (is_convex .and. all_of_it) is_convex = all(goes(order%objectives, .true.))
+    places = any(options%part == place_parts(1)) .or. any(options%part == place_parts(2))
+    is_convex = all(options%part /= other_part) .and. all(goes(options%constraints, .false.))
+    if (is_convex .and. all_of_it) is_convex = all(goes(options%objectives, .true.))
 
   contains
 
@@ -168,58 +168,58 @@ contains
 
   !> A lower bound on the part of its size by which every machine of the ranges exceeds at least one of the limits, which allow a
   !> convex set: the least of their greatest excess, from `start`, minus the gap of that optimum. Not positive: nothing is proved.
-  subroutine prove_conflict(family, order, start, excess, error)
+  subroutine prove_conflict(family, options, start, excess, error)
     class(family_type), intent(in) :: family
-    type(design_order_type), intent(in) :: order
+    type(design_options), intent(in) :: options
     real(dp), intent(in) :: start(:)
     real(dp), intent(out) :: excess
     type(error_type), allocatable, intent(out) :: error
-    type(design_order_type) :: limits
+    type(design_options) :: limits
     type(optimum_type) :: optimum
 
-    call limits_alone(order, limits)
+    call limits_alone(options, limits)
     excess = 0
     call search_from(family, limits, start, optimum, error)
     if (.not. allocated(error)) excess = optimum%objective - prove(limits, optimum)
   end subroutine prove_conflict
 
   !> The same design, whose only objective is by how much its limits are exceeded at most, each in parts of its size.
-  subroutine limits_alone(order, limits)
-    type(design_order_type), intent(in) :: order
-    type(design_order_type), intent(out) :: limits
+  subroutine limits_alone(options, limits)
+    type(design_options), intent(in) :: options
+    type(design_options), intent(out) :: limits
 
-    limits = order
+    limits = options
     limits%largest = .true.
     deallocate(limits%objectives, limits%constraints)
-    allocate(limits%objectives(size(order%constraints)), limits%constraints(0))
-    limits%objectives = order%constraints
-    limits%objectives%weight = 1 / order%constraints%scale()
+    allocate(limits%objectives(size(options%constraints)), limits%constraints(0))
+    limits%objectives = options%constraints
+    limits%objectives%weight = 1 / options%constraints%scale()
   end subroutine limits_alone
 
   !> By how much the objective of an optimum can be above that of any other machine, of a convex problem.
-  pure real(dp) function prove(order, optimum) result(gap)
-    type(design_order_type), intent(in) :: order
+  pure real(dp) function prove(options, optimum) result(gap)
+    type(design_options), intent(in) :: options
     type(optimum_type), intent(in) :: optimum
     integer :: i, j, k, mass, place(2), corner
     real(dp) :: m, x(2), least, slope_m, slope_x(2), there
 
     gap = max(optimum%slack, 0.0_dp)
-    do i = 1, size(order%body)
+    do i = 1, size(options%body)
       ! each link once, at the first of its parameters
-      if (any(order%body(:i - 1) == order%body(i))) cycle
+      if (any(options%body(:i - 1) == options%body(i))) cycle
       mass = 0
       place = 0
       least = 0
-      do k = i, size(order%body)
-        if (order%body(k) /= order%body(i)) cycle
-        if (order%part(k) == mass_part) then
+      do k = i, size(options%body)
+        if (options%body(k) /= options%body(i)) cycle
+        if (options%part(k) == mass_part) then
           mass = k
-        else if (any(order%part(k) == place_parts)) then
-          j = findloc(place_parts, order%part(k), dim=1)
+        else if (any(options%part(k) == place_parts)) then
+          j = findloc(place_parts, options%part(k), dim=1)
           place(j) = k
         else
-          least = least + min(optimum%slope(k) * (order%lower(k) - optimum%x(k)), &
-            & optimum%slope(k) * (order%upper(k) - optimum%x(k)))
+          least = least + min(optimum%slope(k) * (options%lower(k) - optimum%x(k)), &
+            & optimum%slope(k) * (options%upper(k) - optimum%x(k)))
         end if
       end do
       m = 1
@@ -240,7 +240,7 @@ contains
       if (.not. m > 0 .and. any(place > 0)) there = -huge(there)
       gap = gap - min(least + there, 0.0_dp)
     end do
-    if (is_squared(order)) gap = optimum%objective - sqrt(max(0.0_dp, optimum%objective**2 - gap))
+    if (is_squared(options)) gap = optimum%objective - sqrt(max(0.0_dp, optimum%objective**2 - gap))
 
   contains
 
@@ -252,9 +252,9 @@ contains
 
       mass_there = m
       place_there = x
-      if (mass > 0) mass_there = merge(order%upper(mass), order%lower(mass), btest(corner, 0))
+      if (mass > 0) mass_there = merge(options%upper(mass), options%lower(mass), btest(corner, 0))
       do c = 1, 2
-        if (place(c) > 0) place_there(c) = merge(order%upper(place(c)), order%lower(place(c)), btest(corner, c))
+        if (place(c) > 0) place_there(c) = merge(options%upper(place(c)), options%lower(place(c)), btest(corner, c))
       end do
       change = slope_m * (mass_there - m) + dot_product(slope_x, mass_there * place_there - m * x)
     end function at_corner

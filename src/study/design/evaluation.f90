@@ -45,7 +45,7 @@ module gestell_study_design_evaluation
   end type top_type
 
   !> What is asked of a design. The objective is the sum of the `objectives`, each times its weight, or the largest of them.
-  type, extends(setting_type), public :: design_order_type
+  type, extends(setting_type), public :: design_options
     type(goal_type), allocatable :: objectives(:), constraints(:)
     logical :: largest = .false.
     type(condition_type), allocatable :: conditions(:)
@@ -61,7 +61,7 @@ module gestell_study_design_evaluation
     real(dp), allocatable :: unit(:)
   contains
     procedure :: steps
-  end type design_order_type
+  end type design_options
 
   !> Branches of goals, each at a condition, shape (branches); `side`: 1: it keeps below a limit, -1: above.
   type, extends(branches_type), public :: goal_branches_type
@@ -94,7 +94,7 @@ contains
 
   !> How the parameters are changed for derivatives, shape (parameters).
   pure function steps(self)
-    class(design_order_type), intent(in) :: self
+    class(design_options), intent(in) :: self
     type(step_type) :: steps(size(self%lower))
     integer :: k
 

@@ -6,7 +6,7 @@ module gestell_study_design_exchange
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_study_design_goal, only: goal_type
-  use gestell_study_design_problem, only: design_order_type, evaluate_goals, goal_branches_type, inside
+  use gestell_study_design_problem, only: design_options, evaluate_goals, goal_branches_type, inside
   use gestell_system_family, only: family_type
   implicit none (type, external)
   private
@@ -18,24 +18,24 @@ contains
   !> Adds to the conditions `used`, shape (conditions), those that are the worst of all at x (where none is used, for every goal) or
   !> that are worse there than all used ones, `more`; all where there is no such machine, or no vibration (.not. known). Error: the
   !> goals make no sense.
-  subroutine add_worse(family, order, x, used, more, known, error)
+  subroutine add_worse(family, options, x, used, more, known, error)
     class(family_type), intent(in) :: family
-    type(design_order_type), intent(in) :: order
+    type(design_options), intent(in) :: options
     real(dp), intent(in) :: x(:)
     logical, intent(inout) :: used(:)
     logical, intent(out) :: more, known
     type(error_type), allocatable, intent(out) :: error
-    type(goal_type) :: goals(size(order%objectives) + size(order%constraints))
+    type(goal_type) :: goals(size(options%objectives) + size(options%constraints))
     type(goal_branches_type) :: at
     real(dp) :: worst(size(used))
     logical :: before(size(used))
     integer :: c, g, n
 
     before = used
-    n = size(order%objectives)
-    goals(:n) = order%objectives
-    goals(n + 1:) = order%constraints
-    call evaluate_goals(family, order, goals, x, .false., at, error)
+    n = size(options%objectives)
+    goals(:n) = options%objectives
+    goals(n + 1:) = options%constraints
+    call evaluate_goals(family, options, goals, x, .false., at, error)
     known = at%known
     if (.not. known) used = .true.
     if (known .and. .not. allocated(error)) then

@@ -3,7 +3,7 @@ module gestell_study_design_problem
   use gestell_base_error, only: error_type, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_math_optimum_minimax, only: branches_type, minimax_problem
-  use gestell_study_design_evaluation, only: add_condition, add_top, design_order_type, goal_branches_type, &
+  use gestell_study_design_evaluation, only: add_condition, add_top, design_options, goal_branches_type, &
     & no_branches, top_type
   use gestell_study_design_goal, only: goal_type, of_torque
   use gestell_study_design_moments, only: moments_type
@@ -14,7 +14,7 @@ module gestell_study_design_problem
   implicit none (type, external)
   private
 
-  public :: design_order_type, evaluate_goals, goal_branches_type, is_squared, take_inverse
+  public :: design_options, evaluate_goals, goal_branches_type, is_squared, take_inverse
 
   !> A step is refused if its objective exceeds the least so far by this factor; by how much more need not be known.
   real(dp), parameter :: refused = 1.5_dp
@@ -28,7 +28,7 @@ module gestell_study_design_problem
   !> of the coordinates.
   type, extends(minimax_problem), public :: design_problem
     class(family_type), pointer :: family => null()
-    type(design_order_type) :: order
+    type(design_options) :: options
     type(moments_type) :: moments
     !> Whether the square of the one objective is taken, an rms: it has derivatives where nothing is left too, and is nearly a
     !> quadratic function of masses.
@@ -55,23 +55,23 @@ contains
     type(branches_type), intent(out) :: at
     type(error_type), allocatable, intent(out) :: error
     type(goal_branches_type) :: own
-    type(goal_type) :: goals(size(self%order%objectives) + size(self%order%constraints))
+    type(goal_type) :: goals(size(self%options%objectives) + size(self%options%constraints))
     real(dp) :: parameters(size(x)), worst
     integer :: i, g, n
 
     parameters = self%moments%to(x)
     worst = -huge(worst)
-    n = size(self%order%objectives)
-    goals(:n) = self%order%objectives
-    goals(n + 1:) = self%order%constraints
+    n = size(self%options%objectives)
+    goals(:n) = self%options%objectives
+    goals(n + 1:) = self%options%constraints
     if (is_last()) then
       own = self%last
     else
-      if (self%inverted .and. self%constraints == 0 .and. self%least < huge(self%least)) self%order%range%enough &
+      if (self%inverted .and. self%constraints == 0 .and. self%least < huge(self%least)) self%options%range%enough &
         & = (refused * (self%least + self%shift) - self%shift) / goals%weight
-      call evaluate_goals(self%family, self%order, goals, parameters, gradients .or. allocated(self%order%range), own, error)
+      call evaluate_goals(self%family, self%options, goals, parameters, gradients .or. allocated(self%options%range), own, error)
     end if
-    if (allocated(self%order%range) .and. .not. allocated(error)) then
+    if (allocated(self%options%range) .and. .not. allocated(error)) then
       self%last_x = parameters
       self%last = own
     end if
@@ -84,7 +84,7 @@ contains
       g = own%group(i)
       associate (goal => goals(g))
         if (g <= n) then
-          at%group(i) = merge(1, g, self%order%largest)
+          at%group(i) = merge(1, g, self%options%largest)
           ! an objective has no limit, unless it stands for what a limit is exceeded by
           at%value(i) = goal%weight * own%side(i) * (own%value(i) - goal%limit)
           if (gradients) at%slope(:, i) = goal%weight * own%side(i) * own%slope(:, i)
@@ -101,7 +101,7 @@ contains
           at%group(i) = g - n + self%objectives
           at%value(i) = own%side(i) * (own%value(i) - goal%limit)
           if (gradients) at%slope(:, i) = own%side(i) * own%slope(:, i)
-          if (allocated(self%order%range) .and. goal%sense > 0 .and. goal%is_periodic() .and. own%value(i) > 0) then
+          if (allocated(self%options%range) .and. goal%sense > 0 .and. goal%is_periodic() .and. own%value(i) > 0) then
             ! the same to first order at the limit
             if (gradients) at%slope(:, i) = (goal%limit / own%value(i))**2 * at%slope(:, i)
             at%value(i) = goal%limit / own%value(i) * at%value(i)
@@ -112,7 +112,7 @@ contains
     end do
     if (self%inverted) self%least = min(self%least, worst)
     if (gradients) call self%moments%turn_slopes(parameters, at%slope)
-    call self%moments%add_limits(x, self%objectives + size(self%order%constraints) + 1, at)
+    call self%moments%add_limits(x, self%objectives + size(self%options%constraints) + 1, at)
 
   contains
 
@@ -127,8 +127,8 @@ contains
   pure subroutine take_inverse(problem)
     type(design_problem), intent(inout) :: problem
 
-    associate (goals => problem%order%objectives)
-      if (.not. allocated(problem%order%range) .or. problem%objectives > 1) return
+    associate (goals => problem%options%objectives)
+      if (.not. allocated(problem%options%range) .or. problem%objectives > 1) return
       problem%inverted = all(goals%is_periodic() .and. goals%sense > 0)
       ! what a limit is exceeded by, in parts of it, plus 1
       if (any(abs(goals%limit) > 0)) then
@@ -140,19 +140,19 @@ contains
   end subroutine take_inverse
 
   !> Whether the objective is one rms.
-  pure logical function is_squared(order)
-    type(design_order_type), intent(in) :: order
+  pure logical function is_squared(options)
+    type(design_options), intent(in) :: options
 
-    is_squared = size(order%objectives) == 1
-    if (is_squared) is_squared = order%objectives(1)%is_periodic() .and. order%objectives(1)%measure%kind == rms_measure &
-      & .and. .not. abs(order%objectives(1)%limit) > 0
+    is_squared = size(options%objectives) == 1
+    if (is_squared) is_squared = options%objectives(1)%is_periodic() .and. options%objectives(1)%measure%kind == rms_measure &
+      & .and. .not. abs(options%objectives(1)%limit) > 0
   end function is_squared
 
   !> The branches of `goals`, whose numbers are their groups, at x, over all conditions, or over the range; not known where there is
   !> no such machine, or no vibration. Errors: x or goals make no sense.
-  subroutine evaluate_goals(family, order, goals, x, gradients, at, error)
+  subroutine evaluate_goals(family, options, goals, x, gradients, at, error)
     class(family_type), intent(in) :: family
-    type(design_order_type), intent(in) :: order
+    type(design_options), intent(in) :: options
     type(goal_type), intent(in) :: goals(:)
     real(dp), intent(in) :: x(:)
     logical, intent(in) :: gradients
@@ -162,16 +162,16 @@ contains
 
     at = no_branches(size(x))
     if (gradients) then
-      call find_neighbours(family, x, neighbours, at%known, error, order%steps())
+      call find_neighbours(family, x, neighbours, at%known, error, options%steps())
     else
       call find_neighbours(family, x, neighbours, at%known, error)
     end if
     if (allocated(error) .or. .not. at%known) return
     call remember(neighbours, usual_phases(), any(goals%about == of_torque))
-    if (allocated(order%range)) then
-      call evaluate_range(neighbours, order, goals, gradients, at, error)
+    if (allocated(options%range)) then
+      call evaluate_range(neighbours, options, goals, gradients, at, error)
     else
-      call evaluate_conditions(neighbours, order, goals, gradients, at, error)
+      call evaluate_conditions(neighbours, options, goals, gradients, at, error)
     end if
     if (.not. allocated(error)) return
     at%known = .false.
@@ -179,24 +179,24 @@ contains
   end subroutine evaluate_goals
 
   !> The same over the conditions that are given. Error: there is no vibration at one of them.
-  subroutine evaluate_conditions(neighbours, order, goals, gradients, at, error)
+  subroutine evaluate_conditions(neighbours, options, goals, gradients, at, error)
     type(neighbours_type), intent(in) :: neighbours
-    type(design_order_type), intent(in) :: order
+    type(design_options), intent(in) :: options
     type(goal_type), intent(in) :: goals(:)
     logical, intent(in) :: gradients
     type(goal_branches_type), intent(inout) :: at
     type(error_type), allocatable, intent(out) :: error
     type(motion_type), allocatable :: motions(:)
     type(goal_branches_type) :: values
-    logical :: counts(size(order%conditions))
+    logical :: counts(size(options%conditions))
     integer :: c
 
     values = at
-    allocate(motions(size(order%conditions)))
+    allocate(motions(size(options%conditions)))
     do c = 1, size(motions)
-      call solve_motion(neighbours, order%conditions(c), trim(order%model), order%accuracy, any(goals%needs_motion()), motions(c), &
-        & error)
-      if (.not. allocated(error)) call add_condition(neighbours, motions(c), order, goals, c, values, error)
+      call solve_motion(neighbours, options%conditions(c), trim(options%model), options%accuracy, &
+        & any(goals%needs_motion()), motions(c), error)
+      if (.not. allocated(error)) call add_condition(neighbours, motions(c), options, goals, c, values, error)
       if (allocated(error)) return
     end do
     if (.not. gradients) then
@@ -206,16 +206,16 @@ contains
     counts = near_the_greatest(goals, values, size(motions))
     do c = 1, size(motions)
       if (.not. counts(c)) cycle
-      call solve_slopes(neighbours, trim(order%model), order%accuracy, any(goals%needs_motion()), motions(c), error)
-      if (.not. allocated(error)) call add_condition(neighbours, motions(c), order, goals, c, at, error)
+      call solve_slopes(neighbours, trim(options%model), options%accuracy, any(goals%needs_motion()), motions(c), error)
+      if (.not. allocated(error)) call add_condition(neighbours, motions(c), options, goals, c, at, error)
       if (allocated(error)) return
     end do
   end subroutine evaluate_conditions
 
   !> The same over the whole range. Error: there is no vibration at one of its maxima.
-  subroutine evaluate_range(neighbours, order, goals, gradients, at, error)
+  subroutine evaluate_range(neighbours, options, goals, gradients, at, error)
     type(neighbours_type), intent(in) :: neighbours
-    type(design_order_type), intent(in) :: order
+    type(design_options), intent(in) :: options
     type(goal_type), intent(in) :: goals(:)
     logical, intent(in) :: gradients
     type(goal_branches_type), intent(inout) :: at
@@ -224,7 +224,7 @@ contains
     type(motion_type), allocatable :: motions(:)
     integer :: k
 
-    call order%range%find_tops(neighbours, order, goals, tops, at%known, error)
+    call options%range%find_tops(neighbours, options, goals, tops, at%known, error)
     if (allocated(error) .or. .not. at%known) return
     if (.not. gradients) then
       at%group = tops%goal
@@ -235,11 +235,11 @@ contains
     end if
     allocate(motions(size(tops)))
     do k = 1, size(tops)
-      call solve_motion(neighbours, tops(k)%condition, trim(order%model), order%accuracy, any(goals%needs_motion()), motions(k), &
-        & error, tops(k)%motion)
-      if (.not. allocated(error)) call solve_slopes(neighbours, trim(order%model), order%accuracy, any(goals%needs_motion()), &
+      call solve_motion(neighbours, tops(k)%condition, trim(options%model), options%accuracy, &
+        & any(goals%needs_motion()), motions(k), error, tops(k)%motion)
+      if (.not. allocated(error)) call solve_slopes(neighbours, trim(options%model), options%accuracy, any(goals%needs_motion()), &
         & motions(k), error)
-      if (.not. allocated(error)) call add_top(neighbours, motions(k), order, goals(tops(k)%goal), tops(k), k, at, error)
+      if (.not. allocated(error)) call add_top(neighbours, motions(k), options, goals(tops(k)%goal), tops(k), k, at, error)
       if (allocated(error)) return
     end do
   end subroutine evaluate_range

@@ -14,7 +14,7 @@ module gestell_study_design_told
   use gestell_study_design_goal, only: components, goal_type, of_machine, of_motion, of_multipliers, of_shaking, of_torque, &
     & plain_values, shaking_error, take_samples
   use gestell_study_design_neighbours, only: at_condition
-  use gestell_study_design_problem, only: design_order_type
+  use gestell_study_design_problem, only: design_options
   use gestell_study_design_separation, only: find_branches, separation_type
   use gestell_study_frame_model, only: settle
   use gestell_study_measure, only: peak_measure, rows_of, take_measures
@@ -61,9 +61,9 @@ contains
   end function verdict
 
   !> Of a machine. Error: the goals make no sense.
-  subroutine tell_goals(machine, order, goals, told, error)
+  subroutine tell_goals(machine, options, goals, told, error)
     type(frame_type), intent(in) :: machine
-    type(design_order_type), intent(in) :: order
+    type(design_options), intent(in) :: options
     type(goal_type), intent(in) :: goals(:)
     type(told_type), intent(out) :: told
     type(error_type), allocatable, intent(out) :: error
@@ -71,25 +71,25 @@ contains
     type(error_type), allocatable :: failure
     integer :: c
 
-    associate (conditions => size(order%conditions))
+    associate (conditions => size(options%conditions))
       allocate(told%values(size(goals), conditions), told%errors(size(goals), conditions), source=ieee_value(1.0_dp, &
         & ieee_quiet_nan))
       allocate(told%verdicts(conditions))
       told%verdicts = "undecided"
     end associate
-    do c = 1, size(order%conditions)
-      call at_condition(machine, order%conditions(c), run)
-      call tell_rest(goals, run, order, told%values(:, c), told%errors(:, c), error)
+    do c = 1, size(options%conditions)
+      call at_condition(machine, options%conditions(c), run)
+      call tell_rest(goals, run, options, told%values(:, c), told%errors(:, c), error)
       if (allocated(error)) return
-      call tell_motion(goals, run, order, told%values(:, c), told%errors(:, c), told%verdicts(c), failure)
+      call tell_motion(goals, run, options, told%values(:, c), told%errors(:, c), told%verdicts(c), failure)
     end do
   end subroutine tell_goals
 
   !> What needs no solution. The forces are sums that may cancel: they are known to the roundings of their terms.
-  subroutine tell_rest(goals, run, order, values, errors, error)
+  subroutine tell_rest(goals, run, options, values, errors, error)
     type(goal_type), intent(in) :: goals(:)
     type(frame_type), intent(in) :: run
-    type(design_order_type), intent(in) :: order
+    type(design_options), intent(in) :: options
     real(dp), intent(inout) :: values(:), errors(:)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: roundings = 16
@@ -112,7 +112,7 @@ contains
       case (of_shaking)
         phases = [(real(k, dp) / n, k = 0, n - 1)]
         allocate(samples(n, components(run), 1), slopes(n, components(run), 0))
-        call take_samples(one, run, order%probes, phases, reshape([(0.0_dp, k = 1, 3 * run%dofs() * n)], [n, run%dofs(), 3]), &
+        call take_samples(one, run, options%probes, phases, reshape([(0.0_dp, k = 1, 3 * run%dofs() * n)], [n, run%dofs(), 3]), &
           & samples, error)
         if (allocated(error)) return
         call measure_branches(goals(g)%measure%kind, goals(g)%measure%band, run%period, samples(:, :, 1), slopes, found, unused)
@@ -126,10 +126,10 @@ contains
   end subroutine tell_rest
 
   !> What needs the vibration and the multipliers.
-  subroutine tell_motion(goals, run, order, values, errors, verdict, error)
+  subroutine tell_motion(goals, run, options, values, errors, verdict, error)
     type(goal_type), intent(in) :: goals(:)
     type(frame_type), intent(in) :: run
-    type(design_order_type), intent(in) :: order
+    type(design_options), intent(in) :: options
     real(dp), intent(inout) :: values(:), errors(:)
     character(len=9), intent(inout) :: verdict
     type(error_type), allocatable, intent(out) :: error
@@ -141,8 +141,8 @@ contains
     real(dp) :: found(2, 1)
     integer :: g, rows
 
-    call settle(run, trim(order%model), order%accuracy, frame, error)
-    if (.not. allocated(error)) call solve_floquet(frame, order%accuracy, .true., floquet, error)
+    call settle(run, trim(options%model), options%accuracy, frame, error)
+    if (.not. allocated(error)) call solve_floquet(frame, options%accuracy, .true., floquet, error)
     if (.not. allocated(error)) call solve_multipliers(floquet, .false., multipliers, error)
     if (allocated(error)) return
     verdict = multipliers%verdict()
@@ -152,12 +152,12 @@ contains
       errors(g) = multipliers%error(1)
     end do
     if (.not. any(goals%about == of_motion .or. goals%about == of_torque)) return
-    call rows_of(frame, order%probes, pack([(goals(g)%measure, g = 1, size(goals))], goals%about == of_motion), rows, error)
+    call rows_of(frame, options%probes, pack([(goals(g)%measure, g = 1, size(goals))], goals%about == of_motion), rows, error)
     if (.not. allocated(error)) call solve_vibration(frame, floquet, points, harmonics, vibration, error, max(rows, accelerations))
     if (allocated(error)) return
     do g = 1, size(goals)
       if (goals(g)%about == of_motion) then
-        call take_measures(frame, order%probes, vibration, [goals(g)%measure], found, error)
+        call take_measures(frame, options%probes, vibration, [goals(g)%measure], found, error)
       else if (goals(g)%about == of_torque) then
         call take_torque(goals(g), frame, vibration, found(:, 1), error)
       else

@@ -16,7 +16,7 @@ module gestell_task_balance
   use gestell_output_table_unit, only: metre, newton, newton_metre, radian, unit_type
   use gestell_study_balance, only: examine, rigid_ground_type
   use gestell_task_common_task, only: longest_table, task_type
-  use gestell_task_balance_keys, only: balance_keys, balance_order_type, read_balance
+  use gestell_task_balance_keys, only: balance_keys, balance_options, read_balance
   use gestell_task_balance_plot, only: plot_balance
   use gestell_task_balance_report, only: balance_headlines, label_of, link_lines, report_balance, turning_lines
   use gestell_task_balance_variants, only: aims, force, moment, name_of_weight, plan_variants, solve_variant, take_mounted, &
@@ -29,7 +29,7 @@ module gestell_task_balance
 
   type, extends(task_type), public :: balance_task
     private
-    type(balance_order_type) :: order
+    type(balance_options) :: options
   contains
     procedure :: describe
     procedure, nopass :: extend
@@ -67,7 +67,7 @@ contains
 
     select type (mechanism => configuration%frame%mechanism)
     type is (linkage_type)
-      call read_balance(configuration%document, configuration%units, mechanism, self%order, error)
+      call read_balance(configuration%document, configuration%units, mechanism, self%options, error)
     class default
       if (self%ordered) call input_error(the_group(configuration%document, "mass_functions"), "", "there is nothing to put " &
         & // "counterweights on: the task 'balance' needs joints and links", error)
@@ -93,9 +93,9 @@ contains
     associate (configuration => context%configuration, frame => context%configuration%frame)
       select type (linkage => configuration%frame%mechanism)
       class is (linkage_type)
-        call look_at(self%order, frame, linkage, rigid, error)
+        call look_at(self%options, frame, linkage, rigid, error)
         if (allocated(error)) return
-        call plan_variants(rigid, frame%speed, self%order, variants, state, length)
+        call plan_variants(rigid, frame%speed, self%options, variants, state, length)
         if (.not. all([(ieee_is_finite(variants(i)%left%rms) .and. ieee_is_finite(variants(i)%left%peak), i = 1, &
           & size(variants))])) then
           call fatal_error(error, "the forces of the mechanism overflow: they lie beyond what double precision holds", &
@@ -120,7 +120,7 @@ contains
           lines = lines(i + 1:)
         end do
         if (.not. context%reports) return
-        call result%say(report_balance(variants, rigid, linkage, self%order, state, length, trim(result%verdict)))
+        call result%say(report_balance(variants, rigid, linkage, self%options, state, length, trim(result%verdict)))
         if (allocated(frame%space)) call result%say(turning_lines(variants, rigid, linkage, frame%space%planes(1)%axes))
         call result%say(link_lines(variants, rigid, linkage, configuration%units), whole=.true.)
       end select
@@ -128,8 +128,8 @@ contains
   end subroutine run
 
   !> What is found on rigid ground, as ordered.
-  subroutine look_at(order, frame, linkage, rigid, error)
-    type(balance_order_type), intent(in) :: order
+  subroutine look_at(options, frame, linkage, rigid, error)
+    type(balance_options), intent(in) :: options
     type(frame_type), intent(in) :: frame
     class(linkage_type), intent(in) :: linkage
     type(rigid_ground_type), intent(out) :: rigid
@@ -137,9 +137,9 @@ contains
     real(dp), allocatable :: about(:)
 
     ! in the plane as seen from O, in space from F
-    about = merge(-frame%origin, 0.0_dp, order%about_frame)
-    if (allocated(frame%space)) about = merge(0.0_dp, frame%space%origin, order%about_frame)
-    call examine(linkage, frame%even_in_space(), about, rigid, error, order%links, order%radii, frame%space)
+    about = merge(-frame%origin, 0.0_dp, options%about_frame)
+    if (allocated(frame%space)) about = merge(0.0_dp, frame%space%origin, options%about_frame)
+    call examine(linkage, frame%even_in_space(), about, rigid, error, options%links, options%radii, frame%space)
   end subroutine look_at
 
   !> balance.csv: a row for every variant.

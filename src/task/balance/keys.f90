@@ -31,7 +31,7 @@ module gestell_task_balance_keys
     &   "as the moment `m` of the machine on its mounts, or the mechanism's origin O", word="frame", words="frame, origin")]
 
   !> What the group says; in SI.
-  type, public :: balance_order_type
+  type, public :: balance_options
     !> Indices of the links, each once; not allocated: all.
     integer, allocatable :: links(:)
     !> Not allocated: the links' lengths.
@@ -40,43 +40,43 @@ module gestell_task_balance_keys
     !> 0: by what is found.
     real(dp) :: length = 0
     logical :: about_frame = .true.
-  end type balance_order_type
+  end type balance_options
 
 contains
 
   !> The group &balance for a linkage. Errors: values out of range; a link that is not there, or named twice; as many radii as there
   !> are no links.
-  subroutine read_balance(doc, units, linkage, order, error)
+  subroutine read_balance(doc, units, linkage, options, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
     class(linkage_type), intent(in) :: linkage
-    type(balance_order_type), intent(out) :: order
+    type(balance_options), intent(out) :: options
     type(error_type), allocatable, intent(out) :: error
     type(group_type) :: group
     character(len=:), allocatable :: about
 
     group = the_group(doc, "balance")
-    call read(group, balance_keys, "weight", order%weight, error)
+    call read(group, balance_keys, "weight", options%weight, error)
     if (.not. allocated(error)) call read(group, balance_keys, "about", about, error)
     if (allocated(error)) return
-    order%about_frame = about == "frame"
-    if (has(group, "length")) call read(group, balance_keys, "length", order%length, error, units)
-    if (.not. allocated(error)) call read_links(group, linkage, order, error)
+    options%about_frame = about == "frame"
+    if (has(group, "length")) call read(group, balance_keys, "length", options%length, error, units)
+    if (.not. allocated(error)) call read_links(group, linkage, options, error)
     if (allocated(error) .or. .not. has(group, "radius")) return
-    allocate(order%radii(count_values(group, "radius")))
-    call read(group, balance_keys, "radius", order%radii, error, units)
-    if (allocated(error) .or. size(order%radii) == 1) return
-    if (.not. allocated(order%links)) then
+    allocate(options%radii(count_values(group, "radius")))
+    call read(group, balance_keys, "radius", options%radii, error, units)
+    if (allocated(error) .or. size(options%radii) == 1) return
+    if (.not. allocated(options%links)) then
       call input_error(group, "radius", "is one number for all, or needs links, to have one for each", error)
-    else if (size(order%radii) /= size(order%links)) then
+    else if (size(options%radii) /= size(options%links)) then
       call input_error(group, "radius", "needs one number, or one for each of links", error)
     end if
   end subroutine read_balance
 
-  subroutine read_links(group, linkage, order, error)
+  subroutine read_links(group, linkage, options, error)
     type(group_type), intent(in) :: group
     class(linkage_type), intent(in) :: linkage
-    type(balance_order_type), intent(inout) :: order
+    type(balance_options), intent(inout) :: options
     type(error_type), allocatable, intent(out) :: error
     character(len=word_length), allocatable :: names(:)
     integer :: i, k
@@ -84,17 +84,17 @@ contains
     if (.not. has(group, "links")) return
     call read(group, balance_keys, "links", names, error)
     if (allocated(error)) return
-    allocate(order%links(size(names)))
+    allocate(options%links(size(names)))
     do i = 1, size(names)
-      order%links(i) = 0
+      options%links(i) = 0
       do k = 1, size(linkage%links)
-        if (linkage%links(k)%name == names(i)) order%links(i) = k
+        if (linkage%links(k)%name == names(i)) options%links(i) = k
       end do
-      if (order%links(i) == 0) then
+      if (options%links(i) == 0) then
         call input_error(group, "links", "there is no link '" // trim(names(i)) // "'", error, i)
-      else if (linkage%links(order%links(i))%to == 0) then
+      else if (linkage%links(options%links(i))%to == 0) then
         call input_error(group, "links", "'" // trim(names(i)) // "' does not turn: it has no to", error, i)
-      else if (any(order%links(:i - 1) == order%links(i))) then
+      else if (any(options%links(:i - 1) == options%links(i))) then
         call input_error(group, "links", "names '" // trim(names(i)) // "' twice", error, i)
       end if
       if (allocated(error)) return

@@ -12,7 +12,7 @@ module gestell_task_balance_report
   use gestell_output_report_wrapping, only: widest, wrapped
   use gestell_study_balance, only: rigid_ground_type
   use gestell_study_balance_complete, only: balanced, balanced_already, no_pivots
-  use gestell_task_balance_keys, only: balance_order_type
+  use gestell_task_balance_keys, only: balance_options
   use gestell_task_balance_variants, only: aims, as_found, complete, for_force, for_moment, force, moment, &
     & name_of_weight, variant_type
   implicit none (type, external)
@@ -117,11 +117,11 @@ contains
   end function label_of
 
   !> The whole section. `state`: as of `balance_force`; `length`: of the weighted sum (m).
-  function report_balance(variants, rigid, linkage, order, state, length, verdict) result(report)
+  function report_balance(variants, rigid, linkage, options, state, length, verdict) result(report)
     type(variant_type), intent(in) :: variants(:)
     type(rigid_ground_type), intent(in) :: rigid
     class(linkage_type), intent(in) :: linkage
-    type(balance_order_type), intent(in) :: order
+    type(balance_options), intent(in) :: options
     integer, intent(in) :: state
     real(dp), intent(in) :: length
     character(len=*), intent(in) :: verdict
@@ -167,9 +167,10 @@ contains
       & // tabulated("lrrrrrl", "counterweight,mass,rigid,rigid,mounts,mounts" // newline // ",kg,force,moment,force,moment", &
       & rows) &
       & // state_line(state, variants, rigid, linkage) // useless_lines(variants, rigid, linkage) &
-      & // "  moments about " // trim(merge("F; ", "O; ", order%about_frame)) // " sum: " // concise(1 - order%weight, 3) &
-      & // " of the force's mean square and " // concise(order%weight, 3) // " of the moment's over " // concise(length, 4) &
-      & // " m" // newline // radius_line(order) // newline // "WHAT IS LEFT of the force by orders of the crank, rms" // newline &
+      & // "  moments about " // trim(merge("F; ", "O; ", options%about_frame)) // " sum: " // concise(1 - options%weight, 3) &
+      & // " of the force's mean square and " // concise(options%weight, 3) // " of the moment's over " // concise(length, 4) &
+      & // " m" // newline // radius_line(options) // newline &
+      & // "WHAT IS LEFT of the force by orders of the crank, rms" // newline &
       & // tabulated("lrrrrrr", "counterweight,rigid " // heads // ",mounts " // heads // newline // ",N,N,N,N,N,N", orders)
   end function report_balance
 
@@ -199,12 +200,12 @@ contains
   end function turning_lines
 
   !> Which radii the masses belong to.
-  pure function radius_line(order) result(line)
-    type(balance_order_type), intent(in) :: order
+  pure function radius_line(options) result(line)
+    type(balance_options), intent(in) :: options
     character(len=:), allocatable :: line
 
     line = "  masses at the radii of &balance" // newline
-    if (.not. allocated(order%radii)) line = "  masses at radii as long as their links; &balance radius orders others" // newline
+    if (.not. allocated(options%radii)) line = "  masses at radii as long as their links; &balance radius orders others" // newline
   end function radius_line
 
   !> Force and moment with units of what was found, else their changes.

@@ -15,7 +15,7 @@ module gestell_task_balance_variants
   use gestell_study_balance_single, only: best_single
   use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
   use gestell_study_vibration_statistics, only: statistics_type, take_statistics
-  use gestell_task_balance_keys, only: balance_order_type
+  use gestell_task_balance_keys, only: balance_options
   use gestell_task_common_configuration, only: configuration_type
   implicit none (type, external)
   private
@@ -59,10 +59,10 @@ contains
 
   !> All of them, the machine as found first, on rigid ground at a speed (rad/s). `state`: as of `balance_force`. `length`: by which
   !> moments become forces in the weighted sum (m). Those whose counterweight would do nothing are left out.
-  subroutine plan_variants(rigid, speed, order, variants, state, length)
+  subroutine plan_variants(rigid, speed, options, variants, state, length)
     type(rigid_ground_type), intent(in) :: rigid
     real(dp), intent(in) :: speed
-    type(balance_order_type), intent(in) :: order
+    type(balance_options), intent(in) :: options
     type(variant_type), allocatable, intent(out) :: variants(:)
     integer, intent(out) :: state
     real(dp), intent(out) :: length
@@ -74,15 +74,15 @@ contains
     allocate(all(3 + 3 * size(rigid%bodies)))
     allocate(all(1)%weights(0))
     call measure_left(rigid, all(1)%weights, speed, all(1)%left)
-    length = order%length
+    length = options%length
     if (.not. length > 0) length = 1
     associate (rms => all(1)%left%rms)
-      if (.not. order%length > 0 .and. minval(rms) > 0) length = rms(moment) / rms(force)
+      if (.not. options%length > 0 .and. minval(rms) > 0) length = rms(moment) / rms(force)
     end associate
     associate (kinds => rigid%kinds())
       weights(:, for_force) = merge(1, 0, kinds == force)
       weights(:, for_moment) = merge(1, 0, kinds == moment)
-      weights(:, for_sum) = merge(sqrt(1 - order%weight), sqrt(order%weight) / length, kinds == force)
+      weights(:, for_sum) = merge(sqrt(1 - options%weight), sqrt(options%weight) / length, kinds == force)
     end associate
     n = 1
     do b = 1, size(rigid%bodies)

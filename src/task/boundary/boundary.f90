@@ -6,7 +6,7 @@ module gestell_task_boundary
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_task_boundary_line_functions, only: kind_names
   use gestell_task_boundary_line, only: coordinate, line_type, parameter_at, probe_line, probe_type, sensitivity
-  use gestell_task_boundary_line_order, only: border_order_type, check_search
+  use gestell_task_boundary_line_options, only: border_options, check_search
   use gestell_task_boundary_line_found, only: search_type
   use gestell_task_boundary_line_search, only: range_nodes, search_line
   use gestell_system_family, only: family_type
@@ -79,16 +79,16 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(border_rest_type), intent(out), optional :: rest
     class(executor_type), intent(inout), optional, target :: executor
-    type(border_order_type) :: order
+    type(border_options) :: options
     type(line_type) :: line
     type(search_type) :: search
 
     allocate(borders(0))
     call check_search([axis], accuracy, tolerance, error)
     if (allocated(error)) return
-    order = border_order_type(accuracy, tolerance)
-    if (present(executor)) order%executor => executor
-    call line_along(family, [axis], 1, [axis%from], order, line)
+    options = border_options(accuracy, tolerance)
+    if (present(executor)) options%executor => executor
+    call line_along(family, [axis], 1, [axis%from], options, line)
     call search_line(line, range_nodes(axis%count), search, error)
     if (allocated(error)) return
     borders = borders_on(axis, line, search, 1)
@@ -153,16 +153,16 @@ contains
     type(nearest_type), intent(out) :: nearest
     type(error_type), allocatable, intent(out) :: error
 
-    call find_nearest(family, base, which, axes, border_order_type(accuracy, tolerance), nearest, error)
+    call find_nearest(family, base, which, axes, border_options(accuracy, tolerance), nearest, error)
   end subroutine nearest_stable
 
-  !> The same, by the executor of `order` if there is one.
-  subroutine find_nearest(family, base, which, axes, order, nearest, error)
+  !> The same, by the executor of `options` if there is one.
+  subroutine find_nearest(family, base, which, axes, options, nearest, error)
     class(family_type), intent(in), target :: family
     real(dp), intent(in) :: base(:)
     integer, intent(in) :: which
     type(axis_type), intent(in) :: axes(:)
-    type(border_order_type), intent(in) :: order
+    type(border_options), intent(in) :: options
     type(nearest_type), intent(out) :: nearest
     type(error_type), allocatable, intent(out) :: error
     type(line_type) :: line
@@ -176,14 +176,14 @@ contains
       call fatal_error(error, "a nearest system is sought along one of the axes, from a value for each of them", invalid_input)
       return
     end if
-    call check_search([axes(which)], order%accuracy, order%tolerance, error)
+    call check_search([axes(which)], options%accuracy, options%tolerance, error)
     if (allocated(error)) return
     if (.not. all(ieee_is_finite(base))) then
       call fatal_error(error, "the parameters of the given system must be finite", invalid_input)
       return
     end if
     ! `base` itself may lie where the axis does not lead, as beyond zero from a logarithmic one.
-    call line_along(family, [(axis_type(base(i), base(i), 1, .false.), i = 1, size(base))], which, base, order, line)
+    call line_along(family, [(axis_type(base(i), base(i), 1, .false.), i = 1, size(base))], which, base, options, line)
     call probe_line(line, 0.0_dp, here, error)
     if (allocated(error)) return
     nearest%verdict = here%verdict%word()
@@ -191,7 +191,7 @@ contains
       nearest = nearest_type(nearest%verdict, .true., base(which), 0.0_dp, nearest%verdict)
       return
     end if
-    call line_along(family, axes, which, base, order, line)
+    call line_along(family, axes, which, base, options, line)
     home = coordinate(axes(which), base(which))
     u = range_nodes(axes(which)%count)
     if (home > 0 .and. home < 1) u = [pack(u, u < home), home, pack(u, u > home)]
@@ -235,12 +235,12 @@ contains
   end subroutine find_nearest
 
   !> The line along parameter `which` through `base`.
-  subroutine line_along(family, axes, which, base, order, line)
+  subroutine line_along(family, axes, which, base, options, line)
     class(family_type), intent(in), target :: family
     type(axis_type), intent(in) :: axes(:)
     integer, intent(in) :: which
     real(dp), intent(in) :: base(:)
-    type(border_order_type), intent(in) :: order
+    type(border_options), intent(in) :: options
     type(line_type), intent(out) :: line
     integer :: k
 
@@ -252,9 +252,9 @@ contains
     line%axes(which) = axes(which)
     allocate(line%start(size(axes)), line%way(size(axes)), source=0.0_dp)
     line%way(which) = 1
-    line%accuracy = order%accuracy
-    line%tolerance = order%tolerance
-    line%executor => order%executor
+    line%accuracy = options%accuracy
+    line%tolerance = options%tolerance
+    line%executor => options%executor
   end subroutine line_along
 
 end module gestell_task_boundary

@@ -15,7 +15,7 @@ module gestell_task_boundary_branches
   use gestell_task_boundary_line, only: coordinate, line_type, parameter_at, sensitivity
   use gestell_task_boundary_line_found, only: search_type
   use gestell_task_boundary_line_search, only: merged, range_nodes, search_line
-  use gestell_task_boundary_line_order, only: border_order_type
+  use gestell_task_boundary_line_options, only: border_options
   use gestell_task_boundary_vibration_path, only: bare_frame
   use gestell_task_boundary_vibrations, only: trace_branches
   use gestell_system_family, only: family_type
@@ -48,10 +48,10 @@ contains
   !> does, and the turning points. `vibration` numbers the branches. A branch from a turning point on which an odd number of
   !> real multipliers is above 1 from end to end has no borders, and no machine keeps to it: it has no number, and its turning
   !> points are those of its neighbours. Errors: as of `find_borders`.
-  subroutine find_branch_borders(bare, axis, order, borders, error, rest, followed)
+  subroutine find_branch_borders(bare, axis, options, borders, error, rest, followed)
     class(family_type), intent(in), target :: bare
     type(axis_type), intent(in) :: axis
-    type(border_order_type), intent(in) :: order
+    type(border_options), intent(in) :: options
     type(border_type), allocatable, intent(out) :: borders(:)
     type(error_type), allocatable, intent(out) :: error
     type(border_rest_type), intent(out) :: rest
@@ -66,13 +66,13 @@ contains
     integer :: i, side, number
 
     allocate(borders(0), rest%places(0))
-    call trace_branches(bare, axis, order, range_nodes(axis%count), branches)
+    call trace_branches(bare, axis, options, range_nodes(axis%count), branches)
     followed = size(branches) > 0
     if (.not. followed) return
     call add_gaps(axis, branches, rest)
     family%bare => bare
     family%axis = axis
-    family%accuracy = order%accuracy
+    family%accuracy = options%accuracy
     number = 0
     do i = 1, size(branches) - 1
       ends = abs(branches(i)%ends() - branches(i + 1)%ends())
@@ -88,7 +88,7 @@ contains
         call add_open(axis, ends(1), ends(2), rest)
         cycle
       end if
-      call line_along(family, [axis], 1, [axis%from], order, line)
+      call line_along(family, [axis], 1, [axis%from], options, line)
       line%start = ends(1)
       line%way = ends(2) - ends(1)
       call search_line(line, nodes_of(branches(i), line, axis%count), search, error)
@@ -101,7 +101,7 @@ contains
       if (any(branches(i)%turns) .and. is_never_kept(search)) cycle
       number = number + 1
       borders = [borders, borders_on(axis, line, search, number)]
-      call add_turns(family, order%tolerance, number, search, borders)
+      call add_turns(family, options%tolerance, number, search, borders)
     end do
     borders = borders(ascending(sign(1.0_dp, axis%to - axis%from) * borders%value))
   end subroutine find_branch_borders

@@ -7,7 +7,7 @@ module gestell_task_boundary_reading
   use gestell_input_schema_read, only: read
   use gestell_task_boundary, only: usual_deviation
   use gestell_task_boundary_keys, only: boundary_keys
-  use gestell_task_boundary_line_order, only: most_searched, usual_tolerance
+  use gestell_task_boundary_line_options, only: most_searched, usual_tolerance
   use gestell_task_range_plan, only: limit_points, refuse_standstill, sweep_plan_type
   implicit none (type, external)
   private

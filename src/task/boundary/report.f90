@@ -26,7 +26,7 @@ contains
 
     report = newline // "STABILITY BOUNDARIES  to " // concise(tolerance, 2) // " of the ranges" // newline &
       & // axes_lines(plan)
-    if (plan%order%model /= "exact") return
+    if (plan%options%model /= "exact") return
     if (size(plan%grid%axes) == 1) then
       report = report // "  The vibrations found at the search points are followed through the range; at a turning point a " &
         & // "vibration ceases to exist." // newline

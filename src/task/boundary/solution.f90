@@ -4,7 +4,7 @@ module gestell_task_boundary_solution
   use gestell_base_kinds, only: dp
   use gestell_task_boundary, only: border_accuracy, border_type, border_rest_type, find_borders, find_nearest, nearest_type
   use gestell_task_boundary_branches, only: find_branch_borders
-  use gestell_task_boundary_line_order, only: border_order_type, usual_tolerance
+  use gestell_task_boundary_line_options, only: border_options, usual_tolerance
   use gestell_task_boundary_map, only: border_map_type, trace_borders
   use gestell_system_family, only: family_type
   use gestell_study_grid, only: grid_type
@@ -28,20 +28,20 @@ contains
   !> Borders within the ranges of `grid`; with a `base` (all parameters, or none) also what is stable nearest to it. `bare`: the
   !> frames that no model has settled, where the borders over one parameter are those of the exact one's vibrations, branch by
   !> branch. Error: the parameters make no sense.
-  subroutine solve_borders(family, grid, order, base, results, error, bare)
+  subroutine solve_borders(family, grid, options, base, results, error, bare)
     class(family_type), intent(in), target :: family
     type(grid_type), intent(in) :: grid
-    type(border_order_type), intent(in) :: order
+    type(border_options), intent(in) :: options
     real(dp), intent(in) :: base(:)
     type(border_results_type), intent(out) :: results
     type(error_type), allocatable, intent(out) :: error
     class(family_type), intent(in), optional, target :: bare
-    type(border_order_type) :: fine
+    type(border_options) :: fine
     logical :: followed
     integer :: k
 
     ! Narrow tongues want no less.
-    fine = order
+    fine = options
     fine%accuracy%tolerance = min(fine%accuracy%tolerance, border_accuracy)
     followed = .false.
     if (size(grid%axes) == 2) then
@@ -54,7 +54,7 @@ contains
     end if
     if (allocated(error) .or. size(base) == 0) return
     allocate(results%nearest(size(base)))
-    fine%tolerance = min(order%tolerance, usual_tolerance)
+    fine%tolerance = min(options%tolerance, usual_tolerance)
     do k = 1, size(base)
       call find_nearest(family, base, k, grid%axes, fine, results%nearest(k), error)
       if (allocated(error)) return

@@ -11,7 +11,7 @@ module gestell_task_boundary_task
   use gestell_task_boundary, only: border_accuracy
   use gestell_task_boundary_map_plot, only: over_chart
   use gestell_task_boundary_map_table, only: add_curves
-  use gestell_task_boundary_line_order, only: border_order_type
+  use gestell_task_boundary_line_options, only: border_options
   use gestell_task_boundary_plot, only: plot_borders
   use gestell_task_boundary_reading, only: read_tolerance
   use gestell_task_boundary_report, only: report_borders, report_search, summary, way_to_stable
@@ -100,7 +100,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(locked_family_type), target :: family
     type(locked_family_type), allocatable, target :: bare
-    type(border_order_type) :: order
+    type(border_options) :: options
 
     associate (plan => context%configuration%plan)
       call context%members(plan%family, family)
@@ -109,10 +109,10 @@ contains
         allocate(bare, source=family)
         bare%model = "rest"
       end if
-      order%accuracy = context%configuration%accuracy
-      order%tolerance = self%tolerance
-      order%executor => context%executor
-      call solve_borders(family, plan%grid, order, plan%base, results, error, bare)
+      options%accuracy = context%configuration%accuracy
+      options%tolerance = self%tolerance
+      options%executor => context%executor
+      call solve_borders(family, plan%grid, options, plan%base, results, error, bare)
     end associate
   end subroutine solve
 

@@ -7,7 +7,7 @@ module gestell_task_boundary_vibrations
   use gestell_model_exact_varied_frame, only: varied_frame_type
   use gestell_task_boundary_branch, only: branch_type
   use gestell_task_boundary_line, only: parameter_at
-  use gestell_task_boundary_line_order, only: border_order_type
+  use gestell_task_boundary_line_options, only: border_options
   use gestell_task_boundary_vibration_path, only: bare_frame, line_path_type
   use gestell_system_family, only: family_type
   use gestell_study_frame_model, only: settle
@@ -41,10 +41,10 @@ contains
 
   !> Branches over the range of `axis`: the vibration that is found at each of `starts`, ascending, unless it lies on a branch that
   !> is known, is followed both ways, round turning points, until the path leaves the range, comes to such a branch or is lost.
-  subroutine trace_branches(bare, axis, order, starts, branches)
+  subroutine trace_branches(bare, axis, options, starts, branches)
     class(family_type), intent(in), target :: bare
     type(axis_type), intent(in) :: axis
-    type(border_order_type), intent(in) :: order
+    type(border_options), intent(in) :: options
     real(dp), intent(in) :: starts(:)
     type(branch_type), allocatable, intent(out) :: branches(:)
     type(line_path_type) :: family
@@ -58,8 +58,8 @@ contains
     allocate(branches(0))
     family%bare => bare
     family%axis = axis
-    family%accuracy = order%accuracy
-    family%executor => order%executor
+    family%accuracy = options%accuracy
+    family%executor => options%executor
     family%difference = 1.0e-5_dp
     family%precise = 1.0e-11_dp
     family%multipliers = .true.
@@ -67,7 +67,7 @@ contains
     family%last_lambda = 1
     do i = 1, size(starts)
       call bare_frame(bare, [parameter_at(axis, starts(i))], frame, error)
-      if (.not. allocated(error)) call settle(frame, "exact", order%accuracy, settled, error)
+      if (.not. allocated(error)) call settle(frame, "exact", options%accuracy, settled, error)
       if (allocated(error)) cycle
       family%units = units_of(frame)
       family%left = most_systems
@@ -83,7 +83,7 @@ contains
       call walk(family, q, starts(i), 1, branches, up)
       call split(family, down, up, branches)
     end do
-    if (associated(order%executor)) call order%executor%show(following, 1.0_dp)
+    if (associated(options%executor)) call options%executor%show(following, 1.0_dp)
   end subroutine trace_branches
 
   !> Whether a branch has this motion (m, m, rad) at lambda = t.

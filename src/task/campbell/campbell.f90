@@ -18,10 +18,10 @@ module gestell_task_campbell
   implicit none (type, external)
   private
 
-  public :: base_frequency, check_campbell_order, solve_campbell, solve_tracked
+  public :: base_frequency, check_campbell_options, solve_campbell, solve_tracked
 
   !> What is ordered.
-  type, public :: campbell_order_type
+  type, public :: campbell_options
     type(accuracy_type) :: accuracy
     !> Crossings with the harmonics 1, 2, ... of the period are sought, which are multiples of the crank's speed where it turns
     !> once in the period; or with `harmonics` alone, where they are given.
@@ -29,7 +29,7 @@ module gestell_task_campbell
     integer, allocatable :: harmonics(:)
   contains
     procedure :: sought
-  end type campbell_order_type
+  end type campbell_options
 
   !> The modes at one speed.
   type, public :: campbell_point_type
@@ -62,7 +62,7 @@ module gestell_task_campbell
   !> A piece is a speed.
   type, extends(work_type) :: speeds_type
     class(family_type), pointer :: family => null()
-    type(campbell_order_type) :: order
+    type(campbell_options) :: options
     real(dp), allocatable :: speeds(:)
     type(campbell_point_type), allocatable :: points(:)
   contains
@@ -80,10 +80,10 @@ contains
   !> frequencies at the lowest speed. With an `executor` several threads may ask for members of the family.
   !> Errors: speeds or an order that make no sense; the family has no sound machine (an impossible mechanism is none), or not
   !> frames.
-  subroutine solve_campbell(family, speeds, order, campbell, error, executor)
+  subroutine solve_campbell(family, speeds, options, campbell, error, executor)
     class(family_type), intent(in), target :: family
     real(dp), intent(in) :: speeds(:)
-    type(campbell_order_type), intent(in) :: order
+    type(campbell_options), intent(in) :: options
     type(campbell_type), intent(out) :: campbell
     type(error_type), allocatable, intent(out) :: error
     class(executor_type), intent(inout), optional :: executor
@@ -92,10 +92,10 @@ contains
     real(dp), allocatable :: wanted(:)
 
     call check_speeds(speeds, error)
-    if (.not. allocated(error)) call check_campbell_order(order, error)
+    if (.not. allocated(error)) call check_campbell_options(options, error)
     if (allocated(error)) return
     work%family => family
-    work%order = order
+    work%options = options
     wanted = speeds
     allocate(known(0))
     ! All halvings that are wanted are solved at once, then those that these want.
@@ -116,7 +116,7 @@ contains
     integer, intent(in) :: k
     type(error_type), allocatable, intent(out) :: error
 
-    call solve_point(self%family, self%speeds(k), self%order, self%points(k), error)
+    call solve_point(self%family, self%speeds(k), self%options, self%points(k), error)
   end subroutine compute
 
   subroutine exchange(self, k, record)
@@ -131,21 +131,21 @@ contains
   end subroutine exchange
 
   !> Error: an order or an accuracy out of range.
-  pure subroutine check_campbell_order(order, error)
-    type(campbell_order_type), intent(in) :: order
+  pure subroutine check_campbell_options(options, error)
+    type(campbell_options), intent(in) :: options
     type(error_type), allocatable, intent(out) :: error
 
-    if (allocated(order%harmonics)) then
-      call check_orders(merge(maxval([0, order%harmonics]), -1, all(order%harmonics > 0)), error)
+    if (allocated(options%harmonics)) then
+      call check_orders(merge(maxval([0, options%harmonics]), -1, all(options%harmonics > 0)), error)
     else
-      call check_orders(order%orders, error)
+      call check_orders(options%orders, error)
     end if
-    if (.not. allocated(error)) call check_accuracy(order%accuracy, error)
-  end subroutine check_campbell_order
+    if (.not. allocated(error)) call check_accuracy(options%accuracy, error)
+  end subroutine check_campbell_options
 
   !> The harmonics that are looked at.
   pure function sought(self)
-    class(campbell_order_type), intent(in) :: self
+    class(campbell_options), intent(in) :: self
     integer, allocatable :: sought(:)
     integer :: k
 
@@ -234,10 +234,10 @@ contains
   end subroutine connect
 
   !> The modes at one speed, in ascending order of their frequencies. Error: the family has no sound machine, or not frames.
-  subroutine solve_point(family, speed, order, point, error)
+  subroutine solve_point(family, speed, options, point, error)
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: speed
-    type(campbell_order_type), intent(in) :: order
+    type(campbell_options), intent(in) :: options
     type(campbell_point_type), intent(out) :: point
     type(error_type), allocatable, intent(out) :: error
     type(member_type), target :: member
@@ -255,7 +255,7 @@ contains
     end if
     select type (system => member%system)
     class is (second_order_system)
-      call solve_modes(system, order%accuracy, modes, mass, error)
+      call solve_modes(system, options%accuracy, modes, mass, error)
     end select
     if (allocated(error)) return
     point%turns = frame%mechanism%turns
@@ -268,16 +268,16 @@ contains
 
   !> The modes at another `speed`, numbered as those at `near`. `point` is not solved where there is no machine.
   !> Error: as of `solve_campbell`.
-  subroutine solve_tracked(family, speed, order, near, point, error)
+  subroutine solve_tracked(family, speed, options, near, point, error)
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: speed
-    type(campbell_order_type), intent(in) :: order
+    type(campbell_options), intent(in) :: options
     type(campbell_point_type), intent(in) :: near
     type(campbell_point_type), intent(out) :: point
     type(error_type), allocatable, intent(out) :: error
     logical :: like
 
-    call solve_point(family, speed, order, point, error)
+    call solve_point(family, speed, options, point, error)
     if (allocated(error) .or. .not. point%solved) return
     associate (f => point%dofs)
       call track(near%modes(:f), point%mass(:f, :f), base_frequency(point), point%modes(:f), like, point%unambiguous)

@@ -3,7 +3,7 @@ module gestell_task_campbell_crossings
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_math_root_search, only: root_search_type
-  use gestell_task_campbell, only: campbell_order_type, campbell_point_type, campbell_type, check_campbell_order, &
+  use gestell_task_campbell, only: campbell_options, campbell_point_type, campbell_type, check_campbell_options, &
     & base_frequency, solve_tracked
   use gestell_system_family, only: family_type
   use gestell_study_mode_type, only: mode_type
@@ -32,7 +32,7 @@ module gestell_task_campbell_crossings
   !> The search for the crossings of one mode with one multiple of half the period's frequency.
   type :: search_type
     class(family_type), pointer :: family => null()
-    type(campbell_order_type) :: order
+    type(campbell_options) :: options
     integer :: mode = 0
     real(dp) :: multiple = 0
     !> As of a crossing.
@@ -69,13 +69,13 @@ module gestell_task_campbell_crossings
 
 contains
 
-  !> All crossings of the modes with the harmonics that `order` seeks within the range of `campbell`, and the intervals in which a
+  !> All crossings of the modes with the harmonics that `options` seeks within the range of `campbell`, and the intervals in which a
   !> mode is locked to any up to the highest of them, or half way between, and loses damping. In the order of modes, orders and
   !> speeds.
   !> Errors: `campbell` was not solved; as of `solve_campbell`.
-  subroutine find_crossings(family, order, campbell, crossings, error, executor)
+  subroutine find_crossings(family, options, campbell, crossings, error, executor)
     class(family_type), intent(in), target :: family
-    type(campbell_order_type), intent(in) :: order
+    type(campbell_options), intent(in) :: options
     type(campbell_type), intent(inout) :: campbell
     type(crossing_type), allocatable, intent(out) :: crossings(:)
     type(error_type), allocatable, intent(out) :: error
@@ -85,13 +85,13 @@ contains
     integer :: round, i, halves
 
     allocate(crossings(0))
-    call check_campbell_order(order, error)
+    call check_campbell_options(options, error)
     if (allocated(error)) return
     if (.not. allocated(campbell%points)) then
       call fatal_error(error, "crossings are sought among the modes that solve_campbell found", invalid_input)
       return
     end if
-    harmonics = order%sought()
+    harmonics = options%sought()
     halves = 2 * maxval([0, harmonics])
     do round = 1, most_jumps
       work%campbell = campbell
@@ -99,7 +99,7 @@ contains
       allocate(work%searches(halves * campbell%modes))
       do i = 1, size(work%searches)
         work%searches(i)%family => family
-        work%searches(i)%order = order
+        work%searches(i)%options = options
         work%searches(i)%mode = 1 + (i - 1) / halves
         work%searches(i)%multiple = (1 + mod(i - 1, halves)) / 2.0_dp
         work%searches(i)%harmonic = maxval([0, pack(harmonics, 2 * harmonics == 1 + mod(i - 1, halves))])
@@ -166,7 +166,7 @@ contains
     type(campbell_point_type), intent(out) :: point
     type(error_type), allocatable, intent(out) :: error
 
-    call solve_tracked(self%family, speed, self%order, near, point, error)
+    call solve_tracked(self%family, speed, self%options, near, point, error)
     if (point%dofs > 0) self%solutions = self%solutions + 1
   end subroutine point_at
 

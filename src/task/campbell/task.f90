@@ -10,7 +10,7 @@ module gestell_task_campbell_task
   use gestell_model_frame, only: dof_names
   use gestell_study_mode_type, only: mode_type, most_dofs
   use gestell_task_common_task, only: all_speeds, longest_table, task_type
-  use gestell_task_campbell, only: campbell_order_type, campbell_type, solve_campbell
+  use gestell_task_campbell, only: campbell_options, campbell_type, solve_campbell
   use gestell_task_campbell_crossings, only: crossing_type, find_crossings
   use gestell_task_campbell_plot, only: plot_campbell, plot_crossings
   use gestell_task_campbell_report, only: campbell_verdict, report_campbell
@@ -30,7 +30,7 @@ module gestell_task_campbell_task
 
   !> The modes over the speed.
   type, public :: diagram_type
-    type(campbell_order_type) :: order
+    type(campbell_options) :: options
     type(campbell_type) :: campbell
     type(crossing_type), allocatable :: crossings(:)
   end type diagram_type
@@ -87,11 +87,11 @@ contains
         return
       end select
     end if
-    diagram%order%accuracy = context%configuration%accuracy
-    diagram%order%harmonics = context%configuration%harmonics(context%configuration%orders)
+    diagram%options%accuracy = context%configuration%accuracy
+    diagram%options%harmonics = context%configuration%harmonics(context%configuration%orders)
     call context%members(context%configuration%plan%family, family, model_of_modes)
-    call solve_campbell(family, context%configuration%speeds(), diagram%order, diagram%campbell, error, context%executor)
-    if (.not. allocated(error)) call find_crossings(family, diagram%order, diagram%campbell, diagram%crossings, error, &
+    call solve_campbell(family, context%configuration%speeds(), diagram%options, diagram%campbell, error, context%executor)
+    if (.not. allocated(error)) call find_crossings(family, diagram%options, diagram%campbell, diagram%crossings, error, &
       & context%executor)
     if (.not. allocated(error)) allocate(context%kept, source=diagram)
   end subroutine follow_modes

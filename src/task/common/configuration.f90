@@ -88,8 +88,8 @@ contains
     allocate(configuration%plan)
     associate (plan => configuration%plan, doc => configuration%document)
       call read_sweep(doc, configuration%schema, configuration%units, configuration%frame, configuration%probes, plan, error)
-      plan%order%accuracy = configuration%accuracy
-      plan%order%model = configuration%model()
+      plan%options%accuracy = configuration%accuracy
+      plan%options%model = configuration%model()
       if (.not. allocated(error) .and. over_speed) call read_speeds(doc, plan, error)
     end associate
   end subroutine read_plan

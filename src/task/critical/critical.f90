@@ -12,7 +12,7 @@ module gestell_task_critical
   use gestell_model_frame_frame_of, only: frame_of
   use gestell_model_quantity, only: find_quantity
   use gestell_model_quantity_rows, only: probe_type, quantity_type
-  use gestell_task_campbell, only: campbell_order_type, check_campbell_order
+  use gestell_task_campbell, only: campbell_options, check_campbell_options
   use gestell_task_campbell_crossings, only: crossing_type
   use gestell_task_resonance_maxima, only: find_maxima, maximum_type, step_to_top
   use gestell_task_resonance_points, only: curve_point_type, curve_points_type
@@ -63,7 +63,7 @@ module gestell_task_critical
   !> A piece is a crossing.
   type, extends(work_type) :: searches_type
     class(family_type), pointer :: family => null()
-    type(campbell_order_type) :: order
+    type(campbell_options) :: options
     type(crossing_type), allocatable :: crossings(:)
     type(critical_type), allocatable :: critical(:)
   contains
@@ -87,9 +87,9 @@ contains
 
   !> The critical speeds that belong to `crossings` with harmonics of the period. Errors: crossings or an order that make no sense;
   !> the family has no sound machine at some speed (an impossible mechanism is none); it is not of frames.
-  subroutine find_critical(family, order, crossings, critical, error, executor)
+  subroutine find_critical(family, options, crossings, critical, error, executor)
     class(family_type), intent(in), target :: family
-    type(campbell_order_type), intent(in) :: order
+    type(campbell_options), intent(in) :: options
     type(crossing_type), intent(in) :: crossings(:)
     type(critical_type), allocatable, intent(out) :: critical(:)
     type(error_type), allocatable, intent(out) :: error
@@ -97,14 +97,14 @@ contains
     type(searches_type) :: work
     integer :: i
 
-    call check_campbell_order(order, error)
+    call check_campbell_options(options, error)
     if (allocated(error)) return
     if (.not. all(ieee_is_finite(crossings%speed) .and. abs(crossings%speed) > 0 .and. crossings%order > 0)) then
       call fatal_error(error, "a crossing has a finite speed and a positive order", invalid_input)
       return
     end if
     work%family => family
-    work%order = order
+    work%options = options
     work%crossings = pack(crossings, crossings%harmonic > 0)
     allocate(work%critical(size(work%crossings)))
     call spread_over(work, size(work%crossings), error, executor)
@@ -120,7 +120,7 @@ contains
     integer, intent(in) :: k
     type(error_type), allocatable, intent(out) :: error
 
-    call search(self%family, self%order, self%crossings(k), self%critical(k), error)
+    call search(self%family, self%options, self%crossings(k), self%critical(k), error)
   end subroutine compute
 
   subroutine exchange(self, k, record)
@@ -170,9 +170,9 @@ contains
   end subroutine give_away
 
   !> The peaks about a crossing.
-  subroutine search(family, order, crossing, critical, error)
+  subroutine search(family, options, crossing, critical, error)
     class(family_type), intent(in) :: family
-    type(campbell_order_type), intent(in) :: order
+    type(campbell_options), intent(in) :: options
     type(crossing_type), intent(in) :: crossing
     type(critical_type), intent(out) :: critical
     type(error_type), allocatable, intent(out) :: error
@@ -189,7 +189,7 @@ contains
       if (max(abs(mode%growth), abs(mode%partner_growth)) <= mode%error) critical%outcome = unbounded
       if (critical%outcome == self_excited) critical%verdict = unstable
       if (critical%outcome == unbounded) critical%verdict = merge(undamped, undecided, mode%neutral)
-      if (critical%outcome == unbounded) call look_beside(family, order, critical, error)
+      if (critical%outcome == unbounded) call look_beside(family, options, critical, error)
       if (critical%outcome /= no_peak .or. critical%verdict /= not_judged) return
     end associate
     half = reach * critical%half_width + abs(crossing%ends(2) - crossing%ends(1)) / 2
@@ -197,7 +197,7 @@ contains
     allocate(curve%points(0))
     speeds = [(crossing%speed + half * (2.0_dp * (i - 1) / (samples - 1) - 1), i = 1, samples)]
     do round = 1, most_rounds
-      call add_points(family, order, speeds, crossing%harmonic, curve, error)
+      call add_points(family, options, speeds, crossing%harmonic, curve, error)
       if (allocated(error)) return
       if (any(curve%points%state == in_resonance)) then
         critical%outcome = unbounded
@@ -219,23 +219,23 @@ contains
       if (size(speeds) == 0) exit
     end do
     do quantity = amplitude, force
-      if (tops(quantity)%point > 0) call take_top(curve%points(tops(quantity)%point), tops(quantity), order, critical)
+      if (tops(quantity)%point > 0) call take_top(curve%points(tops(quantity)%point), tops(quantity), options, critical)
     end do
     critical%outcome = merge(peak, no_peak, critical%found(amplitude))
   end subroutine search
 
   !> Discards an undamped crossing if the order does not excite the mode just beside it.
-  subroutine look_beside(family, order, critical, error)
+  subroutine look_beside(family, options, critical, error)
     class(family_type), intent(in) :: family
-    type(campbell_order_type), intent(in) :: order
+    type(campbell_options), intent(in) :: options
     type(critical_type), intent(inout) :: critical
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: aside = 1.0e-3_dp
     type(speed_point_type) :: point
 
-    call respond(family, order, critical%crossing%speed * (1 + aside), critical%crossing%harmonic, point, error)
+    call respond(family, options, critical%crossing%speed * (1 + aside), critical%crossing%harmonic, point, error)
     if (allocated(error) .or. .not. has_vibration(point%state)) return
-    if (point%values(part_of_order, amplitude) < order%accuracy%tolerance) critical%outcome = no_peak
+    if (point%values(part_of_order, amplitude) < options%accuracy%tolerance) critical%outcome = no_peak
   end subroutine look_beside
 
   !> The maximum of a quantity that is near enough to the crossing, about which samples are `apart`, and nearest to it; point 0:
@@ -266,14 +266,14 @@ contains
 
   !> A peak, with the verdict of the machine, the worst one counts, and how far it moves there. None: an order that the accuracy
   !> does not tell from nothing; a force that rises by more than the order has is another's peak.
-  subroutine take_top(point, top, order, critical)
+  subroutine take_top(point, top, options, critical)
     type(curve_point_type), intent(in) :: point
     type(maximum_type), intent(in) :: top
-    type(campbell_order_type), intent(in) :: order
+    type(campbell_options), intent(in) :: options
     type(critical_type), intent(inout) :: critical
 
     associate (q => top%quantity, share => point%values(part_of_order, top%quantity))
-      if (q == amplitude .and. share < order%accuracy%tolerance) return
+      if (q == amplitude .and. share < options%accuracy%tolerance) return
       if (q == force .and. 1 - exp(-top%rise) > 2 * share) return
       critical%found(q) = .true.
       critical%speed(q) = top%speed
@@ -290,9 +290,9 @@ contains
 
   !> Adds what the machine tells of the harmonic `multiple` at more speeds, in the direction of the points. Error: the machine is
   !> not sound.
-  subroutine add_points(family, order, speeds, multiple, curve, error)
+  subroutine add_points(family, options, speeds, multiple, curve, error)
     class(family_type), intent(in) :: family
-    type(campbell_order_type), intent(in) :: order
+    type(campbell_options), intent(in) :: options
     real(dp), intent(in) :: speeds(:)
     integer, intent(in) :: multiple
     type(curve_points_type), intent(inout) :: curve
@@ -301,15 +301,15 @@ contains
     integer :: i
 
     do i = 1, size(speeds)
-      call respond(family, order, speeds(i), multiple, points(i), error)
+      call respond(family, options, speeds(i), multiple, points(i), error)
       if (allocated(error)) return
     end do
     call curve%insert(points, refined=.false.)
   end subroutine add_points
 
-  subroutine respond(family, order, speed, multiple, point, error)
+  subroutine respond(family, options, speed, multiple, point, error)
     class(family_type), intent(in) :: family
-    type(campbell_order_type), intent(in) :: order
+    type(campbell_options), intent(in) :: options
     real(dp), intent(in) :: speed
     integer, intent(in) :: multiple
     type(speed_point_type), intent(out) :: point
@@ -322,7 +322,7 @@ contains
     allocate(point%values(3, 2), source=0.0_dp)
     allocate(point%strongest(2), source=multiple)
     call member%make(family, [speed], error)
-    if (.not. allocated(error)) call member%solve(order%accuracy, .true., error)
+    if (.not. allocated(error)) call member%solve(options%accuracy, .true., error)
     if (.not. allocated(error)) call member%multipliers(.false., multipliers, error)
     if (allocated(error) .or. .not. member%is_sound()) return
     select type (system => member%system)

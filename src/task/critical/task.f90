@@ -52,7 +52,7 @@ contains
 
     call follow_modes(context, diagram, error)
     call context%members(context%configuration%plan%family, family, model_of_modes)
-    if (.not. allocated(error)) call find_critical(family, diagram%order, diagram%crossings, critical, error, &
+    if (.not. allocated(error)) call find_critical(family, diagram%options, diagram%crossings, critical, error, &
       & context%executor)
     if (allocated(error)) return
     judgement = critical_verdict(critical, diagram%campbell)

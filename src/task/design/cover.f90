@@ -5,7 +5,7 @@ module gestell_task_design_cover
   use gestell_base_kinds, only: dp
   use gestell_math_optimum_minimax, only: optimum_type
   use gestell_study_design, only: limits_alone, search_from
-  use gestell_study_design_evaluation, only: design_order_type
+  use gestell_study_design_evaluation, only: design_options
   use gestell_system_family, only: family_type
   use gestell_task_design_range, only: lines_type, range_line_type, survey_range, survey_type
   implicit none (type, external)
@@ -26,25 +26,25 @@ contains
   !> From an optimum under the order's own conditions to one over all lines; its objective and violation are those of the range.
   !> Where limits are exceeded a search first brings the greatest excess down. A search looks at the lines that hold the worst of a
   !> goal; lines that an optimum makes the worst join them (exchange). Errors: as of `survey_range`.
-  subroutine cover_range(family, order, lines, optimum, error)
+  subroutine cover_range(family, options, lines, optimum, error)
     class(family_type), intent(in) :: family
-    type(design_order_type), intent(in) :: order
+    type(design_options), intent(in) :: options
     type(range_line_type), intent(in) :: lines(:)
     type(optimum_type), intent(inout) :: optimum
     type(error_type), allocatable, intent(out) :: error
-    type(design_order_type) :: own, limits
+    type(design_options) :: own, limits
     type(optimum_type) :: next
     type(survey_type) :: survey
     logical :: used(size(lines))
     integer :: round, evaluations
     logical :: agrees, feasible
 
-    own = order
+    own = options
     used = .false.
     evaluations = optimum%evaluations
-    call survey_range(family, order, lines, optimum%x, .false., survey, error)
+    call survey_range(family, options, lines, optimum%x, .false., survey, error)
     if (allocated(error)) return
-    call judge_by(order, survey, optimum)
+    call judge_by(options, survey, optimum)
     next = optimum
     do round = 1, most_rounds
       used(survey%line) = .true.
@@ -55,7 +55,7 @@ contains
         call search_from(family, limits, (next%x), next, error, stationary)
         if (.not. allocated(error)) feasible = next%objective <= 0
         evaluations = evaluations + next%evaluations
-        next%price = spread(0.0_dp, 1, size(order%constraints))
+        next%price = spread(0.0_dp, 1, size(options%constraints))
       end if
       if (feasible .and. .not. allocated(error)) call search_from(family, own, (next%x), next, error, stationary)
       if (allocated(error)) then
@@ -64,10 +64,10 @@ contains
         exit
       end if
       if (feasible) evaluations = evaluations + next%evaluations
-      call survey_range(family, order, lines, next%x, .false., survey, error)
+      call survey_range(family, options, lines, next%x, .false., survey, error)
       if (allocated(error)) return
       agrees = survey%known .and. all(used(survey%line))
-      call judge_by(order, survey, next)
+      call judge_by(options, survey, next)
       next%converged = agrees .and. next%converged
       if (.not. better(optimum, next)) optimum = next
       if (agrees .or. .not. survey%known) exit
@@ -76,17 +76,17 @@ contains
   end subroutine cover_range
 
   !> Objective, violation and whether the limits are met, over the range.
-  pure subroutine judge_by(order, survey, optimum)
-    type(design_order_type), intent(in) :: order
+  pure subroutine judge_by(options, survey, optimum)
+    type(design_options), intent(in) :: options
     type(survey_type), intent(in) :: survey
     type(optimum_type), intent(inout) :: optimum
     integer :: n
 
-    n = size(order%objectives)
-    associate (values => order%objectives%weight * survey%excess(:n), over => survey%excess(n + 1:n + size(order%constraints)))
-      optimum%objective = merge(maxval(values), sum(values), order%largest)
+    n = size(options%objectives)
+    associate (values => options%objectives%weight * survey%excess(:n), over => survey%excess(n + 1:n + size(options%constraints)))
+      optimum%objective = merge(maxval(values), sum(values), options%largest)
       optimum%violation = maxval([0.0_dp, over])
-      optimum%feasible = survey%known .and. all(over <= met * order%constraints%scale())
+      optimum%feasible = survey%known .and. all(over <= met * options%constraints%scale())
     end associate
   end subroutine judge_by
 

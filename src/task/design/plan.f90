@@ -17,7 +17,7 @@ module gestell_task_design_plan
   use gestell_study_design_goal, only: goal_type, new_goal, of_machine
   use gestell_study_design_neighbours, only: along_speed
   use gestell_study_design_parts, only: inertia_part, mass_part, other_part, place_parts
-  use gestell_study_design_problem, only: design_order_type
+  use gestell_study_design_problem, only: design_options
   use gestell_system_family, only: family_type
   use gestell_study_measure, only: peak_measure
   use gestell_system_periodic, only: periodic_system
@@ -47,7 +47,7 @@ module gestell_task_design_plan
     integer, allocatable :: owners(:)
     character(len=16), allocatable :: units(:)
     type(linked_family_type) :: family
-    type(design_order_type) :: order
+    type(design_options) :: options
     !> The values of the file, and those within the ranges.
     real(dp), allocatable :: base(:), start(:)
     !> Local searches; points of the curve between two objectives.
@@ -78,7 +78,8 @@ contains
   pure logical function covers(self)
     class(design_plan_type), intent(in) :: self
 
-    covers = size(self%lines) > 0 .and. (any(self%order%objectives%needs_motion()) .or. any(self%order%constraints%needs_motion()))
+    covers = size(self%lines) > 0 .and. (any(self%options%objectives%needs_motion()) &
+      & .or. any(self%options%constraints%needs_motion()))
   end function covers
 
   !> The plan of a checked document. Errors: no group &design or &objective; a path that cannot change, or twice; an empty range;
@@ -93,25 +94,25 @@ contains
     end if
     if (allocated(error)) return
     call read_parameters(configuration, plan, error)
-    if (.not. allocated(error)) call read_goals(configuration, "objective", objective_keys, plan%order%objectives, error)
-    if (.not. allocated(error)) call read_goals(configuration, "constraint", constraint_keys, plan%order%constraints, error)
+    if (.not. allocated(error)) call read_goals(configuration, "objective", objective_keys, plan%options%objectives, error)
+    if (.not. allocated(error)) call read_goals(configuration, "constraint", constraint_keys, plan%options%constraints, error)
     if (.not. allocated(error)) call read_choices(configuration%document, plan, error)
-    if (.not. allocated(error)) call refuse_masses(groups_named(configuration%document, "constraint"), plan%order%constraints, &
-      & plan%family, plan%start, reshape([plan%order%lower, plan%order%upper], [size(plan%start), 2]), error)
+    if (.not. allocated(error)) call refuse_masses(groups_named(configuration%document, "constraint"), plan%options%constraints, &
+      & plan%family, plan%start, reshape([plan%options%lower, plan%options%upper], [size(plan%start), 2]), error)
     if (allocated(error)) return
-    call read_conditions(configuration, plan%all_paths, plan%order%conditions, plan%lines, plan%robust, error)
+    call read_conditions(configuration, plan%all_paths, plan%options%conditions, plan%lines, plan%robust, error)
     if (allocated(error)) return
     plan%turns = configuration%turns()
     if (size(plan%lines) > 0) then
-      if (plan%lines(1)%start%along == along_speed .and. abs(plan%lines(1)%start%speed) > 0) call keep_away(plan%order, &
+      if (plan%lines(1)%start%along == along_speed .and. abs(plan%lines(1)%start%speed) > 0) call keep_away(plan%options, &
         & minval(abs(plan%lines(1)%places)), maxval(abs(plan%lines(1)%places)))
     end if
-    plan%order%probes = configuration%probes
-    plan%order%model = configuration%model()
-    plan%order%accuracy = configuration%accuracy
-    plan%convex = is_convex(plan%order)
+    plan%options%probes = configuration%probes
+    plan%options%model = configuration%model()
+    plan%options%accuracy = configuration%accuracy
+    plan%convex = is_convex(plan%options)
     ! from a mass of zero its place does not count: one start may stay there
-    if (plan%convex .and. all(plan%order%lower > 0 .or. plan%order%part /= mass_part)) plan%starts = 1
+    if (plan%convex .and. all(plan%options%lower > 0 .or. plan%options%part /= mass_part)) plan%starts = 1
   end subroutine read_design
 
   subroutine read_parameters(configuration, plan, error)
@@ -134,22 +135,23 @@ contains
         return
       end if
       associate (n => size(groups))
-        allocate(plan%paths(n), plan%units(n), plan%order%lower(n), plan%order%upper(n), plan%order%body(n), plan%order%part(n), &
-          & plan%order%link(n), plan%order%unit(n), plan%base(n), plan%start(n), plan%all_paths(0), plan%owners(0), targets(0))
+        allocate(plan%paths(n), plan%units(n), plan%options%lower(n), plan%options%upper(n), plan%options%body(n), &
+          & plan%options%part(n), plan%options%link(n), plan%options%unit(n), plan%base(n), plan%start(n), &
+          & plan%all_paths(0), plan%owners(0), targets(0))
       end associate
       do i = 1, size(groups)
         call read(groups(i), design_keys, "parameter", path, error)
         if (.not. allocated(error)) call add_path("parameter", trim(adjustl(path)))
         if (allocated(error)) return
         plan%paths(i) = adjustl(path)
-        call take_part(plan%paths(i), has(groups(i), "with"), plan%order%body(i), plan%order%part(i))
+        call take_part(plan%paths(i), has(groups(i), "with"), plan%options%body(i), plan%options%part(i))
         associate (target => targets(size(targets)))
-          plan%order%link(i) = 0
+          plan%options%link(i) = 0
           ! of several mechanisms a group may be several links, and their axes are turned
-          if (plan%order%part(i) /= other_part .and. size(target%groups) > 0 .and. count_groups(doc, "mechanism") == 0) then
-            plan%order%link(i) = count([(doc%groups(k)%name == "link", k = 1, target%groups(1))])
+          if (plan%options%part(i) /= other_part .and. size(target%groups) > 0 .and. count_groups(doc, "mechanism") == 0) then
+            plan%options%link(i) = count([(doc%groups(k)%name == "link", k = 1, target%groups(1))])
           end if
-          plan%order%unit(i) = configuration%units%to_si(schema%keys(target%rule), target%element, 1.0_dp)
+          plan%options%unit(i) = configuration%units%to_si(schema%keys(target%rule), target%element, 1.0_dp)
           plan%units(i) = unit_symbol(schema%keys(target%rule), target%element, configuration%units)
         end associate
         if (has(groups(i), "with")) then
@@ -158,17 +160,17 @@ contains
             if (.not. allocated(error)) call add_path("with", trim(adjustl(with(k))))
           end do
         end if
-        if (.not. allocated(error)) call read(groups(i), design_keys, "from", plan%order%lower(i), error)
-        if (.not. allocated(error)) call read(groups(i), design_keys, "to", plan%order%upper(i), error)
+        if (.not. allocated(error)) call read(groups(i), design_keys, "from", plan%options%lower(i), error)
+        if (.not. allocated(error)) call read(groups(i), design_keys, "to", plan%options%upper(i), error)
         if (allocated(error)) return
-        if (.not. plan%order%upper(i) > plan%order%lower(i)) then
+        if (.not. plan%options%upper(i) > plan%options%lower(i)) then
           call input_error(groups(i), "to", "must be greater than from", error)
           return
         end if
         call take_start(configuration, plan, i)
       end do
       do i = 1, size(groups)
-        plan%order%body(i) = findloc([(same_link(plan%paths(k), plan%paths(i)), k = 1, i)], .true., dim=1)
+        plan%options%body(i) = findloc([(same_link(plan%paths(k), plan%paths(i)), k = 1, i)], .true., dim=1)
       end do
       plan%family%owner = plan%owners
       call new_document_family(plan%family%inner, doc, schema, configuration%units, plan%all_paths, plan%start(plan%owners), error)
@@ -248,7 +250,7 @@ contains
     if (.not. allocated(none)) then
       if (size(values) > 0) plan%base(i) = values(1)
     end if
-    plan%start(i) = min(max(plan%base(i), plan%order%lower(i)), plan%order%upper(i))
+    plan%start(i) = min(max(plan%base(i), plan%options%lower(i)), plan%options%upper(i))
   end subroutine take_start
 
   !> Tries the ends of every range beside the start. Error: a value that makes no sense.
@@ -262,7 +264,7 @@ contains
     do i = 1, size(groups)
       do side = 1, 2
         x = plan%start
-        x(i) = merge(plan%order%lower(i), plan%order%upper(i), side == 1)
+        x(i) = merge(plan%options%lower(i), plan%options%upper(i), side == 1)
         call plan%family%inner%check(x(plan%owners), error)
         if (.not. allocated(error)) cycle
         call in_group(groups(i), error)
@@ -331,7 +333,7 @@ contains
     if (.not. allocated(error)) call read(objectives(having(objectives, "trade_off")), objective_keys, "trade_off", plan%curve, &
       & error)
     if (allocated(error)) return
-    plan%order%largest = combine == "largest"
+    plan%options%largest = combine == "largest"
     i = having(objectives, "trade_off")
     if (plan%curve > 0 .and. size(objectives) /= 2) then
       call input_error(objectives(i), "trade_off", "is between two objectives: there must be two", error)
@@ -353,13 +355,13 @@ contains
   end function having
 
   !> Separations are those over the whole range of speeds.
-  pure subroutine keep_away(order, least, greatest)
-    type(design_order_type), intent(inout) :: order
+  pure subroutine keep_away(options, least, greatest)
+    type(design_options), intent(inout) :: options
     real(dp), intent(in) :: least, greatest
     integer :: g
 
-    do g = 1, size(order%constraints)
-      order%constraints(g)%speeds = [least, greatest]
+    do g = 1, size(options%constraints)
+      options%constraints(g)%speeds = [least, greatest]
     end do
   end subroutine keep_away
 

@@ -75,7 +75,7 @@ contains
       if (.not. abs(before(1)) > 0) cycle
       tics = tics // ", " // tic(design%goals(g)%name()) // " " // text(g)
       block = block // text(g) // "," // concise(100 * after(1) / before(1), 6) // ","
-      if (g > size(plan%order%objectives)) then
+      if (g > size(plan%options%objectives)) then
         block = block // concise(100 * design%goals(g)%limit / before(1), 6)
         top = max(top, 110 * design%goals(g)%limit / before(1))
       else
@@ -104,8 +104,8 @@ contains
     ! The corners of a scatter are no curve; the maxima between the given speeds stand behind these in the file.
     style = trim(merge("with points                   ", "smooth unique with linespoints", plan%robust))
     lines = "set title heading noenhanced" // newline // "set xlabel 'crank speed (rpm)'; set ylabel " &
-      & // quoted(plan%order%objectives(1)%name() // " (" // trim(plan%order%objectives(1)%measure%unit) // ")") // " noenhanced" &
-      & // newline &
+      & // quoted(plan%options%objectives(1)%name() // " (" // trim(plan%options%objectives(1)%measure%unit) // ")") &
+      & // " noenhanced" // newline &
       & // "set yrange [0:*]; set key top left" // newline &
       & // "plot 'design_range.csv' using (abs($1)):5 " // style // " lt 8 pt 7 ps 0.4 title 'before', " &
       & // "'' using (abs($1)):7 " // style // " lt 1 pt 7 ps 0.4 title 'after'" // newline
@@ -139,8 +139,8 @@ contains
       integer, intent(in) :: k
       character(len=:), allocatable :: line
 
-      line = "set " // which // "label " // quoted(plan%order%objectives(k)%name() // " (" &
-        & // trim(plan%order%objectives(k)%measure%unit) // ")") // " noenhanced" // newline
+      line = "set " // which // "label " // quoted(plan%options%objectives(k)%name() // " (" &
+        & // trim(plan%options%objectives(k)%measure%unit) // ")") // " noenhanced" // newline
     end function axis
 
     function point(name, k) result(line)

@@ -10,7 +10,7 @@ module gestell_task_design_range
   use gestell_base_verdict, only: operator(/=), operator(==), stable
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
-  use gestell_study_design_evaluation, only: design_order_type, range_type, setting_type, top_type
+  use gestell_study_design_evaluation, only: design_options, range_type, setting_type, top_type
   use gestell_study_design_goal, only: goal_type, of_multipliers, of_torque
   use gestell_study_design_motion, only: usual_phases
   use gestell_study_design_neighbours, only: condition_type, find_neighbours, joined, neighbours_type, remember
@@ -83,9 +83,9 @@ contains
   end subroutine find_tops
 
   !> The machine at the parameters `x` along all lines. Errors: x or the goals make no sense.
-  subroutine survey_range(family, order, lines, x, reported, survey, error)
+  subroutine survey_range(family, options, lines, x, reported, survey, error)
     class(family_type), intent(in) :: family
-    type(design_order_type), intent(in) :: order
+    type(design_options), intent(in) :: options
     type(range_line_type), intent(in) :: lines(:)
     real(dp), intent(in) :: x(:)
     !> Whether it is to be reported: then the multipliers are the last goal, and every maximum is that of the vibrations which the
@@ -99,19 +99,19 @@ contains
     call find_neighbours(family, x, neighbours, known, error)
     if (allocated(error)) return
     if (known) then
-      call survey_machine(neighbours%frame, order, lines, reported, survey, error)
+      call survey_machine(neighbours%frame, options, lines, reported, survey, error)
     else
       allocate(survey%conditions(0))
-      allocate(survey%excess(size(order%objectives) + size(order%constraints) + merge(1, 0, reported)), source=-huge(1.0_dp))
+      allocate(survey%excess(size(options%objectives) + size(options%constraints) + merge(1, 0, reported)), source=-huge(1.0_dp))
       allocate(survey%line(size(survey%excess)), source=1)
       survey%known = .false.
     end if
   end subroutine survey_range
 
   !> The same of a machine.
-  subroutine survey_machine(machine, order, lines, reported, survey, error)
+  subroutine survey_machine(machine, options, lines, reported, survey, error)
     type(frame_type), intent(in) :: machine
-    type(design_order_type), intent(in) :: order
+    type(design_options), intent(in) :: options
     type(range_line_type), intent(in) :: lines(:)
     logical, intent(in) :: reported
     type(survey_type), intent(out) :: survey
@@ -122,10 +122,10 @@ contains
     type(top_type), allocatable :: tops(:)
     integer :: k, l, n
 
-    n = size(order%objectives) + size(order%constraints)
+    n = size(options%objectives) + size(options%constraints)
     allocate(goals(n + merge(1, 0, reported)), survey%conditions(0))
-    goals(:size(order%objectives)) = order%objectives
-    goals(size(order%objectives) + 1:n) = order%constraints
+    goals(:size(options%objectives)) = options%objectives
+    goals(size(options%objectives) + 1:n) = options%constraints
     if (reported) then
       goals(n + 1)%about = of_multipliers
       goals(n + 1)%measure%quantity = "rho_max"
@@ -135,8 +135,8 @@ contains
     allocate(survey%line(size(goals)), source=1)
     neighbours%frame = machine
     call remember(neighbours, usual_phases(), any(goals%about == of_torque))
-    call look_along(neighbours, order, goals, lines, curves, error)
-    if (.not. allocated(error)) call climb_all(neighbours, order, goals, curves, reported, tops, error)
+    call look_along(neighbours, options, goals, lines, curves, error)
+    if (.not. allocated(error)) call climb_all(neighbours, options, goals, curves, reported, tops, error)
     if (allocated(error)) return
     do k = 1, size(tops)
       associate (g => tops(k)%goal)

@@ -40,10 +40,10 @@ contains
     c = told%worst(g, design%goals(g))
     numbers = [told%values(g, max(c, 1)), told%errors(g, max(c, 1)), 0.0_dp]
     if (c == 0) return
-    associate (condition => design%order%conditions(c))
+    associate (condition => design%options%conditions(c))
       numbers(3) = condition%speed * condition%speed_factor * turns * 30 / pi
     end associate
-    if (size(design%order%conditions) > 1 .and. design%goals(g)%about /= of_machine) numbers(2) = numbers(2) + of_place &
+    if (size(design%options%conditions) > 1 .and. design%goals(g)%about /= of_machine) numbers(2) = numbers(2) + of_place &
       & * abs(numbers(1))
     ! of a condition where there is no vibration nothing is known
     if (.not. all(ieee_is_finite(told%values(g, :)))) numbers(2) = ieee_value(1.0_dp, ieee_positive_inf)
@@ -97,7 +97,7 @@ contains
     real(dp) :: before(3), after(3)
     integer :: g, n
 
-    n = size(plan%order%objectives)
+    n = size(plan%options%objectives)
     before = worst_of(design%before, design, 1, plan%turns)
     after = worst_of(design%after, design, 1, plan%turns)
     words = "DESIGN: " // design%goals(1)%name() // " from " // concise(before(1), 4) // " to " // concise(after(1), 4) // " " &
@@ -142,7 +142,8 @@ contains
         & // trim(design%before%verdict()) // " before, " // after // " after" // newline
       if (after /= "stable") report = report // "  a limit keeps it stable: &constraint quantity='rho_max', at_most=0.999 /" &
         & // newline
-      if (size(design%order%conditions) > 1) report = report // "  worst of " // counted(size(plan%order%conditions), "condition") &
+      if (size(design%options%conditions) > 1) report = report // "  worst of " &
+        & // counted(size(plan%options%conditions), "condition") &
         & // trim(merge(": speeds and scatter", ": speeds            ", plan%robust)) // trim(merge(", and of all between them", &
         & "                         ", size(plan%lines) > 0)) // newline
       report = report // newline // goal_lines(plan, design) // newline // parameter_lines(plan, design)
@@ -159,8 +160,8 @@ contains
     logical :: over_range
     integer :: g, n
 
-    over_range = size(design%order%conditions) > 1
-    n = size(plan%order%objectives)
+    over_range = size(design%options%conditions) > 1
+    n = size(plan%options%objectives)
     lines = ""
     do g = 1, size(design%goals)
       associate (goal => design%goals(g))
@@ -208,7 +209,7 @@ contains
 
     lines = ""
     do k = 1, size(design%x)
-      associate (order => plan%order, price => design%found(design%best)%bound_price(k))
+      associate (order => plan%options, price => design%found(design%best)%bound_price(k))
         lines = lines // trim(plan%paths(k)) // tab // concise(plan%base(k), 5) // tab // concise(design%x(k), 6) // tab &
           & // concise(order%lower(k), 5) // " to " // concise(order%upper(k), 5) // " " // trim(plan%units(k)) // tab
         if (price > 0) lines = lines // "at its least"

@@ -8,7 +8,7 @@ module gestell_task_design_search
   use gestell_model_frame, only: frame_type
   use gestell_study_design_goal, only: goal_type
   use gestell_study_design_neighbours, only: find_neighbours, joined, neighbours_type
-  use gestell_study_design_problem, only: design_order_type, evaluate_goals, goal_branches_type
+  use gestell_study_design_problem, only: design_options, evaluate_goals, goal_branches_type
   use gestell_study_design_told, only: tell_goals, told_type
   use gestell_system_family, only: family_type
   use gestell_task_design_cover, only: better, judge_by
@@ -38,9 +38,9 @@ module gestell_task_design_search
     type(optimum_type), allocatable :: found(:)
     integer :: best = 0
     !> What was asked for, under the conditions that are reported: those that were given, then the maxima between them.
-    type(design_order_type) :: order
+    type(design_options) :: options
     !> The same over the whole range.
-    type(design_order_type) :: over_range
+    type(design_options) :: over_range
     !> The parameters, to the digits that are told.
     real(dp), allocatable :: x(:)
     !> By how much the objective may be above the least, relative to that of the machine of the file.
@@ -74,9 +74,9 @@ contains
 
     call search_starts(family, plan, design%found, error, executor)
     if (allocated(error)) return
-    design%over_range = plan%order
+    design%over_range = plan%options
     if (plan%covers()) design%over_range%range = lines_type(lines=plan%lines)
-    call survey_machine(machine, plan%order, plan%lines, .true., before, error)
+    call survey_machine(machine, plan%options, plan%lines, .true., before, error)
     if (allocated(error)) return
     do k = 1, plan%starts
       if (.not. is_there(design%found(k))) cycle
@@ -84,13 +84,13 @@ contains
       if (better(design%found(k), design%found(design%best))) design%best = k
     end do
     if (design%best == 0) return
-    if (size(plan%lines) > 0 .and. all(plan%base >= plan%order%lower .and. plan%base <= plan%order%upper)) then
+    if (size(plan%lines) > 0 .and. all(plan%base >= plan%options%lower .and. plan%base <= plan%options%upper)) then
       ! nothing is worse than the machine of the file
       base = design%found(1)
       ! its numbers may differ where the design has one
-      call survey_range(family, plan%order, plan%lines, plan%base, .false., after, error)
+      call survey_range(family, plan%options, plan%lines, plan%base, .false., after, error)
       if (allocated(error)) return
-      call judge_by(plan%order, after, base)
+      call judge_by(plan%options, after, base)
       if (after%known .and. better(base, design%found(design%best))) then
         base%x = plan%base
         base%converged = .false.
@@ -99,20 +99,20 @@ contains
       end if
     end if
     design%x = [(rounded(design%found(design%best)%x(k)), k = 1, size(plan%start))]
-    allocate(design%goals(size(plan%order%objectives) + size(plan%order%constraints)))
-    design%goals(:size(plan%order%objectives)) = plan%order%objectives
-    design%goals(size(plan%order%objectives) + 1:) = plan%order%constraints
-    call survey_range(family, plan%order, plan%lines, design%x, .true., after, error)
+    allocate(design%goals(size(plan%options%objectives) + size(plan%options%constraints)))
+    design%goals(:size(plan%options%objectives)) = plan%options%objectives
+    design%goals(size(plan%options%objectives) + 1:) = plan%options%constraints
+    call survey_range(family, plan%options, plan%lines, design%x, .true., after, error)
     if (.not. allocated(error)) call find_neighbours(family, design%x, found, known, error)
     if (allocated(error)) return
-    design%order = plan%order
-    design%order%conditions = joined(joined(plan%order%conditions, after%conditions), before%conditions)
-    call tell_goals(machine, design%order, design%goals, design%before, error)
-    if (.not. allocated(error)) call tell_goals(found%frame, design%order, design%goals, design%after, error)
+    design%options = plan%options
+    design%options%conditions = joined(joined(plan%options%conditions, after%conditions), before%conditions)
+    call tell_goals(machine, design%options, design%goals, design%before, error)
+    if (.not. allocated(error)) call tell_goals(found%frame, design%options, design%goals, design%after, error)
     if (allocated(error)) return
     call find_gap(plan, design)
-    if (.not. design%found(design%best)%feasible .and. is_convex(plan%order, limits=.true.)) then
-      call prove_conflict(family, plan%order, design%found(design%best)%x, design%conflict, error)
+    if (.not. design%found(design%best)%feasible .and. is_convex(plan%options, limits=.true.)) then
+      call prove_conflict(family, plan%options, design%found(design%best)%x, design%conflict, error)
       if (allocated(error)) return
       if (design%conflict < negligible) design%conflict = 0
     end if
@@ -123,19 +123,19 @@ contains
   subroutine find_gap(plan, design)
     type(design_plan_type), intent(in) :: plan
     type(design_type), intent(inout) :: design
-    real(dp) :: values(size(plan%order%objectives)), before
+    real(dp) :: values(size(plan%options%objectives)), before
     integer :: c, g
 
     do g = 1, size(values)
-      c = max(1, design%before%worst(g, plan%order%objectives(g)))
-      values(g) = plan%order%objectives(g)%weight * design%before%values(g, c)
+      c = max(1, design%before%worst(g, plan%options%objectives(g)))
+      values(g) = plan%options%objectives(g)%weight * design%before%values(g, c)
     end do
-    before = merge(maxval(values), sum(values), plan%order%largest)
+    before = merge(maxval(values), sum(values), plan%options%largest)
     associate (best => design%found(design%best))
       if (.not. before > 0) before = best%objective
       if (.not. before > 0) return
-      if (all(plan%order%objectives%measure%quantity /= "added_mass")) design%gap = best%objective / before
-      if (plan%convex) design%gap = min(design%gap, prove(plan%order, best) / before)
+      if (all(plan%options%objectives%measure%quantity /= "added_mass")) design%gap = best%objective / before
+      if (plan%convex) design%gap = min(design%gap, prove(plan%options, best) / before)
     end associate
   end subroutine find_gap
 
@@ -168,20 +168,20 @@ contains
   end subroutine find_shares
 
   !> The objective at x, NaN where there is none. Error: the goals make no sense.
-  real(dp) function value_of(family, order, x, error) result(value)
+  real(dp) function value_of(family, options, x, error) result(value)
     class(family_type), intent(in) :: family
-    type(design_order_type), intent(in) :: order
+    type(design_options), intent(in) :: options
     real(dp), intent(in) :: x(:)
     type(error_type), allocatable, intent(out) :: error
     type(goal_branches_type) :: at
-    real(dp) :: values(size(order%objectives))
+    real(dp) :: values(size(options%objectives))
     integer :: g
 
     value = ieee_value(value, ieee_quiet_nan)
-    call evaluate_goals(family, order, order%objectives, x, .false., at, error)
+    call evaluate_goals(family, options, options%objectives, x, .false., at, error)
     if (allocated(error) .or. .not. at%known) return
-    values = [(order%objectives(g)%weight * maxval(at%value, at%group == g), g = 1, size(values))]
-    value = merge(maxval(values), sum(values), order%largest)
+    values = [(options%objectives(g)%weight * maxval(at%value, at%group == g), g = 1, size(values))]
+    value = merge(maxval(values), sum(values), options%largest)
   end function value_of
 
   !> The least of the first objective for levels of the second, from its value where the first is least to its own least: the curve
@@ -191,37 +191,37 @@ contains
     type(design_plan_type), intent(in) :: plan
     type(design_type), intent(inout) :: design
     type(error_type), allocatable, intent(out) :: error
-    type(design_order_type) :: order
+    type(design_options) :: options
     type(optimum_type) :: ends(2), found
     type(goal_type), allocatable :: limits(:)
     real(dp), allocatable :: start(:)
     real(dp) :: low, high
     integer :: k, c
 
-    limits = plan%order%constraints
+    limits = plan%options%constraints
     do k = 1, 2
-      order = design%over_range
-      order%objectives = design%over_range%objectives(k:k)
-      call search_from(family, order, design%x, ends(k), error)
+      options = design%over_range
+      options%objectives = design%over_range%objectives(k:k)
+      call search_from(family, options, design%x, ends(k), error)
       if (allocated(error)) return
     end do
     c = size(limits) + 1
-    order = design%over_range
-    order%objectives = design%over_range%objectives(1:1)
-    deallocate(order%constraints)
-    allocate(order%constraints(c))
-    order%constraints(:c - 1) = limits
-    order%constraints(c) = design%over_range%objectives(2)
-    order%constraints(c)%sense = 1
+    options = design%over_range
+    options%objectives = design%over_range%objectives(1:1)
+    deallocate(options%constraints)
+    allocate(options%constraints(c))
+    options%constraints(:c - 1) = limits
+    options%constraints(c) = design%over_range%objectives(2)
+    options%constraints(c)%sense = 1
     low = ends(2)%objective / design%over_range%objectives(2)%weight
     high = second(ends(1)%x)
     allocate(design%curve(plan%curve))
     do k = 1, plan%curve
       if (allocated(error)) return
-      order%constraints(c)%limit = high + (low - high) * real(k - 1, dp) / (plan%curve - 1)
+      options%constraints(c)%limit = high + (low - high) * real(k - 1, dp) / (plan%curve - 1)
       start = design%x
       if (k > 1) start = found%x
-      call search_from(family, order, start, found, error)
+      call search_from(family, options, start, found, error)
       if (allocated(error)) return
       design%curve(k)%x = found%x
       design%curve(k)%converged = found%converged .and. found%feasible
@@ -235,7 +235,7 @@ contains
       type(goal_branches_type) :: at
 
       second = ieee_value(second, ieee_quiet_nan)
-      call evaluate_goals(family, order, design%over_range%objectives(2:2), x, .false., at, error)
+      call evaluate_goals(family, options, design%over_range%objectives(2:2), x, .false., at, error)
       if (.not. allocated(error) .and. at%known) second = maxval(at%value)
     end function second
 

@@ -56,7 +56,7 @@ contains
     allocate(work%starts(size(plan%start), plan%starts), work%found(plan%starts))
     work%starts(:, 1) = plan%start
     do k = 2, plan%starts
-      work%starts(:, k) = plan%order%lower + halton(k - 1, size(plan%start)) * (plan%order%upper - plan%order%lower)
+      work%starts(:, k) = plan%options%lower + halton(k - 1, size(plan%start)) * (plan%options%upper - plan%options%lower)
     end do
     call spread_over(work, plan%starts, error, executor)
     if (allocated(error)) return
@@ -66,9 +66,9 @@ contains
     first = [(first_of(k), k = 1, plan%starts)]
     distinct = pack([(k, k = 1, plan%starts)], [(first(k) == k .and. is_there(found(k)), k = 1, plan%starts)])
     do k = 1, size(distinct)
-      call survey_range(family, plan%order, plan%lines, found(distinct(k))%x, .false., survey, error)
+      call survey_range(family, plan%options, plan%lines, found(distinct(k))%x, .false., survey, error)
       if (allocated(error)) return
-      call judge_by(plan%order, survey, found(distinct(k)))
+      call judge_by(plan%options, survey, found(distinct(k)))
       found(distinct(k))%converged = .false.
     end do
     do n = 1, min(most_covered, size(distinct))
@@ -97,7 +97,7 @@ contains
 
       do f = 1, n - 1
         if (.not. (is_there(found(f)) .and. is_there(found(n)))) cycle
-        if (all(abs(found(f)%x - found(n)%x) <= same * (plan%order%upper - plan%order%lower))) return
+        if (all(abs(found(f)%x - found(n)%x) <= same * (plan%options%upper - plan%options%lower))) return
       end do
       f = n
     end function first_of
@@ -117,7 +117,7 @@ contains
     integer, intent(in) :: k
     type(error_type), allocatable, intent(out) :: error
 
-    call search_from(self%family, self%plan%order, self%starts(:, k), self%found(k), error)
+    call search_from(self%family, self%plan%options, self%starts(:, k), self%found(k), error)
     ! there may be no machine at a start: others are to be had
     if (allocated(error) .and. size(self%found) > 1) then
       if (allocated(self%found(k)%x)) deallocate(self%found(k)%x)
@@ -130,7 +130,7 @@ contains
     integer, intent(in) :: k
     type(error_type), allocatable, intent(out) :: error
 
-    call cover_range(self%family, self%plan%order, self%plan%lines, self%found(k), error)
+    call cover_range(self%family, self%plan%options, self%plan%lines, self%found(k), error)
   end subroutine cover
 
   subroutine exchange(self, k, record)

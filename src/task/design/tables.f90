@@ -28,7 +28,7 @@ contains
     integer :: k, n
 
     n = size(design%x)
-    associate (best => design%found(design%best), order => plan%order)
+    associate (best => design%found(design%best), order => plan%options)
       table = new_table("design", "Design", "What was changed, and what that is worth.", verdict, shown=.true.)
       call table%add("parameter", "path as in the input", (plan%paths))
       call table%add("unit", "of its values", (plan%units))
@@ -56,7 +56,7 @@ contains
     character(len=4) :: measure(size(design%goals))
     integer :: g, n
 
-    n = size(plan%order%objectives)
+    n = size(plan%options%objectives)
     limit = ieee_value(1.0_dp, ieee_quiet_nan)
     worth = limit
     state = ""
@@ -98,7 +98,7 @@ contains
     character(len=:), allocatable :: name
     integer :: c, g
 
-    associate (conditions => design%order%conditions)
+    associate (conditions => design%options%conditions)
       table = new_table("design_range", "Before and after over the range", "Objectives and limits at every condition.", verdict)
       call table%add("speed", rpm, "crank speed; 0: it is a parameter", conditions%speed * conditions%speed_factor &
         & * plan%turns * 30 / pi)
@@ -120,7 +120,7 @@ contains
       end do
       call table%add("verdict_before", "on the machine of the file", design%before%verdicts)
       call table%add("verdict_after", "on the design", design%after%verdicts)
-      call table%add("between", "1: a maximum between the conditions that were given", [(c > size(plan%order%conditions), c = 1, &
+      call table%add("between", "1: a maximum between the conditions that were given", [(c > size(plan%options%conditions), c = 1, &
         & size(conditions))])
     end associate
   end function range_table
@@ -170,8 +170,8 @@ contains
 
     table = new_table("design_trade_off", "Trade-off", "The least of one objective for each value of the other.", "", shown=.true.)
     do g = 1, 2
-      associate (measure => plan%order%objectives(g)%measure)
-        call table%add(trim(merge("first ", "second", g == 1)), new_unit(trim(measure%unit)), plan%order%objectives(g)%name(), &
+      associate (measure => plan%options%objectives(g)%measure)
+        call table%add(trim(merge("first ", "second", g == 1)), new_unit(trim(measure%unit)), plan%options%objectives(g)%name(), &
           & [(design%curve(i)%values(g), i = 1, size(design%curve))])
       end associate
     end do

@@ -81,7 +81,7 @@ contains
       verdict = trim(design%after%verdict())
       call result%add(parameter_table(plan, design, verdict), plot_parameters(plan))
       call result%add(goal_table(plan, design, verdict), plot_goals(plan, design))
-      if (size(design%order%conditions) > 1) call result%add(range_table(plan, design, verdict), plot_range(plan))
+      if (size(design%options%conditions) > 1) call result%add(range_table(plan, design, verdict), plot_range(plan))
       if (size(design%found) > 1) call result%add(start_table(plan, design, verdict), plot_starts((design%found%objective)))
       if (plan%curve > 0) call result%add(curve_table(plan, design), plot_curve(plan, design))
       if (len(improved) > 0) call result%attach("design.nml", improved)

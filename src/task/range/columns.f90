@@ -10,7 +10,7 @@ module gestell_task_range_columns
   use gestell_model_frame, only: frame_type
   use gestell_model_quantity, only: look_up_quantity
   use gestell_model_quantity_rows, only: probe_type, quantity_type
-  use gestell_study_point, only: sweep_order_type
+  use gestell_study_point, only: sweep_options
   use gestell_study_tile_results, only: column_names, last_peak, peaks_of, sweep_columns, verdict, &
     & verdict_behind, xi_peak
   use gestell_task_range_keys, only: sweep_keys
@@ -25,11 +25,11 @@ contains
 
   !> Engine, columns and measures of the groups &sweep, in any of which they may stand, about this frame, whose mechanism need not
   !> turn. Errors: other ones in another group; neither a column nor a quantity.
-  subroutine read_order(groups, frame, probes, order, error)
+  subroutine read_order(groups, frame, probes, options, error)
     type(group_type), intent(in) :: groups(:)
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)
-    type(sweep_order_type), intent(out) :: order
+    type(sweep_options), intent(out) :: options
     type(error_type), allocatable, intent(out) :: error
     character(len=word_length), allocatable :: columns(:), quantities(:)
     character(len=:), allocatable :: engine
@@ -40,8 +40,8 @@ contains
     if (allocated(error)) return
     call read_either(groups, "engine", engine, error)
     if (allocated(error)) return
-    order%engine = engine
-    order%columns = order%columns .or. peaks_of(frame%dofs())
+    options%engine = engine
+    options%columns = options%columns .or. peaks_of(frame%dofs())
     allocate(quantities(0))
     i = group_with(groups, "columns")
     if (has(groups(i), "columns")) then
@@ -49,12 +49,12 @@ contains
       if (.not. allocated(error)) call check_columns(groups(i), frame, probes, columns, error)
       if (allocated(error)) return
       quantities = pack(columns, [(is_quantity(columns(i)), i = 1, size(columns))])
-      order%columns = wanted(columns)
-      order%names_columns = .true.
+      options%columns = wanted(columns)
+      options%names_columns = .true.
     end if
     i = group_with(groups, "measures")
-    call read_measures(groups(i), sweep_keys, frame, probes, quantities, order%measures, error)
-    order%probes = probes
+    call read_measures(groups(i), sweep_keys, frame, probes, quantities, options%measures, error)
+    options%probes = probes
   end subroutine read_order
 
   !> A word that may stand in any of the groups. Error: another one in another group.

@@ -17,7 +17,7 @@ module gestell_task_range_plan
   use gestell_model_frame, only: frame_type
   use gestell_model_quantity_rows, only: probe_type
   use gestell_study_grid, only: axis_type, grid_type, new_axis, new_grid
-  use gestell_study_point, only: sweep_order_type
+  use gestell_study_point, only: sweep_options
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
@@ -31,7 +31,7 @@ module gestell_task_range_plan
     !> In what unit each is typed, empty for numbers without one.
     character(len=16), allocatable :: units(:)
     type(grid_type) :: grid
-    type(sweep_order_type) :: order
+    type(sweep_options) :: options
     !> The form of the table: 'csv' or 'npy'.
     character(len=:), allocatable :: format
     type(document_family_type) :: family
@@ -105,8 +105,8 @@ contains
     if (allocated(error)) return
     call limit_points(plan%grid, groups, most_points, error)
     if (allocated(error)) return
-    call read_order(groups, frame, probes, plan%order, error)
-    plan%grid%one_by_one = plan%order%one_by_one()
+    call read_order(groups, frame, probes, plan%options, error)
+    plan%grid%one_by_one = plan%options%one_by_one()
     if (.not. allocated(error)) call read_either(groups, "format", plan%format, error)
     if (allocated(error)) return
     first = axes(:size(groups))%from

@@ -19,7 +19,7 @@ module gestell_task_resonance_curve
   use gestell_system_family, only: family_type
   use gestell_task_resonance_maxima, only: find_maxima, half_power_speeds, maximum_type, top_speeds
   use gestell_task_resonance_seeds, only: crossing_speeds
-  use gestell_study_speed_point, only: check_speed_order, solve_speed_point, speed_order_type, speed_point_type
+  use gestell_study_speed_point, only: check_speed_options, solve_speed_point, speed_options, speed_point_type
   use gestell_study_speeds, only: check_speeds
   use gestell_task_common_executor, only: executor_type, spread_over, work_type
   use gestell_task_common_record, only: record_type
@@ -30,7 +30,7 @@ module gestell_task_resonance_curve
   public :: solve_curve, start_curve
 
   type, public, extends(curve_points_type) :: resonance_curve_type
-    type(speed_order_type) :: order
+    type(speed_options) :: options
     !> Speeds of the grid that stand to be computed.
     real(dp), allocatable :: grid(:)
     integer :: rounds = 0
@@ -47,7 +47,7 @@ module gestell_task_resonance_curve
   !> A piece is a speed of a round.
   type, extends(work_type) :: round_type
     class(family_type), pointer :: family => null()
-    type(speed_order_type) :: order
+    type(speed_options) :: options
     real(dp), allocatable :: speeds(:)
     type(speed_point_type), allocatable :: points(:)
   contains
@@ -68,16 +68,16 @@ module gestell_task_resonance_curve
 contains
 
   !> An empty curve over `speeds`, all of one sign, ascending or descending. Errors: they are not; an order that makes no sense.
-  subroutine start_curve(curve, order, speeds, error)
+  subroutine start_curve(curve, options, speeds, error)
     type(resonance_curve_type), intent(out) :: curve
-    type(speed_order_type), intent(in) :: order
+    type(speed_options), intent(in) :: options
     real(dp), intent(in) :: speeds(:)
     type(error_type), allocatable, intent(out) :: error
 
     call check_speeds(speeds, error)
-    if (.not. allocated(error)) call check_speed_order(order, error)
+    if (.not. allocated(error)) call check_speed_options(options, error)
     if (allocated(error)) return
-    curve%order = order
+    curve%options = options
     allocate(curve%grid, source=speeds)
     curve%descends = speeds(size(speeds)) < speeds(1)
     allocate(curve%points(0))
@@ -126,7 +126,7 @@ contains
     integer :: q, i
 
     allocate(speeds(0))
-    do q = 1, size(self%order%names)
+    do q = 1, size(self%options%names)
       call self%levels(q, level, known)
       call bent_intervals(self, level, known, bent)
       associate (p => self%points)
@@ -197,7 +197,7 @@ contains
     integer :: q
 
     allocate(self%maxima(0))
-    do q = 1, size(self%order%names)
+    do q = 1, size(self%options%names)
       call self%levels(q, level, known)
       call bent_intervals(self, level, known, bent)
       call find_maxima(self%curve_points_type, q, level, known, bent, standing_out, found)
@@ -210,19 +210,19 @@ contains
 
   !> The whole curve. With an `executor` several threads may ask for members of the family. Errors: as of `start_curve`; that of
   !> the first speed whose parameter makes no sense.
-  subroutine solve_curve(family, order, speeds, curve, error, executor)
+  subroutine solve_curve(family, options, speeds, curve, error, executor)
     class(family_type), intent(in), target :: family
-    type(speed_order_type), intent(in) :: order
+    type(speed_options), intent(in) :: options
     real(dp), intent(in) :: speeds(:)
     type(resonance_curve_type), intent(out) :: curve
     type(error_type), allocatable, intent(out) :: error
     class(executor_type), intent(inout), optional :: executor
     type(round_type) :: round
 
-    call start_curve(curve, order, speeds, error)
+    call start_curve(curve, options, speeds, error)
     if (allocated(error)) return
     round%family => family
-    round%order = order
+    round%options = options
     do
       call curve%wanted(round%speeds)
       if (size(round%speeds) == 0) exit
@@ -240,7 +240,7 @@ contains
     integer, intent(in) :: k
     type(error_type), allocatable, intent(out) :: error
 
-    call solve_speed_point(self%family, self%speeds(k), self%order, self%points(k), error)
+    call solve_speed_point(self%family, self%speeds(k), self%options, self%points(k), error)
   end subroutine compute
 
   subroutine exchange(self, k, record)

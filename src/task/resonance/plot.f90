@@ -51,7 +51,7 @@ contains
       found(i) = any(curve%points%state == marked(i))
     end do
     panels = min(size(quantities), most_panels)
-    harmonics = curve%order%split_off()
+    harmonics = curve%options%split_off()
     across = merge(1, 2, panels <= most_below)
     rows = (panels + across - 1) / across
     small = [(curve%points(i)%moved%small(), i = 1, size(small))]
@@ -278,7 +278,7 @@ contains
 
     lines = ""
     n = 0
-    do q = 1, size(curve%order%names)
+    do q = 1, size(curve%options%names)
       mine = pack([(i, i = 1, size(curve%maxima))], curve%maxima%quantity == q)
       if (size(mine) > most_labelled) cycle
       spaced = apart((curve%maxima(mine)%speed), 0.08_dp * abs(range(2) - range(1)), range)

@@ -13,7 +13,7 @@ module gestell_task_resonance_task
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_turn, only: add_order_column
   use gestell_output_table_unit, only: new_unit, plain, rpm, unit_type
-  use gestell_study_speed_point, only: speed_order_type
+  use gestell_study_speed_point, only: speed_options
   use gestell_task_common_task, only: all_speeds, longest_table, task_type
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_common_context, only: context_type
@@ -61,19 +61,19 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(resonance_curve_type) :: curve
     type(locked_family_type) :: family
-    type(speed_order_type) :: order
+    type(speed_options) :: options
     type(judgement_type) :: judgement
     character(len=:), allocatable :: warning
     integer :: k, turns
 
     call context%members(context%configuration%plan%family, family)
     associate (configuration => context%configuration)
-      order%names = self%quantities%name
-      order%probes = configuration%probes
-      order%harmonics = configuration%harmonics(configuration%orders)
+      options%names = self%quantities%name
+      options%probes = configuration%probes
+      options%harmonics = configuration%harmonics(configuration%orders)
       turns = configuration%turns()
-      order%accuracy = configuration%accuracy
-      call solve_curve(family, order, configuration%speeds(), curve, error, context%executor)
+      options%accuracy = configuration%accuracy
+      call solve_curve(family, options, configuration%speeds(), curve, error, context%executor)
       if (allocated(error)) return
       judgement = verdict_on(curve)
       warning = beyond_small(pack([(curve%points(k)%moved, k = 1, size(curve%points))], has_vibration(curve%points%state)), &
@@ -120,7 +120,7 @@ contains
     integer :: i, k, n
 
     n = size(curve%points)
-    harmonics = curve%order%split_off()
+    harmonics = curve%options%split_off()
     table = new_table("resonance", "Resonance curves", "Response over the speed; shaded: the machine leaves it; gaps: none.", &
       & verdict)
     call table%add("speed", rpm, "of the crank", [(curve%points(i)%speed, i = 1, n)])

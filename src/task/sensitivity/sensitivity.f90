@@ -12,7 +12,7 @@ module gestell_task_sensitivity
   use gestell_floquet_period_periodic_solution, only: raise_resonance
   use gestell_system_family, only: family_type
   use gestell_study_vibration_small_motion, only: moved_type
-  use gestell_study_speed_point, only: check_speed_order, solve_response, speed_order_type, speed_point_type
+  use gestell_study_speed_point, only: check_speed_options, solve_response, speed_options, speed_point_type
   use gestell_task_common_executor, only: executor_type, spread_over, work_type
   use gestell_task_common_record, only: record_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
@@ -26,7 +26,7 @@ module gestell_task_sensitivity
 
   !> The machine itself.
   type, public :: sensitivity_base_type
-    type(speed_order_type) :: order
+    type(speed_options) :: options
     integer :: parameters = 0
     type(verdict_type) :: state
     !> How far its frame moves.
@@ -90,17 +90,17 @@ contains
 
   !> The derivatives with respect to each of `parameters` relative changes. With an `executor` several threads may ask for members
   !> of the family. Error: that of the machine itself.
-  subroutine solve_sensitivity(family, parameters, order, base, found, error, executor)
+  subroutine solve_sensitivity(family, parameters, options, base, found, error, executor)
     class(family_type), intent(in), target :: family
     integer, intent(in) :: parameters
-    type(speed_order_type), intent(in) :: order
+    type(speed_options), intent(in) :: options
     type(sensitivity_base_type), intent(out) :: base
     type(sensitivity_type), allocatable, intent(out) :: found(:)
     type(error_type), allocatable, intent(out) :: error
     class(executor_type), intent(inout), optional :: executor
     type(parameters_type) :: work
 
-    call solve_base(family, parameters, order, base, error)
+    call solve_base(family, parameters, options, base, error)
     if (allocated(error)) return
     work%family => family
     work%base = base
@@ -138,28 +138,28 @@ contains
   !> The machine itself, and how large steps may be: a change p of a parameter turns a free vibration of N swings by at
   !> most 2 pi N p more in a turn, which has to be little against the distance of its multiplier from 1.
   !> Errors: no parameters; there is no periodic vibration; what `solve_response` finds.
-  subroutine solve_base(family, parameters, order, base, error)
+  subroutine solve_base(family, parameters, options, base, error)
     class(family_type), intent(in) :: family
     integer, intent(in) :: parameters
-    type(speed_order_type), intent(in) :: order
+    type(speed_options), intent(in) :: options
     type(sensitivity_base_type), intent(out) :: base
     type(error_type), allocatable, intent(out) :: error
     type(speed_point_type) :: point
     real(dp) :: distance, swings
     integer :: q
 
-    call check_speed_order(order, error)
+    call check_speed_options(options, error)
     if (allocated(error)) return
     if (parameters < 1) then
       call fatal_error(error, "a sensitivity needs one parameter at least", invalid_input)
       return
     end if
-    base%order = order
-    base%order%orders = 1
-    base%enough = min(order%accuracy%tolerance, too_much)
-    base%order%accuracy%tolerance = min(order%accuracy%tolerance, sharp)
+    base%options = options
+    base%options%orders = 1
+    base%enough = min(options%accuracy%tolerance, too_much)
+    base%options%accuracy%tolerance = min(options%accuracy%tolerance, sharp)
     base%parameters = parameters
-    call solve_response(family, [(0.0_dp, q = 1, parameters)], base%order, point, error)
+    call solve_response(family, [(0.0_dp, q = 1, parameters)], base%options, point, error)
     if (allocated(error)) return
     base%state = point%state
     base%moved = point%moved
@@ -171,7 +171,7 @@ contains
     end if
     if (allocated(error)) return
     base%values = point%values([1, 3], :)
-    base%relative_error = [(point%values(2, q) / max(point%values(1, q), tiny(1.0_dp)), q = 1, size(order%names))]
+    base%relative_error = [(point%values(2, q) / max(point%values(1, q), tiny(1.0_dp)), q = 1, size(options%names))]
     distance = minval(abs(1 - exp(cmplx(max(point%growth, -700.0_dp), 2 * pi * point%turns, dp))))
     swings = max(1.0_dp, maxval(point%averaged_turns))
     base%rounding = least_rounding + 4 * epsilon(distance) / max(distance, epsilon(distance))
@@ -195,7 +195,7 @@ contains
       call fatal_error(error, "a derivative is that of one of the parameters that solve_base was given", invalid_input)
       return
     end if
-    associate (n => size(base%order%names))
+    associate (n => size(base%options%names))
       allocate(found%slope(changes, n), found%error(changes, n), source=ieee_value(1.0_dp, ieee_quiet_nan))
       allocate(found%bend(changes, n), source=.false.)
       allocate(above(changes, n, steps), below(changes, n, steps))
@@ -208,7 +208,7 @@ contains
       if (allocated(error) .or. .not. known) return
       if (k < fewest_steps) cycle
       enough = .true.
-      do q = 1, size(base%order%names)
+      do q = 1, size(base%options%names)
         do change = 1, changes
           if (.not. (base%values(change, q) > 0 .and. base%relative_error(q) < 1)) cycle
           call differentiate(h(:k), above(change, q, :k), below(change, q, :k), log(base%values(change, q)), &
@@ -231,7 +231,7 @@ contains
 
       parameters = 0
       parameters(number) = p
-      call solve_response(family, parameters, base%order, point, error)
+      call solve_response(family, parameters, base%options, point, error)
       known = .false.
       if (allocated(error)) return
       known = has_vibration(point%state)

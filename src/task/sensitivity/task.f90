@@ -12,7 +12,7 @@ module gestell_task_sensitivity_task
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: plain
-  use gestell_study_speed_point, only: speed_order_type
+  use gestell_study_speed_point, only: speed_options
   use gestell_task_common_task, only: longest_table, task_type
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_common_context, only: context_type
@@ -73,7 +73,7 @@ contains
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
     type(locked_family_type) :: family
-    type(speed_order_type) :: order
+    type(speed_options) :: options
     type(sensitivity_base_type) :: base
     type(sensitivity_type), allocatable :: found(:)
     character(len=verdict_length) :: verdict
@@ -82,10 +82,10 @@ contains
 
     call context%members(self%plan%family, family)
     associate (configuration => context%configuration, paths => self%plan%paths)
-      order%names = self%quantities%name
-      order%probes = configuration%probes
-      order%accuracy = configuration%accuracy
-      call solve_sensitivity(family, size(paths), order, base, found, error, context%executor)
+      options%names = self%quantities%name
+      options%probes = configuration%probes
+      options%accuracy = configuration%accuracy
+      call solve_sensitivity(family, size(paths), options, base, found, error, context%executor)
       if (allocated(error)) return
       verdict = state_word(base%state)
       call result%add(table_of(self%quantities, paths, base, found, verdict), plot_sensitivity(self%quantities, paths, found))

@@ -16,7 +16,7 @@ module gestell_task_separation_task
   use gestell_output_table_unit, only: hertz, plain, rpm, unit_type
   use gestell_model_frame, only: dof_names
   use gestell_task_common_task, only: longest_table, task_type, unsolved_machine
-  use gestell_task_campbell, only: campbell_order_type, campbell_type, solve_campbell
+  use gestell_task_campbell, only: campbell_options, campbell_type, solve_campbell
   use gestell_task_campbell_crossings, only: crossing_type, find_crossings
   use gestell_task_campbell_report, only: campbell_verdict
   use gestell_task_campbell_task, only: model_of_modes
@@ -114,7 +114,7 @@ contains
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
     type(locked_family_type) :: family
-    type(campbell_order_type) :: order
+    type(campbell_options) :: options
     type(campbell_type) :: campbell
     type(crossing_type), allocatable :: crossings(:)
     type(separation_type), allocatable :: found(:)
@@ -122,24 +122,24 @@ contains
     character(len=:), allocatable :: state, words
     integer :: turns
 
-    order%accuracy = context%configuration%accuracy
-    order%harmonics = context%configuration%harmonics(self%orders)
+    options%accuracy = context%configuration%accuracy
+    options%harmonics = context%configuration%harmonics(self%orders)
     turns = context%configuration%turns()
     call context%members(self%family, family, model_of_modes)
-    call solve_campbell(family, self%speeds, order, campbell, error, context%executor)
-    if (.not. allocated(error)) call find_crossings(family, order, campbell, crossings, error, context%executor)
+    call solve_campbell(family, self%speeds, options, campbell, error, context%executor)
+    if (.not. allocated(error)) call find_crossings(family, options, campbell, crossings, error, context%executor)
     if (allocated(error)) return
-    found = find_separations(campbell, crossings, order%harmonics, turns, self%margin / 100)
+    found = find_separations(campbell, crossings, options%harmonics, turns, self%margin / 100)
     call share_torque_roll(context%configuration%frame, campbell, found)
     judgement = campbell_verdict(campbell)
     call result%add(table_of(found, turns, trim(family%model), judgement%words), plot_separation(found, campbell, &
-      & order%harmonics, turns, self%margin))
+      & options%harmonics, turns, self%margin))
     if (allocated(context%configuration%frame%space)) call result%add(axis_table(context%configuration%frame))
     call result%judge(judgement)
     call separation_headline(found, self%margin, state, words)
     call result%warn(state, words)
     call result%say(report_separation(found, self%speeds, range_of(self%orders, turns), self%margin, judgement%words, &
-      & torque_roll_line(found(::size(order%harmonics)))))
+      & torque_roll_line(found(::size(options%harmonics)))))
   end subroutine run
 
   !> separation.csv: a row for every mode and order.

@@ -65,7 +65,7 @@ contains
 
     campaign%folder = folder
     campaign%layout = new_layout(plan)
-    campaign%columns = plan%order%columns
+    campaign%columns = plan%options%columns
     campaign%content = content
     campaign%fingerprint = content
     call mix_text(campaign%fingerprint, version)

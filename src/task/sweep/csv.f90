@@ -10,7 +10,7 @@ module gestell_task_sweep_csv
   use gestell_output_table_scientific, only: number_width, put_number
   use gestell_output_table_unit, only: new_unit, plain, unit_type
   use gestell_study_grid, only: axis_type, grid_type
-  use gestell_study_point, only: sweep_order_type
+  use gestell_study_point, only: sweep_options
   use gestell_study_tile_results, only: column_names, last_peak, log_rho_max, rho_error, rho_max, sweep_columns, verdict, &
     & verdict_behind, verdict_column, xi_peak
   implicit none (type, external)
@@ -33,10 +33,10 @@ contains
 
   !> The points in the grid's order, the first parameter slow, over the parameters `paths` in these units; `values` of shape
   !> (numbers, points of the second axis, of the first).
-  pure type(table_type) function table_of(paths, units, grid, order, values) result(table)
+  pure type(table_type) function table_of(paths, units, grid, options, values) result(table)
     character(len=*), intent(in) :: paths(:), units(:)
     type(grid_type), intent(in) :: grid
-    type(sweep_order_type), intent(in) :: order
+    type(sweep_options), intent(in) :: options
     real(dp), intent(in) :: values(:, :, :)
     type(unit_type) :: unit
     integer :: i, j, k, n
@@ -50,7 +50,7 @@ contains
     end associate
     n = 0
     do k = 1, sweep_columns
-      if (.not. order%columns(k)) cycle
+      if (.not. options%columns(k)) cycle
       n = n + 1
       if (any(k == [verdict, verdict_behind])) then
         call table%add(trim(column_names(k)), "stable, undamped, undecided, unstable, impossible or failed", &
@@ -59,11 +59,11 @@ contains
         unit = plain
         if (k >= xi_peak .and. k <= last_peak) unit = unit_type(words=merge("rad", "m  ", is_rotation(k - xi_peak + 1)))
         call table%add(trim(column_names(k)), unit, "of the machine at the point", column(n), &
-          & error=trim(merge("rho_error", "         ", k == rho_max .and. order%columns(rho_error))))
+          & error=trim(merge("rho_error", "         ", k == rho_max .and. options%columns(rho_error))))
       end if
     end do
-    do k = 1, order%measured()
-      associate (measure => order%measures(k))
+    do k = 1, options%measured()
+      associate (measure => options%measures(k))
         unit = new_unit(trim(measure%unit))
         call table%add(trim(measure%name()), unit, trim(measure%meaning()), column(n + 1), error=trim(measure%name()) // "_error")
         call table%add(trim(measure%name()) // "_error", unit, "bound on its error", column(n + 2))
@@ -105,16 +105,16 @@ contains
   end function columns_of
 
   !> The names of the columns.
-  pure function header(paths, units, grid, order) result(line)
+  pure function header(paths, units, grid, options) result(line)
     character(len=*), intent(in) :: paths(:), units(:)
     type(grid_type), intent(in) :: grid
-    type(sweep_order_type), intent(in) :: order
+    type(sweep_options), intent(in) :: options
     character(len=:), allocatable :: line
     type(table_type) :: table
-    real(dp) :: none(order%numbers(), 0, 0)
+    real(dp) :: none(options%numbers(), 0, 0)
     integer :: i
 
-    table = table_of(paths, units, grid, order, none)
+    table = table_of(paths, units, grid, options, none)
     line = field(table%columns(1)%key)
     do i = 2, size(table%columns)
       line = line // "," // field(table%columns(i)%key)
@@ -139,20 +139,20 @@ contains
   end function width_of_number
 
   !> Characters of a row with its end.
-  pure integer function csv_width(grid, order) result(width)
+  pure integer function csv_width(grid, options) result(width)
     type(grid_type), intent(in) :: grid
-    type(sweep_order_type), intent(in) :: order
+    type(sweep_options), intent(in) :: options
     integer :: k
 
-    width = size(grid%axes) + order%numbers()
+    width = size(grid%axes) + options%numbers()
     do k = 1, size(grid%axes)
       width = width + width_of(grid%axes(k))
     end do
-    do k = 1, order%numbers()
-      if (k == verdict_column(order%columns)) then
+    do k = 1, options%numbers()
+      if (k == verdict_column(options%columns)) then
         width = width + verdict_length
       else
-        width = width + width_of_number(order%columns, k)
+        width = width + width_of_number(options%columns, k)
       end if
     end do
   end function csv_width

@@ -44,16 +44,16 @@ contains
     type(sweep_plan_type), intent(in) :: plan
 
     layout%grid = plan%grid
-    layout%columns = plan%order%columns
-    layout%numbers = plan%order%numbers()
+    layout%columns = plan%options%columns
+    layout%numbers = plan%options%numbers()
     layout%binary = plan%format == "npy"
     layout%file = "sweep." // plan%format
     if (layout%binary) then
       layout%width = number_bytes * (size(plan%grid%axes) + layout%numbers)
       layout%header = npy_head(plan%grid%points(), size(plan%grid%axes) + layout%numbers)
     else
-      layout%width = csv_width(plan%grid, plan%order)
-      layout%header = header(plan%paths, plan%units, plan%grid, plan%order) // new_line("a")
+      layout%width = csv_width(plan%grid, plan%options)
+      layout%header = header(plan%paths, plan%units, plan%grid, plan%options) // new_line("a")
     end if
   end function new_layout
 

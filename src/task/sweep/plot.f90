@@ -12,7 +12,7 @@ module gestell_task_sweep_plot
   use gestell_task_sweep_summary, only: summary_type, verdict_count_type
   use gestell_study_grid, only: axis_type
   use gestell_study_measure, only: measure_names
-  use gestell_study_point, only: sweep_order_type
+  use gestell_study_point, only: sweep_options
   use gestell_study_tile_results, only: last_peak, log_rho_max, rho_error, rho_max, sweep_columns, verdict, verdict_behind, xi_peak
   implicit none (type, external)
   private
@@ -40,18 +40,18 @@ contains
     if (plan%period_varies()) label = "the period of each"
     label = "ln |ρ|max (growth in " // label // ")"
     if (size(plan%grid%axes) > 1 .and. all(plan%grid%axes%count > 1)) then
-      figure = plot_chart(plan, plan%order, label, summary)
+      figure = plot_chart(plan, plan%options, label, summary)
     else
       k = maxloc(plan%grid%axes%count, dim=1)
-      figure = plot_curves(plan, k, plan%order, label, summary)
+      figure = plot_curves(plan, k, plan%options, label, summary)
     end if
   end function plot_sweep
 
   !> Over parameter `k`, in whose column it stands; the only one that runs. `label`: of the growth.
-  function plot_curves(plan, k, order, label, summary) result(figure)
+  function plot_curves(plan, k, options, label, summary) result(figure)
     type(sweep_plan_type), intent(in) :: plan
     integer, intent(in) :: k
-    type(sweep_order_type), intent(in) :: order
+    type(sweep_options), intent(in) :: options
     character(len=*), intent(in) :: label
     type(summary_type), intent(in) :: summary
     type(figure_type) :: figure
@@ -60,11 +60,11 @@ contains
     logical :: growth, peaks, bounds
     integer :: column(sweep_columns), panels, i, n
 
-    column = column_numbers(order%columns, size(plan%paths))
-    growth = any(order%columns([rho_max, log_rho_max, verdict, verdict_behind]))
-    peaks = any(order%columns(xi_peak:last_peak))
-    bounds = order%columns(rho_error) .and. order%names_columns
-    panels = count([growth, peaks, bounds]) + (order%measured() + most_measures - 1) / most_measures
+    column = column_numbers(options%columns, size(plan%paths))
+    growth = any(options%columns([rho_max, log_rho_max, verdict, verdict_behind]))
+    peaks = any(options%columns(xi_peak:last_peak))
+    bounds = options%columns(rho_error) .and. options%names_columns
+    panels = count([growth, peaks, bounds]) + (options%measured() + most_measures - 1) / most_measures
     x = "(X(column(" // text(k) // ")))"
     style = "with lines"
     if (plan%grid%axes(k)%count < 30) style = "with linespoints ps 0.5"
@@ -84,8 +84,8 @@ contains
     if (bounds) call add(logarithmic_panel([column(rho_error)], ["error of |ρ|"], "1", "bound on the error", x, style, &
       & shades("bottom", "top")))
     if (peaks) call add(peaks_panel(column, x, style, shades("bottom", "top")))
-    do i = 1, order%measured(), most_measures
-      call add(measures_panel(order, i, size(plan%paths), x, style, shades("bottom", "top")))
+    do i = 1, options%measured(), most_measures
+      call add(measures_panel(options, i, size(plan%paths), x, style, shades("bottom", "top")))
     end do
     if (panels == 0) lines = lines // "set yrange [0:1]; plot NaN notitle" // newline
     figure = new_figure("sweep", "Sweep over " // trim(plan%paths(k)) // tally(summary), lines // "unset multiplot" // newline, &
@@ -202,20 +202,20 @@ contains
 
   !> What is measured of quantities, in their units, on a logarithmic axis: from the `first` on as many as have room for their
   !> names.
-  pure function measures_panel(order, first, parameters, x, style, shades) result(lines)
-    type(sweep_order_type), intent(in) :: order
+  pure function measures_panel(options, first, parameters, x, style, shades) result(lines)
+    type(sweep_options), intent(in) :: options
     integer, intent(in) :: first, parameters
     character(len=*), intent(in) :: x, style, shades
     character(len=:), allocatable :: lines
-    character(len=word_length + 16) :: titles(min(most_measures, order%measured() - first + 1))
+    character(len=word_length + 16) :: titles(min(most_measures, options%measured() - first + 1))
     integer :: k
 
     do k = 1, size(titles)
-      associate (measure => order%measures(first + k - 1))
+      associate (measure => options%measures(first + k - 1))
         titles(k) = trim(measure%quantity) // " " // trim(measure_names(measure%kind)) // " (" // trim(measure%unit) // ")"
       end associate
     end do
-    lines = logarithmic_panel([(parameters + count(order%columns) + 2 * (first + k) - 3, k = 1, size(titles))], titles, "1", &
+    lines = logarithmic_panel([(parameters + count(options%columns) + 2 * (first + k) - 3, k = 1, size(titles))], titles, "1", &
       & "of the vibration", x, style, shades)
   end function measures_panel
 
@@ -246,9 +246,9 @@ contains
   end function logarithmic_panel
 
   !> Over two parameters: ln |rho| as a chart, and all other columns that the input names.
-  function plot_chart(plan, order, growth_label, summary) result(figure)
+  function plot_chart(plan, options, growth_label, summary) result(figure)
     type(sweep_plan_type), intent(in) :: plan
-    type(sweep_order_type), intent(in) :: order
+    type(sweep_options), intent(in) :: options
     character(len=*), intent(in) :: growth_label
     type(summary_type), intent(in) :: summary
     type(figure_type) :: figure
@@ -257,24 +257,24 @@ contains
     character(len=:), allocatable :: lines, charts, multiplot
     integer :: column(sweep_columns), i, across, down, n
 
-    column = column_numbers(order%columns, 2)
+    column = column_numbers(options%columns, 2)
     n = 0
     charts = ""
-    if (any(order%columns([log_rho_max, rho_max]))) call add(growth_of(column), growth_label, .true.)
-    if (n == 0 .or. order%names_columns) then
-      do i = 1, order%measured()
-        associate (measure => order%measures(i))
-          call add(decades(1 + 2 * i + count(order%columns)), "lg of " // trim(measure%quantity) // " " &
+    if (any(options%columns([log_rho_max, rho_max]))) call add(growth_of(column), growth_label, .true.)
+    if (n == 0 .or. options%names_columns) then
+      do i = 1, options%measured()
+        associate (measure => options%measures(i))
+          call add(decades(1 + 2 * i + count(options%columns)), "lg of " // trim(measure%quantity) // " " &
             & // trim(measure_names(measure%kind)) // " (" // trim(measure%unit) // ")", .false.)
         end associate
       end do
-      if (order%columns(verdict)) call add("(strcol(" // text(column(verdict)) // ") eq 'stable' ? -1 : strcol(" &
+      if (options%columns(verdict)) call add("(strcol(" // text(column(verdict)) // ") eq 'stable' ? -1 : strcol(" &
         & // text(column(verdict)) // ") eq 'unstable' ? 1 : strstrt('undamped undecided', strcol(" // text(column(verdict)) &
         & // ")) > 0 ? 0 : NaN)", "-1 stable, 0 undamped or undecided, 1 unstable", .true.)
       do i = xi_peak, last_peak
-        if (order%columns(i)) call add(decades(column(i)), "lg of " // trim(peaks(i)), .false.)
+        if (options%columns(i)) call add(decades(column(i)), "lg of " // trim(peaks(i)), .false.)
       end do
-      if (order%columns(rho_error)) call add(decades(column(rho_error)), "lg of the error of |ρ|", .false.)
+      if (options%columns(rho_error)) call add(decades(column(rho_error)), "lg of the error of |ρ|", .false.)
     end if
     lines = "if (!exists('over')) { over = '' }" // newline // "growth(r) = r > 0 ? log(r) : NaN" // newline &
       & // "X(v) = v; Y(v) = v" // newline &

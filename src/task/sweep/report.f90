@@ -26,7 +26,7 @@ contains
     integer :: k
 
     report = newline // "SWEEP  of " // big(plan%grid%points()) // " points in " // counted(plan%grid%tiles(), "tile") &
-      & // ", engine '" // trim(plan%order%engine) // "'" // newline
+      & // ", engine '" // trim(plan%options%engine) // "'" // newline
     do k = 1, size(plan%grid%axes)
       associate (axis => plan%grid%axes(k))
         report = report // "  " // trim(plan%paths(k)) // "  " // concise(axis%from, 9)
@@ -46,7 +46,7 @@ contains
     integer :: k
 
     rows = ""
-    if (verdict_column(plan%order%columns) > 0) then
+    if (verdict_column(plan%options%columns) > 0) then
       counts = summary%verdict_counts()
       do k = 1, size(counts)
         rows = rows // trim(counts(k)%verdict%word()) // tab // big(counts(k)%points) // " points" // tab &
@@ -54,7 +54,7 @@ contains
       end do
     end if
     report = newline // tabulated("lrr", "", rows)
-    if (plan%order%columns(rho_max) .and. summary%least <= summary%most) then
+    if (plan%options%columns(rho_max) .and. summary%least <= summary%most) then
       report = report // "  rho_max from " // within_range(summary%least) // " to " // within_range(summary%most) &
         & // ", greatest at"
       do k = 1, size(plan%paths)
@@ -65,7 +65,7 @@ contains
       if (plan%period_varies()) report = report // "  |rho| is over the period, which the ratio changes from point to point" &
         & // newline
     end if
-    if (summary%turned > 0 .and. plan%order%model /= "exact") then
+    if (summary%turned > 0 .and. plan%options%model /= "exact") then
       dof = trim(dof_names(summary%furthest))
       report = report // "  BEYOND SMALL MOTIONS at " // big(summary%turned) // " points: " // dof // " reaches " &
         & // concise(summary%greatest_turn, 3) // " rad" // newline // "    the equations are linear: " // dof // " up to " &

@@ -10,7 +10,7 @@ module gestell_task_sweep
   use gestell_system_family, only: family_type
   use gestell_study_grid, only: check_grid, check_tile, grid_type, tile_type
   use gestell_task_sweep_expansion_peaks, only: peaks_of_numbers
-  use gestell_study_point, only: peak_limit, solve_point, sweep_order_type
+  use gestell_study_point, only: peak_limit, solve_point, sweep_options
   use gestell_task_sweep_expansion_sampler, only: sampler_type
   use gestell_study_tile_results, only: sweep_columns, tile_results_type, xi_peak
   use gestell_task_sweep_expansion_variable, only: variable_type
@@ -29,31 +29,31 @@ module gestell_task_sweep
 contains
 
   !> The points of `tile`. Errors: a grid, tile, engine or accuracy that makes no sense, or the parameters of a point.
-  subroutine solve_tile(family, grid, tile, order, results, error)
+  subroutine solve_tile(family, grid, tile, options, results, error)
     class(family_type), intent(in) :: family
     type(grid_type), intent(in) :: grid
     type(tile_type), intent(in) :: tile
-    type(sweep_order_type), intent(in) :: order
+    type(sweep_options), intent(in) :: options
     type(tile_results_type), intent(out) :: results
     type(error_type), allocatable, intent(out) :: error
 
     call check_grid(grid, error)
     if (.not. allocated(error)) call check_tile(grid, tile, error)
-    if (.not. allocated(error)) call check_accuracy(order%accuracy, error)
+    if (.not. allocated(error)) call check_accuracy(options%accuracy, error)
     if (allocated(error)) return
-    if (.not. any(order%engine == engines)) then
-      call fatal_error(error, "there is no engine '" // trim(order%engine) // "'", invalid_input)
+    if (.not. any(options%engine == engines)) then
+      call fatal_error(error, "there is no engine '" // trim(options%engine) // "'", invalid_input)
       return
     end if
-    allocate(results%values(order%numbers(), tile%last(2) - tile%first(2) + 1, tile%last(1) - tile%first(1) + 1))
-    call solve_cell(family, grid, tile, tile, order, results, error)
+    allocate(results%values(options%numbers(), tile%last(2) - tile%first(2) + 1, tile%last(1) - tile%first(1) + 1))
+    call solve_cell(family, grid, tile, tile, options, results, error)
   end subroutine solve_tile
 
-  recursive subroutine solve_cell(family, grid, tile, cell, order, results, error)
+  recursive subroutine solve_cell(family, grid, tile, cell, options, results, error)
     class(family_type), intent(in) :: family
     type(grid_type), intent(in) :: grid
     type(tile_type), intent(in) :: tile, cell
-    type(sweep_order_type), intent(in) :: order
+    type(sweep_options), intent(in) :: options
     type(tile_results_type), intent(inout) :: results
     type(error_type), allocatable, intent(out) :: error
     type(sampler_type) :: sampler
@@ -62,10 +62,10 @@ contains
     integer :: points(2), plan, k
 
     plan = solve_it
-    if (can_expand(order, cell)) then
-      call plan_cell(family, grid, cell, order, sampler, variables, points, plan)
+    if (can_expand(options, cell)) then
+      call plan_cell(family, grid, cell, options, sampler, variables, points, plan)
       if (plan == expand_it) then
-        call expand_cell(family, grid, tile, cell, order, variables, points, sampler, results, plan, error)
+        call expand_cell(family, grid, tile, cell, options, variables, points, sampler, results, plan, error)
         if (allocated(error)) return
       end if
       results%solutions = results%solutions + sampler%solutions
@@ -74,51 +74,51 @@ contains
     case (expand_it)
       return
     case (solve_it)
-      call solve_points(family, grid, tile, cell, order, results, error)
+      call solve_points(family, grid, tile, cell, options, results, error)
     case default
       parts = halves(cell, plan)
       do k = 1, 2
-        call solve_cell(family, grid, tile, parts(k), order, results, error)
+        call solve_cell(family, grid, tile, parts(k), options, results, error)
         if (allocated(error)) return
       end do
     end select
   end subroutine solve_cell
 
   !> Whether an expansion can give what is ordered, and a cell is large enough for one.
-  pure logical function can_expand(order, cell)
-    type(sweep_order_type), intent(in) :: order
+  pure logical function can_expand(options, cell)
+    type(sweep_options), intent(in) :: options
     type(tile_type), intent(in) :: cell
 
-    can_expand = .not. order%one_by_one() .and. cell_points(cell) >= merge(2, least_points, order%engine == "expansion")
+    can_expand = .not. options%one_by_one() .and. cell_points(cell) >= merge(2, least_points, options%engine == "expansion")
   end function can_expand
 
   !> Point by point.
-  subroutine solve_points(family, grid, tile, cell, order, results, error)
+  subroutine solve_points(family, grid, tile, cell, options, results, error)
     class(family_type), intent(in) :: family
     type(grid_type), intent(in) :: grid
     type(tile_type), intent(in) :: tile, cell
-    type(sweep_order_type), intent(in) :: order
+    type(sweep_options), intent(in) :: options
     type(tile_results_type), intent(inout) :: results
     type(error_type), allocatable, intent(out) :: error
-    real(dp) :: all(sweep_columns), measures(2, order%measured())
+    real(dp) :: all(sweep_columns), measures(2, options%measured())
     integer :: i, j
 
     do i = cell%first(1), cell%last(1)
       do j = cell%first(2), cell%last(2)
-        call solve_point(family, grid%parameters(i, j), order, all, error, measures)
+        call solve_point(family, grid%parameters(i, j), options, all, error, measures)
         if (allocated(error)) return
-        results%values(:, j - tile%first(2) + 1, i - tile%first(1) + 1) = [pack(all, order%columns), measures]
+        results%values(:, j - tile%first(2) + 1, i - tile%first(1) + 1) = [pack(all, options%columns), measures]
         results%solutions = results%solutions + 1
       end do
     end do
   end subroutine solve_points
 
   !> By an expansion. `plan` becomes the axis to split where the expansion does not hold.
-  subroutine expand_cell(family, grid, tile, cell, order, variables, points, sampler, results, plan, error)
+  subroutine expand_cell(family, grid, tile, cell, options, variables, points, sampler, results, plan, error)
     class(family_type), intent(in) :: family
     type(grid_type), intent(in) :: grid
     type(tile_type), intent(in) :: tile, cell
-    type(sweep_order_type), intent(in) :: order
+    type(sweep_options), intent(in) :: options
     type(variable_type), intent(in) :: variables(:)
     integer, intent(in) :: points(2)
     type(sampler_type), intent(inout) :: sampler
@@ -131,23 +131,23 @@ contains
 
     plan = maxloc(points, dim=1)
     call expand(expansion, sampler, family, variables, points, fits)
-    if (.not. fits .or. .not. expansion%rest <= order%accuracy%tolerance * expansion%least) return
+    if (.not. fits .or. .not. expansion%rest <= options%accuracy%tolerance * expansion%least) return
     perturbations = expansion%rest + sampler%error * expansion%greatest
-    call check_cell(family, grid, cell, order, expansion, perturbations, sampler, deviation, fits)
+    call check_cell(family, grid, cell, options, expansion, perturbations, sampler, deviation, fits)
     if (.not. fits) return
     plan = expand_it
     results%checks = results%checks + checked_points
     results%deviation = max(results%deviation, deviation)
-    call evaluate(family, grid, tile, cell, order, sampler, expansion, perturbations, results, error)
+    call evaluate(family, grid, tile, cell, options, sampler, expansion, perturbations, results, error)
   end subroutine expand_cell
 
   !> Compares the expansion with solutions of their own at points drawn at random. `fits`: none deviates by more than
   !> `perturbations` (of Phi(T), of all numbers) and its own bound; `deviation`: the greatest one, relative to Phi.
-  subroutine check_cell(family, grid, cell, order, expansion, perturbations, sampler, deviation, fits)
+  subroutine check_cell(family, grid, cell, options, expansion, perturbations, sampler, deviation, fits)
     class(family_type), intent(in) :: family
     type(grid_type), intent(in) :: grid
     type(tile_type), intent(in) :: cell
-    type(sweep_order_type), intent(in) :: order
+    type(sweep_options), intent(in) :: options
     type(expansion_type), intent(in) :: expansion
     real(dp), intent(in) :: perturbations(2)
     type(sampler_type), intent(inout) :: sampler
@@ -164,7 +164,7 @@ contains
     points = random_points(cell, checked_points)
     do k = 1, checked_points
       parameters = grid%parameters(points(1, k), points(2, k))
-      call sampler%check(family, parameters, order%accuracy, own, bound, fits)
+      call sampler%check(family, parameters, options%accuracy, own, bound, fits)
       if (.not. fits) return
       numbers = expansion%point(parameters)
       expanded = sampler%parts%period(numbers)
@@ -173,16 +173,16 @@ contains
         deviation = max(deviation, difference / norm2(own(:ends(part))))
         fits = fits .and. difference <= perturbations(part) + bound * norm2(own(:ends(part)))
       end do
-      if (fits .and. sampler%parts%forced) call check_peaks(family, parameters, order, sampler, numbers, perturbations(2), fits)
+      if (fits .and. sampler%parts%forced) call check_peaks(family, parameters, options, sampler, numbers, perturbations(2), fits)
       if (.not. fits) return
     end do
   end subroutine check_cell
 
   !> Compares the peaks, where the expansion has them, with those of a solution of their own.
-  subroutine check_peaks(family, parameters, order, sampler, numbers, perturbation, fits)
+  subroutine check_peaks(family, parameters, options, sampler, numbers, perturbation, fits)
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: parameters(:), numbers(:), perturbation
-    type(sweep_order_type), intent(in) :: order
+    type(sweep_options), intent(in) :: options
     type(sampler_type), intent(inout) :: sampler
     logical, intent(out) :: fits
     type(error_type), allocatable :: error
@@ -190,16 +190,16 @@ contains
       & side_by_side(lanes, size(sampler%free))
     logical :: known(lanes)
 
-    call peaks_of_numbers(sampler, spread(numbers, 1, lanes), 1, perturbation, peak_limit(order), side_by_side, known)
+    call peaks_of_numbers(sampler, spread(numbers, 1, lanes), 1, perturbation, peak_limit(options), side_by_side, known)
     fits = .true.
     if (.not. known(1)) return
     peaks = side_by_side(1, :)
-    call solve_point(family, parameters, order, own, error)
+    call solve_point(family, parameters, options, own, error)
     sampler%solutions = sampler%solutions + 1
     fits = .not. allocated(error)
     if (.not. fits) return
     there = own(xi_peak - 1 + sampler%free)
-    fits = all(abs(peaks - there) <= peak_limit(order) &
+    fits = all(abs(peaks - there) <= peak_limit(options) &
       & * maxval(peaks / sampler%scale(:size(peaks))) * sampler%scale(:size(peaks)))
   end subroutine check_peaks
 

@@ -68,7 +68,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     if (.not. context%fails_if_unstable) return
-    if (verdict_column(context%configuration%plan%order%columns) == 0) call fatal_error(error, "--fail-if-unstable needs the " &
+    if (verdict_column(context%configuration%plan%options%columns) == 0) call fatal_error(error, "--fail-if-unstable needs the " &
       & // "column 'verdict' of the sweep", wrong_usage)
   end subroutine prepare
 
@@ -187,14 +187,14 @@ contains
       shape = 0
       if (context%keeps_rows) shape = 1
       if (context%keeps_rows) shape(:size(plan%grid%axes)) = plan%grid%axes%count
-      allocate(values(plan%order%numbers(), shape(2), shape(1)), stat=status)
+      allocate(values(plan%options%numbers(), shape(2), shape(1)), stat=status)
       if (status /= 0) then
         call fatal_error(error, "there is no memory for all points of the sweep at once; leave out --json", failed_computation)
         return
       end if
       call campaign%finish(context%staging, summary, error, values)
       if (allocated(error)) return
-      table = table_of(plan%paths, plan%units, plan%grid, plan%order, values)
+      table = table_of(plan%paths, plan%units, plan%grid, plan%options, values)
       table%written = .true.
       call tell_found(context, summary, table, result)
     end associate
@@ -273,7 +273,7 @@ contains
     associate (plan => work%plan)
       shape = 1
       shape(:size(plan%grid%axes)) = plan%grid%axes%count
-      allocate(work%values(plan%order%numbers(), shape(2), shape(1)), stat=status)
+      allocate(work%values(plan%options%numbers(), shape(2), shape(1)), stat=status)
       if (status /= 0) then
         call fatal_error(error, "there is no memory for all points of the sweep at once; leave out --one-line", &
           & failed_computation)
@@ -283,10 +283,10 @@ contains
         call context%executor%spread(work, tiles, error, points_of(plan, tiles))
       end associate
       if (allocated(error)) return
-      call summary%add_points(plan%order%columns, [1, 1], work%values)
+      call summary%add_points(plan%options%columns, [1, 1], work%values)
     end associate
     associate (plan => context%configuration%plan)
-      table = table_of(plan%paths, plan%units, plan%grid, plan%order, work%values)
+      table = table_of(plan%paths, plan%units, plan%grid, plan%options, work%values)
     end associate
   end subroutine compute_all
 
@@ -306,7 +306,7 @@ contains
     type(tile_results_type) :: results
 
     tile = self%plan%grid%tile(k)
-    call solve_tile(self%family, self%plan%grid, tile, self%plan%order, results, error)
+    call solve_tile(self%family, self%plan%grid, tile, self%plan%options, results, error)
     if (allocated(error)) return
     if (allocated(self%values)) then
       self%values(:, tile%first(2):tile%last(2), tile%first(1):tile%last(1)) = results%values

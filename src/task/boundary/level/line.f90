@@ -3,7 +3,7 @@
 module gestell_task_boundary_level_line
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_study_speed_point, only: solve_response, speed_order_type, speed_point_type
+  use gestell_study_speed_point, only: solve_response, speed_options, speed_point_type
   use gestell_task_boundary_line, only: coordinate, line_type, parameter_at, parameters_at, sensitivity
   implicit none (type, external)
   private
@@ -12,7 +12,7 @@ module gestell_task_boundary_level_line
     type(line_type) :: line
     logical :: over_speed = .false.
     !> The quantity, and what is measured of it; the level of that.
-    type(speed_order_type) :: order
+    type(speed_options) :: options
     real(dp) :: level = 0
   contains
     procedure :: at
@@ -88,7 +88,7 @@ contains
 
     parameters = parameters_at(self%line, self%position(x))
     if (self%over_speed) parameters(along(self)) = x
-    call solve_response(self%line%family, parameters, self%order, point, error)
+    call solve_response(self%line%family, parameters, self%options, point, error)
     point%speed = x
     if (allocated(point%measured)) point%values(:2, 1) = point%measured(:, 1)
   end subroutine solve

@@ -3,7 +3,7 @@ module gestell_task_boundary_level_plane
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: failed, has_vibration, impossible, operator(==), stable, state_words, undecided, unstable
   use gestell_base_kinds, only: dp
-  use gestell_study_speed_point, only: speed_order_type, speed_point_type
+  use gestell_study_speed_point, only: speed_options, speed_point_type
   use gestell_task_boundary_level_crossing, only: side_of
   use gestell_task_boundary_level_line, only: level_line_type
   use gestell_task_boundary_level_search, only: find_levels, level_results_type
@@ -21,7 +21,7 @@ module gestell_task_boundary_level_plane
 
   type, extends(plane_type), public :: level_plane_type
     !> The quantity, and what is measured of it; the level of that.
-    type(speed_order_type) :: order
+    type(speed_options) :: options
     real(dp) :: level = 0
     !> The axis that is the speed, 0 if none is.
     integer :: speed_axis = 0
@@ -43,7 +43,7 @@ contains
     type(level_line_type), intent(out) :: curve
 
     curve%line = along
-    curve%order = plane%order
+    curve%options = plane%options
     curve%level = plane%level
     if (plane%speed_axis > 0) curve%over_speed = abs(along%way(plane%speed_axis)) >= long .and. &
       & .not. abs(along%way(3 - plane%speed_axis)) > 0

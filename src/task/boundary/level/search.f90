@@ -67,7 +67,7 @@ contains
     type(points_type) :: work
 
     work%line = line
-    call start_curve(curve, line%order, nodes, error)
+    call start_curve(curve, line%options, nodes, error)
     do while (.not. allocated(error))
       call curve%wanted(work%at)
       if (size(work%at) == 0) exit

@@ -12,7 +12,7 @@ module gestell_task_boundary_level_task
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: new_unit, unit_type
   use gestell_study_measure, only: band_measure, measure_names, measure_type, new_measure
-  use gestell_study_speed_point, only: speed_order_type
+  use gestell_study_speed_point, only: speed_options
   use gestell_task_common_task, only: all_machines, longest_table, task_type
   use gestell_task_boundary, only: line_along
   use gestell_task_boundary_keys, only: boundary_keys
@@ -27,7 +27,7 @@ module gestell_task_boundary_level_task
   use gestell_task_boundary_map_plot, only: over_chart, plot_curves
   use gestell_task_boundary_map_report, only: curve_lines, curves_over
   use gestell_task_boundary_map_table, only: add_curves
-  use gestell_task_boundary_line_order, only: border_order_type
+  use gestell_task_boundary_line_options, only: border_options
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_common_context, only: context_type
   use gestell_task_common_locked_family, only: locked_family_type
@@ -158,7 +158,7 @@ contains
   end subroutine run
 
   !> What is wanted of each machine.
-  pure type(speed_order_type) function order_of(self, configuration) result(order)
+  pure type(speed_options) function order_of(self, configuration) result(order)
     class(level_task), intent(in) :: self
     type(configuration_type), intent(in) :: configuration
 
@@ -177,18 +177,18 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(locked_family_type), target :: family
     type(level_line_type) :: line
-    type(border_order_type) :: order
+    type(border_options) :: options
     real(dp), allocatable :: nodes(:)
     integer :: k
 
     associate (plan => context%configuration%plan)
       call context%members(plan%family, family)
-      order%tolerance = self%tolerance
-      order%accuracy = context%configuration%accuracy
-      order%executor => context%executor
+      options%tolerance = self%tolerance
+      options%accuracy = context%configuration%accuracy
+      options%executor => context%executor
       associate (axis => plan%grid%axes(1))
-        call line_along(family, [axis], 1, [axis%from], order, line%line)
-        line%order = order_of(self, context%configuration)
+        call line_along(family, [axis], 1, [axis%from], options, line%line)
+        line%options = order_of(self, context%configuration)
         line%level = self%level
         line%over_speed = plan%paths(1) == "drive.speed_rpm"
         nodes = axis%value([(k, k = 1, axis%count)])
@@ -217,7 +217,7 @@ contains
       plane%executor => context%executor
       plane%kinds = level_kinds
       plane%states = level_states
-      plane%order = order_of(self, context%configuration)
+      plane%options = order_of(self, context%configuration)
       plane%level = self%level
       plane%speed_axis = findloc(plan%paths == "drive.speed_rpm", .true., dim=1)
       call trace_curves(plane, plan%grid, map, error)

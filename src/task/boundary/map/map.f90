@@ -6,7 +6,7 @@ module gestell_task_boundary_map
   use gestell_task_boundary_map_cells, only: connect_cells
   use gestell_task_boundary_line_functions, only: kind_names
   use gestell_task_boundary_line, only: line_type, parameter_at, sensitivity, skewed
-  use gestell_task_boundary_line_order, only: check_search
+  use gestell_task_boundary_line_options, only: check_search
   use gestell_task_boundary_map_refine, only: refine_stretches
   use gestell_task_boundary_line_found, only: search_type
   use gestell_task_boundary_line_search, only: range_nodes

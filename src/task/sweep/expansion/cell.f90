@@ -5,7 +5,7 @@ module gestell_task_sweep_expansion_cell
   use gestell_study_grid, only: grid_type, tile_type
   use gestell_task_sweep_expansion_pilot, only: count_points, most_points
   use gestell_task_sweep_expansion_sampler, only: new_sampler, sampler_type
-  use gestell_study_point, only: sweep_order_type
+  use gestell_study_point, only: sweep_options
   use gestell_study_tile_results, only: last_peak, xi_peak
   use gestell_task_sweep_expansion_variable, only: inverse, itself, logarithm, variable_type
   implicit none (type, external)
@@ -35,11 +35,11 @@ contains
 
   !> Decides on a cell by expansions along lines through it: both edges and the middle, along each axis. `plan`: `expand_it`
   !> with the variables and their points, `solve_it`, or the axis along which to split.
-  subroutine plan_cell(family, grid, cell, order, sampler, variables, points, plan)
+  subroutine plan_cell(family, grid, cell, options, sampler, variables, points, plan)
     class(family_type), intent(in) :: family
     type(grid_type), intent(in) :: grid
     type(tile_type), intent(in) :: cell
-    type(sweep_order_type), intent(in) :: order
+    type(sweep_options), intent(in) :: options
     type(sampler_type), intent(out) :: sampler
     type(variable_type), allocatable, intent(out) :: variables(:)
     integer, intent(out) :: points(2), plan
@@ -49,9 +49,9 @@ contains
 
     points = 1
     plan = widest(cell)
-    tolerance = part_of_tolerance * order%accuracy%tolerance
+    tolerance = part_of_tolerance * options%accuracy%tolerance
     middle = (cell%first + cell%last) / 2
-    call new_sampler(sampler, family, corners(grid, cell), order%accuracy, any(order%columns(xi_peak:last_peak)), &
+    call new_sampler(sampler, family, corners(grid, cell), options%accuracy, any(options%columns(xi_peak:last_peak)), &
       & cell_points(cell), fits)
     if (.not. fits) return
     allocate(variables(size(grid%axes)))
@@ -59,11 +59,11 @@ contains
       variables(axis) = variable_type(grid%axes(axis)%value(cell%first(axis)), grid%axes(axis)%value(cell%last(axis)), &
         & merge(logarithm, itself, grid%axes(axis)%logarithmic))
     end do
-    call try_to_pay(sampler, family, grid%parameters(middle(1), middle(2)), tolerance, variables, order, cell, tried, fits)
+    call try_to_pay(sampler, family, grid%parameters(middle(1), middle(2)), tolerance, variables, options, cell, tried, fits)
     if (.not. fits .or. all(tried(:size(variables)) == 0)) return
     do axis = 1, size(variables)
       line = grid%parameters(middle(1), middle(2))
-      most = most_useful(order, cell, merge(max(points(3 - axis), fewest), 1, size(variables) == 2))
+      most = most_useful(options, cell, merge(max(points(3 - axis), fewest), 1, size(variables) == 2))
       points(axis) = max(tried(axis), 0)
       if (points(axis) == 0) call best_variable(sampler, family, axis, line, tolerance, most, variables(axis), points(axis), fits)
       if (size(variables) == 2) then
@@ -83,26 +83,26 @@ contains
     end do
     plan = expand_it
     ! A solution with its bounds is three expansions' points at least.
-    if (order%engine == "auto" .and. 2 * product(points) > cell_points(cell)) plan = solve_it
+    if (options%engine == "auto" .and. 2 * product(points) > cell_points(cell)) plan = solve_it
   end subroutine plan_cell
 
   !> Whether an expansion may be quicker than solutions of their own: of two axes one at least needs no more points than the root of
   !> what pays. `tried`: the points that an axis needs, 0: more, -1: not tried.
-  subroutine try_to_pay(sampler, family, middle, tolerance, variables, order, cell, tried, fits)
+  subroutine try_to_pay(sampler, family, middle, tolerance, variables, options, cell, tried, fits)
     type(sampler_type), intent(inout) :: sampler
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: middle(:), tolerance
     type(variable_type), intent(inout) :: variables(:)
-    type(sweep_order_type), intent(in) :: order
+    type(sweep_options), intent(in) :: options
     type(tile_type), intent(in) :: cell
     integer, intent(out) :: tried(2)
     logical, intent(out) :: fits
     integer :: axis, most
 
     fits = .true.
-    most = nint(sqrt(real(most_useful(order, cell, 1), dp)))
+    most = nint(sqrt(real(most_useful(options, cell, 1), dp)))
     tried = -1
-    if (order%engine /= "auto" .or. size(variables) == 1) return
+    if (options%engine /= "auto" .or. size(variables) == 1) return
     do axis = 1, size(variables)
       call best_variable(sampler, family, axis, middle, tolerance, most, variables(axis), tried(axis), fits)
       if (.not. fits .or. tried(axis) > 0) return
@@ -111,13 +111,13 @@ contains
 
   !> The most points of an expansion along an axis with which it is quicker than solutions of their own, with `others` points along
   !> the other one: two of its points cost as much as a solution with its bounds.
-  pure integer function most_useful(order, cell, others) result(most)
-    type(sweep_order_type), intent(in) :: order
+  pure integer function most_useful(options, cell, others) result(most)
+    type(sweep_options), intent(in) :: options
     type(tile_type), intent(in) :: cell
     integer, intent(in) :: others
 
     most = most_points
-    if (order%engine == "auto") most = cell_points(cell) / (2 * others)
+    if (options%engine == "auto") most = cell_points(cell) / (2 * others)
   end function most_useful
 
   !> The variable that needs the fewest points along a line.

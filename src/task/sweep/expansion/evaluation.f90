@@ -10,7 +10,7 @@ module gestell_task_sweep_expansion_evaluation
   use gestell_system_family, only: family_type
   use gestell_study_grid, only: grid_type, tile_type
   use gestell_task_sweep_expansion_peaks, only: peaks_of_motion
-  use gestell_study_point, only: peak_limit, solve_point, sweep_order_type
+  use gestell_study_point, only: peak_limit, solve_point, sweep_options
   use gestell_task_sweep_expansion_sampler, only: sampler_type
   use gestell_study_tile_results, only: last_peak, log_rho_max, rho_error, rho_max, sweep_columns, tile_results_type, &
     & verdict, verdict_behind, xi_peak
@@ -24,20 +24,20 @@ contains
 
   !> Sets the results in `cell`, a part of `tile`; `perturbations` bound the errors of Phi(T) and of all numbers in norm. A
   !> point whose vibration is not known, beside a resonance, gets a solution of its own. Error: that of a point.
-  subroutine evaluate(family, grid, tile, cell, order, sampler, expansion, perturbations, results, error)
+  subroutine evaluate(family, grid, tile, cell, options, sampler, expansion, perturbations, results, error)
     class(family_type), intent(in) :: family
     type(grid_type), intent(in) :: grid
     type(tile_type), intent(in) :: tile, cell
-    type(sweep_order_type), intent(in) :: order
+    type(sweep_options), intent(in) :: options
     type(sampler_type), intent(in) :: sampler
     type(expansion_type), intent(in) :: expansion
     real(dp), intent(in) :: perturbations(2)
     type(tile_results_type), intent(inout) :: results
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: lines(:, :, :), points(:, :, :), blocks(:, :, :), eight(:, :, :), columns(:, :)
-    integer :: along(2), first(2), ordered(count(order%columns)), i, k, lane
+    integer :: along(2), first(2), ordered(count(options%columns)), i, k, lane
 
-    ordered = pack([(k, k = 1, sweep_columns)], order%columns)
+    ordered = pack([(k, k = 1, sweep_columns)], options%columns)
     along = cell%last - cell%first + 1
     first = cell%first - tile%first + 1
     associate (axes => size(grid%axes))
@@ -50,35 +50,35 @@ contains
       do i = 1, along(1)
         lane = 1 + mod(i - 1, lanes)
         if (lane == 1) call expansion%lines(blocks, lines(:, :, 1 + (i - 1) / lanes), eight)
-        call set_columns(order, sampler, points, eight(:, :, lane), perturbations, columns)
+        call set_columns(options, sampler, points, eight(:, :, lane), perturbations, columns)
         do k = 1, size(ordered)
           if (axes == 1) results%values(k, 1, first(1):first(1) + along(2) - 1) = columns(:, ordered(k))
           if (axes == 2) results%values(k, first(2):first(2) + along(2) - 1, first(1) + i - 1) = columns(:, ordered(k))
         end do
       end do
     end associate
-    if (sampler%parts%forced) call solve_doubtful(family, grid, tile, cell, order, results, error)
+    if (sampler%parts%forced) call solve_doubtful(family, grid, tile, cell, options, results, error)
   end subroutine evaluate
 
   !> Solutions of their own for the points of a cell without a peak.
-  subroutine solve_doubtful(family, grid, tile, cell, order, results, error)
+  subroutine solve_doubtful(family, grid, tile, cell, options, results, error)
     class(family_type), intent(in) :: family
     type(grid_type), intent(in) :: grid
     type(tile_type), intent(in) :: tile, cell
-    type(sweep_order_type), intent(in) :: order
+    type(sweep_options), intent(in) :: options
     type(tile_results_type), intent(inout) :: results
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: all(sweep_columns)
     integer :: last, i, j
 
-    last = count(order%columns(:last_peak))
+    last = count(options%columns(:last_peak))
     do i = cell%first(1), cell%last(1)
       do j = cell%first(2), cell%last(2)
         associate (values => results%values(:, j - tile%first(2) + 1, i - tile%first(1) + 1))
           if (.not. ieee_is_nan(values(last))) cycle
-          call solve_point(family, grid%parameters(i, j), order, all, error)
+          call solve_point(family, grid%parameters(i, j), options, all, error)
           if (allocated(error)) return
-          values = pack(all, order%columns)
+          values = pack(all, options%columns)
           results%solutions = results%solutions + 1
         end associate
       end do
@@ -86,8 +86,8 @@ contains
   end subroutine solve_doubtful
 
   !> The columns along a line of points, shape (points, columns), from the values at the points of the series and their factors.
-  subroutine set_columns(order, sampler, factors, line, perturbations, columns)
-    type(sweep_order_type), intent(in) :: order
+  subroutine set_columns(options, sampler, factors, line, perturbations, columns)
+    type(sweep_options), intent(in) :: options
     type(sampler_type), intent(in) :: sampler
     real(dp), contiguous, intent(in) :: factors(:, :, :), line(:, :)
     real(dp), intent(in) :: perturbations(2)
@@ -100,13 +100,13 @@ contains
     associate (parts => sampler%parts)
       allocate(room(lanes * (numbers + parts%states * parts%columns() * (parts%parts + 1) + 1)))
       border = vector_border(room)
-      call set_eight_by_eight(order, sampler, factors, line, perturbations, parts%states, parts%columns(), parts%parts, numbers, &
+      call set_eight_by_eight(options, sampler, factors, line, perturbations, parts%states, parts%columns(), parts%parts, numbers, &
         & room(border), room(border + lanes * numbers), columns)
     end associate
   end subroutine set_columns
 
-  subroutine set_eight_by_eight(order, sampler, factors, line, perturbations, n, width, parts, numbers, values, motion, columns)
-    type(sweep_order_type), intent(in) :: order
+  subroutine set_eight_by_eight(options, sampler, factors, line, perturbations, n, width, parts, numbers, values, motion, columns)
+    type(sweep_options), intent(in) :: options
     type(sampler_type), intent(in) :: sampler
     real(dp), contiguous, intent(in) :: factors(:, :, :), line(:, :)
     real(dp), intent(in) :: perturbations(2)
@@ -118,8 +118,8 @@ contains
     logical :: known(lanes), spectra, bounds
     integer :: group, first, filled, alone, i
 
-    bounds = any(order%columns([rho_error, verdict, verdict_behind]))
-    spectra = bounds .or. order%columns(rho_max) .or. order%columns(log_rho_max)
+    bounds = any(options%columns([rho_error, verdict, verdict_behind]))
+    spectra = bounds .or. options%columns(rho_max) .or. options%columns(log_rho_max)
     if (sampler%parts%forced) columns(:, xi_peak:last_peak) = 0
     do group = 1, size(factors, 3)
       first = lanes * (group - 1) + 1
@@ -136,7 +136,7 @@ contains
         end do
       end if
       if (.not. sampler%parts%forced) cycle
-      call peaks_of_motion(sampler, values, motion, filled, perturbations(2), peak_limit(order), peaks, known)
+      call peaks_of_motion(sampler, values, motion, filled, perturbations(2), peak_limit(options), peaks, known)
       do i = 1, filled
         if (.not. known(i)) then
           ! A degree of freedom that is locked rests, but is as little known.

@@ -1,5 +1,5 @@
 !> What a search for borders may be asked for.
-module gestell_task_boundary_line_order
+module gestell_task_boundary_line_options
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type, check_accuracy
@@ -15,13 +15,13 @@ module gestell_task_boundary_line_order
   real(dp), parameter, public :: usual_tolerance = 1.0e-10_dp
 
   !> What is wanted.
-  type, public :: border_order_type
+  type, public :: border_options
     type(accuracy_type) :: accuracy
     !> Relative to the ranges: of values of one parameter, and of curves.
     real(dp) :: tolerance = usual_tolerance
     !> Who does the work, where members of the family may be asked for by several threads.
     class(executor_type), pointer :: executor => null()
-  end type border_order_type
+  end type border_options
 
   !> Search points, and how exactly borders are found relative to the ranges.
   integer(int64), parameter, public :: most_searched = 10_int64**7
@@ -51,4 +51,4 @@ contains
     end if
   end subroutine check_search
 
-end module gestell_task_boundary_line_order
+end module gestell_task_boundary_line_options
