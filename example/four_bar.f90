@@ -1,8 +1,8 @@
 !> The paper's four-bar mechanism built in code, without any file: verdict and periodic vibration by the paper's equations, about
-!> rest; tasks_type() alone takes those of the exact frame.
+!> rest; analysis_options() alone takes those of the exact frame.
 program four_bar
   use gestell_door_numerics, only: accuracy_type, analyse, analysis_type, damping_matrix, dp, error_type, frame_type, &
-    & linkage_type, new_frame, pi, stiffness_matrix, support_type, tasks_type
+    & linkage_type, new_frame, pi, stiffness_matrix, support_type, analysis_options
   use, intrinsic :: iso_fortran_env, only: error_unit
   implicit none (type, external)
 
@@ -11,7 +11,7 @@ program four_bar
   type(error_type), allocatable :: error
 
   call build(240.0_dp, frame, error)
-  if (.not. allocated(error)) call analyse(frame, tasks_type(model="rest"), accuracy_type(), analysis, error)
+  if (.not. allocated(error)) call analyse(frame, analysis_options(model="rest"), accuracy_type(), analysis, error)
   if (allocated(error)) then
     write (error_unit, "(a)") error%message
     stop error%code, quiet=.true.

@@ -5,8 +5,8 @@ module hostile_machines
     & error_type, find_drive, find_reactions, find_quantity, fourier_series, fourier_type, frame_type, guide_forces, guide_type, &
     & harmonic_mechanism_type, history_of, invalid_input, linkage_type, measure_trade, mesh, method_type, new_frame, &
     & new_harmonic_mechanism, new_method, reaction_type, probe_type, quantity_type, remember_mechanism, shaking, shaking_type, &
-    & solve_vibration, statistics_type, stiffness_matrix, support_type, take_statistics, tasks_type, trade_type, vibration_type, &
-    & find_responses, probe_response_type
+    & solve_vibration, statistics_type, stiffness_matrix, support_type, take_statistics, analysis_options, trade_type, &
+    & vibration_type, find_responses, probe_response_type
   use gestell_door_numerics, only: damping_matrix
   use hostile_systems, only: answers, infinite, nan, refuse
   use testdrive, only: check, test_error => error_type
@@ -193,7 +193,7 @@ contains
       call refuse(failure, invalid_input, what, complaints)
       return
     end if
-    if (.not. allocated(failure)) call analyse(frame, tasks_type(), accuracy_type(), analysis, failure)
+    if (.not. allocated(failure)) call analyse(frame, analysis_options(), accuracy_type(), analysis, failure)
     call answers(failure, what, complaints)
   end subroutine try
 
@@ -213,9 +213,9 @@ contains
     call new_frame(frame, harmonic, 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], springs, dampers, 10.0_dp, error=failure)
     call refuse(failure, invalid_input, "harmonics not made", complaints)
     call unset(frame)
-    call analyse(frame, tasks_type(), accuracy_type(), analysis, failure)
+    call analyse(frame, analysis_options(), accuracy_type(), analysis, failure)
     call refuse(failure, invalid_input, "analyse: no frame", complaints)
-    call analyse(frame, tasks_type(averaged=.true.), accuracy_type(), analysis, failure)
+    call analyse(frame, analysis_options(averaged=.true.), accuracy_type(), analysis, failure)
     call refuse(failure, invalid_input, "analyse: no frame to average", complaints)
     call frame%natural_frequencies(frequencies, failure)
     call refuse(failure, invalid_input, "natural frequencies: no frame", complaints)
@@ -236,9 +236,9 @@ contains
   !> Tasks, names, and frames that were changed by halves.
   subroutine test_orders(error)
     type(test_error), allocatable, intent(out) :: error
-    type(tasks_type), parameter :: bad(9) = [tasks_type(points=0), tasks_type(points=-1), tasks_type(points=huge(1)), &
-      & tasks_type(harmonics=-1), tasks_type(harmonics=1000000), tasks_type(harmonics=huge(1)), tasks_type(rows=5), &
-      & tasks_type(rows=99), tasks_type(rows=-1)]
+    type(analysis_options), parameter :: bad(9) = [analysis_options(points=0), analysis_options(points=-1), &
+      & analysis_options(points=huge(1)), analysis_options(harmonics=-1), analysis_options(harmonics=1000000), &
+      & analysis_options(harmonics=huge(1)), analysis_options(rows=5), analysis_options(rows=99), analysis_options(rows=-1)]
     character(len=*), parameter :: names(5) = [character(len=24) :: "", "support(", "support(99999999999).fx", "probe(x).v", &
       & "foundation."]
     type(frame_type) :: frame, changed
@@ -259,7 +259,7 @@ contains
       call analyse(frame, bad(i), accuracy_type(), analysis, failure)
       call refuse(failure, invalid_input, "analyse: tasks", complaints)
     end do
-    call analyse(frame, tasks_type(response=.false.), accuracy_type(), analysis, failure)
+    call analyse(frame, analysis_options(response=.false.), accuracy_type(), analysis, failure)
     call answers(failure, "stability alone", complaints)
     call solve_vibration(frame, analysis%floquet, 10, 10, vibration, failure)
     call refuse(failure, invalid_input, "vibration without forcing", complaints)
@@ -275,20 +275,20 @@ contains
     changed = frame
     changed%speed = 0
     changed%period = infinite()
-    call analyse(changed, tasks_type(), accuracy_type(), analysis, failure)
+    call analyse(changed, analysis_options(), accuracy_type(), analysis, failure)
     call refuse(failure, invalid_input, "speed 0", complaints)
     changed = frame
     changed%period = -frame%period
-    call analyse(changed, tasks_type(), accuracy_type(), analysis, failure)
+    call analyse(changed, analysis_options(), accuracy_type(), analysis, failure)
     call refuse(failure, invalid_input, "negative period", complaints)
     changed%period = 2 * frame%period
-    call analyse(changed, tasks_type(), accuracy_type(), analysis, failure)
+    call analyse(changed, analysis_options(), accuracy_type(), analysis, failure)
     call refuse(failure, invalid_input, "period of another speed", complaints)
     call changed%natural_frequencies(frequencies, failure)
     call refuse(failure, invalid_input, "natural frequencies: period of another speed", complaints)
     changed = frame
     changed%free = [1]
-    call analyse(changed, tasks_type(), accuracy_type(), analysis, failure)
+    call analyse(changed, analysis_options(), accuracy_type(), analysis, failure)
     call refuse(failure, invalid_input, "other degrees of freedom", complaints)
     call check(error, complaints, "")
   end subroutine test_orders
@@ -314,13 +314,13 @@ contains
     complaints = ""
     call sound(frame, failure)
     call find_quantity(frame, [probe], "f", quantity, failure)
-    call analyse(frame, tasks_type(), accuracy_type(), analysis, failure)
+    call analyse(frame, analysis_options(), accuracy_type(), analysis, failure)
     call answers(failure, "a sound vibration", complaints)
     call lacking(analysis%vibration, "without rows")
     call lacking(none, "not solved")
     call band_rms(statistics, 1.0_dp, [0.0_dp, 1.0_dp], along, greatest, failure)
     call refuse(failure, invalid_input, "band of no statistics", complaints)
-    call analyse(frame, tasks_type(rows=guide_forces), accuracy_type(), analysis, failure)
+    call analyse(frame, analysis_options(rows=guide_forces), accuracy_type(), analysis, failure)
     call answers(failure, "all rows", complaints)
     call take_statistics(analysis%vibration, unknown, statistics, failure)
     call refuse(failure, invalid_input, "statistics of no quantity", complaints)

@@ -6,7 +6,7 @@ module shaken_ground
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type
   use gestell_model_quantity_rows, only: guide_forces
-  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, analysis_options
   use gestell_task_forces_reactions, only: find_reactions, reaction_type
   use machines, only: frame_of_machine
   use reference_machine, only: machine_data
@@ -28,11 +28,11 @@ contains
     type(error_type), allocatable, intent(out) :: error
     logical, intent(in), optional :: averaged
     type(gestell_error), allocatable :: failure
-    type(tasks_type) :: tasks
+    type(analysis_options) :: options
 
-    tasks = tasks_type(model="rest", points=points, rows=guide_forces)
-    if (present(averaged)) tasks%averaged = averaged
-    call analyse(frame, tasks, accuracy_type(tolerance=tolerance), analysis, failure)
+    options = analysis_options(model="rest", points=points, rows=guide_forces)
+    if (present(averaged)) options%averaged = averaged
+    call analyse(frame, options, accuracy_type(tolerance=tolerance), analysis, failure)
     call check_success(error, failure)
     if (allocated(error)) return
     call find_reactions(frame, analysis%vibration, reactions, failure)

@@ -12,7 +12,7 @@ module test_axes
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
   use gestell_model_frame_mounting, only: support_type
   use gestell_model_quantity_rows, only: guide_forces
-  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, analysis_options
   use gestell_task_power_drive, only: drive_type, find_drive
   use gestell_task_forces_reactions, only: along_x, along_y, find_reactions, moment, reaction_type
   use gestell_system_averaged, only: averaged_system
@@ -154,7 +154,7 @@ contains
     machine%foundation_damping = 0
     call make(machine, frame, error)
     if (allocated(error)) return
-    call analyse(frame, tasks_type(model="exact", points=points, rows=guide_forces), accuracy_type(tolerance=1.0e-12_dp), &
+    call analyse(frame, analysis_options(model="exact", points=points, rows=guide_forces), accuracy_type(tolerance=1.0e-12_dp), &
       & analysis, failure)
     if (.not. allocated(failure)) call find_reactions(analysis%frame, analysis%vibration, reactions, failure)
     call check_success(error, failure)
@@ -227,7 +227,7 @@ contains
     do k = 1, 3, 2
       call make(machine_on_supports(-360.0_dp, 10.0_dp, [30.0_dp, -90.0_dp], turning=.true.), frame, error)
       if (allocated(error)) return
-      call analyse(frame, tasks_type(model=trim(models(k)), points=points, rows=guide_forces), &
+      call analyse(frame, analysis_options(model=trim(models(k)), points=points, rows=guide_forces), &
         & accuracy_type(tolerance=1.0e-12_dp), analysis, failure)
       if (.not. allocated(failure)) call find_drive(analysis%frame, analysis%vibration, drive, known, failure)
       call check_success(error, failure)

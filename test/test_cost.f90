@@ -13,7 +13,7 @@ module test_cost
   use gestell_model_frame, only: frame_type
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_linkage, only: linkage_type
-  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, analysis_options
   use machines, only: frame_of_machine, new_crank
   use reference_cases, only: random_machine
   use reference_linear, only: qp
@@ -115,7 +115,7 @@ contains
 
     do k = 1, size(rows)
       do i = 1, size(samples)
-        call analyse(frame, tasks_type(model="rest", points=32, rows=rows(k)), &
+        call analyse(frame, analysis_options(model="rest", points=32, rows=rows(k)), &
           & accuracy_type(tolerance=10.0_dp**(1 - 2 * i)), analysis, failure)
         call check_success(error, failure)
         if (allocated(error)) return
@@ -156,7 +156,7 @@ contains
       angles = 0
       if (.not. allocated(failure)) then
         call count_angles(frame%mechanism, angles)
-        call analyse(frame, tasks_type(model="exact", points=32), accuracy_type(), analysis, failure)
+        call analyse(frame, analysis_options(model="exact", points=32), accuracy_type(), analysis, failure)
       end if
       call check_success(error, failure)
       if (.not. allocated(error)) call check_that(error, real(angles, dp), "<", 5.0e3_dp, "crank angles")

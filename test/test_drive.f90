@@ -8,7 +8,7 @@ module test_drive
   use gestell_model_frame, only: frame_type, new_frame
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
   use gestell_model_quantity_rows, only: accelerations
-  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, analysis_options
   use gestell_task_power_drive, only: drive_type, find_drive
   use reference_cases, only: random_linkage, random_machine
   use reference_linear, only: qp
@@ -49,7 +49,7 @@ contains
     type(gestell_error), allocatable :: failure
     logical :: known
 
-    call analyse(frame, tasks_type(model="rest", points=points, rows=accelerations), accuracy_type(tolerance=tolerance), &
+    call analyse(frame, analysis_options(model="rest", points=points, rows=accelerations), accuracy_type(tolerance=tolerance), &
       & analysis, failure)
     call check_success(error, failure)
     if (allocated(error)) return

@@ -10,7 +10,7 @@ module test_exact
   use gestell_model_frame, only: frame_type
   use gestell_model_exact_varied_frame, only: varied_frame, varied_frame_type
   use gestell_model_quantity_rows, only: guide_forces
-  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, analysis_options
   use gestell_study_frame_model, only: frame_models, newton_type
   use machines, only: frame_of_machine
   use exact_machines, only: check_residual, machine_on_supports, solve, solve_multiplier
@@ -310,7 +310,7 @@ contains
       machine%free(3) = .false.
       call frame_of_machine(machine, frame, failure)
       do i = 1, size(frame_models)
-        if (.not. allocated(failure)) call analyse(frame, tasks_type(model=frame_models(i), points=64, rows=guide_forces), &
+        if (.not. allocated(failure)) call analyse(frame, analysis_options(model=frame_models(i), points=64, rows=guide_forces), &
           & accuracy_type(tolerance=1.0e-11_dp), analysis, failure)
         call check_success(error, failure)
         if (allocated(error)) return

@@ -9,7 +9,7 @@ module test_ground
   use gestell_model_frame, only: frame_type
   use gestell_model_quantity, only: find_quantity
   use gestell_model_quantity_rows, only: guide_forces, probe_type, quantity_type
-  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, analysis_options
   use gestell_study_vibration_statistics, only: history_of
   use machines, only: frame_of_machine
   use reference_exact, only: inertia_of, mass_of, place
@@ -178,7 +178,7 @@ contains
       machine%supports%damping(2) = 400
       machine%free = free(:, i)
       call frame_of_machine(machine, frame, failure)
-      if (.not. allocated(failure)) call analyse(frame, tasks_type(model="exact", points=points, rows=guide_forces), &
+      if (.not. allocated(failure)) call analyse(frame, analysis_options(model="exact", points=points, rows=guide_forces), &
         & accuracy_type(tolerance=1.0e-12_dp), analysis, failure)
       call check_success(error, failure)
       if (allocated(error)) return

@@ -13,7 +13,7 @@ module test_held
   use gestell_model_mechanism, only: drive_columns, energy_v
   use gestell_model_quantity_rows, only: guide_forces
   use gestell_model_exact_varied_frame, only: varied_frame_type
-  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, analysis_options
   use gestell_task_power_drive, only: drive_type, find_drive
   use gestell_task_power_flywheel, only: find_fluctuation, fluctuation_type
   use gestell_system_averaged, only: averaged_system
@@ -106,7 +106,8 @@ contains
       if (number > 2) machine%gravity = [30.0_dp, -90.0_dp]
       call make(machine, frame, error)
       if (allocated(error)) return
-      call analyse(frame, tasks_type(points=points, rows=guide_forces), accuracy_type(tolerance=1.0e-12_dp), analysis, failure)
+      call analyse(frame, analysis_options(points=points, rows=guide_forces), accuracy_type(tolerance=1.0e-12_dp), &
+        & analysis, failure)
       if (.not. allocated(failure)) call find_drive(analysis%frame, analysis%vibration, drive, known, failure)
       call check_success(error, failure)
       if (allocated(error)) return

@@ -8,7 +8,7 @@ module test_lost
   use gestell_floquet_multipliers, only: multipliers_type, solve_multipliers
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type, solve_periodic
   use gestell_model_frame, only: frame_type
-  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, analysis_options
   use machines, only: frame_of_machine
   use population_check, only: truth_of, truth_type
   use population_machines, only: specimen, specimen_type
@@ -112,7 +112,7 @@ contains
     type(gestell_error), allocatable :: failure
 
     call frame_of_machine(khang_machine(240.0_dp), frame, failure)
-    if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest"), accuracy_type(method="explicit8", &
+    if (.not. allocated(failure)) call analyse(frame, analysis_options(model="rest"), accuracy_type(method="explicit8", &
       & steps=2), analysis, failure)
     call check_failure(error, failure, what="no vibration")
     if (allocated(error)) return
@@ -141,10 +141,11 @@ contains
 
     machine = lighter(khang_machine(240.0_dp), base)
     call frame_of_machine(machine, frame, failure)
-    if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest", points=64), accuracy_type(), light, failure)
+    if (.not. allocated(failure)) call analyse(frame, analysis_options(model="rest", points=64), accuracy_type(), light, failure)
     do i = 1, size(factors)
       if (.not. allocated(failure)) call frame_of_machine(lighter(machine, factors(i)), frame, failure)
-      if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest", points=64), accuracy_type(), analysis, failure)
+      if (.not. allocated(failure)) call analyse(frame, analysis_options(model="rest", points=64), accuracy_type(), &
+        & analysis, failure)
       call check_success(error, failure)
       if (allocated(error)) return
       associate (few => analysis%vibration, many => light%vibration)

@@ -5,7 +5,7 @@ module test_model_trade
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type
-  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, analysis_options
   use gestell_task_trade_model_trade, only: measure_model, model_trade_type
   use machines, only: frame_of_machine
   use reference_machine, only: khang_machine, machine_data
@@ -39,9 +39,9 @@ contains
     machine = khang_machine(300.0_dp, 5.0_dp)
     machine%free = [.true., .true., .false.]
     call frame_of_machine(machine, frame, failure)
-    if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest"), accuracy_type(tolerance=1.0e-12_dp), &
+    if (.not. allocated(failure)) call analyse(frame, analysis_options(model="rest"), accuracy_type(tolerance=1.0e-12_dp), &
       & periodic, failure)
-    if (.not. allocated(failure)) call analyse(frame, tasks_type(averaged=.true.), accuracy_type(), averaged, failure)
+    if (.not. allocated(failure)) call analyse(frame, analysis_options(averaged=.true.), accuracy_type(), averaged, failure)
     if (failed(failure, error)) return
     associate (p => periodic%vibration, a => averaged%vibration)
       call check_that(error, abs(a%start%x0 - p%start%x0), "<=", a%start%error + p%start%error, "x0")

@@ -7,7 +7,7 @@ module test_probes
   use gestell_model_frame, only: frame_type, new_frame
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
   use gestell_model_quantity_rows, only: accelerations, probe_type
-  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, analysis_options
   use gestell_task_forces_reactions, only: along_x, along_y, find_reactions, reaction_type
   use gestell_task_probes_response, only: probe_parts, velocity_part, find_responses, probe_response_type
   use reference_cases, only: random_linkage, random_machine
@@ -48,13 +48,13 @@ contains
     logical, intent(in), optional :: averaged
     character(len=*), intent(in), optional :: method
     type(gestell_error), allocatable :: failure
-    type(tasks_type) :: tasks
+    type(analysis_options) :: options
     type(accuracy_type) :: accuracy
-    tasks = tasks_type(model="rest", points=points, rows=accelerations)
+    options = analysis_options(model="rest", points=points, rows=accelerations)
     accuracy = accuracy_type(tolerance=tolerance)
     if (present(method)) accuracy%method = method
-    if (present(averaged)) tasks%averaged = averaged
-    call analyse(frame, tasks, accuracy, analysis, failure)
+    if (present(averaged)) options%averaged = averaged
+    call analyse(frame, options, accuracy, analysis, failure)
     call check_success(error, failure)
     if (allocated(error)) return
     call find_responses(frame, analysis%vibration, probes, responses, failure)

@@ -5,7 +5,7 @@ module test_resonance
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type, new_frame
-  use gestell_study_vibration_analysis, only: analyse, analysis_type, find_modes, tasks_type
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, find_modes, analysis_options
   use machines, only: frame_of_machine
   use reference_machine, only: khang_machine
   use systems, only: diagonal
@@ -60,7 +60,7 @@ contains
 
     do i = 1, size(detunings)
       call one_freedom(detunings(i), frame, stiffness, failure)
-      if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest"), accuracy_type(tolerance=1.0e-12_dp), &
+      if (.not. allocated(failure)) call analyse(frame, analysis_options(model="rest"), accuracy_type(tolerance=1.0e-12_dp), &
         & analysis, failure)
       call check_success(error, failure)
       if (allocated(error)) return
@@ -106,7 +106,7 @@ contains
     real(dp) :: stiffness
 
     call one_freedom(0.0_dp, frame, stiffness, failure)
-    if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest"), accuracy_type(), analysis, failure)
+    if (.not. allocated(failure)) call analyse(frame, analysis_options(model="rest"), accuracy_type(), analysis, failure)
     if (.not. allocated(failure)) then
       call test_failed(error, "an answer at resonance")
       return
@@ -129,7 +129,7 @@ contains
       & diagonal([0.0_dp, 1.0e5_dp, 1.0e4_dp]), diagonal([0.0_dp, 1.0_dp, 1.0_dp]), whole%speed, failure)
     call check_success(error, failure)
     if (allocated(error)) return
-    call analyse(frame, tasks_type(model="rest"), accuracy_type(), analysis, failure)
+    call analyse(frame, analysis_options(model="rest"), accuracy_type(), analysis, failure)
     call check_failure(error, failure, "the frame is not held in xi: add &support")
   end subroutine test_loose
 
@@ -145,7 +145,7 @@ contains
 
     do i = 1, 3
       call one_freedom(order * 16 * 2.0_dp**i - 1, frame, stiffness, failure)
-      if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest"), accuracy_type(), analysis, failure)
+      if (.not. allocated(failure)) call analyse(frame, analysis_options(model="rest"), accuracy_type(), analysis, failure)
       call check_success(error, failure)
       if (allocated(error)) return
       call check_that(error, analysis%vibration%start%condition, ">", 10.0_dp, "condition")

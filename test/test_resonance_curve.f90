@@ -8,7 +8,7 @@ module test_resonance_curve
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type, new_frame
   use gestell_model_linkage, only: linkage_type
-  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, analysis_options
   use gestell_task_resonance_curve, only: resonance_curve_type, solve_curve
   use gestell_study_speed_point, only: speed_options
   use gestell_system_periodic, only: periodic_system
@@ -267,7 +267,7 @@ contains
           call family%member([a%speed + place * (b%speed - a%speed)], system, failure)
           select type (system)
           class is (frame_type)
-            if (.not. allocated(failure)) call analyse(system, tasks_type(model="rest", stability=.false., points=64), &
+            if (.not. allocated(failure)) call analyse(system, analysis_options(model="rest", stability=.false., points=64), &
               & accuracy_type(), analysis, failure)
           end select
           call check_success(error, failure)
@@ -302,7 +302,7 @@ contains
       call family%member([speeds(i)], system, failure)
       select type (system)
       class is (frame_type)
-        call analyse(system, tasks_type(model="rest", stability=.false., points=360), accuracy_type(), analysis, failure)
+        call analyse(system, analysis_options(model="rest", stability=.false., points=360), accuracy_type(), analysis, failure)
       end select
       call check_success(error, failure)
       if (allocated(error)) return

@@ -7,7 +7,7 @@ module test_rows
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type, new_frame
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
-  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, analysis_options
   use machines, only: frame_of_machine
   use reference_machine, only: khang_machine, machine_data
   use systems, only: diagonal
@@ -36,9 +36,9 @@ contains
     type(gestell_error), allocatable :: failure
 
     call frame_of_machine(khang_machine(300.0_dp), frame, failure)
-    if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest", stability=.false., points=1500), &
+    if (.not. allocated(failure)) call analyse(frame, analysis_options(model="rest", stability=.false., points=1500), &
       & accuracy_type(), many, failure)
-    if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest", stability=.false., points=500), &
+    if (.not. allocated(failure)) call analyse(frame, analysis_options(model="rest", stability=.false., points=500), &
       & accuracy_type(), some, failure)
     call check_success(error, failure)
     if (allocated(error)) return
@@ -69,7 +69,7 @@ contains
     mechanism%angle_scale = 1
     if (.not. allocated(failure)) call new_frame(frame, mechanism, 18.0_dp, 0.8_dp, [0.0_dp, 0.0_dp], &
       & diagonal([4.0e5_dp, 4.0e5_dp, 4.0e4_dp]), diagonal([1.0e3_dp, 1.0e3_dp, 1.0e2_dp]), 10.0_dp, failure, [1, 3])
-    if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest", stability=.false., points=1, harmonics=1), &
+    if (.not. allocated(failure)) call analyse(frame, analysis_options(model="rest", stability=.false., points=1, harmonics=1), &
       & accuracy_type(), few, &
       & failure)
     call check_success(error, failure)
@@ -97,10 +97,10 @@ contains
     call machine_of_file("data/rocking_sieve.nml", machine, failure)
     if (.not. allocated(failure)) machine%speed_rpm = 100
     if (.not. allocated(failure)) call frame_of_machine(machine, frame, failure)
-    if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest", stability=.false.), &
+    if (.not. allocated(failure)) call analyse(frame, analysis_options(model="rest", stability=.false.), &
       & accuracy_type(tolerance=0.1_dp), loose, &
       & failure)
-    if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest", stability=.false.), &
+    if (.not. allocated(failure)) call analyse(frame, analysis_options(model="rest", stability=.false.), &
       & accuracy_type(tolerance=1.0e-12_dp), &
       & tight, failure)
     call check_success(error, failure)

@@ -7,7 +7,7 @@ module test_vibration
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_period_periodic_solution, only: follow, periodic_solution_type, solve_periodic
   use gestell_model_frame, only: frame_type, new_frame
-  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, analysis_options
   use machines, only: frame_of_machine, solve3
   use reference_flow, only: flow_states
   use reference_frame, only: frame_of
@@ -173,11 +173,11 @@ contains
     machine = khang_machine(300.0_dp)
     machine%foundation_damping = 0
     call frame_of_machine(machine, frame, failure)
-    call analyse(frame, tasks_type(model="rest", stability=.false., points=points), accuracy_type(tolerance=1.0e-12_dp), &
+    call analyse(frame, analysis_options(model="rest", stability=.false., points=points), accuracy_type(tolerance=1.0e-12_dp), &
       & forwards, failure)
     machine%speed_rpm = -300.0_dp
     call frame_of_machine(machine, frame, failure)
-    call analyse(frame, tasks_type(model="rest", stability=.false., points=points), accuracy_type(tolerance=1.0e-12_dp), &
+    call analyse(frame, analysis_options(model="rest", stability=.false., points=points), accuracy_type(tolerance=1.0e-12_dp), &
       & backwards, failure)
     call check_success(error, failure)
     if (allocated(error)) return
@@ -232,8 +232,8 @@ contains
     integer :: i
 
     call frame_of_machine(khang_machine(240.0_dp), frame, failure)
-    call analyse(frame, tasks_type(model="rest", points=7, harmonics=3), accuracy_type(), coarse, failure)
-    call analyse(frame, tasks_type(model="rest", points=5000), accuracy_type(), fine, failure)
+    call analyse(frame, analysis_options(model="rest", points=7, harmonics=3), accuracy_type(), coarse, failure)
+    call analyse(frame, analysis_options(model="rest", points=5000), accuracy_type(), fine, failure)
     call check_success(error, failure)
     if (allocated(error)) return
     associate (history => fine%vibration%history)
@@ -269,8 +269,8 @@ contains
       associate (free => pack([1, 2, 3], [1, 2, 3] /= k), stiffness => full%stiffness + 0.1_dp * norm2(full%stiffness))
         if (.not. allocated(failure)) call new_frame(frame, full%mechanism, full%mass, full%inertia, full%origin, stiffness, &
           & full%damping + 0.1_dp * norm2(full%damping), full%speed, failure, free)
-        if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest", stability=.false., points=12, harmonics=70), &
-          & accuracy_type(), analysis, failure)
+        if (.not. allocated(failure)) call analyse(frame, analysis_options(model="rest", stability=.false., points=12, &
+          & harmonics=70), accuracy_type(), analysis, failure)
         call check_success(error, failure)
         if (allocated(error)) return
         associate (v => analysis%vibration)
@@ -289,11 +289,12 @@ contains
           if (allocated(error)) return
         end associate
         ! Few rows and harmonics: taken often enough all the same, in the free degrees of freedom too.
-        call analyse(frame, tasks_type(model="rest", stability=.false., points=1, harmonics=1), accuracy_type(), few, failure)
+        call analyse(frame, analysis_options(model="rest", stability=.false., points=1, harmonics=1), accuracy_type(), few, failure)
         call check_that(error, maxval(abs(few%vibration%peak - analysis%vibration%peak) &
           & / max(analysis%vibration%peak, tiny(1.0_dp))), "<", 1.0e-8_dp, "peaks")
         if (allocated(error)) return
-        call analyse(frame, tasks_type(model="rest", stability=.false., points=1, harmonics=200), accuracy_type(), many, failure)
+        call analyse(frame, analysis_options(model="rest", stability=.false., points=1, harmonics=200), accuracy_type(), many, &
+          & failure)
         call check_that(error, size(many%vibration%series(1)%amplitude), ">=", 200, "harmonics, one row")
         call check_that(error, [(few%vibration%series(i)%tail(), i = 1, 9)], "<", 1.0e-9_dp, "tails")
         if (allocated(error)) return
@@ -316,9 +317,9 @@ contains
       machine = khang_machine(merge(240.0_dp, 333.0_dp, i == 1))
       if (i == 2) machine%foundation_damping = [9000.0_dp, 7000.0_dp, 500.0_dp]
       call frame_of_machine(machine, frame, failure)
-      call analyse(frame, tasks_type(model="rest", stability=.false.), accuracy_type(tolerance=1.0e-12_dp), tight, failure)
+      call analyse(frame, analysis_options(model="rest", stability=.false.), accuracy_type(tolerance=1.0e-12_dp), tight, failure)
       do k = 1, size(steps)
-        if (.not. allocated(failure)) call analyse(frame, tasks_type(model="rest", stability=.false.), &
+        if (.not. allocated(failure)) call analyse(frame, analysis_options(model="rest", stability=.false.), &
           & accuracy_type(steps=2 * steps(k)), &
           & loose, failure)
         call check_success(error, failure)
@@ -352,19 +353,19 @@ contains
     type(gestell_error), allocatable :: failure
 
     call frame_of_machine(khang_machine(240.0_dp), frame, failure)
-    call analyse(frame, tasks_type(model="rest", response=.false.), accuracy_type(), analysis, failure)
+    call analyse(frame, analysis_options(model="rest", response=.false.), accuracy_type(), analysis, failure)
     call check_that(error, [allocated(analysis%vibration), analysis%floquet%forced], "==", [.false., .false.], &
       & "a vibration nobody asked for")
     if (allocated(error)) return
     call check(error, .not. allocated(analysis%multipliers%vectors), more="vectors nobody asked for")
     if (allocated(error)) return
-    call analyse(frame, tasks_type(model="rest", stability=.false.), accuracy_type(), analysis, failure)
+    call analyse(frame, analysis_options(model="rest", stability=.false.), accuracy_type(), analysis, failure)
     ! With a vibration comes the verdict of the machine that makes it.
     call check_that(error, analysis%multipliers%verdict(), "==", "stable", "verdict")
     if (allocated(error)) return
     call check(error, .not. allocated(analysis%multipliers%vectors), more="vectors nobody asked for")
     if (allocated(error)) return
-    call analyse(frame, tasks_type(model="rest", stability=.false., modes=.true., response=.false.), accuracy_type(), &
+    call analyse(frame, analysis_options(model="rest", stability=.false., modes=.true., response=.false.), accuracy_type(), &
       & analysis, failure)
     call check(error, allocated(analysis%multipliers%vectors), more="no vectors")
   end subroutine test_unasked

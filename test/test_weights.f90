@@ -11,7 +11,7 @@ module test_weights
   use gestell_model_frame_mounting, only: support_type
   use gestell_model_quantity_rows, only: guide_forces
   use gestell_model_exact_varied_frame, only: varied_frame_type
-  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, analysis_options
   use gestell_task_power_drive, only: drive_type, find_drive
   use gestell_study_frame_model, only: settle
   use gestell_task_forces_reactions, only: find_reactions, reaction_type, static_force
@@ -165,7 +165,7 @@ contains
       type(gestell_error), allocatable :: failure
 
       call frame_of_machine(one, frame, failure)
-      if (.not. allocated(failure)) call analyse(frame, tasks_type(model=model, points=32, rows=guide_forces), &
+      if (.not. allocated(failure)) call analyse(frame, analysis_options(model=model, points=32, rows=guide_forces), &
         & accuracy_type(tolerance=1.0e-11_dp), analysis, failure)
       call check_success(error, failure)
       if (allocated(error)) return
@@ -218,7 +218,7 @@ contains
         if (pass == 2) machine%gravity = [30.0_dp, -90.0_dp]
         call make(machine, frame, error)
         if (allocated(error)) return
-        call analyse(frame, tasks_type(model=merge("exact", "rest ", exact), points=points, rows=guide_forces), &
+        call analyse(frame, analysis_options(model=merge("exact", "rest ", exact), points=points, rows=guide_forces), &
           & accuracy_type(tolerance=1.0e-12_dp), analysis, failure)
         if (.not. allocated(failure)) call find_drive(analysis%frame, analysis%vibration, drive, known, failure)
         if (pass == 1) light = drive
@@ -294,8 +294,8 @@ contains
     call make(machine, frame, error)
     if (allocated(error)) return
     do k = 1, 2
-      call analyse(frame, tasks_type(model=models(k), points=points, rows=guide_forces), accuracy_type(tolerance=1.0e-10_dp), &
-        & analysis, failure)
+      call analyse(frame, analysis_options(model=models(k), points=points, rows=guide_forces), &
+        & accuracy_type(tolerance=1.0e-10_dp), analysis, failure)
       if (.not. allocated(failure)) call find_reactions(analysis%frame, analysis%vibration, reactions, failure)
       call check_success(error, failure)
       if (allocated(error)) return

@@ -28,8 +28,8 @@ contains
     if (.not. allocated(error)) call set_path_real(doc, input_schema(), "drive.speed_rpm", speed_rpm, error)
     if (.not. allocated(error)) call check_document(doc, input_schema(), error)
     if (.not. allocated(error)) call read_configuration(doc, configuration, error)
-    configuration%tasks%points = size(turn, 2) - 1
-    if (.not. allocated(error)) call analyse(configuration%frame, configuration%tasks, configuration%accuracy, analysis, error)
+    configuration%analysis%points = size(turn, 2) - 1
+    if (.not. allocated(error)) call analyse(configuration%frame, configuration%analysis, configuration%accuracy, analysis, error)
     if (allocated(error)) error stop "khang_tables: " // error%message
     x0 = analysis%vibration%start%x0
     x0_error = analysis%vibration%start%error

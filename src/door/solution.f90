@@ -225,7 +225,7 @@ contains
       found%peak_error = statistics%peak_error
       found%rms = statistics%rms
       found%rms_error = statistics%error
-      found%amplitudes = [(statistics%amplitude(k), k = 1, configuration%tasks%harmonics)]
+      found%amplitudes = [(statistics%amplitude(k), k = 1, configuration%analysis%harmonics)]
     end associate
   end subroutine find_response
 
@@ -237,7 +237,7 @@ contains
     type(averaged_system), target :: model
     class(periodic_system), pointer :: system
 
-    associate (analysis => solution%context%analysis, tasks => solution%context%configuration%tasks)
+    associate (analysis => solution%context%analysis, tasks => solution%context%configuration%analysis)
       if (allocated(analysis%vibration%motion)) then
         if (size(analysis%vibration%motion, 1) >= rows) return
       end if

@@ -1,7 +1,7 @@
 !> Many frames at once on several threads give the same bits as one after the other. Stops with an error otherwise.
 program parallel
   use gestell_door_numerics, only: accuracy_type, analyse, analysis_type, damping_matrix, dp, error_type, evidence, evidence_type, &
-    & frame_type, linkage_type, new_frame, pi, stiffness_matrix, support_type, tasks_type
+    & frame_type, linkage_type, new_frame, pi, stiffness_matrix, support_type, analysis_options
   use, intrinsic :: iso_fortran_env, only: int64
   use omp_lib, only: omp_get_max_threads, omp_get_thread_num
   implicit none (type, external)
@@ -55,7 +55,7 @@ contains
       & support_type([0.3_dp, -0.2_dp], [4.0e5_dp, 4.0e5_dp + 1.0e3_dp * k], [50.0_dp, 50.0_dp])]
     call new_frame(frame, linkage, 18.0_dp, 0.78_dp, [-0.2_dp, 0.2_dp], stiffness_matrix(supports), &
       & damping_matrix(supports), (150 + 5 * k) * pi / 30, error)
-    if (.not. allocated(error)) call analyse(frame, tasks_type(), accuracy_type(), analysis, error)
+    if (.not. allocated(error)) call analyse(frame, analysis_options(), accuracy_type(), analysis, error)
     if (allocated(error)) error stop "no analysis"
     call evidence(analysis%floquet, found)
     associate (multipliers => analysis%multipliers, vibration => analysis%vibration)

@@ -1,7 +1,7 @@
 !> What the library says about a case: the only place that calls it.
 module extreme_library
   use extreme_cases, only: case_type
-  use gestell_door_numerics, only: accuracy_type, analyse, analysis_type, error_type, frame_type, tasks_type
+  use gestell_door_numerics, only: accuracy_type, analyse, analysis_type, error_type, frame_type, analysis_options
   use machines, only: frame_of_machine
   use reference_machine, only: dp
   use, intrinsic :: iso_fortran_env, only: int64
@@ -32,7 +32,7 @@ contains
     answer%message = ''
     call system_clock(begin, rate)
     call frame_of_machine(one%machine, frame, error)
-    if (.not. allocated(error)) call analyse(frame, tasks_type(model="rest"), accuracy_type(tolerance=one%tolerance), &
+    if (.not. allocated(error)) call analyse(frame, analysis_options(model="rest"), accuracy_type(tolerance=one%tolerance), &
       & analysis, error)
     call system_clock(finish)
     answer%seconds = real(finish - begin, dp)/rate

@@ -23,7 +23,7 @@ module gestell_study_vibration_analysis
   public :: analyse, find_modes
 
   !> What is asked for.
-  type, public :: tasks_type
+  type, public :: analysis_options
     !> Multipliers and verdict; the eigenvectors too; the periodic vibration.
     logical :: stability = .true., modes = .false., response = .true.
     !> Rows of the history over one period, harmonics wanted at least.
@@ -41,7 +41,7 @@ module gestell_study_vibration_analysis
   contains
     procedure :: vibration
     procedure :: judged
-  end type tasks_type
+  end type analysis_options
 
   !> What was asked for; the rest stays unallocated. The multipliers come with every vibration: whether the machine keeps to it
   !> is a part of what is told of it.
@@ -69,23 +69,23 @@ contains
 
   !> Whether the periodic vibration has to be computed.
   pure logical function vibration(self)
-    class(tasks_type), intent(in) :: self
+    class(analysis_options), intent(in) :: self
 
     vibration = self%response .or. self%rows > 0
   end function vibration
 
   !> Whether there is to be a verdict.
   pure logical function judged(self)
-    class(tasks_type), intent(in) :: self
+    class(analysis_options), intent(in) :: self
 
     judged = self%stability .or. self%modes .or. self%verdict .or. self%vibration()
   end function judged
 
   !> Verdict and vibration of a frame. Errors: a frame or tasks that make no sense; those of the parts; where
   !> the vibration fails, the multipliers are there, and the message names what it resonates with.
-  subroutine analyse(frame, tasks, accuracy, analysis, error)
+  subroutine analyse(frame, options, accuracy, analysis, error)
     class(frame_type), intent(in) :: frame
-    type(tasks_type), intent(in) :: tasks
+    type(analysis_options), intent(in) :: options
     type(accuracy_type), intent(in) :: accuracy
     type(analysis_type), intent(out), target :: analysis
     type(error_type), allocatable, intent(out) :: error
@@ -95,44 +95,44 @@ contains
     logical :: blamed
 
     call frame%check(error)
-    if (.not. allocated(error)) call check_tasks(tasks, error)
+    if (.not. allocated(error)) call check_tasks(options, error)
     if (allocated(error)) return
-    if (tasks%averaged) then
+    if (options%averaged) then
       allocate(analysis%frame, source=frame)
       call frame%averaged(model)
       system => model
     else
-      call settle(frame, trim(tasks%model), accuracy, analysis%frame, error, analysis%newton)
+      call settle(frame, trim(options%model), accuracy, analysis%frame, error, analysis%newton)
       if (allocated(error)) call explain_at_rest(frame, accuracy, error)
       if (allocated(error)) return
       system => analysis%frame
     end if
-    call solve_floquet(system, accuracy, tasks%vibration(), analysis%floquet, error)
-    if (.not. allocated(error) .and. tasks%judged()) call solve_multipliers(analysis%floquet, tasks%modes, multipliers, error)
-    if (allocated(error) .and. .not. tasks%averaged .and. tasks%model /= "rest") call blame_the_mounting(frame, error, blamed)
+    call solve_floquet(system, accuracy, options%vibration(), analysis%floquet, error)
+    if (.not. allocated(error) .and. options%judged()) call solve_multipliers(analysis%floquet, options%modes, multipliers, error)
+    if (allocated(error) .and. .not. options%averaged .and. options%model /= "rest") call blame_the_mounting(frame, error, blamed)
     if (allocated(error)) return
-    if (tasks%judged()) analysis%multipliers = multipliers
-    if (tasks%judged() .and. .not. tasks%averaged) call take_several(frame, tasks, accuracy, analysis, error)
+    if (options%judged()) analysis%multipliers = multipliers
+    if (options%judged() .and. .not. options%averaged) call take_several(frame, options, accuracy, analysis, error)
     if (allocated(error)) return
-    if (.not. tasks%vibration()) return
+    if (.not. options%vibration()) return
     allocate(analysis%vibration)
-    if (tasks%rows == 0) then
-      call solve_vibration(system, analysis%floquet, tasks%points, tasks%harmonics, analysis%vibration, error)
+    if (options%rows == 0) then
+      call solve_vibration(system, analysis%floquet, options%points, options%harmonics, analysis%vibration, error)
     else
-      call solve_vibration(system, analysis%floquet, tasks%points, tasks%harmonics, analysis%vibration, error, tasks%rows)
+      call solve_vibration(system, analysis%floquet, options%points, options%harmonics, analysis%vibration, error, options%rows)
     end if
     if (allocated(error)) then
       deallocate(analysis%vibration)
-      if (error%cause == resonance .and. .not. tasks%averaged) call explain(frame, accuracy, analysis, error)
+      if (error%cause == resonance .and. .not. options%averaged) call explain(frame, accuracy, analysis, error)
     else if (analysis%vibration%start%condition > one_digit) then
       analysis%resonance = find_nearest(analysis%multipliers)
     end if
   end subroutine analyse
 
   !> The vibrations that were met beside the one that is told, and those that are sought. Errors: as of `list_vibrations`.
-  subroutine take_several(frame, tasks, accuracy, analysis, error)
+  subroutine take_several(frame, options, accuracy, analysis, error)
     class(frame_type), intent(in) :: frame
-    type(tasks_type), intent(in) :: tasks
+    type(analysis_options), intent(in) :: options
     type(accuracy_type), intent(in) :: accuracy
     type(analysis_type), intent(inout) :: analysis
     type(error_type), allocatable, intent(out) :: error
@@ -141,7 +141,7 @@ contains
 
     others = 0
     if (allocated(analysis%newton%others)) others = size(analysis%newton%others)
-    if (others == 0 .and. .not. tasks%all_vibrations) return
+    if (others == 0 .and. .not. options%all_vibrations) return
     allocate(list(1 + others))
     select type (told => analysis%frame)
     class is (varied_frame_type)
@@ -150,19 +150,19 @@ contains
     do i = 1, others
       list(1 + i) = analysis%newton%others(i)
     end do
-    if (tasks%all_vibrations .and. list(1)%newton) call search_vibrations(frame, accuracy, list)
-    call list_vibrations(list, accuracy, tasks%points, tasks%harmonics, analysis%several, error)
+    if (options%all_vibrations .and. list(1)%newton) call search_vibrations(frame, accuracy, list)
+    call list_vibrations(list, accuracy, options%points, options%harmonics, analysis%several, error)
   end subroutine take_several
 
   !> Error: numbers of points, harmonics or rows out of range, also where no vibration is wanted.
-  pure subroutine check_tasks(tasks, error)
-    type(tasks_type), intent(in) :: tasks
+  pure subroutine check_tasks(options, error)
+    type(analysis_options), intent(in) :: options
     type(error_type), allocatable, intent(out) :: error
 
-    if (tasks%rows == 0) then
-      call check_times(tasks%points, tasks%harmonics, error)
+    if (options%rows == 0) then
+      call check_times(options%points, options%harmonics, error)
     else
-      call check_times(tasks%points, tasks%harmonics, error, tasks%rows)
+      call check_times(options%points, options%harmonics, error, options%rows)
     end if
   end subroutine check_tasks
 

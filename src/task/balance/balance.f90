@@ -73,7 +73,7 @@ contains
         & // "counterweights on: the task 'balance' needs joints and links", error)
     end select
     if (allocated(error) .or. .not. self%ordered) return
-    configuration%tasks%rows = max(configuration%tasks%rows, merge(velocities, guide_forces, size(configuration%frame%free) &
+    configuration%analysis%rows = max(configuration%analysis%rows, merge(velocities, guide_forces, size(configuration%frame%free) &
       & == configuration%frame%dofs()))
   end subroutine read_task
 
@@ -102,7 +102,7 @@ contains
             & failed_computation)
           return
         end if
-        call take_mounted(context%analysis, configuration%tasks%harmonics, variants(1)%mounted, none)
+        call take_mounted(context%analysis, configuration%analysis%harmonics, variants(1)%mounted, none)
         do i = 2, size(variants)
           call solve_variant(configuration, linkage, rigid, variants(i))
         end do
@@ -112,7 +112,7 @@ contains
         end do
         call result%add(table_of(variants, rigid, linkage, frame%dofs(), result%verdict), plot_balance(variants, labels))
         call result%add(links_of(variants, rigid, linkage))
-        call result%add(harmonics_of(variants, rigid, linkage, frame, configuration%tasks%harmonics, result%verdict))
+        call result%add(harmonics_of(variants, rigid, linkage, frame, configuration%analysis%harmonics, result%verdict))
         lines = balance_headlines(variants, rigid, linkage)
         do while (lines /= "")
           i = index(lines, newline)

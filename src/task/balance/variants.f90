@@ -13,7 +13,7 @@ module gestell_task_balance_variants
   use gestell_study_balance_bodies, only: counterweight_type, with_counterweights
   use gestell_study_balance_complete, only: balance_force, balanced, not_balanced
   use gestell_study_balance_single, only: best_single
-  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, analysis_options
   use gestell_study_vibration_statistics, only: statistics_type, take_statistics
   use gestell_task_balance_keys, only: balance_options
   use gestell_task_common_configuration, only: configuration_type
@@ -168,7 +168,7 @@ contains
     class(linkage_type), allocatable :: other
     character(len=word_length) :: links(size(variant%weights))
     type(frame_type) :: frame
-    type(tasks_type) :: tasks
+    type(analysis_options) :: options
     type(analysis_type) :: analysis
     type(error_type), allocatable :: failure
     integer :: k
@@ -178,11 +178,11 @@ contains
     end do
     call with_counterweights(linkage, rigid%bodies, variant%weights, links, other, failure)
     if (.not. allocated(failure)) call read_frame(configuration%document, configuration%units, other, frame, failure)
-    tasks = configuration%tasks
-    tasks%all_vibrations = .false.
-    tasks%modes = .false.
-    if (.not. allocated(failure)) call analyse(frame, tasks, configuration%accuracy, analysis, failure)
-    call take_mounted(analysis, tasks%harmonics, variant%mounted, failure)
+    options = configuration%analysis
+    options%all_vibrations = .false.
+    options%modes = .false.
+    if (.not. allocated(failure)) call analyse(frame, options, configuration%accuracy, analysis, failure)
+    call take_mounted(analysis, options%harmonics, variant%mounted, failure)
   end subroutine solve_variant
 
   !> What is told of a solved machine, or why it has no vibration: its `failure`, if there is one.

@@ -17,7 +17,7 @@ module gestell_task_common_configuration
   use gestell_model_frame, only: frame_type
   use gestell_model_mechanism, only: mechanism_type
   use gestell_model_quantity_rows, only: guide_forces, probe_type, velocities
-  use gestell_study_vibration_analysis, only: tasks_type
+  use gestell_study_vibration_analysis, only: analysis_options
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
@@ -28,7 +28,7 @@ module gestell_task_common_configuration
   type, public :: configuration_type
     character(len=:), allocatable :: title
     !> What the tasks want of the input's own machine.
-    type(tasks_type) :: tasks
+    type(analysis_options) :: analysis
     type(accuracy_type) :: accuracy
     type(frame_type) :: frame
     type(probe_type), allocatable :: probes(:)
@@ -99,8 +99,8 @@ contains
     class(configuration_type), intent(in) :: self
     character(len=:), allocatable :: name
 
-    name = trim(self%tasks%model)
-    if (self%tasks%averaged) name = "averaged"
+    name = trim(self%analysis%model)
+    if (self%analysis%averaged) name = "averaged"
   end function model
 
   !> The speeds of the sweep (1/min).
@@ -143,33 +143,33 @@ contains
     type(group_type) :: group
     character(len=:), allocatable :: coefficients, model, vibrations
 
-    configuration%tasks%stability = .false.
-    configuration%tasks%response = .false.
+    configuration%analysis%stability = .false.
+    configuration%analysis%response = .false.
     call read(the_group(configuration%document, "case"), case_keys, "title", configuration%title, error)
     if (allocated(error)) return
     call read(the_group(configuration%document, "resonance"), resonance_keys, "orders", configuration%orders, error)
     if (allocated(error)) return
 
     group = the_group(configuration%document, "response")
-    call read(group, response_keys, "points", configuration%tasks%points, error)
-    if (.not. allocated(error)) call read(group, response_keys, "harmonics", configuration%tasks%harmonics, error)
+    call read(group, response_keys, "points", configuration%analysis%points, error)
+    if (.not. allocated(error)) call read(group, response_keys, "harmonics", configuration%analysis%harmonics, error)
     if (allocated(error)) return
 
     group = the_group(configuration%document, "model")
     call read(group, model_keys, "coefficients", coefficients, error)
     if (allocated(error)) return
-    configuration%tasks%averaged = coefficients == "averaged"
-    call read(group, model_keys, "frame", model, error, default=trim(merge("rest ", "exact", configuration%tasks%averaged)))
+    configuration%analysis%averaged = coefficients == "averaged"
+    call read(group, model_keys, "frame", model, error, default=trim(merge("rest ", "exact", configuration%analysis%averaged)))
     if (allocated(error)) return
-    configuration%tasks%model = model
-    if (configuration%tasks%averaged .and. model /= "rest") then
+    configuration%analysis%model = model
+    if (configuration%analysis%averaged .and. model /= "rest") then
       call input_error(group, "coefficients", "'averaged' is a simplification of frame='rest'", error)
       return
     end if
     call read(group, model_keys, "vibrations", vibrations, error)
     if (allocated(error)) return
-    configuration%tasks%all_vibrations = vibrations == "all"
-    if (configuration%tasks%all_vibrations .and. model /= "exact") then
+    configuration%analysis%all_vibrations = vibrations == "all"
+    if (configuration%analysis%all_vibrations .and. model /= "exact") then
       call input_error(group, "vibrations", "linear equations have one vibration: 'all' is for frame='exact'", error)
       return
     end if
@@ -190,8 +190,8 @@ contains
   pure subroutine want_forces(self)
     class(configuration_type), intent(inout) :: self
 
-    if (allocated(self%impossible) .or. .not. self%tasks%vibration()) return
-    self%tasks%rows = max(self%tasks%rows, merge(velocities, guide_forces, size(self%frame%free) == self%frame%dofs()))
+    if (allocated(self%impossible) .or. .not. self%analysis%vibration()) return
+    self%analysis%rows = max(self%analysis%rows, merge(velocities, guide_forces, size(self%frame%free) == self%frame%dofs()))
   end subroutine want_forces
 
 end module gestell_task_common_configuration

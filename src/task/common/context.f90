@@ -49,7 +49,7 @@ contains
 
     allocate(locked%inner, source=family)
     locked%model = self%configuration%model()
-    if (present(model) .and. .not. self%configuration%tasks%averaged) locked%model = model
+    if (present(model) .and. .not. self%configuration%analysis%averaged) locked%model = model
     locked%accuracy = self%configuration%accuracy
   end subroutine members
 

@@ -89,7 +89,7 @@ contains
     type(design_plan_type), intent(out) :: plan
     type(error_type), allocatable, intent(out) :: error
 
-    if (configuration%tasks%averaged) then
+    if (configuration%analysis%averaged) then
       call input_error(the_group(configuration%document, "model"), "coefficients", "the task 'design' needs 'periodic'", error)
     end if
     if (allocated(error)) return

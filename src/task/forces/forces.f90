@@ -45,7 +45,7 @@ contains
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
 
-    if (self%ordered) configuration%tasks%rows = max(configuration%tasks%rows, merge(velocities, guide_forces, &
+    if (self%ordered) configuration%analysis%rows = max(configuration%analysis%rows, merge(velocities, guide_forces, &
       & size(configuration%frame%free) == configuration%frame%dofs()))
   end subroutine read_forces
 
@@ -59,7 +59,7 @@ contains
     real(dp) :: peak
     integer :: i
 
-    associate (frame => context%configuration%frame, tasks => context%configuration%tasks, unused => self)
+    associate (frame => context%configuration%frame, tasks => context%configuration%analysis, unused => self)
       if (allocated(context%analysis%vibration)) call find_reactions(context%analysis%frame, context%analysis%vibration, &
         & reactions, failure, context%executor)
       if (allocated(reactions)) then

@@ -45,10 +45,10 @@ contains
     associate (configuration => context%configuration, analysis => context%analysis)
       doing = slow_words(configuration%frame)
       if (doing /= "" .and. allocated(context%executor)) call context%executor%show(doing, 0.0_dp)
-      call analyse(configuration%frame, configuration%tasks, configuration%accuracy, analysis, failure)
+      call analyse(configuration%frame, configuration%analysis, configuration%accuracy, analysis, failure)
       if (doing /= "" .and. allocated(context%executor)) call context%executor%show(doing, 1.0_dp)
-      if (allocated(failure) .and. .not. (allocated(analysis%multipliers) .and. (configuration%tasks%stability &
-        & .or. configuration%tasks%modes))) then
+      if (allocated(failure) .and. .not. (allocated(analysis%multipliers) .and. (configuration%analysis%stability &
+        & .or. configuration%analysis%modes))) then
         call move_alloc(failure, error)
         return
       end if
@@ -82,8 +82,8 @@ contains
     if (result%brief%name /= "") return
     found = nothing
     if (allocated(context%analysis%several)) found = size(context%analysis%several)
-    if (context%configuration%tasks%all_vibrations .and. context%configuration%tasks%judged()) call result%brief%add("vibrations", &
-      & "how many there are", [found])
+    if (context%configuration%analysis%all_vibrations .and. context%configuration%analysis%judged()) &
+      & call result%brief%add("vibrations", "how many there are", [found])
     associate (columns => result%brief%columns)
       if (result%verdict /= "" .and. all([(columns(i)%key /= "verdict", i = 1, size(columns))])) then
         call result%brief%add("verdict", "on the machine", [result%verdict])
@@ -98,7 +98,7 @@ contains
     type(multipliers_type), allocatable :: better
     character(len=:), allocatable :: warning
 
-    associate (frame => context%configuration%frame, tasks => context%configuration%tasks, analysis => context%analysis, &
+    associate (frame => context%configuration%frame, tasks => context%configuration%analysis, analysis => context%analysis, &
       & accuracy => context%configuration%accuracy)
       call result%say(report_transmission(frame))
       call result%leave_room()

@@ -3,7 +3,7 @@ module gestell_task_machine_model
   use gestell_base_text, only: concise
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_task_stability_report, only: modulus_of
-  use gestell_study_vibration_analysis, only: tasks_type
+  use gestell_study_vibration_analysis, only: analysis_options
   use gestell_study_frame_model, only: newton_type
   implicit none (type, external)
   private
@@ -15,15 +15,15 @@ module gestell_task_machine_model
 contains
 
   !> The head's line.
-  pure function model_line(tasks) result(line)
-    type(tasks_type), intent(in) :: tasks
+  pure function model_line(options) result(line)
+    type(analysis_options), intent(in) :: options
     character(len=:), allocatable :: line
 
-    if (tasks%averaged) then
+    if (options%averaged) then
       line = "  model      averaged: M, B, C are their means over the turn, the load h(t) is full" // newline
-    else if (tasks%model == "exact") then
+    else if (options%model == "exact") then
       line = "  model      exact: any rotation of the frame; multipliers about its vibration" // newline
-    else if (tasks%model == "first_order") then
+    else if (options%model == "first_order") then
       line = "  model      first order: vibration as about rest, multipliers about that vibration" // newline
     else
       line = "  model      about rest, the paper's equations; without &model frame: exact" // newline

@@ -75,7 +75,7 @@ contains
         & // concise(frame%mechanism%turns / frame%period) // " Hz, period " // concise(frame%period) // " s" &
         & // period_words(frame%mechanism%turns) // newline &
         & // holder_line(frame%held_by) // gravity_line(frame) // warning_lines(slips_of(configuration))
-      report = report // model_line(configuration%tasks)
+      report = report // model_line(configuration%analysis)
     end associate
   end function machine_lines
 

@@ -38,7 +38,7 @@ contains
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
 
-    configuration%tasks%modes = self%ordered
+    configuration%analysis%modes = self%ordered
   end subroutine read_modes
 
   subroutine run(self, context, result, error)

@@ -48,12 +48,12 @@ contains
     logical :: known
 
     if (.not. self%ordered) return
-    configuration%tasks%rows = max(configuration%tasks%rows, accelerations)
+    configuration%analysis%rows = max(configuration%analysis%rows, accelerations)
     call configuration%frame%mechanism%tabulate_drive([0.0_dp], unused, known)
     if (.not. known) then
       call input_error(the_group(configuration%document, "mass_functions"), "", "the task 'power' needs the key energy, the " &
         & // "harmonics of sum [m (x'^2 + y'^2) + J phi'^2]", error)
-    else if (configuration%tasks%averaged) then
+    else if (configuration%analysis%averaged) then
       call input_error(the_group(configuration%document, "model"), "coefficients", "the task 'power' needs 'periodic': with " &
         & // "averaged masses power does not balance", error)
     end if

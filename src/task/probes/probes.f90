@@ -47,7 +47,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     self%ordered = self%ordered .and. size(configuration%probes) > 0
-    if (self%ordered) configuration%tasks%rows = max(configuration%tasks%rows, accelerations)
+    if (self%ordered) configuration%analysis%rows = max(configuration%analysis%rows, accelerations)
   end subroutine read_probes
 
   subroutine run(self, context, result, error)
@@ -61,7 +61,7 @@ contains
     integer :: i
 
     associate (frame => context%configuration%frame, probes => context%configuration%probes, &
-      & tasks => context%configuration%tasks, unused => self)
+      & tasks => context%configuration%analysis, unused => self)
       if (allocated(context%analysis%vibration)) call find_responses(context%analysis%frame, context%analysis%vibration, probes, &
         & responses, failure, context%executor)
       if (allocated(responses)) then

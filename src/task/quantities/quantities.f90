@@ -59,7 +59,7 @@ contains
       self%ordered = self%ordered .and. size(self%measures) > 0
       call rows_of(frame, probes, self%measures, rows, error)
     end associate
-    if (self%ordered) configuration%tasks%rows = max(configuration%tasks%rows, rows)
+    if (self%ordered) configuration%analysis%rows = max(configuration%analysis%rows, rows)
   end subroutine read_task
 
   subroutine run(self, context, result, error)

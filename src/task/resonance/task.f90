@@ -77,7 +77,7 @@ contains
       if (allocated(error)) return
       judgement = verdict_on(curve)
       warning = beyond_small(pack([(curve%points(k)%moved, k = 1, size(curve%points))], has_vibration(curve%points%state)), &
-        & configuration%tasks%model)
+        & configuration%analysis%model)
       if (any(curve%points%state /= stable)) result%all_stable = .false.
       call result%add(curve_table(self%quantities, curve, turns, judgement%words), plot_resonance(self%quantities, curve, turns, &
         & configuration%plan%base))
@@ -88,7 +88,7 @@ contains
       do k = 1, size(self%quantities)
         call result%warn("", greatest_response(curve, k, self%quantities(k)))
       end do
-      call result%say(report_resonance(self%quantities, curve, turns, judgement%words, warning, configuration%tasks%model))
+      call result%say(report_resonance(self%quantities, curve, turns, judgement%words, warning, configuration%analysis%model))
     end associate
   end subroutine run
 

@@ -41,7 +41,7 @@ contains
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
 
-    configuration%tasks%response = self%ordered
+    configuration%analysis%response = self%ordered
   end subroutine read_response
 
   subroutine run(self, context, result, error)
@@ -53,7 +53,7 @@ contains
     type(name_type) :: names(3 * size(peaks))
     integer :: k
 
-    associate (frame => context%configuration%frame, tasks => context%configuration%tasks, unused => self)
+    associate (frame => context%configuration%frame, tasks => context%configuration%analysis, unused => self)
       peaks = ieee_value(peaks, ieee_quiet_nan)
       if (allocated(context%analysis%vibration)) then
         peaks = context%analysis%vibration%peak(:size(peaks))

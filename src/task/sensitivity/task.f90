@@ -63,7 +63,7 @@ contains
     call read_quantities(configuration%document, sensitivity_keys, configuration%frame, configuration%probes, .false., &
       & self%quantities, error)
     if (allocated(error) .or. .not. self%ordered) return
-    configuration%tasks%verdict = .true.
+    configuration%analysis%verdict = .true.
     call read_sensitivity(configuration%document, configuration%schema, configuration%units, self%plan, error)
   end subroutine read_task
 
@@ -89,7 +89,7 @@ contains
       if (allocated(error)) return
       verdict = state_word(base%state)
       call result%add(table_of(self%quantities, paths, base, found, verdict), plot_sensitivity(self%quantities, paths, found))
-      warning = beyond_small([base%moved], configuration%tasks%model)
+      warning = beyond_small([base%moved], configuration%analysis%model)
       call result%warn("undecided", warning)
       do k = 1, size(self%quantities)
         call result%warn("", strongest(self%quantities(k), k, paths, found))

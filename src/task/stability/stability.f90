@@ -37,7 +37,7 @@ contains
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
 
-    configuration%tasks%stability = configuration%tasks%stability .or. self%ordered
+    configuration%analysis%stability = configuration%analysis%stability .or. self%ordered
   end subroutine read_stability
 
   subroutine run(self, context, result, error)
@@ -53,7 +53,7 @@ contains
       call result%brief%add("rho_error", plain, "bound on its error, relative to it", [multipliers%error(1)])
       call result%brief%add("verdict", "on the machine", [multipliers%verdict()])
       if (.not. context%reports) return
-      call find_modes(frame, context%configuration%tasks%averaged, context%configuration%accuracy, context%analysis)
+      call find_modes(frame, context%configuration%analysis%averaged, context%configuration%accuracy, context%analysis)
       call result%say(multiplier_lines(multipliers, context%analysis%modes, abs(frame%speed), frame%mechanism%turns))
     end associate
   end subroutine run

@@ -4,7 +4,7 @@ module gestell_task_trade_frame_models
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type
-  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, analysis_options
   use gestell_study_frame_model, only: frame_models
   use gestell_task_trade, only: median
   use, intrinsic :: iso_fortran_env, only: int64
@@ -47,7 +47,7 @@ contains
       allocate(findings(i)%peak(frame%dofs()), source=0.0_dp)
       do k = 1, runs
         call system_clock(begin, rate)
-        call analyse(frame, tasks_type(model=frame_models(i)), accuracy, analysis, error)
+        call analyse(frame, analysis_options(model=frame_models(i)), accuracy, analysis, error)
         call system_clock(finish)
         times(k) = real(finish - begin, dp) / rate
       end do

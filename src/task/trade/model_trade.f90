@@ -6,7 +6,7 @@ module gestell_task_trade_model_trade
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_solution, only: evidence, evidence_type, floquet_type, solve_floquet
   use gestell_model_frame, only: frame_type
-  use gestell_study_vibration_analysis, only: analyse, analysis_type, tasks_type
+  use gestell_study_vibration_analysis, only: analyse, analysis_type, analysis_options
   use gestell_task_trade, only: median
   use gestell_system_averaged, only: averaged_system
   use, intrinsic :: iso_fortran_env, only: int64
@@ -56,9 +56,9 @@ contains
     type(evidence_type) :: found
     integer :: n, k
 
-    call find(frame, tasks_type(model="rest"), accuracy, periodic, trade%periodic, error)
+    call find(frame, analysis_options(model="rest"), accuracy, periodic, trade%periodic, error)
     if (allocated(error)) return
-    call find(frame, tasks_type(averaged=.true.), accuracy, averaged, trade%averaged, failure)
+    call find(frame, analysis_options(averaged=.true.), accuracy, averaged, trade%averaged, failure)
     if (allocated(failure)) then
       if (.not. allocated(averaged%multipliers)) then
         call move_alloc(failure, error)
@@ -85,9 +85,9 @@ contains
   end subroutine measure_model
 
   !> What one model finds. Error: there is no periodic vibration, or, without multipliers in `analysis`, nothing at all.
-  subroutine find(frame, tasks, accuracy, analysis, finding, error)
+  subroutine find(frame, options, accuracy, analysis, finding, error)
     class(frame_type), intent(in) :: frame
-    type(tasks_type), intent(in) :: tasks
+    type(analysis_options), intent(in) :: options
     type(accuracy_type), intent(in) :: accuracy
     type(analysis_type), intent(out) :: analysis
     type(finding_type), intent(out) :: finding
@@ -100,7 +100,7 @@ contains
     integer(int64) :: begin, finish, rate
     integer :: k
 
-    call analyse(frame, tasks, accuracy, analysis, error)
+    call analyse(frame, options, accuracy, analysis, error)
     if (.not. allocated(analysis%multipliers)) return
     finding%verdict = analysis%multipliers%verdict()
     finding%log_rho = analysis%multipliers%log_abs(1)
@@ -111,7 +111,7 @@ contains
     end if
     do k = 1, runs
       call system_clock(begin, rate)
-      if (tasks%averaged) then
+      if (options%averaged) then
         call frame%averaged(model)
         call solve_floquet(model, accuracy, .true., floquet, failure)
       else
