@@ -2,6 +2,7 @@
 module gestell_floquet_multipliers_spectra
   use gestell_base_error, only: error_type
   use gestell_math_batch_hessenberg, only: most_states
+  use gestell_base_verdict, only: operator(==), stable, undamped, unstable
   use gestell_base_kinds, only: dp
   use gestell_math_lanes, only: lanes
   use gestell_math_lapack, only: eigensystem

@@ -57,6 +57,8 @@ module gestell_model_frame
     procedure :: check
     procedure :: averaged
     procedure :: natural_frequencies, conserves
+    procedure :: drive_speed
+    procedure :: drive_rpm
     procedure :: dofs, ground_stiffness, ground_damping
     procedure :: ground_forces
     procedure :: turned, turning, rotation, potential, dissipation
@@ -395,5 +397,19 @@ contains
     dissipation = dot_product(v, matmul(self%damping, v)) &
       & + dot_product(v, matmul(self%stiffness - transpose(self%stiffness), q)) / 2
   end function dissipation
+
+  !> Mean speed of the drive (rad/s); `speed` is that of a shaft that turns once in the period.
+  pure real(dp) function drive_speed(self)
+    class(frame_type), intent(in) :: self
+
+    drive_speed = self%speed * self%mechanism%turns
+  end function drive_speed
+
+  !> Mean speed of the drive (1/min).
+  pure real(dp) function drive_rpm(self)
+    class(frame_type), intent(in) :: self
+
+    drive_rpm = self%drive_speed() * 30 / pi
+  end function drive_rpm
 
 end module gestell_model_frame

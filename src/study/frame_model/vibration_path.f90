@@ -125,7 +125,7 @@ contains
     family%furthest_back = back_at_start
     allocate(stiffness, source=frame%ground_stiffness())
     associate (squares => [(stiffness(i, i) * family%units(i)**2 / whole_mass(frame), i = 1, frame%dofs())])
-      family%drag = max(of_speed * abs(frame%speed) * frame%mechanism%turns, of_frequency * sqrt(maxval([0.0_dp, squares])))
+      family%drag = max(of_speed * abs(frame%drive_speed()), of_frequency * sqrt(maxval([0.0_dp, squares])))
     end associate
     other = frame
     call add_drag(other, family%units, family%drag)

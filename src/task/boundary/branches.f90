@@ -4,6 +4,7 @@
 !> (gestell_task_boundary_line_search). Where branches end at a turning point, a multiplier +1, the vibration ceases to exist.
 module gestell_task_boundary_branches
   use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_verdict, only: operator(/=), undecided, verdict_type
   use gestell_base_kinds, only: dp
   use gestell_math_sorting, only: ascending
   use gestell_math_series_trigonometric, only: series_type

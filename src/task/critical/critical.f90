@@ -3,8 +3,8 @@ module gestell_task_critical
   use gestell_base_error, only: error_type, fatal_error, invalid_input, resonance
   use gestell_math_series_fourier, only: greatest
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_verdict, only: has_vibration, in_resonance, not_judged, operator(/=), operator(==), stable, undamped, &
-    & undecided, unstable, verdict_type
+  use gestell_base_verdict, only: has_vibration, in_resonance, not_judged, operator(/=), operator(==), undamped, undecided, &
+    & unstable, verdict_type, worst
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_solution, only: floquet_type, follow, solve_periodic

@@ -35,7 +35,7 @@ contains
       lines = newline // "NATURAL FREQUENCIES of the frame: none, " // failure%message // newline
       return
     end if
-    lines = frequency_lines(frequencies, abs(frame%speed) * frame%mechanism%turns, frame%mechanism%turns, varies(frame))
+    lines = frequency_lines(frequencies, abs(frame%drive_speed()), frame%mechanism%turns, varies(frame))
     allocate(slower, source=frame)
     slower%speed = frame%speed / 2
     slower%period = 2 * frame%period

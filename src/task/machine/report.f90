@@ -70,7 +70,7 @@ contains
       do i = 1, size(frame%free)
         report = report // " " // trim(dof_names(frame%free(i)))
       end do
-      report = report // newline // "  drive      " // concise(abs(frame%speed) * frame%mechanism%turns * 30 / pi) // " rpm " &
+      report = report // newline // "  drive      " // concise(abs(frame%drive_rpm())) // " rpm " &
         & // trim(merge("counter-clockwise", "clockwise        ", frame%speed > 0)) // ", " &
         & // concise(frame%mechanism%turns / frame%period) // " Hz, period " // concise(frame%period) // " s" &
         & // period_words(frame%mechanism%turns) // newline &

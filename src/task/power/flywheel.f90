@@ -63,7 +63,7 @@ contains
     shift = sum(series%amplitude)
     fluctuation%greatest = greatest(speed + shift) - shift
     fluctuation%least = shift - greatest(shift - speed)
-    mean = abs(frame%speed) * frame%mechanism%turns
+    mean = abs(frame%drive_speed())
     fluctuation%irregularity = (fluctuation%greatest - fluctuation%least) / mean
     ! An error of the torque that is positive for half a period and negative for the other does most.
     fluctuation%error = (torque_error * frame%period / (2 * fluctuation%inertia) + 2 * series%beyond()) / mean

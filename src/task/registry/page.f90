@@ -2,7 +2,6 @@
 module gestell_task_registry_page
   use gestell_base_base64, only: base64
   use gestell_base_error, only: error_type
-  use gestell_base_kinds, only: pi
   use gestell_base_text, only: concise, text
   use gestell_base_version, only: version
   use gestell_base_words, only: on_one_line
@@ -81,7 +80,7 @@ contains
     type(error_type), allocatable :: unknown
 
     associate (frame => context%configuration%frame)
-      words = "<dl>" // figure("speed of the crank", concise(abs(frame%speed) * frame%mechanism%turns * 30 / pi, 6) // " 1/min")
+      words = "<dl>" // figure("speed of the crank", concise(abs(frame%drive_rpm()), 6) // " 1/min")
       if (frequency_list(frame) /= "") words = words // figure("natural frequencies", frequency_list(frame))
     end associate
     if (allocated(context%analysis%vibration)) then

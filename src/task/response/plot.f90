@@ -1,6 +1,6 @@
 !> Pictures of the periodic vibration: its history over a turn, its harmonics.
 module gestell_task_response_plot
-  use gestell_base_kinds, only: dp, pi
+  use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_output_picture_script, only: figure_type, new_figure, axis_unit_type, panel_heading, pick_unit, span
   use gestell_output_report_significance, only: noise_of
@@ -164,7 +164,7 @@ contains
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: words
 
-    words = concise(frame%speed * frame%mechanism%turns * 60 / (2 * pi), 6) // " rpm"
+    words = concise(frame%drive_rpm(), 6) // " rpm"
   end function speed_in_words
 
 end module gestell_task_response_plot

@@ -1,6 +1,6 @@
 !> The report on curves in the plane of two parameters for people.
 module gestell_task_boundary_map_report
-  use gestell_base_verdict, only: operator(==), stable, state_word
+  use gestell_base_verdict, only: stable, state_word
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_input_wording, only: counted
