@@ -11,6 +11,7 @@ module gestell_base_verdict
     integer, private :: severity = 0
   contains
     procedure :: word
+    procedure :: alarm
     procedure :: rank
     procedure :: number
   end type verdict_type
@@ -26,6 +27,8 @@ module gestell_base_verdict
   integer, parameter, public :: verdict_length = 10
   character(len=*), parameter :: words(0:7) = [character(len=verdict_length) :: "", "stable", "undamped", "undecided", "unstable", &
     & "resonance", "impossible", "failed"]
+  character(len=*), parameter :: alarms(0:7) = [character(len=verdict_length) :: "", "STABLE", "UNDAMPED", "UNDECIDED", &
+    & "UNSTABLE", "RESONANCE", "IMPOSSIBLE", "FAILED"]
   !> In tables of the response over the speed a stable vibration has the state "ok".
   character(len=*), parameter, public :: state_words(0:7) = [character(len=verdict_length) :: "", "ok", words(2:)]
 
@@ -56,6 +59,13 @@ contains
 
     word = words(self%severity)
   end function word
+
+  !> The word in capitals, as sentences begin that must not be overlooked.
+  elemental character(len=verdict_length) function alarm(self)
+    class(verdict_type), intent(in) :: self
+
+    alarm = alarms(self%severity)
+  end function alarm
 
   !> The word in tables of states.
   elemental character(len=verdict_length) function state_word(verdict)

@@ -48,8 +48,9 @@ module gestell_output_result
     type(table_type) :: brief
     !> The verdict on the machine of the input; empty: none.
     character(len=9) :: verdict = ""
-    !> The worst verdict on a range of machines, and the worst of all.
+    !> The worst verdict on a range of machines, and whether any range but a sweep was judged; the worst of all.
     type(judgement_type) :: judgement
+    logical, private :: judged_range = .false.
     type(verdict_type) :: worst
     !> Whether every machine that was judged is stable.
     logical :: all_stable = .true.
@@ -213,14 +214,15 @@ contains
 
     line = ""
     if (size(self%headlines) > 0) line = self%headlines(1)%words // newline
-    over_range = self%judgement%verdict > verdict_named(self%verdict)
+    over_range = self%judgement%verdict > verdict_named(self%verdict) .and. (self%judged_range .or. self%verdict /= "")
     if (self%verdict == "" .and. .not. over_range) return
     line = "VERDICT  " // trim(self%verdict)
     if (over_range) then
       line = "VERDICT  " // self%judgement%words(:scan(self%judgement%words // ",", ",") - 1)
       if (self%judgement%verdict == stable) line = line // trim(merge(" at all speeds           ", " where it could be solved", &
         & self%all_stable))
-      if (self%verdict /= "") line = line // "; at the speed of the input " // trim(self%verdict)
+      if (self%verdict /= "") line = line // "; " // trim(merge("the machine of the input ", "at the speed of the input", &
+        & self%judgement%of_sweep)) // " " // trim(self%verdict)
     end if
     left = 0
     do i = merge(1, 2, self%verdict == ""), size(self%headlines)
@@ -282,14 +284,16 @@ contains
     call move_alloc(longer, self%headlines)
   end subroutine warn
 
-  !> Takes a judgement on a range of machines: one that is not stable becomes a headline, the worst one the last line.
+  !> Takes a judgement on a range of machines: one that is not stable becomes a headline, the worst one the last line. A sweep has
+  !> a headline of its own, which is the last line too if nothing else was judged.
   pure subroutine judge(self, judgement)
     class(result_type), intent(inout) :: self
     type(judgement_type), intent(in) :: judgement
 
     if (judgement%verdict > self%judgement%verdict) self%judgement = judgement
+    self%judged_range = self%judged_range .or. .not. judgement%of_sweep
     call self%include_verdict(judgement%verdict)
-    if (.not. judgement%verdict == stable) call self%warn(judgement%verdict%word(), judgement%words)
+    if (judgement%verdict > stable .and. .not. judgement%of_sweep) call self%warn(judgement%verdict%word(), judgement%words)
   end subroutine judge
 
   !> Counts a verdict among those of which the worst one is that of the run.

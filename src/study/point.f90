@@ -5,7 +5,6 @@ module gestell_study_point
   use gestell_base_verdict, only: failed_number, verdict_type
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_floquet_solution, only: floquet_type
   use gestell_model_quantity_rows, only: probe_type
   use gestell_system_family, only: family_type
   use gestell_study_measure, only: measure_type, solve_measures

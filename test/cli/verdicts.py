@@ -5,6 +5,8 @@ rocking grow, at 120 and 300 1/min it does not (Mathieu's first tongue).
 """
 
 import csv
+import itertools
+import json
 import re
 import shutil
 
@@ -128,6 +130,35 @@ def test_sweep():
                 "input.nml").done(f"peaks alone, {engine}: exit code", 10)
 
 
+def test_combinations():
+    """Last line, exit code and JSON agree for every combination of tasks on the machine, over a range and of a sweep.
+
+    The machine is unstable at 229 1/min only (docstring of this file), so the verdict of a run follows from what its tasks look at.
+    """
+    single, ranges = ("stability", "response", "power"), ("resonance", "campbell", "sweep")
+    every = single + ranges
+    with Folder(input=SIEVE + SPEEDS.replace("count=19", "count=7")) as folder:
+        for names in (pick for n in range(1, len(every) + 1) for pick in itertools.combinations(every, n)):
+            for speed, range_from in ((229, 120), (300, 120), (229, 270), (300, 270)):
+                machine = "unstable" if speed == 229 else "stable"
+                over_range = "unstable" if range_from == 120 else "stable"
+                seen = {machine} if set(names) & set(single) else set()
+                seen |= {over_range} if set(names) & set(ranges) else set()
+                wanted = "unstable" if "unstable" in seen else "stable"
+                what = f"combination {', '.join(names)} at {speed} from {range_from}"
+                run = Run(folder, "--json", "--fail-if-unstable", *tasks(*names), "-s", f"drive.speed_rpm={speed}", "-s",
+                          f"sweep(1).from={range_from}", "input.nml")
+                equal(f"{what}: code", run.code, 10 if wanted == "unstable" else 0)
+                found = json.loads((folder / "input/results.json").read_text())
+                equal(f"{what}: JSON", found["verdict"], wanted)
+                last = run.out.splitlines()[-1]
+                word = re.match(r"VERDICT  (\w+)", last)
+                if word:
+                    equal(f"{what}: last line", word[1].lower(), wanted)
+                else:
+                    equal(f"{what}: last line", (names, "unstable" in last), (("sweep",), wanted == "unstable"))
+
+
 def test_small():
     """psi of 0.17 rad is told as beyond small angles, wherever it is told; the limit is 0.1 rad."""
     for names in TASKS:
@@ -214,4 +245,4 @@ def test_rounding():
                   and "too coarse" not in run.flat, "no advice", run.out[-1500:])
 
 
-VERDICT_TESTS = (test_rounding, test_vibrations, test_limits, test_one_line, test_over_speeds, test_sweep, test_small, test_great, test_page)
+VERDICT_TESTS = (test_rounding, test_vibrations, test_combinations, test_limits, test_one_line, test_over_speeds, test_sweep, test_small, test_great, test_page)

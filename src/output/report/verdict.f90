@@ -12,6 +12,8 @@ module gestell_output_report_verdict
   type, public :: judgement_type
     type(verdict_type) :: verdict
     character(len=:), allocatable :: words
+    !> Whether the machines are the points of a sweep, whose own headline counts all verdicts.
+    logical :: of_sweep = .false.
   end type judgement_type
 
   character, parameter :: newline = new_line("a")

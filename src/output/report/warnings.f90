@@ -71,16 +71,10 @@ contains
     if (judgement%verdict == not_judged) return
     judgement%words = "stable"
     if (judgement%verdict == stable) return
-    if (judgement%verdict == unstable) then
-      judgement%words = "UNSTABLE"
-      rest = consequence
-    else if (judgement%verdict == undecided) then
-      judgement%words = "UNDECIDED"
-      rest = "whether the machine keeps to these vibrations cannot be told"
-    else
-      judgement%words = "UNDAMPED"
-      rest = "free vibrations neither grow nor decay"
-    end if
+    judgement%words = trim(judgement%verdict%alarm())
+    rest = "free vibrations neither grow nor decay"
+    if (judgement%verdict == undecided) rest = "whether the machine keeps to these vibrations cannot be told"
+    if (judgement%verdict == unstable) rest = consequence
     associate (chosen => [(verdicts(i) == judgement%verdict, i = 1, size(verdicts))])
       judgement%words = judgement%words // " at " // text(count(chosen)) // " of " // text(size(speeds)) // " " // things // ", " &
         & // stretches(speeds, chosen, things == "speeds") // " rpm: " // rest

@@ -3,9 +3,9 @@ module gestell_task_campbell_plot
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, text
   use gestell_math_sorting, only: ascending
-  use gestell_output_picture_script, only: figure_type, new_figure, axis_unit_type, pick_unit, span
-  use gestell_output_picture_marks, only: apart, beyond_colour, chart_marks, marks_type, with_room
-  use gestell_output_picture_panels, only: height_of, key_line, layout_line, with_rim
+  use gestell_output_picture_script, only: figure_type, new_figure, span
+  use gestell_output_picture_marks, only: apart, chart_marks, marks_type, with_room
+  use gestell_output_picture_panels, only: key_line, layout_line, with_rim
   use gestell_task_campbell, only: campbell_type
   use gestell_task_campbell_crossings, only: crossing_type
   implicit none (type, external)

@@ -148,6 +148,7 @@ contains
     character(len=*), intent(in) :: x, style, label, shades
     type(summary_type), intent(in) :: summary
     character(len=:), allocatable :: lines, marks
+    type(verdict_type) :: mark
     integer :: i
     type(verdict_type), parameter :: marked(5) = [unstable, undecided, impossible, failed, undamped]
     character(len=*), parameter :: points(5) = [character(len=32) :: "lt 2 pt 7 ps 0.6", "lt 5 pt 9 ps 0.8", &
@@ -171,19 +172,20 @@ contains
     end if
     if (column(verdict) > 0) then
       do i = 1, size(marked)
-        if (summary%verdicts(marked(i)%number()) == 0) cycle
+        mark = marked(i)
+        if (summary%verdicts(mark%number()) == 0) cycle
         lines = lines // ", 'sweep.csv' using " // x // ":(strcol(" // text(column(verdict)) // ") eq '" &
-          & // trim(marked(i)%word()) // "' ? "
-        if (marked(i) == impossible .or. marked(i) == failed) then
+          & // trim(mark%word()) // "' ? "
+        if (mark == impossible .or. mark == failed) then
           lines = lines // "low + 0.04 * (high - low)"
         else
           lines = lines // marks
         end if
         lines = lines // " : " // nowhere // ") with points " // trim(points(i))
-        if (marked(i) == unstable) then
+        if (mark == unstable) then
           lines = lines // " notitle"
         else
-          lines = lines // " title '" // trim(marked(i)%word()) // "'"
+          lines = lines // " title '" // trim(mark%word()) // "'"
         end if
       end do
     end if

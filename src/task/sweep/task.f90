@@ -2,9 +2,10 @@
 module gestell_task_sweep_task
   use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
   use gestell_base_kinds, only: dp
-  use gestell_base_verdict, only: has_vibration, operator(/=), stable
+  use gestell_base_verdict, only: has_vibration, not_judged, operator(/=), operator(==), operator(>), stable
   use gestell_base_text, only: text
   use gestell_input_wording, only: counted
+  use gestell_output_report_verdict, only: judgement_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_study_grid, only: tile_type
@@ -89,6 +90,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(table_type) :: table
     type(summary_type) :: summary
+    type(verdict_count_type), allocatable :: counts(:)
+    type(judgement_type) :: judgement
     logical, allocatable :: mine(:)
     integer :: i
 
@@ -125,8 +128,14 @@ contains
     counts = summary%verdict_counts()
     do i = 1, size(counts)
       if (counts(i)%verdict /= stable) result%all_stable = .false.
-      if (has_vibration(counts(i)%verdict)) call result%include_verdict(counts(i)%verdict)
+      if (.not. (has_vibration(counts(i)%verdict) .and. counts(i)%verdict > judgement%verdict)) cycle
+      judgement%verdict = counts(i)%verdict
+      judgement%words = trim(judgement%verdict%alarm()) // " at " // big(counts(i)%points) // " of " // big(summary%points) &
+        & // " points of the sweep"
     end do
+    if (judgement%verdict == stable) judgement%words = "stable"
+    judgement%of_sweep = .true.
+    if (judgement%verdict /= not_judged) call result%judge(judgement)
   end subroutine run
 
   !> What there is of the tiles `mine`: each of several processes looks for its share, after one has begun where they are new.
