@@ -2,9 +2,9 @@
 module test_spectra
   use checks, only: check_that
   use gestell_base_error, only: gestell_error => error_type
-  use gestell_base_kinds, only: dp
+  use gestell_base_kinds, only: dp, pi
   use gestell_math_lapack, only: eigensystem
-  use gestell_floquet_multipliers, only: arrange, multipliers_type, set_multipliers
+  use gestell_floquet_multipliers, only: arrange, multipliers_type, pair_conjugates, set_multipliers
   use gestell_floquet_multipliers_spectra, only: spectral_radii
   use reference_linear, only: qp, solve
   use reference_random, only: random_type
@@ -25,7 +25,8 @@ contains
       & new_unittest("random matrices", test_random), &
       & new_unittest("known eigenvalues, changed by a known norm", test_known), &
       & new_unittest("condition of a triangle", test_condition), &
-      & new_unittest("multipliers on the unit circle", test_circle)]
+      & new_unittest("multipliers on the unit circle", test_circle), &
+      & new_unittest("multipliers of a real system are conjugate to the last digit", test_conjugates)]
   end subroutine collect_spectra
 
   !> LAPACK finds the same, with the same bounds.
@@ -298,5 +299,41 @@ contains
       deallocate(phi, s, a)
     end do
   end subroutine test_circle
+
+  !> Two pairs of nearly equal modulus, one negative and one positive number, all known to rounding in complex arithmetic. Whatever
+  !> the rounding, pairs are adjacent, +im first. If the errors of a pair differ, the larger one holds for both.
+  subroutine test_conjugates(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer, parameter :: n = 6
+    type(multipliers_type) :: m
+    complex(dp) :: z(n)
+    real(dp) :: off
+    integer :: k, sides
+
+    z = [cmplx(-0.1_dp, 2.5_dp, dp), cmplx(-0.1_dp, -2.5_dp, dp), cmplx(-0.1_dp, 0.3_dp, dp), cmplx(-0.1_dp, -0.3_dp, dp), &
+      & cmplx(-0.5_dp, pi, dp), cmplx(-0.7_dp, 0.0_dp, dp)]
+    do sides = 0, 2**n - 1
+      m%exponent = z
+      do k = 1, n
+        off = 1.0e-14_dp * merge(1, -1, btest(sides, k - 1))
+        m%exponent(k) = z(k) + cmplx(off, 2 * off, dp)
+      end do
+      m%error = [(k * 1.0e-12_dp, k = 1, n)]
+      m%condition = [(1.0_dp, k = 1, n)]
+      m%vectors = reshape([(cmplx(k, -k, dp), k = 1, n**2)], [n, n])
+      call pair_conjugates(m)
+      call check_that(error, abs(m%rho - exp(z)), "<", 1.0e-13_dp, "moved by more than rounding")
+      call check_that(error, m%error, "==", [2, 2, 4, 4, 5, 6] * 1.0e-12_dp, "error")
+      call check_that(error, maxval(abs(m%vectors(:, 2) - conjg(m%vectors(:, 1)))), "==", 0.0_dp, "vectors")
+      call arrange(m)
+      do k = 1, 3, 2
+        call check_that(error, abs(m%rho(k) - conjg(m%rho(k + 1))), "==", 0.0_dp, "a pair")
+        call check_that(error, m%arg(k), ">", 0.0_dp, "+im first")
+        call check_that(error, m%log_abs(k + 1), "==", m%log_abs(k), "ln |rho| of a pair")
+      end do
+      call check_that(error, m%arg(5:), "==", [pi, 0.0_dp], "real numbers")
+      if (allocated(error)) return
+    end do
+  end subroutine test_conjugates
 
 end module test_spectra

@@ -11,8 +11,8 @@ module gestell_floquet_multipliers
   implicit none (type, external)
   private
 
-  public :: append, arrange, disc_bounds, lie_on_circle, multiplier, no_multipliers, prove_undamped, set_multipliers, &
-    & solve_multipliers
+  public :: append, arrange, disc_bounds, lie_on_circle, multiplier, no_multipliers, pair_conjugates, prove_undamped, &
+    & set_multipliers, solve_multipliers
 
   !> Of all multipliers, largest modulus first, conjugate pairs adjacent, +im first. All shapes (n).
   type, public :: multipliers_type
@@ -227,6 +227,37 @@ contains
       multipliers%vectors(:, k) = normalised(multipliers%vectors(:, k))
     end do
   end subroutine arrange
+
+  !> Makes the multipliers of a real system real, or conjugate in pairs, to the last digit if they were computed in complex numbers
+  !> and are so to rounding only. `exponent` must hold ln(rho); the other numbers follow from it. Each is paired with the one that
+  !> is nearest to its conjugate, whose true value lies in the conjugate of its own disc.
+  pure subroutine pair_conjugates(multipliers)
+    type(multipliers_type), intent(inout) :: multipliers
+    logical :: paired(size(multipliers%exponent))
+    complex(dp) :: difference(size(multipliers%exponent))
+    integer :: k, partner
+
+    paired = .false.
+    do k = 1, size(paired)
+      if (paired(k)) cycle
+      associate (z => multipliers%exponent)
+        difference = z - conjg(z(k))
+        difference = cmplx(real(difference), aimag(difference) - 2 * pi * anint(aimag(difference) / (2 * pi)), dp)
+        partner = minloc(abs(difference), dim=1, mask=.not. paired)
+        if (partner == k) then
+          z(k) = cmplx(real(z(k)), pi * abs(anint(aimag(z(k)) / pi)), dp)
+        else
+          z(partner) = conjg(z(k))
+          multipliers%error([k, partner]) = maxval(multipliers%error([k, partner]))
+          if (allocated(multipliers%vectors)) multipliers%vectors(:, partner) = conjg(multipliers%vectors(:, k))
+        end if
+      end associate
+      paired([k, partner]) = .true.
+    end do
+    multipliers%log_abs = real(multipliers%exponent)
+    multipliers%arg = aimag(multipliers%exponent)
+    multipliers%rho = multiplier(multipliers%exponent)
+  end subroutine pair_conjugates
 
   !> How far from rho(k), relative to |rho(k)|, the eigenvalue can lie that it stands for: the radius of its disc, or where
   !> discs touch, the reach of all discs that hang together with it. `z` = ln rho; radii relative to |rho|.

@@ -1,12 +1,12 @@
 !> Floquet's solution from the factors of a monodromy matrix.
 module gestell_floquet_solution_factored
   use gestell_base_error, only: error_type
-  use gestell_base_kinds, only: dp, pi
+  use gestell_base_kinds, only: dp
   use gestell_floquet_factors_cycle, only: accumulate, distance_from_one, spectrum_type, periodic_answer, solve_spectrum
   use gestell_floquet_factors, only: factors_type, solve_factors
   use gestell_floquet_period_liouville, only: defect_of
   use gestell_floquet_period_period_map, only: trajectory
-  use gestell_floquet_multipliers, only: arrange, multiplier, multipliers_type
+  use gestell_floquet_multipliers, only: arrange, multipliers_type, pair_conjugates
   use gestell_floquet_solution_part_solution, only: evidence_type, part_solution_type
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_period_survey, only: survey_type
@@ -66,50 +66,19 @@ contains
     logical, intent(in) :: vectors
     type(multipliers_type), intent(out) :: multipliers
     type(error_type), allocatable, intent(out) :: error
-    logical, allocatable :: paired(:)
-    integer :: n, k, partner
 
     if (allocated(self%failure)) then
       allocate(error, source=self%failure)
       return
     end if
-    n = size(self%scale)
-    allocate(paired(n), source=.false.)
     multipliers%exponent = self%spectrum%z
     multipliers%error = self%spectrum%bound
     multipliers%condition = self%spectrum%condition
-    if (vectors) multipliers%vectors = self%spectrum%vectors%x(:, :, 1) * spread(self%scale, 2, n)
-    do k = 1, n
-      if (paired(k)) cycle
-      partner = partner_of(self%spectrum, paired, k)
-      paired([k, partner]) = .true.
-      associate (z => multipliers%exponent(k))
-        if (partner == k) then
-          z = cmplx(real(z), pi * anint(aimag(z) / pi), dp)
-        else
-          multipliers%exponent(partner) = conjg(z)
-          if (vectors) multipliers%vectors(:, partner) = conjg(multipliers%vectors(:, k))
-        end if
-      end associate
-    end do
-    multipliers%log_abs = real(multipliers%exponent)
-    multipliers%arg = aimag(multipliers%exponent)
-    multipliers%rho = multiplier(multipliers%exponent)
+    if (vectors) multipliers%vectors = self%spectrum%vectors%x(:, :, 1) * spread(self%scale, 2, size(self%scale))
+    call pair_conjugates(multipliers)
     multipliers%exponent = multipliers%exponent / self%factors%period
     call arrange(multipliers)
   end subroutine take_multipliers
-
-  !> Of those that have no partner yet the multiplier that is nearest to the conjugate of the k-th: k itself for a real one.
-  pure integer function partner_of(spectrum, paired, k) result(partner)
-    type(spectrum_type), intent(in) :: spectrum
-    logical, intent(in) :: paired(:)
-    integer, intent(in) :: k
-    complex(dp) :: difference(size(spectrum%z))
-
-    difference = spectrum%z - conjg(spectrum%z(k))
-    difference = cmplx(real(difference), aimag(difference) - 2 * pi * anint(aimag(difference) / (2 * pi)), dp)
-    partner = minloc(abs(difference), dim=1, mask=.not. paired)
-  end function partner_of
 
   !> Error: the factors have no spectrum; resonance within the errors.
   subroutine check_starts(self, error)

@@ -9,7 +9,7 @@ module gestell_floquet_solution_reduced
     & solve_group, take_rates
   use gestell_floquet_reduction_modes, only: columns_of, modes_type
   use gestell_floquet_period_monodromy, only: accuracy_type
-  use gestell_floquet_multipliers, only: append, arrange, disc_bounds, multipliers_type, no_multipliers
+  use gestell_floquet_multipliers, only: append, arrange, disc_bounds, multipliers_type, no_multipliers, pair_conjugates
   use gestell_floquet_solution_part_solution, only: evidence_type, part_solution_type
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_reduction, only: reduction_type
@@ -110,6 +110,7 @@ contains
         call append(multipliers, one)
       end associate
     end do
+    call pair_conjugates(multipliers)
     multipliers%error = disc_bounds(multipliers%exponent, max(multipliers%error, self%reduction%residual))
     multipliers%exponent = multipliers%exponent / self%period
     call arrange(multipliers)
