@@ -65,7 +65,8 @@ contains
       least = min(tolerance / self%width(), 0.5_dp)
       part = min(max(part, least), 1 - least)
     end if
-    next = self%x(1) + part * (self%x(2) - self%x(1))
+    ! Rounding may lead out of a bracket whose ends differ by many decades.
+    next = max(minval(self%x), min(maxval(self%x), self%x(1) + part * (self%x(2) - self%x(1))))
   end function next
 
   !> Whether a point where the function is `f` takes the place of the newest end; else of the other one.

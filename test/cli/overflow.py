@@ -318,6 +318,26 @@ def test_averaged():
         check("averaged masses of 1e308 kg", run.code == 4 and "its matrix is lost," in run.flat, "lost", run.out)
 
 
+FAST = """&case tasks='critical' /
+&drive speed_rpm=850386. /
+&sweep parameter='drive.speed_rpm', from=1.8559E+029, to=1.0204633743012142E+006, count=2 /
+&joint name='J1', type='ground', position=0,0 /
+&joint name='J2', type='crank', pivot='J1', radius=2.2426E-12, phase=-4.48378 /
+&joint name='J4', type='follower', cam='J1','J2', lift=3.148E-12,0.209867E-12,-0.104933E-12, guide_point=0,-0.604109E-12,
+       guide_angle=-94.41, lift_phase=5.74947 /
+&link name='L1', from='J4', mass=9.02E-17, inertia=4.89E-40 /
+&frame mass=6.87E-16, inertia=0.204E-36, origin=0.131933E-10,-0.103785E-10 /
+&support position=-3.1220E-11,0.563205E-11, stiffness=0.283974E-2,0.333032E-11 /
+"""
+
+
+def test_decades_of_speed():
+    """Between 1e6 and 2e29 1/min no search comes to a speed of zero by rounding."""
+    with Folder(input=FAST) as folder:
+        run = Run(folder, "input.nml")
+        check("speeds over 23 decades", "must not be zero" not in run.err and "CRITICAL SPEEDS" in run.out, "a section", run.err)
+
+
 OVERFLOW_TESTS = [
-    test_faint_balance, test_heavy_link, test_heavy_frame, test_listed, test_growing, test_vectors, test_averaged,
+    test_decades_of_speed, test_faint_balance, test_heavy_link, test_heavy_frame, test_listed, test_growing, test_vectors, test_averaged,
     test_shaking, test_probe, test_balanced, test_multiplier, test_moduli, test_factors, test_places, test_implausible_motion]

@@ -13,7 +13,7 @@ module fuzz_tables
 
   !> Columns of words.
   character(len=*), parameter :: word_columns(*) = [character(len=10) :: "verdict", "state", "kind", "below", "above", "outcome", &
-    & "quantity", "unit", "parameter", "support", "name", "method", "aim", "links", "on", "from", "to", &
+    & "quantity", "unit", "role", "parameter", "support", "name", "method", "aim", "links", "on", "from", "to", &
     & "meaning"]
   !> What a point of a sweep has: the numbers behind its parameters.
   character(len=*), parameter :: point_columns(*) = [character(len=16) :: "rho_max", "log_rho_max", "rho_error", "xi_peak_m", &
@@ -157,6 +157,7 @@ contains
       case ("separation")
         may_miss = all(missing([4, 5, 6, 7, 9, 10, 11, 12, 13])) .and. value_of(heads, fields, "state") == "undecided"
         if (head == "share" .or. index(head, "energy_") == 1) may_miss = all(missing([7, 11, 12, 13]))
+        if (index(head, "energy_") == 1) may_miss = all(missing([11, 12, 13]))
       case ("balance")
         may_miss = i > 7 .and. all(missing(8:21))
       case ("balance_harmonics")

@@ -263,8 +263,8 @@ class Reach:
 
         def add(test, run, main, what):
             counters = pathlib.Path(folder) / "counters"
-            passed = run(counting[main], what, 1000, counters)[0]
-            _, _, seconds = run(timed[main], what, 1000)
+            run(counting[main], what, 1000, counters)
+            passed, _, seconds = run(timed[main], what, 1000)
             reached = {}
             for one in counters.rglob("src_*.gcda"):
                 lines = [procedures[one.stem][identity] for identity in executed_procedures(one)]
