@@ -290,8 +290,9 @@ contains
     class(result_type), intent(inout) :: self
     type(judgement_type), intent(in) :: judgement
 
-    if (judgement%verdict > self%judgement%verdict .or. judgement%verdict == self%judgement%verdict .and. self%judgement%of_sweep) &
-      & self%judgement = judgement
+    associate (before => self%judgement)
+      if (judgement%verdict > before%verdict .or. judgement%verdict == before%verdict .and. before%of_sweep) before = judgement
+    end associate
     self%judged_range = self%judged_range .or. .not. judgement%of_sweep
     call self%include_verdict(judgement%verdict)
     if (judgement%verdict > stable .and. .not. judgement%of_sweep) call self%warn(judgement%verdict%word(), judgement%words)

@@ -82,8 +82,9 @@ contains
     if (result%brief%name /= "") return
     found = nothing
     if (allocated(context%analysis%several)) found = size(context%analysis%several)
-    if (context%configuration%analysis%all_vibrations .and. context%configuration%analysis%judged()) &
-      & call result%brief%add("vibrations", "how many there are", [found])
+    associate (options => context%configuration%analysis)
+      if (options%all_vibrations .and. options%judged()) call result%brief%add("vibrations", "how many there are", [found])
+    end associate
     associate (columns => result%brief%columns)
       if (result%verdict /= "" .and. all([(columns(i)%key /= "verdict", i = 1, size(columns))])) then
         call result%brief%add("verdict", "on the machine", [result%verdict])
