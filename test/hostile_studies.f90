@@ -264,7 +264,7 @@ contains
     call refuse(failure, invalid_input, "crossings of nothing", complaints)
     call find_critical(family, campbell_options(), [crossing_type()], critical, failure)
     call refuse(failure, invalid_input, "critical: crossing not set", complaints)
-    call find_critical(family, campbell_options(), [crossing_type(mode=1, options=1.0_dp, speed=nan())], critical, failure)
+    call find_critical(family, campbell_options(), [crossing_type(mode=1, order=1.0_dp, speed=nan())], critical, failure)
     call refuse(failure, invalid_input, "critical: speed nan", complaints)
     call find_critical(family, campbell_options(), [crossing_type ::], critical, failure)
     call answers(failure, "critical: no crossings", complaints)

@@ -29,6 +29,7 @@ contains
       & new_unittest("a saddle: both pairs of branches", test_saddle), &
       & new_unittest("stripes: eight borders through one cell", test_stripes), &
       & new_unittest("a hole of impossible systems", test_hole), &
+      & new_unittest("a strip of systems that cannot be solved: no curve, and open across", test_lost), &
       & new_unittest("a corner where divergence turns into flutter", test_corner), &
       & new_unittest("logarithmic axes", test_logarithmic), &
       & new_slow("Mathieu's diagram: every vertex on a characteristic curve", test_mathieu), &
@@ -78,6 +79,45 @@ contains
     end do
     points = points(:, :n)
   end function along
+
+  !> Stable where the first parameter is below 1.7, unstable above 2.3; what lies between cannot be solved. Every line along the
+  !> first axis lists the strip as open, a line along the second axis lists all of itself if it lies in the strip.
+  subroutine test_lost(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(axis_type), parameter :: axes(2) = [axis_type(0.0_dp, 4.0_dp, 5), axis_type(-1.0_dp, 3.0_dp, 4)]
+    type(border_map_type) :: map
+    real(dp), allocatable :: levels(:), low(:), high(:)
+    integer :: i, k
+
+    call trace(height_family(kind="lost"), axes, 1.0e-3_dp, map, error)
+    if (allocated(error)) return
+    call check_that(error, map%curves, "==", 0, "curves")
+    if (allocated(error)) return
+    allocate(levels(0), low(0), high(0))
+    do i = 1, size(map%places)
+      associate (at => map%places(i)%parameters, width => map%places(i)%width(1))
+        if (map%places(i)%width(2) > 0) then
+          call check_that(error, abs(at(1) - 2), "<", 0.3_dp, "a line along the second axis within the strip")
+          call check_that(error, map%places(i)%width(2), "==", axes(2)%to - axes(2)%from, "its width")
+          cycle
+        end if
+        k = findloc(abs(levels - at(2)) <= 0, .true., dim=1)
+        if (k == 0) then
+          levels = [levels, at(2)]
+          low = [low, at(1) - width / 2]
+          high = [high, at(1) + width / 2]
+        else
+          low(k) = min(low(k), at(1) - width / 2)
+          high(k) = max(high(k), at(1) + width / 2)
+        end if
+      end associate
+    end do
+    call check_that(error, size(levels), "==", axes(2)%count, "lines with an open strip")
+    call check_that(error, [minval(levels), maxval(levels)], "==", [axes(2)%from, axes(2)%to], "first and last line")
+    ! The search halves the intervals beside the strip until they are 1e-3 of the range.
+    call check_that(error, abs(low - 1.7_dp), "<", 0.02_dp, "from")
+    call check_that(error, abs(high - 2.3_dp), "<", 0.02_dp, "to")
+  end subroutine test_lost
 
   subroutine test_circle(error)
     type(error_type), allocatable, intent(out) :: error

@@ -88,7 +88,7 @@ contains
     schema = input_schema()
     groups = ""
     do i = 1, size(schema%groups)
-      groups = groups // trim(merge(", &", " &  ", i > 1)) // trim(schema%groups(i)%name)
+      groups = groups // trim(merge(", &", " & ", i > 1)) // trim(schema%groups(i)%name)
     end do
     call refused(error, "&zzz /", "in.nml:1: unknown group &zzz: allowed are" // groups)
     call refused(error, nl // "&joint" // nl // "lenghts=1, name='B' /", &
