@@ -3,8 +3,8 @@ module gestell_base_verdict
   implicit none (type, external)
   private
 
-  public :: has_vibration, operator(/=), operator(==), operator(>), state_word, verdict_named, verdict_numbered, verdict_ranked, &
-    & worst
+  public :: has_vibration, operator(/=), operator(==), operator(>), state_word, verdict_named, verdict_numbered, &
+    & verdict_of_ordinal, worst
 
   !> A verdict: compare two with ==, /= and >, where the greater one is the worse one.
   type, public :: verdict_type
@@ -12,7 +12,7 @@ module gestell_base_verdict
   contains
     procedure :: word
     procedure :: alarm
-    procedure :: rank
+    procedure :: ordinal
     procedure :: number
   end type verdict_type
 
@@ -75,18 +75,18 @@ contains
   end function state_word
 
   !> Position in the order of severity: 1 stable to 4 unstable.
-  elemental integer function rank(self)
+  elemental integer function ordinal(self)
     class(verdict_type), intent(in) :: self
 
-    rank = self%severity
-  end function rank
+    ordinal = self%severity
+  end function ordinal
 
-  !> The verdict with this rank; `not_judged` for any other number.
-  elemental type(verdict_type) function verdict_ranked(rank) result(verdict)
-    integer, intent(in) :: rank
+  !> The verdict at this position; `not_judged` for any other number.
+  elemental type(verdict_type) function verdict_of_ordinal(ordinal) result(verdict)
+    integer, intent(in) :: ordinal
 
-    if (rank > 0 .and. rank <= ubound(words, 1)) verdict%severity = rank
-  end function verdict_ranked
+    if (ordinal > 0 .and. ordinal <= ubound(words, 1)) verdict%severity = ordinal
+  end function verdict_of_ordinal
 
   !> The number in binary files; -1 if it has none.
   elemental integer function number(self)

@@ -1,7 +1,7 @@
 !> What a piece of work found, as words: one procedure (`work_type%exchange`) writes and reads them, in the same order.
 module gestell_task_common_record
   use gestell_base_kinds, only: dp
-  use gestell_base_verdict, only: verdict_ranked, verdict_type
+  use gestell_base_verdict, only: verdict_of_ordinal, verdict_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
@@ -89,11 +89,11 @@ contains
   pure subroutine pass_verdict(self, verdict)
     class(record_type), intent(inout) :: self
     type(verdict_type), intent(inout) :: verdict
-    integer :: rank
+    integer :: ordinal
 
-    rank = verdict%rank()
-    call self%pass(rank)
-    verdict = verdict_ranked(rank)
+    ordinal = verdict%ordinal()
+    call self%pass(ordinal)
+    verdict = verdict_of_ordinal(ordinal)
   end subroutine pass_verdict
 
   pure subroutine pass_real(self, value)

@@ -101,7 +101,7 @@ contains
         end if
         crossing%t = curve%position(here%x)
         crossing%error = maxval(abs(curve%position(here%ends) - crossing%t))
-        crossing%kind = here%state%rank() + merge(size(level_kinds) / 2, 0, here%jumps)
+        crossing%kind = here%state%ordinal() + merge(size(level_kinds) / 2, 0, here%jumps)
         crossing%unstable_above = here%rises
         call found%found%add(crossing)
       end associate
