@@ -58,7 +58,7 @@ program stability_chart
   type(axis_type) :: axes(2)
   type(grid_type) :: grid
   type(tile_type) :: tile
-  type(sweep_options) :: order
+  type(sweep_options) :: options
   type(tile_results_type) :: results
   type(error_type), allocatable :: error
   character :: chart(columns, rows)
@@ -67,12 +67,12 @@ program stability_chart
   call new_axis(axes(1), from=-2.0_dp, to=13.0_dp, count=columns, logarithmic=.false., error=error)
   if (.not. allocated(error)) call new_axis(axes(2), from=0.0_dp, to=6.0_dp, count=rows, logarithmic=.false., error=error)
   if (.not. allocated(error)) call new_grid(grid, axes, error)
-  order%columns = .false.
-  order%columns(column_verdict) = .true.
+  options%columns = .false.
+  options%columns(column_verdict) = .true.
   do k = 1, grid%tiles()
     if (allocated(error)) exit
     tile = grid%tile(k)
-    call solve_tile(family, grid, tile, order, results, error)
+    call solve_tile(family, grid, tile, options, results, error)
     if (allocated(error)) exit
     do i = tile%first(1), tile%last(1)
       chart(i, tile%first(2):tile%last(2)) = signs(nint(results%values(1, :, i - tile%first(1) + 1)))

@@ -1,6 +1,7 @@
 !> What was found of a machine, by names: verdict, multipliers, vibrations, tables.
 module gestell_door_solution
   use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_verdict, only: verdict_length
   use gestell_base_kinds, only: dp
   use gestell_input_namelist_document, only: document_type
   use gestell_input_schema, only: schema_type
@@ -170,7 +171,7 @@ contains
   end subroutine publish_files
 
   !> The worst of all verdicts: stable, undamped, undecided, unstable; empty where nothing was asked for that has a verdict.
-  pure character(len=9) function verdict(self)
+  pure character(len=verdict_length) function verdict(self)
     class(solution_type), intent(in) :: self
 
     verdict = self%result%worst%word()

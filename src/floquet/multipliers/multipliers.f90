@@ -2,7 +2,7 @@
 module gestell_floquet_multipliers
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_verdict, only: stable, undamped, undecided, unstable, verdict_type
+  use gestell_base_verdict, only: stable, undamped, undecided, unstable, verdict_length, verdict_type
   use gestell_math_lapack, only: eigensystem
   use gestell_math_matrix, only: balanced
   use gestell_floquet_multipliers_small_eigensystem, only: small_eigensystem
@@ -397,9 +397,11 @@ contains
   pure character(len=9) function verdict(self)
     class(multipliers_type), intent(in) :: self
     type(verdict_type) :: judged
+    character(len=verdict_length) :: word
 
     judged = self%judge()
-    verdict = judged%word()
+    word = judged%word()
+    verdict = word(:len(verdict))
   end function verdict
 
   !> Marks the multipliers that lie on the unit circle, of a system that conserves (`conserves` of gestell_system_periodic) and does

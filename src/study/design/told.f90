@@ -2,7 +2,7 @@
 !> worst.
 module gestell_study_design_told
   use gestell_base_error, only: error_type, failed_computation, fatal_error
-  use gestell_base_verdict, only: verdict_named, verdict_type, worst_verdict => worst
+  use gestell_base_verdict, only: verdict_length, verdict_named, verdict_type, worst_verdict => worst
   use gestell_base_kinds, only: dp
   use gestell_math_series_fourier, only: fourier_series, fourier_type
   use gestell_floquet_multipliers, only: multipliers_type
@@ -49,7 +49,7 @@ contains
   !> That on all conditions.
   pure function verdict(self)
     class(told_type), intent(in) :: self
-    character(len=9) :: verdict
+    character(len=verdict_length) :: verdict
 
     type(verdict_type) :: found
     integer :: c
