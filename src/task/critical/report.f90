@@ -82,7 +82,7 @@ contains
     integer :: i
 
     speeds = [(critical(i)%crossing%speed, i = 1, size(critical))]
-    judgement = judge_range(speeds, critical%verdict, "crossings", "the machine leaves these vibrations")
+    judgement = judge_range(speeds, (critical%verdict), "crossings", "the machine leaves these vibrations")
     of_modes = campbell_verdict(campbell)
     if (of_modes%verdict > judgement%verdict) judgement = of_modes
   end function critical_verdict
