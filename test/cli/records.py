@@ -57,6 +57,7 @@ RUNS = {
     "cam": (data("cam_press", SHORT + "&gravity /\n"), "stability response separation drawing"),
     "rotor": (ROTOR + "&gravity /\n" + SHORT, "stability modes response"),
     "shaper": (data("shaper"), "stability response"),
+    "space_drawing": (data("engine_in_space"), "drawing"),
     "powertrain": (data("powertrain"), "stability separation"),
     "trade": (DAMPED, "trade"),
     "speeds": (NEEDLE + REST + SPEEDS.format(2000, 4000, 9), "campbell critical resonance"),
