@@ -46,6 +46,8 @@ contains
     type(optimum_type) :: optimum
     real(dp) :: slopes(2, 1)
 
+    moments = new_moments(lower(2:1:-1), upper(2:1:-1), [7, 7], [place_parts(1), mass_part])
+    call check_that(error, moments%from([c, m]), "==", [m * c, m], "coordinates, the place first")
     moments = new_moments(lower, upper, [7, 7], [mass_part, place_parts(1)])
     call check_that(error, moments%from([m, c]), "==", [m, m * c], "coordinates")
     if (.not. allocated(error)) call check_that(error, abs(moments%to([m, m * c]) - [m, c]), "<=", rounded, "and back")
