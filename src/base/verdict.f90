@@ -1,4 +1,4 @@
-!> The verdict on a vibration, in the order of severity, or the reason why there is none; their words and numbers in files.
+!> Verdicts on a vibration in the order of severity, and the reasons why there may be no vibration, with their words and numbers.
 module gestell_base_verdict
   implicit none (type, external)
   private
@@ -18,7 +18,7 @@ module gestell_base_verdict
 
   !> Nothing was judged.
   type(verdict_type), parameter, public :: not_judged = verdict_type(0)
-  !> Of a vibration: disturbances die out; they neither grow nor decay; an error bound reaches across the border; they grow.
+  !> Disturbances of the vibration decay; neither grow nor decay; grow or decay, the error bound does not tell which; grow.
   type(verdict_type), parameter, public :: stable = verdict_type(1), undamped = verdict_type(2), undecided = verdict_type(3), &
     & unstable = verdict_type(4)
   !> There is no vibration: a resonance without damping leaves none, the mechanism cannot be assembled, a computation failed.
@@ -60,7 +60,7 @@ contains
     word = words(self%severity)
   end function word
 
-  !> The word in capitals, as sentences begin that must not be overlooked.
+  !> The word in capitals, for sentences that must not be overlooked.
   elemental character(len=verdict_length) function alarm(self)
     class(verdict_type), intent(in) :: self
 
@@ -117,7 +117,7 @@ contains
     end do
   end function verdict_numbered
 
-  !> Whether it is that on a vibration which exists.
+  !> True if the verdict is one on a vibration; false if there is no vibration, or nothing was judged.
   elemental logical function has_vibration(verdict)
     type(verdict_type), intent(in) :: verdict
 

@@ -221,7 +221,7 @@ contains
       line = "VERDICT  " // self%judgement%words(:scan(self%judgement%words // ",", ",") - 1)
       if (self%judgement%verdict == stable) line = line // trim(merge(" at all speeds           ", " where it could be solved", &
         & self%all_stable))
-      if (self%verdict /= "") line = line // "; " // trim(merge("the machine of the input ", "at the speed of the input", &
+      if (self%verdict /= "") line = line // "; " // trim(merge("the machine of the input is", "at the speed of the input  ", &
         & self%judgement%of_sweep)) // " " // trim(self%verdict)
     end if
     left = 0

@@ -155,6 +155,8 @@ def test_combinations():
                 word = re.match(r"VERDICT  (\w+)", last)
                 if word:
                     equal(f"{what}: last line", word[1].lower(), wanted)
+                    equal(f"{what}: last line, the machine", bool(re.search(r"; (the machine of the input is|at the speed of the input) "
+                                                                            "stable", last)), len(seen) == 2 and machine == "stable")
                 else:
                     equal(f"{what}: last line", (names, "unstable" in last), (("sweep",), wanted == "unstable"))
 

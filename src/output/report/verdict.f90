@@ -12,7 +12,7 @@ module gestell_output_report_verdict
   type, public :: judgement_type
     type(verdict_type) :: verdict
     character(len=:), allocatable :: words
-    !> Whether the machines are the points of a sweep, whose own headline counts all verdicts.
+    !> True if the machines are the points of a sweep. A sweep has a headline of its own, which counts all verdicts.
     logical :: of_sweep = .false.
   end type judgement_type
 
