@@ -38,22 +38,20 @@ def program(*arguments, where=ROOT):
 
 
 def run_commands():
-    """Shell blocks of the README, but for the tests and for what CI runs as steps of its own."""
-    for block in blocks("README.md", "sh"):
-        if "fpm test" in block:
-            continue
-        flags = re.search(r'fpm build .*--flag "(.*)"$', block.strip())
-        if flags:
-            # a whole build only to see that the compiler takes the flags: one file and fpm's list do
-            with tempfile.TemporaryDirectory() as folder:
-                done = program("gfortran", *flags[1].split(), "-c", ROOT / "src/base/kinds.f90", where=folder)
-            check(f"README: flags {flags[1]}", done.returncode == 0, done.stderr)
-            block = block.strip() + " --list"
-        result = program("bash", "-e", "-c", block)
-        check(f"README: {block}", result.returncode == 0, result.stderr[-2000:])
-    sweep = [ROOT / "sweep" / n / "response.csv" for n in ("240", "300", "360")]
-    check("README: the sweep's files", all(file.exists() for file in sweep))
-    shutil.rmtree(ROOT / "sweep", ignore_errors=True)
+    """Shell blocks of the README, but for the tests, and of the installation, which CI runs as steps of their own."""
+    for page in ("README.md", "doc/installation.md"):
+        for block in blocks(page, "sh"):
+            flags = re.search(r'fpm build .*--flag "(.*)"$', block.strip())
+            if flags:
+                # a whole build only to see that the compiler takes the flags: one file and fpm's list do
+                with tempfile.TemporaryDirectory() as folder:
+                    done = program("gfortran", *flags[1].split(), "-c", ROOT / "src/base/kinds.f90", where=folder)
+                check(f"{page}: flags {flags[1]}", done.returncode == 0, done.stderr)
+                block = block.strip() + " --list"
+            for line in block.splitlines():
+                if "fpm test" not in line:
+                    result = program("bash", "-e", "-c", line)
+                    check(f"{page}: {line}", result.returncode == 0, result.stderr[-2000:])
 
 
 def but_for_rounding(report):
@@ -63,9 +61,6 @@ def but_for_rounding(report):
 
 def excerpts(gestell, folder):
     reports = program(gestell, ROOT / "data/khang_four_bar.nml", where=folder).stdout
-    reports += program(gestell, ROOT / "data/rocking_sieve.nml", where=folder).stdout
-    reports += program(gestell, ROOT / "data/sieve_borders.nml", where=folder).stdout
-    reports += program(gestell, "--check", ROOT / "data/shaper.nml", where=folder).stdout
     for block in blocks("README.md", "text"):
         if not block.startswith("input.nml"):
             check("README: excerpt of the report", but_for_rounding(block) in but_for_rounding(reports), block)
@@ -74,7 +69,7 @@ def excerpts(gestell, folder):
         fewer = ["--set", "sweep.count=50"] if "count=1000" in file.read_text() else []
         done = program(gestell, *fewer, file, where=folder)
         check(f"{file.name} runs", done.returncode == 0, done.stderr)
-        check(f"README: {file.name} is listed", file.name in text("README.md"))
+        check(f"doc/machines.md: {file.name} is listed", f"`{file.name}`" in text("doc/machines.md"))
     printed, plain = ((folder / name) for name in ("khang_four_bar_printed", "khang_four_bar"))
     for name in ("multipliers.csv", "response.csv", "harmonics.csv"):
         same = [[line for line in (place / name).read_text().splitlines() if line[0] != "#"] for place in (printed, plain)]
@@ -121,7 +116,7 @@ def critical_speeds(folder):
 
 
 def readme_pictures(gestell, folder):
-    """The script that makes the README's pictures makes all of them."""
+    """The script makes the pictures that the README shows."""
     if not shutil.which("gnuplot"):
         return
     (folder / "pictures").mkdir()
@@ -283,7 +278,7 @@ def suites():
 
 
 def links():
-    for document in [ROOT / "README.md", *sorted((ROOT / "doc").glob("*.md"))]:
+    for document in [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "doc").glob("*.md"))]:
         for target in re.findall(r"\]\(([^)#]+)\)", document.read_text(encoding="utf-8")):
             if "://" not in target:
                 check(f"{document.name}: link {target}", (document.parent / target).exists())
