@@ -64,7 +64,7 @@ contains
   subroutine test_room(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: corners(2, 2) = reshape([200.0_dp, 0.8_dp, 300.0_dp, 1.2_dp], [2, 2]), tolerance = 1.0e-9_dp
-    type(machine_family) :: family
+    type(machine_family), target :: family
     type(sampler_type) :: sampler
     logical :: fits
 
@@ -109,7 +109,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: corners(2, 4) = reshape([60.0_dp, 1.0_dp, 500.0_dp, 1.0_dp, 490.0_dp, 1.0_dp, 500.0_dp, 1.01_dp], &
       & [2, 4])
-    type(machine_family) :: family
+    type(machine_family), target :: family
     type(sampler_type) :: sampler
     real(dp), allocatable :: numbers(:), motion(:, :, :, :), right(:), filled(:, :)
     integer :: parts(4), k, n
@@ -127,7 +127,7 @@ contains
         n = sampler%parts%states
         if (allocated(numbers)) deallocate(numbers, motion)
         allocate(numbers(sampler%parts%numbers()), motion(lanes, n, sampler%parts%columns(), 0:parts(k)))
-        call sampler%sample(family, pair(:, 2), numbers, fits)
+        call sampler%sample(pair(:, 2), numbers, fits)
         call own_numbers(family, pair(:, 2), sampler, right, error)
       end associate
       if (allocated(error)) return
@@ -149,7 +149,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: corners(2, 2) = reshape([60.0_dp, 1.0_dp, 500.0_dp, 1.0_dp], [2, 2])
     integer, parameter :: speeds(*) = [60, 70, 85, 110, 160, 240, 330, 420, 500]
-    type(machine_family) :: family
+    type(machine_family), target :: family
     type(sampler_type) :: sampler
     real(dp), allocatable :: numbers(:), right(:)
     integer :: i
@@ -169,7 +169,7 @@ contains
     end associate
     allocate(numbers(sampler%parts%numbers()))
     do i = 1, size(speeds)
-      call sampler%sample(family, [real(speeds(i), dp), 1.0_dp], numbers, fits)
+      call sampler%sample([real(speeds(i), dp), 1.0_dp], numbers, fits)
       call check_that(error, fits, "==", .true., "a sample")
       if (allocated(error)) return
       call own_numbers(family, [real(speeds(i), dp), 1.0_dp], sampler, right, error)
@@ -184,7 +184,7 @@ contains
   subroutine test_pulses(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: members(*) = [0.7_dp, 1.5_dp, 2.5_dp]
-    type(pulsed_family) :: family
+    type(pulsed_family), target :: family
     type(sampler_type) :: sampler
     real(dp), allocatable :: numbers(:), right(:)
     integer :: i
@@ -201,7 +201,7 @@ contains
     if (allocated(error)) return
     allocate(numbers(sampler%parts%numbers()))
     do i = 1, size(members)
-      call sampler%sample(family, members(i:i), numbers, fits)
+      call sampler%sample(members(i:i), numbers, fits)
       call check_that(error, fits, "==", .true., "a sample")
       if (allocated(error)) return
       call own_numbers(family, members(i:i), sampler, right, error)
@@ -238,7 +238,7 @@ contains
   subroutine test_weights(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: small = 1.0e-7_dp, damping(3) = [0.01_dp, 1.0_dp, 6.0_dp]
-    type(oscillator_family) :: family
+    type(oscillator_family), target :: family
     type(sampler_type) :: sampler
     real(dp), allocatable :: numbers(:), wrong(:)
     real(dp) :: moved, worst
@@ -252,7 +252,7 @@ contains
       if (allocated(error)) return
       if (allocated(numbers)) deallocate(numbers)
       allocate(numbers(sampler%parts%numbers()))
-      call sampler%sample(family, [damping(d), 4000.0_dp], numbers, fits)
+      call sampler%sample([damping(d), 4000.0_dp], numbers, fits)
       call check_that(error, abs(sampler%parts%reach(numbers) - 1), "<", 1.0e-12_dp, "reach at a corner")
       do k = 1, sampler%parts%parts
         worst = 0
@@ -275,7 +275,7 @@ contains
   !> A single part where vibrations do not turn, and no more than 16 whatever they do.
   subroutine test_choice(error)
     type(error_type), allocatable, intent(out) :: error
-    type(oscillator_family) :: family
+    type(oscillator_family), target :: family
     type(sampler_type) :: sampler
     type(parts_type) :: all
     logical :: fits
@@ -298,7 +298,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     ! The more points a cell has the more parts pay, if there are many points at all.
     integer, parameter :: cells(2) = [1, 10000]
-    type(oscillator_family) :: family
+    type(oscillator_family), target :: family
     type(sampler_type) :: sampler
     type(expansion_type) :: expansion
     type(variable_type) :: variables(2)
@@ -318,11 +318,11 @@ contains
       allocate(right(sampler%parts%numbers()))
       fall = 30.0_dp * sampler%parts%parts
       do n = 8, 20, 3
-        call expand(expansion, sampler, family, variables, [n, n], fits)
+        call expand(expansion, sampler, variables, [n, n], fits)
         miss = 0
         do i = 1, 200
           p = [0.1_dp + 0.9_dp * modulo(0.618_dp * i, 1.0_dp), 1 + 29 * modulo(0.414_dp * i, 1.0_dp)]
-          call sampler%sample(family, p, right, fits)
+          call sampler%sample(p, right, fits)
           miss = max(miss, norm2(sampler%parts%phi(expansion%point(p)) - sampler%parts%phi(right)))
         end do
         ! Roundings of the sum of the terms.
@@ -340,7 +340,7 @@ contains
   subroutine test_reach(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: dampings(2) = [0.1_dp, 6.0_dp], small = 1.0e-7_dp
-    type(oscillator_family) :: family
+    type(oscillator_family), target :: family
     type(sampler_type) :: samplers(2)
     type(expansion_type) :: expansions(2)
     real(dp), allocatable :: numbers(:), wrong(:)
@@ -353,11 +353,11 @@ contains
         & accuracy_type(tolerance=1.0e-12_dp), .false., 10000, fits)
       call check_that(error, fits .and. samplers(k)%parts%parts > 1, "==", .true., "a sampler of several parts")
       if (allocated(error)) return
-      call expand(expansions(k), samplers(k), family, [variable_type(0.1_dp, 6.0_dp), variable_type(30.0_dp, 100.0_dp)], &
+      call expand(expansions(k), samplers(k), [variable_type(0.1_dp, 6.0_dp), variable_type(30.0_dp, 100.0_dp)], &
         & [9, 9], fits)
     end do
     allocate(numbers(samplers(2)%parts%numbers()))
-    call samplers(2)%sample(family, [0.1_dp, 30.0_dp], numbers, fits)
+    call samplers(2)%sample([0.1_dp, 30.0_dp], numbers, fits)
     moved = 0
     do i = 1, size(numbers)
       wrong = numbers

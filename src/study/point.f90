@@ -9,8 +9,7 @@ module gestell_study_point
   use gestell_system_family, only: family_type
   use gestell_study_measure, only: measure_type, solve_measures
   use gestell_study_member, only: member_type
-  use gestell_study_tile_results, only: all_columns, has_multipliers, last_peak, log_rho_max, rho_error, rho_max, sweep_columns, &
-    & verdict, verdict_behind, xi_peak
+  use gestell_study_tile_results, only: last_peak, log_rho_max, rho_error, rho_max, sweep_columns, verdict, xi_peak
   use gestell_study_vibration, only: vibration_type
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none (type, external)
@@ -21,8 +20,10 @@ module gestell_study_point
   !> What is computed at every point of a sweep.
   type, public :: sweep_options
     type(accuracy_type) :: accuracy
-    !> The columns that are wanted.
-    logical :: columns(sweep_columns) = all_columns
+    !> The requested columns; by default all that a frame in the plane has.
+    logical :: columns(sweep_columns) = [.true., .true., .true., .true., .true., .true., .true., .false., .false., .false.]
+    !> Whether the verdict stands behind the peaks, as where the input names peaks and no verdict.
+    logical :: verdict_last = .false.
     !> What is measured of the vibration, each with its error, behind these columns; and the probes that it names.
     type(measure_type), allocatable :: measures(:)
     type(probe_type), allocatable :: probes(:)
@@ -33,6 +34,7 @@ module gestell_study_point
     !> Whether the input names the columns: then all of them are drawn.
     logical :: names_columns = .false.
   contains
+    procedure :: ordered
     procedure :: measured
     procedure :: one_by_one
     procedure :: numbers
@@ -40,7 +42,17 @@ module gestell_study_point
 
 contains
 
-  !> How many measures are ordered.
+  !> The requested columns by their numbers, in the order of the file.
+  pure function ordered(self) result(columns)
+    class(sweep_options), intent(in) :: self
+    integer :: columns(count(self%columns))
+    integer :: k
+
+    columns = pack([(k, k = 1, sweep_columns)], self%columns)
+    if (self%verdict_last) columns = [pack(columns, columns /= verdict), verdict]
+  end function ordered
+
+  !> How many measures are requested.
   pure integer function measured(self)
     class(sweep_options), intent(in) :: self
 
@@ -48,14 +60,14 @@ contains
     if (allocated(self%measures)) measured = size(self%measures)
   end function measured
 
-  !> Whether nothing but solutions of their own can give what is ordered, or is to give it.
+  !> Whether every point must be solved by itself: the engine, the accuracy, the model or a measure demands it.
   pure logical function one_by_one(self)
     class(sweep_options), intent(in) :: self
 
     one_by_one = self%engine == "direct" .or. self%accuracy%steps > 0 .or. self%model == "averaged" .or. self%measured() > 0
   end function one_by_one
 
-  !> How many numbers of a point are wanted.
+  !> How many numbers of a point are reported.
   pure integer function numbers(self)
     class(sweep_options), intent(in) :: self
 
@@ -74,26 +86,27 @@ contains
     type(member_type) :: member
     type(multipliers_type) :: multipliers
     type(verdict_type) :: judged
-    logical :: forced
+    logical :: forced, judges
 
     values = ieee_value(1.0_dp, ieee_quiet_nan)
     if (present(measures)) measures = ieee_value(1.0_dp, ieee_quiet_nan)
     forced = any(options%columns(xi_peak:last_peak)) .or. options%measured() > 0
+    judges = any(options%columns([rho_max, log_rho_max, rho_error, verdict]))
     call member%make(family, parameters, error)
     if (.not. allocated(error)) call member%solve(options%accuracy, forced, error)
-    if (has_multipliers(options%columns) .and. .not. allocated(error)) call member%multipliers(.false., multipliers, error)
-    values([verdict, verdict_behind]) = failed_number
+    if (judges .and. .not. allocated(error)) call member%multipliers(.false., multipliers, error)
+    values(verdict) = failed_number
     if (allocated(error)) return
     if (.not. member%is_sound()) then
-      values([verdict, verdict_behind]) = member%state%number()
+      values(verdict) = member%state%number()
       return
     end if
-    if (has_multipliers(options%columns)) then
+    if (judges) then
       values(rho_max) = abs(multipliers%rho(1))
       values(log_rho_max) = multipliers%log_abs(1)
       values(rho_error) = multipliers%error(1)
       judged = multipliers%judge()
-      values([verdict, verdict_behind]) = judged%number()
+      values(verdict) = judged%number()
     end if
     if (forced) call set_vibration(member, options, values, error, measures)
   end subroutine solve_point
@@ -127,9 +140,7 @@ contains
       if (error%code /= invalid_input .or. size(wanted) == 0) deallocate(error)
       return
     end if
-    associate (dofs => size(vibration%peak) / 3)
-      values(xi_peak:xi_peak - 1 + dofs) = vibration%peak(:dofs)
-    end associate
+    values(xi_peak:xi_peak - 1 + size(vibration%peak) / 3) = vibration%peak(:size(vibration%peak) / 3)
     if (size(wanted) > 0) measures = found
   end subroutine set_vibration
 

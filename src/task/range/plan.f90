@@ -12,7 +12,7 @@ module gestell_task_range_plan
   use gestell_input_schema, only: find_group_rule, option_group, schema_type
   use gestell_input_wording, only: decimal, lower, shown
   use gestell_input_schema_units, only: unit_symbol, units_type
-  use gestell_task_range_columns, only: read_either, read_order
+  use gestell_task_range_columns, only: find_group, read_order
   use gestell_task_range_keys, only: sweep_keys
   use gestell_model_frame, only: frame_type
   use gestell_model_quantity_rows, only: probe_type
@@ -67,6 +67,7 @@ contains
     type(sweep_plan_type), intent(out) :: plan
     type(error_type), allocatable, intent(out) :: error
     type(group_type), allocatable :: groups(:)
+    type(group_type) :: group
     type(target_type) :: targets(2)
     type(axis_type) :: axes(2)
     character(len=:), allocatable :: path
@@ -83,7 +84,8 @@ contains
     end if
     longest = 1
     do i = 1, size(groups)
-      call read_parameter(doc, schema, groups(i), path, targets(i), error)
+      call read(groups(i), sweep_keys, "parameter", path, error)
+      if (.not. allocated(error)) call find_number(doc, schema, groups(i), "parameter", path, targets(i), error)
       if (.not. allocated(error)) call read_axis(groups(i), axes(i), error)
       if (allocated(error)) return
       longest = max(longest, len(path))
@@ -107,7 +109,8 @@ contains
     if (allocated(error)) return
     call read_order(groups, frame, probes, plan%options, error)
     plan%grid%one_by_one = plan%options%one_by_one()
-    if (.not. allocated(error)) call read_either(groups, "format", plan%format, error)
+    if (.not. allocated(error)) call find_group(groups, "format", group, error)
+    if (.not. allocated(error)) call read(group, sweep_keys, "format", plan%format, error)
     if (allocated(error)) return
     first = axes(:size(groups))%from
     call new_document_family(plan%family, doc, schema, units, plan%paths, first, error)
@@ -189,19 +192,6 @@ contains
     plan%base = base
   end subroutine read_base
 
-  !> The path that runs and what it names. Error: as of `find_number`.
-  subroutine read_parameter(doc, schema, group, path, target, error)
-    type(document_type), intent(in) :: doc
-    type(schema_type), intent(in) :: schema
-    type(group_type), intent(in) :: group
-    character(len=:), allocatable, intent(out) :: path
-    type(target_type), intent(out) :: target
-    type(error_type), allocatable, intent(out) :: error
-
-    call read(group, sweep_keys, "parameter", path, error)
-    if (.not. allocated(error)) call find_number(doc, schema, group, "parameter", path, target, error)
-  end subroutine read_parameter
-
   !> What a path names that the `key` of a group gives. Error: it names no number of the machine that can run.
   subroutine find_number(doc, schema, group, key, path, target, error)
     type(document_type), intent(in) :: doc
@@ -275,7 +265,6 @@ contains
     type(group_type), intent(in) :: groups(:)
     type(sweep_plan_type), intent(in) :: plan
     type(error_type), allocatable, intent(out) :: error
-    type(error_type), allocatable :: reason
     real(dp) :: values(size(groups))
     integer :: i, k, chosen, tried, zero
 
@@ -291,21 +280,26 @@ contains
           chosen = zero
           if (i < tried) chosen = 1 + int(int(i, int64) * (axis%count - 1) / max(1, tried - 1))
           values(k) = axis%value(chosen)
-          call plan%family%check(values, reason)
-          if (allocated(reason)) exit
+          call try(groups(k))
+          if (allocated(error)) return
         end do
       end associate
-      if (allocated(reason)) exit
     end do
-    if (.not. allocated(reason)) then
-      k = size(groups)
-      values = plan%grid%axes%to
-      call plan%family%check(values, reason)
-    end if
-    if (.not. allocated(reason)) return
-    call move_alloc(reason, error)
-    error%code = invalid_input
-    call in_group(groups(k), error)
+    values = plan%grid%axes%to
+    call try(groups(size(groups)))
+
+  contains
+
+    !> Error: the values make no sense; it names this group.
+    subroutine try(group)
+      type(group_type), intent(in) :: group
+
+      call plan%family%check(values, error)
+      if (.not. allocated(error)) return
+      error%code = invalid_input
+      call in_group(group, error)
+    end subroutine try
+
   end subroutine try_values
 
 end module gestell_task_range_plan

@@ -6,8 +6,8 @@
 !> without it are not those of a sweep, and are left alone.
 module gestell_task_sweep_checkpoint
   use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
-  use gestell_base_files, only: close_file, create_file, file_size, link_file, lock_file, open_to_read, &
-    & open_to_write, read_at, remove_file, remove_folder, rename_file, unlock_file, write_whole
+  use gestell_base_files, only: close_file, file_size, last_reason, link_file, lock_file, open_to_read, open_to_write, read_at, &
+    & remove_file, remove_folder, rename_file, unlock_file, write_whole
   use gestell_base_hash, only: mix_text
   use gestell_base_kinds, only: dp
   use gestell_base_version, only: version
@@ -15,11 +15,12 @@ module gestell_task_sweep_checkpoint
   use gestell_output_file_folder, only: is_foreign, make_folder
   use gestell_output_file_output, only: write_file
   use gestell_study_grid, only: tile_type
-  use gestell_study_tile_results, only: sweep_columns, tile_results_type
+  use gestell_study_point, only: sweep_options
+  use gestell_study_tile_results, only: tile_results_type
   use gestell_task_sweep_layout, only: layout_type, new_layout
   use gestell_task_sweep_marks, only: mark_type, read_mark, write_mark
   use gestell_task_range_plan, only: sweep_plan_type
-  use gestell_task_sweep_rows, only: checksum_of, read_values, tell_unwritten, write_tile
+  use gestell_task_sweep_rows, only: checksum_of, end_writing, read_values, write_tile
   use gestell_task_sweep_summary, only: summary_type
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: int64
@@ -32,8 +33,9 @@ module gestell_task_sweep_checkpoint
     !> Which tiles are done, of those that were looked for, and which of these are damaged.
     logical, allocatable :: done(:), damaged(:)
     type(layout_type) :: layout
-    character(len=:), allocatable, private :: folder
-    logical, private :: columns(sweep_columns) = .false.
+    !> The folder sweep.blocks.
+    character(len=:), allocatable, private :: blocks
+    type(sweep_options), private :: options
     integer(int64), private :: content = 0, fingerprint = 0
     !> Bytes of the table's head, as the note has it.
     integer(int64), private :: head = 0
@@ -49,6 +51,8 @@ module gestell_task_sweep_checkpoint
   end type campaign_type
 
   character, parameter :: newline = new_line("a")
+  !> Missing tiles that a message names.
+  integer, parameter :: most_named = 10
 
 contains
 
@@ -61,28 +65,22 @@ contains
     integer(int64), intent(in) :: content
     type(error_type), allocatable, intent(out) :: error
     logical, intent(in), optional :: wanted(:)
-    integer :: i
 
-    campaign%folder = folder
+    campaign%blocks = folder // "/sweep.blocks"
     campaign%layout = new_layout(plan)
-    campaign%columns = plan%options%columns
+    campaign%options = plan%options
     campaign%content = content
     campaign%fingerprint = content
     call mix_text(campaign%fingerprint, version)
     allocate(campaign%done(plan%grid%tiles()), campaign%damaged(plan%grid%tiles()), source=.false.)
     call compare_origin(campaign, error)
-    if (allocated(error)) return
-    if (present(wanted)) then
-      call campaign%look(wanted)
-    else
-      call campaign%look([(.true., i = 1, plan%grid%tiles())])
-    end if
+    if (.not. allocated(error)) call campaign%look(wanted)
   end subroutine open_campaign
 
   !> Which of the `wanted` tiles are done: their marks are there, and their rows are those that were written.
   subroutine look(self, wanted)
     class(campaign_type), intent(inout) :: self
-    logical, intent(in) :: wanted(:)
+    logical, intent(in), optional :: wanted(:)
     type(mark_type) :: mark
     integer(c_int) :: rows, marks
     integer :: i
@@ -94,8 +92,10 @@ contains
     call open_to_read(file_of(self, "marks"), marks)
     if (marks < 0) return
     call open_to_read(file_of(self, "rows"), rows)
-    do i = 1, size(wanted)
-      if (.not. wanted(i)) cycle
+    do i = 1, size(self%done)
+      if (present(wanted)) then
+        if (.not. wanted(i)) cycle
+      end if
       call read_mark(marks, i, mark)
       if (mark%none) cycle
       self%done(i) = mark%sound .and. rows >= 0 .and. mark%fingerprint == self%fingerprint
@@ -112,7 +112,7 @@ contains
     character(len=*), intent(in) :: file
     character(len=:), allocatable :: name
 
-    name = campaign%folder // "/sweep.blocks/" // file
+    name = campaign%blocks // "/" // file
   end function file_of
 
   !> Version and content as the first lines of the note.
@@ -129,14 +129,15 @@ contains
   subroutine compare_origin(campaign, error)
     type(campaign_type), intent(inout) :: campaign
     type(error_type), allocatable, intent(out) :: error
-    character(len=:), allocatable :: note
+    character(len=:), allocatable :: note, reason
     integer :: first, second
 
-    if (is_foreign(campaign%folder // "/sweep.blocks", [character(len=6) :: "origin", "rows", "marks"], "lock")) then
-      call fatal_error(error, campaign%folder // "/sweep.blocks: is a link, or has files that no sweep has written; name another " &
-        & // "folder with --output", wrong_usage)
+    if (is_foreign(campaign%blocks, [character(len=6) :: "origin", "rows", "marks"], "lock")) then
+      call fatal_error(error, campaign%blocks // ": is a link, or has files that no sweep has written; name another folder with " &
+        & // "--output", wrong_usage)
+      return
     end if
-    if (allocated(error) .or. .not. campaign%has_begun()) return
+    if (.not. campaign%has_begun()) return
     call read_note(campaign, note)
     if (index(note, first_lines(campaign)) == 1) then
       campaign%head = len(note) - len(first_lines(campaign))
@@ -145,12 +146,22 @@ contains
     first = index(note, newline)
     second = first + index(note(first + 1:), newline)
     if (first == 0 .or. second == first) return
-    if (note(:first - 1) /= version) then
-      call refuse_origin(campaign, "version " // note(:first - 1) // " of gestell began it, this is " // version, error)
-    else
-      call refuse_origin(campaign, "the input was another one", error)
-    end if
+    reason = "the input was another one"
+    if (note(:first - 1) /= version) reason = "version " // note(:first - 1) // " of gestell began it, this is " // version
+    call fatal_error(error, campaign%blocks // ": points of an unfinished sweep that do not fit, " // reason // &
+      & "; remove this folder to start afresh, or name another with --output", wrong_usage)
   end subroutine compare_origin
+
+  !> Error: as of `compare_origin`, or the blocks are no longer there.
+  subroutine check_there(campaign, error)
+    type(campaign_type), intent(inout) :: campaign
+    type(error_type), allocatable, intent(out) :: error
+
+    call compare_origin(campaign, error)
+    if (campaign%has_begun() .or. allocated(error)) return
+    call fatal_error(error, campaign%blocks // ": is gone: another run has finished this sweep, or it was removed", &
+      & failed_computation)
+  end subroutine check_there
 
   !> The whole note; empty where it cannot be read.
   subroutine read_note(campaign, note)
@@ -167,15 +178,6 @@ contains
     if (handle >= 0) call close_file(handle, done)
   end subroutine read_note
 
-  pure subroutine refuse_origin(campaign, reason, error)
-    type(campaign_type), intent(in) :: campaign
-    character(len=*), intent(in) :: reason
-    type(error_type), allocatable, intent(out) :: error
-
-    call fatal_error(error, campaign%folder // "/sweep.blocks: points of an unfinished sweep that do not fit, " // reason // &
-      & "; remove this folder to start afresh, or name another with --output", wrong_usage)
-  end subroutine refuse_origin
-
   !> Makes the folder and its files, before the first tile is stored; `preamble`: complete lines of remarks that head the table,
   !> which are those of the run that begins it. Error: they cannot be made.
   subroutine begin(self, preamble, error)
@@ -184,32 +186,19 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer(c_int) :: lock
 
-    call make_folder(self%folder // "/sweep.blocks", error)
+    call make_folder(self%blocks, error)
     if (allocated(error)) return
     call lock_file(file_of(self, "lock"), lock, shared=.false.)
     ! another process may have begun meanwhile
     call compare_origin(self, error)
     if (.not. (self%has_begun() .or. allocated(error))) then
-      call make_empty(self, "rows", error)
-      if (.not. allocated(error)) call make_empty(self, "marks", error)
+      call write_file(file_of(self, "rows"), "", error)
+      if (.not. allocated(error)) call write_file(file_of(self, "marks"), "", error)
       if (.not. allocated(error)) call write_file(file_of(self, "origin"), first_lines(self) // self%layout%head(preamble), error)
       self%head = len(self%layout%head(preamble))
     end if
     call unlock_file(lock)
   end subroutine begin
-
-  subroutine make_empty(campaign, file, error)
-    type(campaign_type), intent(in) :: campaign
-    character(len=*), intent(in) :: file
-    type(error_type), allocatable, intent(out) :: error
-    integer(c_int) :: handle
-    logical :: done
-
-    call create_file(file_of(campaign, file), handle)
-    done = handle >= 0
-    if (done) call close_file(handle, done)
-    if (.not. done) call tell_unwritten(file_of(campaign, file), error)
-  end subroutine make_empty
 
   !> Whether there is a folder for the points.
   logical function has_begun(self)
@@ -230,8 +219,7 @@ contains
 
     call lock_file(file_of(self, "lock"), lock, shared=.true.)
     !$omp critical (input_and_output)
-    call compare_origin(self, error)
-    if (.not. (self%has_begun() .or. allocated(error))) call tell_gone(self, error)
+    call check_there(self, error)
     !$omp end critical (input_and_output)
     if (.not. allocated(error)) then
       mark = mark_type(self%fingerprint, number)
@@ -240,37 +228,12 @@ contains
     end if
     if (.not. allocated(error)) then
       call mark%summary%add_tile(results)
-      call mark%summary%add_points(self%columns, tile%first, results%values)
-      call put_mark(self, mark, error)
+      call mark%summary%add_points(self%options, tile%first, results%values)
+      call write_mark(file_of(self, "marks"), mark, error)
     end if
     call unlock_file(lock)
     self%done(number) = .not. allocated(error)
   end subroutine store
-
-  !> Writes a mark. Error: it cannot be written.
-  subroutine put_mark(campaign, mark, error)
-    type(campaign_type), intent(in) :: campaign
-    type(mark_type), intent(in) :: mark
-    type(error_type), allocatable, intent(out) :: error
-    integer(c_int) :: handle
-    logical :: done, closed
-
-    call open_to_write(file_of(campaign, "marks"), handle)
-    done = handle >= 0
-    if (done) call write_mark(handle, mark, done)
-    if (.not. done) call tell_unwritten(file_of(campaign, "marks: tile ") // decimal(mark%tile), error)
-    if (handle >= 0) call close_file(handle, closed)
-    if (done .and. .not. closed) call tell_unwritten(file_of(campaign, "marks: tile ") // decimal(mark%tile), error)
-  end subroutine put_mark
-
-  !> The blocks are no longer there.
-  pure subroutine tell_gone(campaign, error)
-    type(campaign_type), intent(in) :: campaign
-    type(error_type), allocatable, intent(out) :: error
-
-    call fatal_error(error, campaign%folder // "/sweep.blocks: is gone: another run has finished this sweep, or it was removed", &
-      & failed_computation)
-  end subroutine tell_gone
 
   !> Gives the table its head, and its name in the folder `staging`; the name in its own folder stays until `clear`. `values`: the
   !> points, shape (numbers, points of the second axis, of the first); of size 0 where they are not wanted.
@@ -281,13 +244,24 @@ contains
     type(summary_type), intent(out) :: summary
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(inout), optional :: values(:, :, :)
+    character(len=:), allocatable :: list
     integer(c_int) :: lock
+    integer, allocatable :: missing(:)
+    integer :: i
 
-    call tell_missing(self, error)
-    if (allocated(error)) return
+    missing = pack([(i, i = 1, size(self%done))], .not. self%done)
+    if (size(missing) > 0) then
+      list = decimal(missing(1))
+      do i = 2, min(size(missing), most_named)
+        list = list // ", " // decimal(missing(i))
+      end do
+      if (size(missing) > most_named) list = list // ", ..."
+      call fatal_error(error, self%blocks // ": " // decimal(size(missing)) // " of " // decimal(size(self%done)) &
+        & // " tiles are missing: " // list, failed_computation)
+      return
+    end if
     call lock_file(file_of(self, "lock"), lock, shared=.false.)
-    call compare_origin(self, error)
-    if (.not. (self%has_begun() .or. allocated(error))) call tell_gone(self, error)
+    call check_there(self, error)
     if (.not. allocated(error)) call sum_up(self, summary, error)
     if (.not. allocated(error) .and. present(values)) then
       call read_values(self%layout, file_of(self, "rows"), self%head, values, error)
@@ -316,8 +290,7 @@ contains
       call summary%add(mark%summary)
     end do
     if (handle >= 0) call close_file(handle, closed)
-    if (.not. sound) call fatal_error(error, campaign%folder // "/sweep.blocks: was damaged meanwhile; start again", &
-      & failed_computation)
+    if (.not. sound) call fatal_error(error, campaign%blocks // ": was damaged meanwhile; start again", failed_computation)
   end subroutine sum_up
 
   !> The head, and the name: a second one, so that all is there still if the run is killed before `clear`; where the file system
@@ -328,18 +301,19 @@ contains
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: note
     integer(c_int) :: handle
-    logical :: done, closed
+    logical :: done
 
     call read_note(campaign, note)
     call open_to_write(file_of(campaign, "rows"), handle)
     done = handle >= 0
     if (done) call write_whole(handle, note(len(first_lines(campaign)) + 1:), done, 1_int64)
-    if (.not. done) call tell_unwritten(file_of(campaign, "rows"), error)
-    if (handle >= 0) call close_file(handle, closed)
-    if (.not. done) return
+    call end_writing(handle, done, file_of(campaign, "rows"), error)
+    if (allocated(error)) return
     call link_file(file_of(campaign, "rows"), name, done)
     if (.not. done) call rename_file(file_of(campaign, "rows"), name, done)
-    if (.not. done) call tell_unwritten(name, error)
+    if (done) return
+    call fatal_error(error, name // ": cannot be written: " // last_reason(), failed_computation)
+    error%unwritten = .true.
   end subroutine name_table
 
   !> Removes the folder after `finish`, when the table is in its place; what another input has begun meanwhile stays.
@@ -356,34 +330,9 @@ contains
       call remove_file(file_of(self, "marks"))
       call remove_file(file_of(self, "rows"))
       call remove_file(file_of(self, "lock"))
-      call remove_folder(self%folder // "/sweep.blocks")
+      call remove_folder(self%blocks)
     end if
     call unlock_file(lock)
   end subroutine clear
-
-  subroutine tell_missing(self, error)
-    type(campaign_type), intent(in) :: self
-    type(error_type), allocatable, intent(out) :: error
-    integer, parameter :: most = 10
-    character(len=:), allocatable :: list
-    integer :: i, missing, named
-
-    missing = count(.not. self%done)
-    if (missing == 0) return
-    list = ""
-    named = 0
-    do i = 1, size(self%done)
-      if (self%done(i)) cycle
-      if (named == most) then
-        list = list // ", ..."
-        exit
-      end if
-      if (named > 0) list = list // ", "
-      list = list // decimal(i)
-      named = named + 1
-    end do
-    call fatal_error(error, self%folder // "/sweep.blocks: " // decimal(missing) // " of " // decimal(size(self%done)) &
-      & // " tiles are missing: " // list, failed_computation)
-  end subroutine tell_missing
 
 end module gestell_task_sweep_checkpoint

@@ -1,12 +1,12 @@
 !> Where the points of a sweep stand in the file of its table: all rows have the same width, so every tile has its places before
-!> anything is computed, and whoever computes it writes them.
+!> anything is computed, and whoever computes it writes them. Rows are lines of CSV, or those of an array of NumPy (format version
+!> 1.0 of numpy.lib.format): shape (points, columns), numbers of eight bytes, verdicts as their numbers.
 module gestell_task_sweep_layout
   use gestell_base_kinds, only: dp
   use gestell_study_grid, only: grid_type, tile_type
-  use gestell_study_tile_results, only: sweep_columns
-  use gestell_task_sweep_csv, only: csv_rows, csv_values, csv_width, header
-  use gestell_task_sweep_npy, only: npy_head, npy_rows, npy_values, number_bytes
   use gestell_task_range_plan, only: sweep_plan_type
+  use gestell_task_sweep_columns, only: column_type, columns_of
+  use gestell_task_sweep_csv, only: csv_rows, csv_values, header
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
@@ -16,11 +16,11 @@ module gestell_task_sweep_layout
   type, public :: layout_type
     !> The name of the file; what stands before the rows, but for the lines of remarks.
     character(len=:), allocatable :: file, header
-    !> Bytes of a row; numbers of a point behind its parameters.
-    integer :: width = 0, numbers = 0
+    !> Bytes of a row.
+    integer :: width = 0
     logical :: binary = .false.
     type(grid_type) :: grid
-    logical, private :: columns(sweep_columns) = .false.
+    type(column_type), allocatable, private :: columns(:)
   contains
     procedure :: head
     procedure :: bytes
@@ -35,8 +35,11 @@ module gestell_task_sweep_layout
     integer :: first(2) = 1, last(2) = 1
   end type piece_type
 
-  !> Rows of a piece, at the most.
+  !> Maximum number of rows of a piece.
   integer, parameter :: most_rows = 4096
+  !> Bytes of a number; bytes before the numbers of an array: the format wants a multiple of 64, and the text of any shape has room
+  !> in this one.
+  integer, parameter :: number_bytes = 8, head_bytes = 128, before_text = 10
 
 contains
 
@@ -44,18 +47,31 @@ contains
     type(sweep_plan_type), intent(in) :: plan
 
     layout%grid = plan%grid
-    layout%columns = plan%options%columns
-    layout%numbers = plan%options%numbers()
+    layout%columns = columns_of(plan)
     layout%binary = plan%format == "npy"
     layout%file = "sweep." // plan%format
     if (layout%binary) then
-      layout%width = number_bytes * (size(plan%grid%axes) + layout%numbers)
-      layout%header = npy_head(plan%grid%points(), size(plan%grid%axes) + layout%numbers)
+      layout%width = number_bytes * size(layout%columns)
+      layout%header = npy_head(plan%grid%points(), size(layout%columns))
     else
-      layout%width = csv_width(plan%grid, plan%options)
-      layout%header = header(plan%paths, plan%units, plan%grid, plan%options) // new_line("a")
+      layout%width = sum(layout%columns%width) + size(layout%columns)
+      layout%header = header(plan) // new_line("a")
     end if
   end function new_layout
+
+  !> Magic word, version, length of the text that follows, and the text, filled with blanks.
+  pure function npy_head(points, columns) result(head)
+    integer(int64), intent(in) :: points
+    integer, intent(in) :: columns
+    character(len=head_bytes) :: head
+    character(len=head_bytes - before_text) :: text
+    character(len=*), parameter :: order = merge("<", ">", ichar(transfer(1, "a")) == 1)
+
+    write (text, "(3a, i0, a, i0, a)") "{'descr': '", order, "f8', 'fortran_order': False, 'shape': (", points, ", ", &
+      & columns, "), }"
+    text(len(text):) = new_line("a")
+    head = char(147) // "NUMPY" // achar(1) // achar(0) // achar(len(text)) // achar(0) // text
+  end function npy_head
 
   !> What stands before the rows; `preamble`: complete lines of remarks, for those who can read them.
   pure function head(self, preamble)
@@ -111,26 +127,38 @@ contains
     integer, intent(in) :: first(2)
     real(dp), contiguous, intent(in) :: values(:, :, :)
     character(len=:), allocatable :: rows
+    real(dp), allocatable :: numbers(:, :, :)
+    integer :: i, j
 
-    if (self%binary) then
-      rows = npy_rows(self%grid, first, values)
-    else
-      rows = csv_rows(self%grid, self%columns, self%width, first, values)
+    if (.not. self%binary) then
+      rows = csv_rows(self%grid, self%columns, first, values)
+      return
     end if
+    allocate(numbers(size(self%columns), size(values, 2), size(values, 3)))
+    do i = 1, size(values, 3)
+      do j = 1, size(values, 2)
+        numbers(:, j, i) = [self%grid%parameters(first(1) + i - 1, first(2) + j - 1), values(:, j, i)]
+      end do
+    end do
+    rows = transfer(numbers, repeat(" ", number_bytes * size(numbers)))
   end function rows
 
-  !> The numbers of rows, one point after the other.
+  !> The numbers of rows, one point after the other; shape (numbers, points of the second axis, points of the first).
   pure subroutine values(self, rows, numbers)
     class(layout_type), intent(in) :: self
     character(len=*), intent(in) :: rows
-    real(dp), intent(out) :: numbers(:, :)
-    integer :: k
+    real(dp), intent(out) :: numbers(:, :, :)
+    integer :: i, j, at
 
-    do k = 1, size(numbers, 2)
-      associate (row => rows((k - 1) * self%width + 1:k * self%width), axes => size(self%grid%axes))
-        if (self%binary) call npy_values(row, axes, numbers(:, k))
-        if (.not. self%binary) call csv_values(row, axes, self%columns, numbers(:, k))
-      end associate
+    at = 0
+    do i = 1, size(numbers, 3)
+      do j = 1, size(numbers, 2)
+        associate (row => rows(at + 1:at + self%width))
+          if (self%binary) numbers(:, j, i) = transfer(row(number_bytes * size(self%grid%axes) + 1:), numbers(:, j, i))
+          if (.not. self%binary) call csv_values(row, self%columns, numbers(:, j, i))
+        end associate
+        at = at + self%width
+      end do
     end do
   end subroutine values
 

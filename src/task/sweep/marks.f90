@@ -1,7 +1,10 @@
 !> What is known of the tiles of a sweep that are done: a file of sealed records, all of one length, each at its tile's place.
 module gestell_task_sweep_marks
-  use gestell_base_files, only: read_at, write_whole
+  use gestell_base_error, only: error_type
+  use gestell_base_files, only: open_to_write, read_at, write_whole
+  use gestell_input_wording, only: decimal
   use gestell_output_file_sealed, only: sealed, sealed_head, unseal, word_bytes
+  use gestell_task_sweep_rows, only: end_writing
   use gestell_task_sweep_summary, only: summary_type, summary_words
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: int64
@@ -25,15 +28,20 @@ module gestell_task_sweep_marks
 
 contains
 
-  !> Writes a mark to the open file. Not `done`: it cannot be written.
-  subroutine write_mark(handle, mark, done)
-    integer(c_int), intent(in) :: handle
+  !> Writes a mark at its place in the file `name`. Error: it cannot be written.
+  subroutine write_mark(name, mark, error)
+    character(len=*), intent(in) :: name
     type(mark_type), intent(in) :: mark
-    logical, intent(out) :: done
+    type(error_type), allocatable, intent(out) :: error
     character(len=word_bytes * words_of_mark) :: bytes
+    integer(c_int) :: handle
+    logical :: done
 
-    bytes = transfer(sealed(mark%fingerprint, [int(mark%tile, int64), mark%checksum, mark%summary%to_words()]), bytes)
-    call write_whole(handle, bytes, done, place(mark%tile))
+    bytes = transfer(sealed(mark%fingerprint, [int(mark%tile, int64), mark%checksum, transfer(mark%summary, [0_int64])]), bytes)
+    call open_to_write(name, handle)
+    done = handle >= 0
+    if (done) call write_whole(handle, bytes, done, place(mark%tile))
+    call end_writing(handle, done, name // ": tile " // decimal(mark%tile), error)
   end subroutine write_mark
 
   !> The mark of a tile from the open file.
@@ -55,7 +63,7 @@ contains
     if (.not. mark%sound) return
     mark%tile = int(words(content(1)))
     mark%checksum = words(content(1) + 1)
-    call mark%summary%from_words(words(content(1) + 2:content(2)))
+    mark%summary = transfer(words(content(1) + 2:content(2)), mark%summary)
     mark%sound = mark%tile == tile
   end subroutine read_mark
 

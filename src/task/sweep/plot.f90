@@ -9,11 +9,9 @@ module gestell_task_sweep_plot
   use gestell_output_picture_axis, only: coordinate, decade_lines, extent_lines, parameter_axis, with_unit
   use gestell_output_picture_marks, only: boxes_where, input_marks, input_point, marks_type, unstable_entry
   use gestell_task_range_plan, only: sweep_plan_type
-  use gestell_task_sweep_summary, only: summary_type, verdict_count_type
-  use gestell_study_grid, only: axis_type
-  use gestell_study_measure, only: measure_names
-  use gestell_study_point, only: sweep_options
-  use gestell_study_tile_results, only: last_peak, log_rho_max, rho_error, rho_max, sweep_columns, verdict, verdict_behind, xi_peak
+  use gestell_task_sweep_summary, only: summary_type
+  use gestell_study_measure, only: measure_names, measure_type
+  use gestell_study_tile_results, only: column_records, last_peak, log_rho_max, rho_error, rho_max, sweep_columns, verdict, xi_peak
   implicit none (type, external)
   private
 
@@ -27,44 +25,55 @@ module gestell_task_sweep_plot
 
 contains
 
-  !> sweep.gp, from the columns of sweep.csv that were ordered; so many turns of the drive are a period.
+  !> sweep.gp, from the columns of sweep.csv that were requested; so many turns of the drive are a period.
   function plot_sweep(plan, turns, summary) result(figure)
     type(sweep_plan_type), intent(in) :: plan
     integer, intent(in) :: turns
     type(summary_type), intent(in) :: summary
     type(figure_type) :: figure
-    character(len=:), allocatable :: label
-    integer :: k
+    character(len=:), allocatable :: label, found
+    integer :: column(sweep_columns), ordered(count(plan%options%columns)), k
 
     label = turns_in_words(turns)
     if (plan%period_varies()) label = "the period of each"
     label = "ln |ρ|max (growth in " // label // ")"
+    found = summary%tally()
+    if (found /= "") found = ": " // found
+    ordered = plan%options%ordered()
+    ! in sweep.csv; 0 for a column that was not requested
+    column = 0
+    column(ordered) = [(size(plan%paths) + k, k = 1, size(ordered))]
     if (size(plan%grid%axes) > 1 .and. all(plan%grid%axes%count > 1)) then
-      figure = plot_chart(plan, plan%options, label, summary)
+      figure = plot_chart(plan, column, label, found)
     else
-      k = maxloc(plan%grid%axes%count, dim=1)
-      figure = plot_curves(plan, k, plan%options, label, summary)
+      figure = plot_curves(plan, maxloc(plan%grid%axes%count, dim=1), column, label, found, summary)
     end if
   end function plot_sweep
 
-  !> Over parameter `k`, in whose column it stands; the only one that runs. `label`: of the growth.
-  function plot_curves(plan, k, options, label, summary) result(figure)
+  !> Over parameter `k`, the only one that runs. `label`: of the growth; `found`: the verdicts, behind the heading.
+  function plot_curves(plan, k, column, label, found, summary) result(figure)
     type(sweep_plan_type), intent(in) :: plan
-    integer, intent(in) :: k
-    type(sweep_options), intent(in) :: options
-    character(len=*), intent(in) :: label
+    integer, intent(in) :: k, column(sweep_columns)
+    character(len=*), intent(in) :: label, found
     type(summary_type), intent(in) :: summary
     type(figure_type) :: figure
     type(marks_type) :: marks
-    character(len=:), allocatable :: lines, x, style, axis_lines, half, unstable_rows
+    character(len=:), allocatable :: lines, x, style, axis_lines, half, unstable_rows, margins
+    character(len=16) :: symbols(xi_peak:last_peak)
+    !> Boxes that are a little wider than the distance between values have no seams.
+    real(dp), parameter :: overlap = 1.05_dp
     logical :: growth, peaks, bounds
-    integer :: column(sweep_columns), panels, i, n
+    real(dp) :: ends(2), height
+    integer :: panels, i, j, n, before
 
-    column = column_numbers(options%columns, size(plan%paths))
-    growth = any(options%columns([rho_max, log_rho_max, verdict, verdict_behind]))
-    peaks = any(options%columns(xi_peak:last_peak))
-    bounds = options%columns(rho_error) .and. options%names_columns
-    panels = count([growth, peaks, bounds]) + (options%measured() + most_measures - 1) / most_measures
+    growth = any(column([rho_max, log_rho_max, verdict]) > 0)
+    peaks = any(column(xi_peak:last_peak) > 0)
+    bounds = column(rho_error) > 0 .and. plan%options%names_columns
+    panels = count([growth, peaks, bounds]) + (plan%options%measured() + most_measures - 1) / most_measures
+    height = 200 + 240 * max(panels, 1)
+    margins = "0.12,0.86 spacing 0,0.1"
+    if (panels > 1) margins = concise(85 / height, 3) // "," // concise(1 - 100 / height, 3) // " spacing 0," &
+      & // concise(68 / height, 3)
     x = "(X(column(" // text(k) // ")))"
     style = "with lines"
     if (plan%grid%axes(k)%count < 30) style = "with linespoints ps 0.5"
@@ -74,32 +83,42 @@ contains
     if (column(verdict) > 0 .and. summary%verdicts(unstable_number) > 0) unstable_rows = "strcol(" // text(column(verdict)) &
       & // ") eq 'unstable'"
     if (column(verdict) == 0 .and. growth .and. summary%most > 1) unstable_rows = growth_of(column) // " > 0"
-    half = concise(half_step(plan%grid%axes(k)), 6)
-    lines = "set multiplot layout " // text(max(panels, 1)) // ",1 margins 0.13,0.97," // margins(panels) // newline &
-      & // axis_lines // marks%lines &
+    associate (axis => plan%grid%axes(k))
+      ends = coordinate(axis, [axis%from, axis%to])
+      half = concise(overlap * abs(ends(2) - ends(1)) / (2 * max(1, axis%count - 1)), 6)
+    end associate
+    lines = "set multiplot layout " // text(max(panels, 1)) // ",1 margins 0.13,0.97," // margins // " title heading noenhanced" &
+      & // newline // axis_lines // marks%lines &
       & // "set key at graph 1,graph 1.02 bottom right horizontal samplen 2 font ',12'" // newline
     if (panels > 1) lines = lines // "unset xlabel" // newline
     if (growth) lines = lines // growth_panel(column, x, style, label, summary, shades("low", "high"))
     n = count([growth])
-    if (bounds) call add(logarithmic_panel([column(rho_error)], ["error of |ρ|"], "1", "bound on the error", x, style, &
-      & shades("bottom", "top")))
-    if (peaks) call add(peaks_panel(column, x, style, shades("bottom", "top")))
-    do i = 1, options%measured(), most_measures
-      call add(measures_panel(options, i, size(plan%paths), x, style, shades("bottom", "top")))
+    if (bounds) call add([column(rho_error)], ["error of |ρ|"], "1", "bound on the error")
+    do i = xi_peak, last_peak
+      symbols(i) = trim(column_records(i)%symbol) // " (m" // trim(column_records(i)%unit) // ")"
+    end do
+    if (peaks) call add(column(xi_peak:last_peak), symbols, "1e3", "peak of the vibration")
+    before = size(plan%paths) + count(plan%options%columns)
+    do i = 1, plan%options%measured(), most_measures
+      associate (shown => [(j, j = i, min(i + most_measures - 1, plan%options%measured()))])
+        call add(before + 2 * shown - 1, title_of(plan%options%measures(shown)), "1", "of the vibration")
+      end associate
     end do
     if (panels == 0) lines = lines // "set yrange [0:1]; plot NaN notitle" // newline
-    figure = new_figure("sweep", "Sweep over " // trim(plan%paths(k)) // tally(summary), lines // "unset multiplot" // newline, &
-      & width=800, height=height_of(panels))
+    figure = new_figure("sweep", "Sweep over " // trim(plan%paths(k)) // found, lines // "unset multiplot" // newline, &
+      & width=800, height=nint(height))
 
   contains
 
-    !> Adds a panel; only the last of several labels the axis.
-    subroutine add(panel)
-      character(len=*), intent(in) :: panel
+    !> Adds a panel with a logarithmic axis: columns of sweep.csv, 0 for none, times a factor. Only the last of several panels
+    !> labels the parameter.
+    subroutine add(columns, titles, factor, label)
+      integer, intent(in) :: columns(:)
+      character(len=*), intent(in) :: titles(:), factor, label
 
       n = n + 1
       if (n == panels .and. panels > 1) lines = lines // axis_lines
-      lines = lines // panel
+      lines = lines // logarithmic_panel(columns, titles, factor, label, x, style, shades("bottom", "top"))
     end subroutine add
 
     !> What is unstable, and entries of the key.
@@ -111,36 +130,6 @@ contains
       if (unstable_rows /= "") words = boxes_where("sweep.csv", unstable_rows, x, half, low, high) // unstable_entry // words
     end function shades
   end function plot_curves
-
-  !> Room below, above and between so many panels, and the heading.
-  pure function margins(panels) result(words)
-    integer, intent(in) :: panels
-    character(len=:), allocatable :: words
-    real(dp) :: height
-
-    words = merge("0.12,0.86", "0.17,0.8 ", panels < 2) // " spacing 0,0.1"
-    height = height_of(panels)
-    if (panels > 1) words = concise(85 / height, 3) // "," // concise(1 - 100 / height, 3) // " spacing 0," &
-      & // concise(68 / height, 3)
-    words = words // " title heading noenhanced"
-  end function margins
-
-  !> Pixels of a picture of so many panels.
-  pure integer function height_of(panels)
-    integer, intent(in) :: panels
-
-    height_of = 200 + 240 * max(panels, 1)
-  end function height_of
-
-  !> Half the distance between values, as on the axis, and a little more: boxes without seams.
-  pure real(dp) function half_step(axis)
-    type(axis_type), intent(in) :: axis
-    real(dp), parameter :: overlap = 1.05_dp
-    real(dp) :: ends(2)
-
-    ends = coordinate(axis, [axis%from, axis%to])
-    half_step = overlap * abs(ends(2) - ends(1)) / (2 * max(1, axis%count - 1))
-  end function half_step
 
   !> ln |rho| over the parameter, the points of bad verdicts marked.
   pure function growth_panel(column, x, style, label, summary, shades) result(lines)
@@ -192,34 +181,12 @@ contains
     lines = lines // newline // "unset object 1; unset arrow 1; set ytics" // newline
   end function growth_panel
 
-  !> Peaks of the degrees of freedom on a logarithmic axis.
-  pure function peaks_panel(column, x, style, shades) result(lines)
-    integer, intent(in) :: column(sweep_columns)
-    character(len=*), intent(in) :: x, style, shades
-    character(len=:), allocatable :: lines
+  !> A measure with its unit.
+  elemental character(len=word_length + 16) function title_of(measure) result(title)
+    type(measure_type), intent(in) :: measure
 
-    lines = logarithmic_panel(column(xi_peak:last_peak), [character(len=13) :: "ξ (mm)", "η (mm)", "ψ (mrad)", "ζ (mm)", &
-      & "rot ξ (mrad)", "rot η (mrad)"], "1e3", "peak of the vibration", x, style, shades)
-  end function peaks_panel
-
-  !> What is measured of quantities, in their units, on a logarithmic axis: from the `first` on as many as have room for their
-  !> names.
-  pure function measures_panel(options, first, parameters, x, style, shades) result(lines)
-    type(sweep_options), intent(in) :: options
-    integer, intent(in) :: first, parameters
-    character(len=*), intent(in) :: x, style, shades
-    character(len=:), allocatable :: lines
-    character(len=word_length + 16) :: titles(min(most_measures, options%measured() - first + 1))
-    integer :: k
-
-    do k = 1, size(titles)
-      associate (measure => options%measures(first + k - 1))
-        titles(k) = trim(measure%quantity) // " " // trim(measure_names(measure%kind)) // " (" // trim(measure%unit) // ")"
-      end associate
-    end do
-    lines = logarithmic_panel([(parameters + count(options%columns) + 2 * (first + k) - 3, k = 1, size(titles))], titles, "1", &
-      & "of the vibration", x, style, shades)
-  end function measures_panel
+    title = trim(measure%quantity) // " " // trim(measure_names(measure%kind)) // " (" // trim(measure%unit) // ")"
+  end function title_of
 
   !> Columns of sweep.csv by their numbers, 0 for none, times a factor.
   pure function logarithmic_panel(column, titles, factor, label, x, style, shades) result(lines)
@@ -248,35 +215,30 @@ contains
   end function logarithmic_panel
 
   !> Over two parameters: ln |rho| as a chart, and all other columns that the input names.
-  function plot_chart(plan, options, growth_label, summary) result(figure)
+  function plot_chart(plan, column, growth_label, found) result(figure)
     type(sweep_plan_type), intent(in) :: plan
-    type(sweep_options), intent(in) :: options
-    character(len=*), intent(in) :: growth_label
-    type(summary_type), intent(in) :: summary
+    integer, intent(in) :: column(sweep_columns)
+    character(len=*), intent(in) :: growth_label, found
     type(figure_type) :: figure
-    character(len=*), parameter :: peaks(xi_peak:last_peak) = [character(len=20) :: "ξ peak (m)", "η peak (m)", "ψ peak (rad)", &
-      & "ζ peak (m)", "rot ξ peak (rad)", "rot η peak (rad)"]
     character(len=:), allocatable :: lines, charts, multiplot
-    integer :: column(sweep_columns), i, across, down, n
+    integer :: i, across, down, n
 
-    column = column_numbers(options%columns, 2)
     n = 0
     charts = ""
-    if (any(options%columns([log_rho_max, rho_max]))) call add(growth_of(column), growth_label, .true.)
-    if (n == 0 .or. options%names_columns) then
-      do i = 1, options%measured()
-        associate (measure => options%measures(i))
-          call add(decades(1 + 2 * i + count(options%columns)), "lg of " // trim(measure%quantity) // " " &
-            & // trim(measure_names(measure%kind)) // " (" // trim(measure%unit) // ")", .false.)
-        end associate
+    if (any(column([log_rho_max, rho_max]) > 0)) call add(growth_of(column), growth_label, .true.)
+    if (n == 0 .or. plan%options%names_columns) then
+      do i = 1, plan%options%measured()
+        call add_decades(1 + 2 * i + count(plan%options%columns), trim(title_of(plan%options%measures(i))))
       end do
-      if (options%columns(verdict)) call add("(strcol(" // text(column(verdict)) // ") eq 'stable' ? -1 : strcol(" &
-        & // text(column(verdict)) // ") eq 'unstable' ? 1 : strstrt('undamped undecided', strcol(" // text(column(verdict)) &
-        & // ")) > 0 ? 0 : NaN)", "-1 stable, 0 undamped or undecided, 1 unstable", .true.)
+      if (column(verdict) > 0 .and. .not. plan%options%verdict_last) call add("(strcol(" // text(column(verdict)) &
+        & // ") eq 'stable' ? -1 : strcol(" // text(column(verdict)) &
+        & // ") eq 'unstable' ? 1 : strstrt('undamped undecided', strcol(" // text(column(verdict)) // ")) > 0 ? 0 : NaN)", &
+        & "-1 stable, 0 undamped or undecided, 1 unstable", .true.)
       do i = xi_peak, last_peak
-        if (options%columns(i)) call add(decades(column(i)), "lg of " // trim(peaks(i)), .false.)
+        if (column(i) > 0) call add_decades(column(i), trim(column_records(i)%symbol) // " peak (" &
+          & // trim(column_records(i)%unit) // ")")
       end do
-      if (options%columns(rho_error)) call add(decades(column(rho_error)), "lg of the error of |ρ|", .false.)
+      if (column(rho_error) > 0) call add_decades(column(rho_error), "the error of |ρ|")
     end if
     lines = "if (!exists('over')) { over = '' }" // newline // "growth(r) = r > 0 ? log(r) : NaN" // newline &
       & // "X(v) = v; Y(v) = v" // newline &
@@ -292,7 +254,7 @@ contains
     if (n > 1) multiplot = "set rmargin 19; set multiplot layout " // text(down) // ",2 title heading noenhanced" // newline
     lines = lines // multiplot // charts
     if (n > 1) lines = lines // "unset multiplot" // newline
-    figure = new_figure("sweep", "Chart over " // trim(plan%paths(1)) // " and " // trim(plan%paths(2)) // tally(summary), lines, &
+    figure = new_figure("sweep", "Chart over " // trim(plan%paths(1)) // " and " // trim(plan%paths(2)) // found, lines, &
       & width=merge(1240, 800, n > 1), height=merge(120 + 480 * down, 600, n > 1))
 
   contains
@@ -316,26 +278,15 @@ contains
       charts = charts // "plot 'sweep.csv' using (X(column(1))):(Y(column(2))):(" // value // ") with image @over" // newline
     end subroutine add
 
-    !> The decimal logarithm of a column.
-    pure function decades(number) result(value)
+    !> A chart of the decimal logarithm of a column.
+    subroutine add_decades(number, name)
       integer, intent(in) :: number
-      character(len=:), allocatable :: value
+      character(len=*), intent(in) :: name
 
-      value = "growth(column(" // text(number) // ")) / log(10)"
-    end function decades
+      call add("growth(column(" // text(number) // ")) / log(10)", "lg of " // name, .false.)
+    end subroutine add_decades
 
   end function plot_chart
-
-  !> Column numbers in sweep.csv, 0 where one was not ordered.
-  pure function column_numbers(columns, parameters) result(column)
-    logical, intent(in) :: columns(sweep_columns)
-    integer, intent(in) :: parameters
-    integer :: column(sweep_columns)
-    integer :: i
-
-    column = [(merge(parameters + count(columns(:i)), 0, columns(i)), i = 1, sweep_columns)]
-    if (columns(verdict_behind)) column(verdict) = column(verdict_behind)
-  end function column_numbers
 
   !> ln |rho| of the greatest multiplier.
   pure function growth_of(column) result(expression)
@@ -348,21 +299,5 @@ contains
       expression = "growth(column(" // text(column(rho_max)) // "))"
     end if
   end function growth_of
-
-  !> How many points have which verdict.
-  pure function tally(summary) result(words)
-    type(summary_type), intent(in) :: summary
-    character(len=:), allocatable :: words
-    type(verdict_count_type), allocatable :: counts(:)
-    integer :: i
-
-    words = ""
-    counts = summary%verdict_counts()
-    do i = 1, size(counts)
-      if (i > 1) words = words // ", "
-      words = words // concise(real(counts(i)%points, dp), 12) // " " // trim(counts(i)%verdict%word())
-    end do
-    if (words /= "") words = ": " // words
-  end function tally
 
 end module gestell_task_sweep_plot

@@ -3,17 +3,16 @@ module gestell_task_sweep_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
   use gestell_task_range_plan, only: sweep_plan_type
-  use gestell_task_sweep_summary, only: summary_type, verdict_count_type
+  use gestell_task_sweep_summary, only: big, summary_type, verdict_count_type
   use gestell_input_wording, only: counted
   use gestell_model_frame, only: dof_names
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_warnings, only: small_motion_limits
-  use gestell_study_tile_results, only: rho_max, verdict_column
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
-  public :: big, evidence_line, report_grid, report_sweep
+  public :: evidence_line, report_grid, report_sweep
 
   character, parameter :: newline = new_line("a")
 
@@ -46,20 +45,18 @@ contains
     integer :: k
 
     rows = ""
-    if (verdict_column(plan%options%columns) > 0) then
-      counts = summary%verdict_counts()
-      do k = 1, size(counts)
-        rows = rows // trim(counts(k)%verdict%word()) // tab // big(counts(k)%points) // " points" // tab &
-          & // concise(100 * real(counts(k)%points, dp) / real(summary%points, dp), 3) // " %" // newline
-      end do
-    end if
+    counts = summary%verdict_counts()
+    do k = 1, size(counts)
+      rows = rows // trim(counts(k)%verdict%word()) // tab // big(counts(k)%points) // " points" // tab &
+        & // concise(100 * real(counts(k)%points, dp) / real(summary%points, dp), 3) // " %" // newline
+    end do
     report = newline // tabulated("lrr", "", rows)
-    if (plan%options%columns(rho_max) .and. summary%least <= summary%most) then
+    if (summary%least <= summary%most) then
       report = report // "  rho_max from " // within_range(summary%least) // " to " // within_range(summary%most) &
         & // ", greatest at"
       do k = 1, size(plan%paths)
         report = report // trim(merge(",", " ", k > 1)) // " " // trim(plan%paths(k)) // " = " &
-          & // concise(plan%grid%axes(k)%value(summary%where(k)), 9)
+          & // concise(plan%grid%axes(k)%value(int(summary%where(k))), 9)
       end do
       report = report // newline
       if (plan%period_varies()) report = report // "  |rho| is over the period, which the ratio changes from point to point" &
@@ -92,15 +89,5 @@ contains
     words = "beyond 1.8e308"
     if (value <= huge(value)) words = concise(value, 9)
   end function within_range
-
-  !> A whole number that may be large.
-  pure function big(number) result(text)
-    integer(int64), intent(in) :: number
-    character(len=:), allocatable :: text
-    character(len=20) :: digits
-
-    write (digits, "(i0)") number
-    text = trim(digits)
-  end function big
 
 end module gestell_task_sweep_report

@@ -12,7 +12,7 @@ module gestell_task_sweep_rows
   implicit none (type, external)
   private
 
-  public :: checksum_of, read_values, tell_unwritten, write_tile
+  public :: checksum_of, end_writing, read_values, write_tile
 
 contains
 
@@ -64,30 +64,23 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(piece_type), allocatable :: pieces(:)
     character(len=:), allocatable :: bytes
-    real(dp), allocatable :: numbers(:, :)
     integer(c_int) :: handle
-    integer :: i, k, n
+    integer :: i, k
     logical :: done, closed
 
     if (size(values) == 0) return
     call open_to_read(name, handle)
     done = handle >= 0
-    tiles: do i = 1, layout%grid%tiles()
-      if (.not. done) exit tiles
+    do i = 1, layout%grid%tiles()
       pieces = layout%pieces(layout%grid%tile(i))
       do k = 1, size(pieces)
+        if (done) call read_piece(layout, handle, head, pieces(k), bytes, done)
+        if (.not. done) exit
         associate (first => pieces(k)%first, last => pieces(k)%last)
-          call read_piece(layout, handle, head, pieces(k), bytes, done)
-          n = product(last - first + 1)
-          if (.not. done) exit tiles
-          allocate(numbers(layout%numbers, n))
-          call layout%values(bytes, numbers)
-          values(:, first(2):last(2), first(1):last(1)) = reshape(numbers, [size(numbers, 1), last(2) - first(2) + 1, &
-            & last(1) - first(1) + 1])
-          deallocate(numbers)
+          call layout%values(bytes, values(:, first(2):last(2), first(1):last(1)))
         end associate
       end do
-    end do tiles
+    end do
     if (handle >= 0) call close_file(handle, closed)
     if (.not. done) call fatal_error(error, name // ": cannot be read any more", failed_computation)
   end subroutine read_values
@@ -106,7 +99,7 @@ contains
     character(len=:), allocatable :: rows
     integer(c_int) :: handle
     integer :: first, last, k
-    logical :: done, closed
+    logical :: done
 
     checksum = hash_start
     pieces = layout%pieces(tile)
@@ -121,18 +114,25 @@ contains
       call mix_bytes(checksum, rows)
       call write_whole(handle, rows, done, head + layout%place(pieces(k)%first) + 1)
     end do
-    if (.not. done) call tell_unwritten(name // ": tile " // decimal(tile%number), error)
-    if (handle >= 0) call close_file(handle, closed)
-    if (done .and. .not. closed) call tell_unwritten(name // ": tile " // decimal(tile%number), error)
+    call end_writing(handle, done, name // ": tile " // decimal(tile%number), error)
   end subroutine write_tile
 
-  !> Why the last call failed.
-  subroutine tell_unwritten(name, error)
+  !> Closes a file that was opened to write. Error: the last call was not `done`, or closing fails; `name`: what was written.
+  subroutine end_writing(handle, done, name, error)
+    integer(c_int), intent(in) :: handle
+    logical, intent(in) :: done
     character(len=*), intent(in) :: name
     type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: reason
+    logical :: closed
 
-    call fatal_error(error, name // ": cannot be written: " // last_reason(), failed_computation)
+    if (.not. done) reason = last_reason()
+    closed = .true.
+    if (handle >= 0) call close_file(handle, closed)
+    if (done .and. closed) return
+    if (done) reason = last_reason()
+    call fatal_error(error, name // ": cannot be written: " // reason, failed_computation)
     error%unwritten = .true.
-  end subroutine tell_unwritten
+  end subroutine end_writing
 
 end module gestell_task_sweep_rows

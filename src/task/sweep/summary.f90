@@ -4,11 +4,14 @@ module gestell_task_sweep_summary
   use gestell_base_verdict, only: last_number, verdict_numbered, verdict_type
   use gestell_study_vibration_small_motion, only: small_turn
   use gestell_model_space, only: is_rotation
-  use gestell_study_tile_results, only: last_peak, rho_max, sweep_columns, tile_results_type, verdict_column, xi_peak
+  use gestell_study_point, only: sweep_options
+  use gestell_study_tile_results, only: last_peak, rho_max, tile_results_type, verdict, xi_peak
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
+
+  public :: big
 
   !> A verdict and the number of points that have it.
   type, public :: verdict_count_type
@@ -16,17 +19,17 @@ module gestell_task_sweep_summary
     integer(int64) :: points = 0
   end type verdict_count_type
 
+  !> Components of eight bytes each: `transfer` makes words of a file of them.
   type, public :: summary_type
     integer(int64) :: points = 0
     !> Points of each verdict, by its number; zeros if the column was not requested.
     integer(int64) :: verdicts(0:last_number) = 0
     !> Range of rho_max and the point of the greatest, on each axis; nothing was found while least > most.
     real(dp) :: least = huge(1.0_dp), most = -huge(1.0_dp)
-    integer :: where(2) = 0
+    integer(int64) :: where(2) = 0
     !> Points at which the frame turns too far for linear equations, the greatest turn of all (rad) and the degree of freedom that
     !> makes it.
-    integer(int64) :: turned = 0
-    integer :: furthest = 0
+    integer(int64) :: turned = 0, furthest = 0
     real(dp) :: greatest_turn = 0
     !> As in tile_results_type, of all tiles.
     integer(int64) :: solutions = 0, checks = 0
@@ -36,12 +39,12 @@ module gestell_task_sweep_summary
     procedure :: add_points
     procedure :: add
     procedure :: verdict_counts
-    procedure :: to_words
-    procedure :: from_words
+    procedure :: tally
   end type summary_type
 
+  type(summary_type), parameter :: nothing = summary_type()
   !> Words of a summary.
-  integer, parameter, public :: summary_words = last_number + 12
+  integer, parameter, public :: summary_words = storage_size(nothing) / storage_size(0_int64)
 
 contains
 
@@ -55,48 +58,48 @@ contains
     self%deviation = max(self%deviation, results%deviation)
   end subroutine add_tile
 
-  !> Points, values of shape (ordered columns, points of the second axis, points of the first), of which the first is
+  !> Points, values of shape (requested columns, points of the second axis, points of the first), of which the first is
   !> point `first` on the axes.
-  pure subroutine add_points(self, columns, first, values)
+  pure subroutine add_points(self, options, first, values)
     class(summary_type), intent(inout) :: self
-    logical, intent(in) :: columns(sweep_columns)
+    type(sweep_options), intent(in) :: options
     integer, intent(in) :: first(2)
     real(dp), intent(in) :: values(:, :, :)
     logical :: turns(size(values, 2), size(values, 3))
     real(dp) :: greatest
-    integer :: column, dof, word, at(2)
+    integer :: ordered(count(options%columns)), k, word, at(2)
 
     self%points = self%points + size(values, 2, kind=int64) * size(values, 3)
-    column = verdict_column(columns)
-    if (column > 0) then
-      do word = 0, ubound(self%verdicts, 1)
-        self%verdicts(word) = self%verdicts(word) + count(nint(values(column, :, :)) == word)
-      end do
-    end if
-    ! a comparison with NaN would raise a floating-point exception
     turns = .false.
-    do dof = 1, last_peak - xi_peak + 1
-      if (.not. (is_rotation(dof) .and. columns(xi_peak - 1 + dof))) cycle
-      column = count(columns(:xi_peak - 1 + dof))
-      associate (peaks => merge(0.0_dp, values(column, :, :), ieee_is_nan(values(column, :, :))))
-        turns = turns .or. peaks > small_turn
-        greatest = maxval([0.0_dp, peaks])
-      end associate
-      if (.not. greatest > self%greatest_turn) cycle
-      self%greatest_turn = greatest
-      self%furthest = dof
+    ordered = options%ordered()
+    do k = 1, size(ordered)
+      select case (ordered(k))
+      case (verdict)
+        do word = 0, ubound(self%verdicts, 1)
+          self%verdicts(word) = self%verdicts(word) + count(nint(values(k, :, :)) == word)
+        end do
+      case (rho_max)
+        associate (rho => values(k, :, :))
+          if (all(ieee_is_nan(rho))) cycle
+          self%least = min(self%least, minval(rho, mask=.not. ieee_is_nan(rho)))
+          at = maxloc(rho, mask=.not. ieee_is_nan(rho))
+          if (.not. rho(at(1), at(2)) > self%most) cycle
+          self%most = rho(at(1), at(2))
+          self%where = first + [at(2) - 1, at(1) - 1]
+        end associate
+      case (xi_peak:last_peak)
+        if (.not. is_rotation(ordered(k) - xi_peak + 1)) cycle
+        ! a comparison with NaN would raise a floating-point exception
+        associate (peaks => merge(0.0_dp, values(k, :, :), ieee_is_nan(values(k, :, :))))
+          turns = turns .or. peaks > small_turn
+          greatest = maxval([0.0_dp, peaks])
+        end associate
+        if (.not. greatest > self%greatest_turn) cycle
+        self%greatest_turn = greatest
+        self%furthest = ordered(k) - xi_peak + 1
+      end select
     end do
     self%turned = self%turned + count(turns)
-    if (.not. columns(rho_max)) return
-    column = count(columns(:rho_max))
-    associate (rho => values(column, :, :))
-      if (all(ieee_is_nan(rho))) return
-      self%least = min(self%least, minval(rho, mask=.not. ieee_is_nan(rho)))
-      at = maxloc(rho, mask=.not. ieee_is_nan(rho))
-      if (.not. rho(at(1), at(2)) > self%most) return
-      self%most = rho(at(1), at(2))
-      self%where = first + [at(2) - 1, at(1) - 1]
-    end associate
   end subroutine add_points
 
   !> The verdicts that occur, in the order of their numbers in files.
@@ -128,33 +131,29 @@ contains
     self%deviation = max(self%deviation, other%deviation)
   end subroutine add
 
-  !> As words of a file.
-  pure function to_words(self) result(words)
+  !> How many points have which verdict, in words.
+  pure function tally(self) result(words)
     class(summary_type), intent(in) :: self
-    integer(int64) :: words(summary_words)
+    character(len=:), allocatable :: words
+    type(verdict_count_type), allocatable :: counts(:)
+    integer :: i
 
-    words = [self%points, self%verdicts, transfer([self%least, self%most, self%greatest_turn, self%deviation], [0_int64]), &
-      & int([self%where, self%furthest], int64), self%turned, self%solutions, self%checks]
-  end function to_words
+    words = ""
+    counts = self%verdict_counts()
+    do i = 1, size(counts)
+      if (i > 1) words = words // ", "
+      words = words // big(counts(i)%points) // " " // trim(counts(i)%verdict%word())
+    end do
+  end function tally
 
-  pure subroutine from_words(self, words)
-    class(summary_type), intent(inout) :: self
-    integer(int64), intent(in) :: words(summary_words)
-    real(dp) :: numbers(4)
-    integer, parameter :: n = last_number + 2
+  !> A whole number that may be large.
+  pure function big(number) result(text)
+    integer(int64), intent(in) :: number
+    character(len=:), allocatable :: text
+    character(len=20) :: digits
 
-    self%points = words(1)
-    self%verdicts = words(2:n)
-    numbers = transfer(words(n + 1:n + 4), numbers)
-    self%least = numbers(1)
-    self%most = numbers(2)
-    self%greatest_turn = numbers(3)
-    self%deviation = numbers(4)
-    self%where = int(words(n + 5:n + 6))
-    self%furthest = int(words(n + 7))
-    self%turned = words(n + 8)
-    self%solutions = words(n + 9)
-    self%checks = words(n + 10)
-  end subroutine from_words
+    write (digits, "(i0)") number
+    text = trim(digits)
+  end function big
 
 end module gestell_task_sweep_summary

@@ -9,7 +9,7 @@ module gestell_task_sweep_task
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_study_grid, only: tile_type
-  use gestell_study_tile_results, only: tile_results_type, verdict_column
+  use gestell_study_tile_results, only: tile_results_type, verdict
   use gestell_task_common_task, only: all_machines, longest_table, task_type
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_common_context, only: context_type
@@ -17,11 +17,11 @@ module gestell_task_sweep_task
   use gestell_task_common_locked_family, only: locked_family_type
   use gestell_task_sweep, only: solve_tile
   use gestell_task_sweep_checkpoint, only: campaign_type, open_campaign
-  use gestell_task_sweep_csv, only: columns_of, table_of
+  use gestell_task_sweep_columns, only: explained, table_of
   use gestell_task_range_plan, only: sweep_plan_type
   use gestell_task_sweep_plot, only: plot_sweep
-  use gestell_task_sweep_report, only: big, evidence_line, report_grid, report_sweep
-  use gestell_task_sweep_summary, only: summary_type, verdict_count_type
+  use gestell_task_sweep_report, only: evidence_line, report_grid, report_sweep
+  use gestell_task_sweep_summary, only: big, summary_type, verdict_count_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
@@ -68,9 +68,8 @@ contains
     type(context_type), intent(in) :: context
     type(error_type), allocatable, intent(out) :: error
 
-    if (.not. context%fails_if_unstable) return
-    if (verdict_column(context%configuration%plan%options%columns) == 0) call fatal_error(error, "--fail-if-unstable needs the " &
-      & // "column 'verdict' of the sweep", wrong_usage)
+    if (context%fails_if_unstable .and. .not. context%configuration%plan%options%columns(verdict)) call fatal_error(error, &
+      & "--fail-if-unstable needs the column 'verdict' of the sweep", wrong_usage)
   end subroutine prepare
 
   function preview(self, configuration) result(lines)
@@ -118,16 +117,23 @@ contains
             & // " when all parts are." // newline)
           return
         end if
-        if (context%executor%together) call read_back(context, self%campaign, error)
-        if (allocated(error)) return
+        if (context%executor%together) then
+          ! not all file systems keep what two processes write beside each other
+          call self%campaign%look(context%executor%share_of(size(mine)))
+          call context%executor%share_marks(self%campaign%done)
+          if (.not. all(self%campaign%done)) then
+            call fatal_error(error, context%folder // "/sweep.blocks: was damaged meanwhile; start again", failed_computation)
+            return
+          end if
+        end if
         if (context%executor%leads()) call tell_sweep(context, self%campaign, summary, result, error)
         call context%executor%share_error(error)
         if (allocated(error)) return
       end if
     end associate
     counts = summary%verdict_counts()
+    result%all_stable = result%all_stable .and. all(counts%verdict == stable)
     do i = 1, size(counts)
-      if (counts(i)%verdict /= stable) result%all_stable = .false.
       if (.not. (has_vibration(counts(i)%verdict) .and. counts(i)%verdict > judgement%verdict)) cycle
       judgement%verdict = counts(i)%verdict
       judgement%words = trim(judgement%verdict%alarm()) // " at " // big(counts(i)%points) // " of " // big(summary%points) &
@@ -168,19 +174,6 @@ contains
     call context%executor%share_marks(campaign%damaged)
   end subroutine open_together
 
-  !> Reads what several processes have written, each a share of it: not all file systems keep what two of them write beside each
-  !> other. Error: something is lost.
-  subroutine read_back(context, campaign, error)
-    type(context_type), intent(in) :: context
-    type(campaign_type), intent(inout) :: campaign
-    type(error_type), allocatable, intent(out) :: error
-
-    call campaign%look(context%executor%share_of(size(campaign%done)))
-    call context%executor%share_marks(campaign%done)
-    if (.not. all(campaign%done)) call fatal_error(error, context%folder // "/sweep.blocks: was damaged meanwhile; start again", &
-      & failed_computation)
-  end subroutine read_back
-
   !> The table of the tiles that are done, its picture and its report. Error: tiles are missing; it cannot be written.
   subroutine tell_sweep(context, campaign, summary, result, error)
     type(context_type), intent(in) :: context
@@ -190,24 +183,32 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(table_type) :: table
     real(dp), allocatable :: values(:, :, :)
-    integer :: shape(2), status
 
     associate (plan => context%configuration%plan)
-      shape = 0
-      if (context%keeps_rows) shape = 1
-      if (context%keeps_rows) shape(:size(plan%grid%axes)) = plan%grid%axes%count
-      allocate(values(plan%options%numbers(), shape(2), shape(1)), stat=status)
-      if (status /= 0) then
-        call fatal_error(error, "there is no memory for all points of the sweep at once; leave out --json", failed_computation)
-        return
-      end if
-      call campaign%finish(context%staging, summary, error, values)
+      if (context%keeps_rows) call allocate_values(plan, "--json", values, error)
+      if (.not. context%keeps_rows) allocate(values(plan%options%numbers(), 0, 0))
+      if (.not. allocated(error)) call campaign%finish(context%staging, summary, error, values)
       if (allocated(error)) return
-      table = table_of(plan%paths, plan%units, plan%grid, plan%options, values)
+      table = table_of(plan, values)
       table%written = .true.
       call tell_found(context, summary, table, result)
     end associate
   end subroutine tell_sweep
+
+  !> Room for all points. Error: there is none; `option`: what to leave out then.
+  subroutine allocate_values(plan, option, values, error)
+    type(sweep_plan_type), intent(in) :: plan
+    character(len=*), intent(in) :: option
+    real(dp), allocatable, intent(out) :: values(:, :, :)
+    type(error_type), allocatable, intent(out) :: error
+    integer :: shape(2), status
+
+    shape = 1
+    shape(:size(plan%grid%axes)) = plan%grid%axes%count
+    allocate(values(plan%options%numbers(), shape(2), shape(1)), stat=status)
+    if (status /= 0) call fatal_error(error, "there is no memory for all points of the sweep at once; leave out " // option, &
+      & failed_computation)
+  end subroutine allocate_values
 
   !> The table with its picture, and what is told of it.
   subroutine tell_found(context, summary, table, result)
@@ -215,33 +216,22 @@ contains
     type(summary_type), intent(in) :: summary
     type(table_type), intent(in) :: table
     type(result_type), intent(inout) :: result
+    character(len=:), allocatable :: found
 
     associate (plan => context%configuration%plan)
       if (plan%format == "npy" .and. table%written) then
         call result%add(table)
-        call result%add(columns_of(table))
+        call result%add(explained(table))
       else
         call result%add(table, plot_sweep(plan, context%configuration%turns(), summary))
       end if
-      call result%warn("", tally(summary))
+      found = summary%tally()
+      if (found /= "") found = ", " // found
+      call result%warn("", "Sweep: " // big(summary%points) // " points" // found)
       call result%say(report_sweep(plan, summary))
       call result%detail(evidence_line(summary))
     end associate
   end subroutine tell_found
-
-  !> How many points have which verdict.
-  pure function tally(summary) result(line)
-    type(summary_type), intent(in) :: summary
-    character(len=:), allocatable :: line
-    type(verdict_count_type), allocatable :: counts(:)
-    integer :: i
-
-    line = "Sweep: " // big(summary%points) // " points"
-    counts = summary%verdict_counts()
-    do i = 1, size(counts)
-      line = line // ", " // big(counts(i)%points) // " " // trim(counts(i)%verdict%word())
-    end do
-  end function tally
 
   !> Gives its folder back.
   subroutine settle(self)
@@ -276,27 +266,18 @@ contains
     type(table_type), intent(out) :: table
     type(error_type), allocatable, intent(out) :: error
     type(tiles_type) :: work
-    integer :: shape(2), k, status
+    integer :: k
 
     call prepare_work(context, work)
-    associate (plan => work%plan)
-      shape = 1
-      shape(:size(plan%grid%axes)) = plan%grid%axes%count
-      allocate(work%values(plan%options%numbers(), shape(2), shape(1)), stat=status)
-      if (status /= 0) then
-        call fatal_error(error, "there is no memory for all points of the sweep at once; leave out --one-line", &
-          & failed_computation)
-        return
-      end if
-      associate (tiles => [(k, k = 1, plan%grid%tiles())])
-        call context%executor%spread(work, tiles, error, points_of(plan, tiles))
-      end associate
-      if (allocated(error)) return
-      call summary%add_points(plan%options%columns, [1, 1], work%values)
+    call allocate_values(work%plan, "--one-line", work%values, error)
+    if (allocated(error)) return
+    associate (tiles => [(k, k = 1, work%plan%grid%tiles())])
+      call context%executor%spread(work, tiles, error, points_of(work%plan, tiles))
     end associate
-    associate (plan => context%configuration%plan)
-      table = table_of(plan%paths, plan%units, plan%grid, plan%options, work%values)
-    end associate
+    if (allocated(error)) return
+    call summary%add_points(work%plan%options, [1, 1], work%values)
+    ! not of the copy in `work`: gfortran 12 loses the length of its paths
+    table = table_of(context%configuration%plan, work%values)
   end subroutine compute_all
 
   subroutine prepare_work(context, work)

@@ -1,17 +1,29 @@
 !> Cells of a tile: what one expansion covers.
 module gestell_task_sweep_expansion_cell
+  use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_system_family, only: family_type
   use gestell_study_grid, only: grid_type, tile_type
   use gestell_task_sweep_expansion_pilot, only: count_points, most_points
   use gestell_task_sweep_expansion_sampler, only: new_sampler, sampler_type
-  use gestell_study_point, only: sweep_options
-  use gestell_study_tile_results, only: last_peak, xi_peak
+  use gestell_study_point, only: solve_point, sweep_options
+  use gestell_study_tile_results, only: last_peak, sweep_columns, tile_results_type, xi_peak
   use gestell_task_sweep_expansion_variable, only: inverse, itself, logarithm, variable_type
   implicit none (type, external)
   private
 
   public :: cell_points, halves, plan_cell, random_points
+
+  !> A tile to be solved: the machines, their grid, what is wanted of each, and what has been found so far.
+  type, public :: problem_type
+    class(family_type), pointer :: family => null()
+    type(grid_type) :: grid
+    type(tile_type) :: tile
+    type(sweep_options) :: options
+    type(tile_results_type), pointer :: results => null()
+  contains
+    procedure :: solve_single
+  end type problem_type
 
   !> What becomes of a cell: it is expanded, solved point by point, or split along an axis.
   integer, parameter, public :: expand_it = 0, solve_it = -1
@@ -26,6 +38,21 @@ module gestell_task_sweep_expansion_cell
 
 contains
 
+  !> Solves point (i, j) by itself. Error: as of `solve_point`.
+  subroutine solve_single(self, i, j, error)
+    class(problem_type), intent(in) :: self
+    integer, intent(in) :: i, j
+    type(error_type), allocatable, intent(out) :: error
+    real(dp) :: found(sweep_columns), measures(2, self%options%measured())
+
+    call solve_point(self%family, self%grid%parameters(i, j), self%options, found, error, measures)
+    if (allocated(error)) return
+    associate (first => self%tile%first, results => self%results)
+      results%values(:, j - first(2) + 1, i - first(1) + 1) = [found(self%options%ordered()), measures]
+      results%solutions = results%solutions + 1
+    end associate
+  end subroutine solve_single
+
   !> The number of points of a cell.
   pure integer function cell_points(cell)
     type(tile_type), intent(in) :: cell
@@ -35,62 +62,62 @@ contains
 
   !> Decides on a cell by expansions along lines through it: both edges and the middle, along each axis. `plan`: `expand_it`
   !> with the variables and their points, `solve_it`, or the axis along which to split.
-  subroutine plan_cell(family, grid, cell, options, sampler, variables, points, plan)
-    class(family_type), intent(in) :: family
-    type(grid_type), intent(in) :: grid
+  subroutine plan_cell(problem, cell, sampler, variables, points, plan)
+    type(problem_type), intent(in) :: problem
     type(tile_type), intent(in) :: cell
-    type(sweep_options), intent(in) :: options
     type(sampler_type), intent(out) :: sampler
     type(variable_type), allocatable, intent(out) :: variables(:)
     integer, intent(out) :: points(2), plan
     logical :: fits
     integer :: axis, side, needed, most, middle(2), tried(2)
-    real(dp) :: line(size(grid%axes)), tolerance
+    real(dp) :: line(size(problem%grid%axes)), tolerance
 
     points = 1
-    plan = widest(cell)
-    tolerance = part_of_tolerance * options%accuracy%tolerance
+    ! the axis with the most points
+    plan = maxloc(cell%last - cell%first, dim=1)
     middle = (cell%first + cell%last) / 2
-    call new_sampler(sampler, family, corners(grid, cell), options%accuracy, any(options%columns(xi_peak:last_peak)), &
-      & cell_points(cell), fits)
-    if (.not. fits) return
-    allocate(variables(size(grid%axes)))
-    do axis = 1, size(variables)
-      variables(axis) = variable_type(grid%axes(axis)%value(cell%first(axis)), grid%axes(axis)%value(cell%last(axis)), &
-        & merge(logarithm, itself, grid%axes(axis)%logarithmic))
-    end do
-    call try_to_pay(sampler, family, grid%parameters(middle(1), middle(2)), tolerance, variables, options, cell, tried, fits)
-    if (.not. fits .or. all(tried(:size(variables)) == 0)) return
-    do axis = 1, size(variables)
-      line = grid%parameters(middle(1), middle(2))
-      most = most_useful(options, cell, merge(max(points(3 - axis), fewest), 1, size(variables) == 2))
-      points(axis) = max(tried(axis), 0)
-      if (points(axis) == 0) call best_variable(sampler, family, axis, line, tolerance, most, variables(axis), points(axis), fits)
-      if (size(variables) == 2) then
-        do side = 1, 2
-          if (points(axis) == 0 .or. .not. fits) exit
-          line(3 - axis) = grid%axes(3 - axis)%value(merge(cell%first(3 - axis), cell%last(3 - axis), side == 1))
-          call count_points(sampler, family, axis, variables(axis), line, tolerance, most, needed, fits)
-          points(axis) = merge(0, max(points(axis), needed), needed == 0)
-        end do
-      end if
+    associate (grid => problem%grid, options => problem%options)
+      tolerance = part_of_tolerance * options%accuracy%tolerance
+      call new_sampler(sampler, problem%family, corners(grid, cell), options%accuracy, any(options%columns(xi_peak:last_peak)), &
+        & cell_points(cell), fits)
       if (.not. fits) return
-      if (points(axis) == 0) then
-        plan = axis
-        return
-      end if
-      if (points(axis) > 1) points(axis) = points(axis) + margin
-    end do
+      allocate(variables(size(grid%axes)))
+      do axis = 1, size(variables)
+        variables(axis) = variable_type(grid%axes(axis)%value(cell%first(axis)), grid%axes(axis)%value(cell%last(axis)), &
+          & merge(logarithm, itself, grid%axes(axis)%logarithmic))
+      end do
+      call try_to_pay(sampler, grid%parameters(middle(1), middle(2)), tolerance, variables, options, cell, tried, fits)
+      if (.not. fits .or. all(tried(:size(variables)) == 0)) return
+      do axis = 1, size(variables)
+        line = grid%parameters(middle(1), middle(2))
+        most = most_useful(options, cell, merge(max(points(3 - axis), fewest), 1, size(variables) == 2))
+        points(axis) = max(tried(axis), 0)
+        if (points(axis) == 0) call best_variable(sampler, axis, line, tolerance, most, variables(axis), points(axis), fits)
+        if (size(variables) == 2) then
+          do side = 1, 2
+            if (points(axis) == 0 .or. .not. fits) exit
+            line(3 - axis) = grid%axes(3 - axis)%value(merge(cell%first(3 - axis), cell%last(3 - axis), side == 1))
+            call count_points(sampler, axis, variables(axis), line, tolerance, most, needed, fits)
+            points(axis) = merge(0, max(points(axis), needed), needed == 0)
+          end do
+        end if
+        if (.not. fits) return
+        if (points(axis) == 0) then
+          plan = axis
+          return
+        end if
+        if (points(axis) > 1) points(axis) = points(axis) + margin
+      end do
+    end associate
     plan = expand_it
     ! A solution with its bounds is three expansions' points at least.
-    if (options%engine == "auto" .and. 2 * product(points) > cell_points(cell)) plan = solve_it
+    if (problem%options%engine == "auto" .and. 2 * product(points) > cell_points(cell)) plan = solve_it
   end subroutine plan_cell
 
   !> Whether an expansion may be quicker than solutions of their own: of two axes one at least needs no more points than the root of
   !> what pays. `tried`: the points that an axis needs, 0: more, -1: not tried.
-  subroutine try_to_pay(sampler, family, middle, tolerance, variables, options, cell, tried, fits)
+  subroutine try_to_pay(sampler, middle, tolerance, variables, options, cell, tried, fits)
     type(sampler_type), intent(inout) :: sampler
-    class(family_type), intent(in) :: family
     real(dp), intent(in) :: middle(:), tolerance
     type(variable_type), intent(inout) :: variables(:)
     type(sweep_options), intent(in) :: options
@@ -104,7 +131,7 @@ contains
     tried = -1
     if (options%engine /= "auto" .or. size(variables) == 1) return
     do axis = 1, size(variables)
-      call best_variable(sampler, family, axis, middle, tolerance, most, variables(axis), tried(axis), fits)
+      call best_variable(sampler, axis, middle, tolerance, most, variables(axis), tried(axis), fits)
       if (.not. fits .or. tried(axis) > 0) return
     end do
   end subroutine try_to_pay
@@ -121,9 +148,8 @@ contains
   end function most_useful
 
   !> The variable that needs the fewest points along a line.
-  subroutine best_variable(sampler, family, axis, line, tolerance, most, variable, points, fits)
+  subroutine best_variable(sampler, axis, line, tolerance, most, variable, points, fits)
     type(sampler_type), intent(inout) :: sampler
-    class(family_type), intent(in) :: family
     integer, intent(in) :: axis
     real(dp), intent(in) :: line(:), tolerance
     integer, intent(in) :: most
@@ -132,36 +158,24 @@ contains
     logical, intent(out) :: fits
     type(variable_type) :: other
     integer :: kind, needed
+    !> Ratio of the ends of a range above which its variables differ.
+    real(dp), parameter :: wide = 1.5_dp
 
-    call count_points(sampler, family, axis, variable, line, tolerance, most, points, fits)
+    call count_points(sampler, axis, variable, line, tolerance, most, points, fits)
     if (.not. fits) return
     if (points > 0 .and. points <= few_points) return
+    if (.not. max(abs(variable%from), abs(variable%to)) > wide * min(abs(variable%from), abs(variable%to))) return
     do kind = itself, logarithm
       other = variable
       other%kind = kind
-      if (kind == variable%kind .or. .not. (other%suits() .and. differs(other))) cycle
-      call count_points(sampler, family, axis, other, line, tolerance, most, needed, fits)
+      if (kind == variable%kind .or. .not. other%suits()) cycle
+      call count_points(sampler, axis, other, line, tolerance, most, needed, fits)
       if (.not. fits) return
       if (needed == 0 .or. (points > 0 .and. needed >= points)) cycle
       points = needed
       variable = other
     end do
   end subroutine best_variable
-
-  !> Whether the range is so wide that its variables differ.
-  pure logical function differs(variable)
-    type(variable_type), intent(in) :: variable
-    real(dp), parameter :: wide = 1.5_dp
-
-    differs = max(abs(variable%from), abs(variable%to)) > wide * min(abs(variable%from), abs(variable%to))
-  end function differs
-
-  !> The axis along which a cell has the most points.
-  pure integer function widest(cell)
-    type(tile_type), intent(in) :: cell
-
-    widest = maxloc(cell%last - cell%first, dim=1)
-  end function widest
 
   !> The corners of a cell and its middle, shape (axes, corners).
   pure function corners(grid, cell)

@@ -7,13 +7,12 @@ module gestell_task_sweep_expansion_evaluation
   use gestell_base_verdict, only: stable_number, undamped_number, undecided_number, unstable_number
   use gestell_floquet_multipliers_spectra, only: found_type, is_undamped, spectra_of_eight
   use gestell_task_sweep_expansion, only: expansion_type
-  use gestell_system_family, only: family_type
-  use gestell_study_grid, only: grid_type, tile_type
+  use gestell_task_sweep_expansion_cell, only: problem_type
+  use gestell_study_grid, only: tile_type
   use gestell_task_sweep_expansion_peaks, only: peaks_of_motion
-  use gestell_study_point, only: peak_limit, solve_point, sweep_options
+  use gestell_study_point, only: peak_limit, sweep_options
   use gestell_task_sweep_expansion_sampler, only: sampler_type
-  use gestell_study_tile_results, only: last_peak, log_rho_max, rho_error, rho_max, sweep_columns, tile_results_type, &
-    & verdict, verdict_behind, xi_peak
+  use gestell_study_tile_results, only: last_peak, log_rho_max, rho_error, rho_max, sweep_columns, verdict, xi_peak
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private
@@ -22,25 +21,22 @@ module gestell_task_sweep_expansion_evaluation
 
 contains
 
-  !> Sets the results in `cell`, a part of `tile`; `perturbations` bound the errors of Phi(T) and of all numbers in norm. A
+  !> Sets the results in `cell`, a part of the tile; `perturbations` bound the errors of Phi(T) and of all numbers in norm. A
   !> point whose vibration is not known, beside a resonance, gets a solution of its own. Error: that of a point.
-  subroutine evaluate(family, grid, tile, cell, options, sampler, expansion, perturbations, results, error)
-    class(family_type), intent(in) :: family
-    type(grid_type), intent(in) :: grid
-    type(tile_type), intent(in) :: tile, cell
-    type(sweep_options), intent(in) :: options
+  subroutine evaluate(problem, cell, sampler, expansion, perturbations, error)
+    type(problem_type), intent(in) :: problem
+    type(tile_type), intent(in) :: cell
     type(sampler_type), intent(in) :: sampler
     type(expansion_type), intent(in) :: expansion
     real(dp), intent(in) :: perturbations(2)
-    type(tile_results_type), intent(inout) :: results
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: lines(:, :, :), points(:, :, :), blocks(:, :, :), eight(:, :, :), columns(:, :)
-    integer :: along(2), first(2), ordered(count(options%columns)), i, k, lane
+    integer :: along(2), first(2), ordered(count(problem%options%columns)), last, i, j, k, lane
 
-    ordered = pack([(k, k = 1, sweep_columns)], options%columns)
+    ordered = problem%options%ordered()
     along = cell%last - cell%first + 1
-    first = cell%first - tile%first + 1
-    associate (axes => size(grid%axes))
+    first = cell%first - problem%tile%first + 1
+    associate (grid => problem%grid, axes => size(problem%grid%axes), values => problem%results%values)
       ! A single axis is the second of the expansion.
       if (axes == 1) along = [1, along(1)]
       lines = expansion%factors(1, grid%axes(1)%value([(cell%first(1) + i, i = 0, along(1) - 1)]))
@@ -50,40 +46,24 @@ contains
       do i = 1, along(1)
         lane = 1 + mod(i - 1, lanes)
         if (lane == 1) call expansion%lines(blocks, lines(:, :, 1 + (i - 1) / lanes), eight)
-        call set_columns(options, sampler, points, eight(:, :, lane), perturbations, columns)
+        call set_columns(problem%options, sampler, points, eight(:, :, lane), perturbations, columns)
         do k = 1, size(ordered)
-          if (axes == 1) results%values(k, 1, first(1):first(1) + along(2) - 1) = columns(:, ordered(k))
-          if (axes == 2) results%values(k, first(2):first(2) + along(2) - 1, first(1) + i - 1) = columns(:, ordered(k))
+          if (axes == 1) values(k, 1, first(1):first(1) + along(2) - 1) = columns(:, ordered(k))
+          if (axes == 2) values(k, first(2):first(2) + along(2) - 1, first(1) + i - 1) = columns(:, ordered(k))
+        end do
+      end do
+      if (.not. sampler%parts%forced) return
+      ! points without a peak
+      last = findloc(ordered >= xi_peak, .true., dim=1, back=.true.)
+      do i = cell%first(1), cell%last(1)
+        do j = cell%first(2), cell%last(2)
+          if (.not. ieee_is_nan(values(last, first(2) + j - cell%first(2), first(1) + i - cell%first(1)))) cycle
+          call problem%solve_single(i, j, error)
+          if (allocated(error)) return
         end do
       end do
     end associate
-    if (sampler%parts%forced) call solve_doubtful(family, grid, tile, cell, options, results, error)
   end subroutine evaluate
-
-  !> Solutions of their own for the points of a cell without a peak.
-  subroutine solve_doubtful(family, grid, tile, cell, options, results, error)
-    class(family_type), intent(in) :: family
-    type(grid_type), intent(in) :: grid
-    type(tile_type), intent(in) :: tile, cell
-    type(sweep_options), intent(in) :: options
-    type(tile_results_type), intent(inout) :: results
-    type(error_type), allocatable, intent(out) :: error
-    real(dp) :: all(sweep_columns)
-    integer :: last, i, j
-
-    last = count(options%columns(:last_peak))
-    do i = cell%first(1), cell%last(1)
-      do j = cell%first(2), cell%last(2)
-        associate (values => results%values(:, j - tile%first(2) + 1, i - tile%first(1) + 1))
-          if (.not. ieee_is_nan(values(last))) cycle
-          call solve_point(family, grid%parameters(i, j), options, all, error)
-          if (allocated(error)) return
-          values = pack(all, options%columns)
-          results%solutions = results%solutions + 1
-        end associate
-      end do
-    end do
-  end subroutine solve_doubtful
 
   !> The columns along a line of points, shape (points, columns), from the values at the points of the series and their factors.
   subroutine set_columns(options, sampler, factors, line, perturbations, columns)
@@ -116,23 +96,27 @@ contains
     type(found_type) :: found
     real(dp) :: peaks(lanes, n / 2)
     logical :: known(lanes), spectra, bounds
-    integer :: group, first, filled, alone, i
+    integer :: group, first, last, filled, alone, i
 
-    bounds = any(options%columns([rho_error, verdict, verdict_behind]))
+    bounds = any(options%columns([rho_error, verdict]))
     spectra = bounds .or. options%columns(rho_max) .or. options%columns(log_rho_max)
     if (sampler%parts%forced) columns(:, xi_peak:last_peak) = 0
     do group = 1, size(factors, 3)
       first = lanes * (group - 1) + 1
-      filled = min(lanes, size(columns, 1) - first + 1)
+      last = min(first + lanes - 1, size(columns, 1))
+      filled = last - first + 1
       call combine(size(line, 1), size(line, 2), factors(:, :, group), line, values)
       call sampler%parts%compose(values, motion)
       if (spectra) then
         call spectra_of_eight(n, motion(:, :, :, parts), filled, perturbations(1), bounds, found, alone)
-        call set_spectra(found, columns(first:first + filled - 1, :))
+        columns(first:last, rho_max) = found%radius(:filled)
+        columns(first:last, log_rho_max) = found%log_radius(:filled)
+        columns(first:last, rho_error) = found%bound(:filled)
+        columns(first:last, verdict) = merge(stable_number, merge(unstable_number, undecided_number, found%unstable(:filled)), &
+          & found%stable(:filled))
         do i = 1, merge(filled, 0, bounds .and. sampler%conserves)
           if (found%stable(i) .or. found%unstable(i)) cycle
-          if (is_undamped(motion(i, :, :, parts), perturbations(1))) columns(first + i - 1, [verdict, verdict_behind]) = &
-            & undamped_number
+          if (is_undamped(motion(i, :, :, parts), perturbations(1))) columns(first + i - 1, verdict) = undamped_number
         end do
       end if
       if (.not. sampler%parts%forced) cycle
@@ -147,20 +131,5 @@ contains
       end do
     end do
   end subroutine set_eight_by_eight
-
-  !> What is found of the greatest multipliers, in the columns of the points that count.
-  subroutine set_spectra(found, columns)
-    type(found_type), intent(in) :: found
-    real(dp), intent(inout) :: columns(:, :)
-
-    associate (filled => size(columns, 1))
-      columns(:, rho_max) = found%radius(:filled)
-      columns(:, log_rho_max) = found%log_radius(:filled)
-      columns(:, rho_error) = found%bound(:filled)
-      columns(:, verdict) = merge(stable_number, merge(unstable_number, undecided_number, found%unstable(:filled)), &
-        & found%stable(:filled))
-      columns(:, verdict_behind) = columns(:, verdict)
-    end associate
-  end subroutine set_spectra
 
 end module gestell_task_sweep_expansion_evaluation

@@ -5,7 +5,6 @@ module gestell_task_sweep_expansion
   use gestell_base_kinds, only: dp
   use gestell_math_lanes_products, only: combine, in_fours
   use gestell_math_lanes, only: lanes
-  use gestell_system_family, only: family_type
   use gestell_task_sweep_expansion_sampler, only: sampler_type
   use gestell_task_sweep_expansion_variable, only: variable_type
   implicit none (type, external)
@@ -33,11 +32,10 @@ module gestell_task_sweep_expansion
 
 contains
 
-  !> Samples a family at points(1) times points(2) Chebyshev points. `fits` is false where a member has no solution.
-  subroutine expand(expansion, sampler, family, variables, points, fits)
+  !> Samples the sampler's family at points(1) times points(2) Chebyshev points. `fits` is false where a member has no solution.
+  subroutine expand(expansion, sampler, variables, points, fits)
     type(expansion_type), intent(out) :: expansion
     type(sampler_type), intent(inout) :: sampler
-    class(family_type), intent(in) :: family
     type(variable_type), intent(in) :: variables(:)
     integer, intent(in) :: points(2)
     logical, intent(out) :: fits
@@ -59,7 +57,7 @@ contains
         do j = 1, size(y)
           parameters(1) = lines(1)%parameter_of(x(i))
           parameters(axes) = lines(2)%parameter_of(y(j))
-          call sampler%sample(family, parameters, numbers, fits)
+          call sampler%sample(parameters, numbers, fits)
           if (.not. fits) return
           expansion%values(j, :expansion%numbers, i) = numbers
           associate (period => sampler%parts%period(numbers))
@@ -83,29 +81,21 @@ contains
     real(dp), parameter :: lebesgue = 4
     real(dp), allocatable :: coefficients(:, :)
     real(dp) :: last(size(expansion%values, 2), 2), term
-    integer :: i, n
+    integer :: axis, i, n
 
     rest = 0
-    n = expansion%points(1)
-    if (n > 1) then
+    do axis = 1, 2
+      n = expansion%points(axis)
+      if (n == 1) cycle
       coefficients = chebyshev_coefficients(n)
       term = 0
-      do i = 1, expansion%points(2)
-        last = matmul(expansion%values(i, :, :), transpose(coefficients(n - 1:, :)))
+      do i = 1, expansion%points(3 - axis)
+        if (axis == 1) last = matmul(expansion%values(i, :, :), transpose(coefficients(n - 1:, :)))
+        if (axis == 2) last = transpose(matmul(coefficients(n - 1:, :), expansion%values(:, :, i)))
         term = max(term, sum(norm2(last, dim=1)))
       end do
       rest = rest + lebesgue * term
-    end if
-    n = expansion%points(2)
-    if (n > 1) then
-      coefficients = chebyshev_coefficients(n)
-      term = 0
-      do i = 1, expansion%points(1)
-        last = transpose(matmul(coefficients(n - 1:, :), expansion%values(:, :, i)))
-        term = max(term, sum(norm2(last, dim=1)))
-      end do
-      rest = rest + lebesgue * term
-    end if
+    end do
   end function missing
 
   !> The factors of the values at the points of an axis at some parameters, eight side by side and the last one repeated; shape

@@ -9,28 +9,13 @@ module gestell_task_sweep_expansion_peaks
   implicit none (type, external)
   private
 
-  public :: peaks_of_motion, peaks_of_numbers
+  public :: peaks_of_motion
 
 contains
-
-  !> As `peaks_of_motion`, of weighted numbers alone, shape (lanes, numbers).
-  subroutine peaks_of_numbers(sampler, values, filled, perturbation, limit, peaks, known)
-    type(sampler_type), intent(in) :: sampler
-    real(dp), contiguous, intent(in) :: values(:, :)
-    integer, intent(in) :: filled
-    real(dp), intent(in) :: perturbation, limit
-    real(dp), intent(out) :: peaks(:, :)
-    logical, intent(out) :: known(lanes)
-    real(dp) :: motion(lanes, sampler%parts%states, sampler%parts%columns(), 0:sampler%parts%parts)
-
-    call sampler%parts%compose(values, motion)
-    call peaks_of_motion(sampler, values, motion, filled, perturbation, limit, peaks, known)
-  end subroutine peaks_of_numbers
 
   !> max |q(t)| of the periodic motion x(t) = Phi(t) x0 + x_p(t), x0 = (E - Phi(T))^-1 x_p(T), for each position, in the units
   !> of the states; shape (lanes, states / 2). `motion`: [Phi x_p] at the ends of the parts. The numbers' error is at most
   !> `perturbation` in norm. `known`: so x0 is wrong by less than `limit` of its size; else there are no peaks.
-  !> Eight arguments: numbers, motion and what is found of the machines in the first `filled` lanes.
   subroutine peaks_of_motion(sampler, values, motion, filled, perturbation, limit, peaks, known)
     type(sampler_type), intent(in) :: sampler
     real(dp), contiguous, intent(in) :: values(:, :), motion(:, :, :, 0:)

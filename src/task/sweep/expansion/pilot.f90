@@ -2,7 +2,6 @@
 module gestell_task_sweep_expansion_pilot
   use gestell_math_series_chebyshev, only: chebyshev_coefficients, chebyshev_points
   use gestell_base_kinds, only: dp
-  use gestell_system_family, only: family_type
   use gestell_task_sweep_expansion_sampler, only: sampler_type
   use gestell_task_sweep_expansion_variable, only: variable_type
   implicit none (type, external)
@@ -18,9 +17,8 @@ contains
   !> The points that a series needs whose terms beyond stay below `tolerance` times the least norm of Phi(T) on the line.
   !> The line: parameter `axis` moves through `variable`, the others are `fixed`. Zero: more than trials of up to `most` points
   !> tell, or `fits` is false and some member of the family has no solution.
-  subroutine count_points(sampler, family, axis, variable, fixed, tolerance, most, needed, fits)
+  subroutine count_points(sampler, axis, variable, fixed, tolerance, most, needed, fits)
     type(sampler_type), intent(inout) :: sampler
-    class(family_type), intent(in) :: family
     integer, intent(in) :: axis
     type(variable_type), intent(in) :: variable
     real(dp), intent(in) :: fixed(:), tolerance
@@ -50,7 +48,7 @@ contains
           cycle
         end if
         parameters(axis) = variable%parameter_of(x(j))
-        call sampler%sample(family, parameters, finer(:, j), fits)
+        call sampler%sample(parameters, finer(:, j), fits)
         if (.not. fits) return
         least = min(least, norm2(sampler%parts%phi(finer(:, j))))
       end do

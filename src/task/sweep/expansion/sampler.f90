@@ -27,6 +27,7 @@ module gestell_task_sweep_expansion_sampler
   !> Integrates members of a family by one method, with steps in proportion to what their fastest motion turns by. With the same
   !> steps errors are as smooth as the numbers; where the number changes they jump, by a sixteenth of them at the most.
   type, public :: sampler_type
+    class(family_type), pointer :: family => null()
     class(method_type), allocatable :: method
     !> Numbers of steps, ascending: the last for a member whose fastest motion turns by `fastest`, none with fewer nodes than
     !> `fewest`, which the least demanding member takes.
@@ -73,7 +74,7 @@ contains
   !> steps of the most demanding of them. `forced`: with the periodic vibration. `fits` is false where there is none.
   subroutine new_sampler(sampler, family, corners, accuracy, forced, points, fits)
     type(sampler_type), intent(out) :: sampler
-    class(family_type), intent(in) :: family
+    class(family_type), intent(in), target :: family
     real(dp), intent(in) :: corners(:, :)
     type(accuracy_type), intent(in) :: accuracy
     logical, intent(in) :: forced
@@ -83,11 +84,17 @@ contains
     type(survey_type) :: seen
     type(monodromy_type) :: monodromy
     type(error_type), allocatable :: error
+    type(accuracy_type) :: sharper
     real(dp) :: turns(size(corners, 2)), nodes, most
     integer :: i, k
 
     fits = .false.
     most = -1
+    sampler%family => family
+    ! An eighth of the tolerance for the integration: most of it is left to the expansion. A 64th with the periodic vibration:
+    ! beside resonances errors grow, and a point where they are too great is solved by itself, which takes a hundred times as long.
+    sharper = accuracy
+    sharper%tolerance = max(accuracy%tolerance / merge(64, 8, forced), 10 * epsilon(1.0_dp))
     do k = 1, size(corners, 2)
       call take_member(family, corners(:, k), system, error)
       if (allocated(error)) return
@@ -98,7 +105,7 @@ contains
       if (k == 1) sampler%scale = seen%scale
       if (system%states /= size(sampler%scale)) return
       sampler%conserves = sampler%conserves .and. system%conserves([(i, i = 1, system%states / 2)])
-      call solve_monodromy(system, sharper(accuracy, forced), forced, monodromy, error)
+      call solve_monodromy(system, sharper, forced, monodromy, error)
       sampler%solutions = sampler%solutions + 1
       if (allocated(error)) return
       sampler%error = max(sampler%error, monodromy%error / monodromy%norm)
@@ -120,10 +127,16 @@ contains
     end do
     if (forced .and. .not. (sampler%unit > 0 .and. sampler%times <= most_times)) return
     sampler%transform = transform_matrix(sampler%times)
-    call choose_parts(sampler, turns, allocated(system%breaks), points)
+    associate (parts => sampler%parts)
+      parts%states = size(sampler%scale)
+      parts%forced = sampler%times > 0
+      ! Between breaks steps are not of one length.
+      if (.not. allocated(system%breaks)) parts%parts = cheapest_parts((maxval(turns) - minval(turns)) / 2, points, sampler%times)
+      parts%between = max(sampler%times, parts%parts) / parts%parts - 1
+    end associate
     call choose_steps(sampler, most)
     if (family%shares_mechanism()) call remember(sampler, system)
-    call weigh(sampler, family, corners, fits)
+    call weigh(sampler, corners, fits)
   end subroutine new_sampler
 
   !> Remembers the mechanism of a frame in the plane.
@@ -142,23 +155,6 @@ contains
       end do
     end select
   end subroutine remember
-
-  !> Parts of the period. `turns`: what vibrations turn by at the corners.
-  pure subroutine choose_parts(sampler, turns, breaks, points)
-    type(sampler_type), intent(inout) :: sampler
-    real(dp), intent(in) :: turns(:)
-    logical, intent(in) :: breaks
-    integer, intent(in) :: points
-
-    associate (parts => sampler%parts)
-      parts%states = size(sampler%scale)
-      parts%forced = sampler%times > 0
-      parts%parts = 1
-      ! Between breaks steps are not of one length.
-      if (.not. breaks) parts%parts = cheapest_parts((maxval(turns) - minval(turns)) / 2, points, sampler%times)
-      parts%between = max(sampler%times, parts%parts) / parts%parts - 1
-    end associate
-  end subroutine choose_parts
 
   !> Numbers of steps that end with the parts and with the times that are wanted, and fill the lanes, each more by a tenth than the
   !> one before at least, up to that of the most demanding corner, which takes `most` nodes.
@@ -222,9 +218,8 @@ contains
   end function cheapest_parts
 
   !> Weights of the parts by what becomes of errors at the corners.
-  subroutine weigh(sampler, family, corners, fits)
+  subroutine weigh(sampler, corners, fits)
     type(sampler_type), intent(inout) :: sampler
-    class(family_type), intent(in) :: family
     real(dp), intent(in) :: corners(:, :)
     logical, intent(out) :: fits
     real(dp) :: values(sampler%parts%numbers(), size(corners, 2))
@@ -232,21 +227,11 @@ contains
 
     allocate(sampler%parts%of_map(sampler%parts%parts), sampler%parts%of_times(sampler%parts%parts), source=1.0_dp)
     do k = 1, size(corners, 2)
-      call sampler%sample(family, corners(:, k), values(:, k), fits)
+      call sampler%sample(corners(:, k), values(:, k), fits)
       if (.not. fits) return
     end do
     call sampler%parts%set_weights(values)
   end subroutine weigh
-
-  !> An eighth of the tolerance for the integration: most of it is left to the expansion. A 64th with the periodic vibration: beside
-  !> resonances errors grow, and a point where they are too great is solved by itself, which takes a hundred times as long.
-  pure type(accuracy_type) function sharper(accuracy, forced)
-    type(accuracy_type), intent(in) :: accuracy
-    logical, intent(in) :: forced
-
-    sharper = accuracy
-    sharper%tolerance = max(accuracy%tolerance / merge(64, 8, forced), 10 * epsilon(1.0_dp))
-  end function sharper
 
   !> Counts the times at which a frame's vibration has to be known. `fits` is false for other systems.
   subroutine look_at_vibration(sampler, system, accuracy, fits)
@@ -281,9 +266,8 @@ contains
   end subroutine look_at_vibration
 
   !> The numbers at these parameters, weighted. `fits` is false where there are none.
-  subroutine sample(self, family, parameters, values, fits)
+  subroutine sample(self, parameters, values, fits)
     class(sampler_type), intent(inout) :: self
-    class(family_type), intent(in) :: family
     real(dp), intent(in) :: parameters(:)
     real(dp), intent(out) :: values(:)
     logical, intent(out) :: fits
@@ -294,7 +278,7 @@ contains
 
     fits = .false.
     values = 0
-    call take_member(family, parameters, system, error)
+    call take_member(self%family, parameters, system, error)
     if (allocated(error)) return
     if (system%states /= size(self%scale)) return
     if (fewest(self%method, system) > maxval(self%steps)) return
@@ -322,9 +306,8 @@ contains
   end subroutine exchange
 
   !> The numbers of the period from a solution of their own, with a bound on its error relative to their norms.
-  subroutine check(self, family, parameters, accuracy, values, bound, fits)
+  subroutine check(self, parameters, accuracy, values, bound, fits)
     class(sampler_type), intent(inout) :: self
-    class(family_type), intent(in) :: family
     real(dp), intent(in) :: parameters(:)
     type(accuracy_type), intent(in) :: accuracy
     real(dp), intent(out) :: values(:), bound
@@ -337,7 +320,7 @@ contains
     fits = .false.
     values = 0
     bound = 0
-    call take_member(family, parameters, system, error)
+    call take_member(self%family, parameters, system, error)
     if (.not. allocated(error)) call solve_monodromy(system, accuracy, self%parts%forced, monodromy, error)
     self%solutions = self%solutions + 1
     if (allocated(error)) return

@@ -1,0 +1,129 @@
+!> The columns of a sweep's table: the parameters, what is reported of every point, and measures with the bounds on their errors.
+module gestell_task_sweep_columns
+  use gestell_base_kinds, only: dp
+  use gestell_base_verdict, only: verdict_length, verdict_numbered, verdict_type
+  use gestell_base_words, only: word_length
+  use gestell_output_table, only: new_table, table_type
+  use gestell_output_table_scientific, only: number_width
+  use gestell_output_table_unit, only: new_unit, unit_type
+  use gestell_study_tile_results, only: column_records, verdict
+  use gestell_task_range_plan, only: sweep_plan_type
+  implicit none (type, external)
+  private
+
+  public :: columns_of, explained, table_of, verdict_word
+
+  type, public :: column_type
+    !> As a table takes them: the column `error` holds its error
+    character(len=word_length + 16) :: name = "", error = ""
+    type(unit_type) :: unit
+    character(len=64) :: meaning = ""
+    logical :: is_verdict = .false.
+    !> Characters of a field in CSV
+    integer :: width = number_width
+  end type column_type
+
+  !> Characters of a number without a sign.
+  integer, parameter, public :: unsigned_width = number_width - 1
+
+contains
+
+  !> All columns of the table, in its order: the numbers of a point stand behind the parameters.
+  pure function columns_of(plan) result(columns)
+    type(sweep_plan_type), intent(in) :: plan
+    type(column_type) :: columns(size(plan%grid%axes) + plan%options%numbers())
+    integer :: ordered(count(plan%options%columns)), axes, k, n
+
+    axes = size(plan%grid%axes)
+    do k = 1, axes
+      columns(k)%name = plan%paths(k)
+      columns(k)%unit%words = plan%units(k)
+      columns(k)%meaning = "in the units of the input"
+      if (all(sign(1.0_dp, [plan%grid%axes(k)%from, plan%grid%axes(k)%to]) > 0)) columns(k)%width = unsigned_width
+    end do
+    ordered = plan%options%ordered()
+    do k = 1, size(ordered)
+      associate (column => columns(axes + k), record => column_records(ordered(k)))
+        column%name = record%name
+        column%unit%words = record%unit
+        column%meaning = "of the machine at the point"
+        if (any(column_records(ordered)%name == record%error)) column%error = record%error
+        if (.not. record%signed) column%width = unsigned_width
+        column%is_verdict = ordered(k) == verdict
+        if (.not. column%is_verdict) cycle
+        column%meaning = "stable, undamped, undecided, unstable, impossible or failed"
+        column%width = verdict_length
+      end associate
+    end do
+    n = axes + size(ordered)
+    do k = 1, plan%options%measured()
+      associate (measure => plan%options%measures(k), value => columns(n + 2 * k - 1), error => columns(n + 2 * k))
+        value%name = measure%name()
+        value%meaning = measure%meaning()
+        error%name = trim(value%name) // "_error"
+        error%meaning = "bound on its error"
+        value%error = error%name
+        value%unit = new_unit(trim(measure%unit))
+        error%unit = value%unit
+      end associate
+    end do
+  end function columns_of
+
+  !> The points in the grid's order, the first parameter slow; `values` of shape (numbers, points of the second axis, of the first).
+  pure type(table_type) function table_of(plan, values) result(table)
+    type(sweep_plan_type), intent(in) :: plan
+    real(dp), intent(in) :: values(:, :, :)
+    type(column_type), allocatable :: columns(:)
+    real(dp) :: column(size(values, 2), size(values, 3))
+    integer :: i, k
+
+    table = new_table("sweep", "Sweep", "The points of the sweep.", "")
+    columns = columns_of(plan)
+    do k = 1, size(columns)
+      associate (n => k - size(plan%grid%axes))
+        if (n > 0) then
+          column = values(n, :, :)
+        else if (k == 1) then
+          column = spread(plan%grid%axes(1)%value([(i, i = 1, size(column, 2))]), 1, size(column, 1))
+        else
+          column = spread(plan%grid%axes(2)%value([(i, i = 1, size(column, 1))]), 2, size(column, 2))
+        end if
+      end associate
+      associate (c => columns(k), numbers => reshape(column, [size(column)]))
+        if (c%is_verdict) call table%add(trim(c%name), trim(c%meaning), verdict_word(numbers))
+        if (.not. c%is_verdict) call table%add(trim(c%name), c%unit, trim(c%meaning), numbers, error=trim(c%error))
+      end associate
+    end do
+  end function table_of
+
+  !> What the columns of a table without names mean, one row each.
+  pure type(table_type) function explained(table)
+    type(table_type), intent(in) :: table
+    character(len=word_length + 16) :: names(size(table%columns))
+    character(len=100) :: meanings(size(table%columns))
+    character(len=16) :: units(size(table%columns))
+    integer :: k
+
+    do k = 1, size(table%columns)
+      names(k) = table%columns(k)%key
+      units(k) = table%columns(k)%unit%words
+      meanings(k) = table%columns(k)%meaning
+      if (allocated(table%columns(k)%words)) meanings(k) = "0 stable, 1 unstable, 2 undecided, 3 impossible, 4 failed, 5 undamped"
+    end do
+    explained = new_table("sweep_columns", "Columns of the sweep", "The columns of sweep.npy.", "")
+    call explained%add("column", "from 1", [(k, k = 1, size(table%columns))])
+    call explained%add("name", "as in sweep.csv", names)
+    call explained%add("unit", "of the numbers", units)
+    call explained%add("meaning", "of the numbers", meanings)
+  end function explained
+
+  !> The word of a verdict that stands among the numbers of a sweep.
+  elemental character(len=verdict_length) function verdict_word(number) result(word)
+    real(dp), intent(in) :: number
+    type(verdict_type) :: judged
+
+    judged = verdict_numbered(nint(number))
+    word = judged%word()
+  end function verdict_word
+
+end module gestell_task_sweep_columns
