@@ -131,9 +131,10 @@ contains
     type(quantity_type), allocatable :: quantities(:)
     type(multipliers_type) :: multipliers
     type(vibration_type) :: vibration
+    type(statistics_type) :: statistics
     type(probe_type), allocatable :: probes(:)
     integer, allocatable :: split(:)
-    integer :: i
+    integer :: i, k
 
     call check_speed_options(options, error)
     if (allocated(error)) return
@@ -149,12 +150,16 @@ contains
     frame => frame_of(member%system)
     allocate(probes(0))
     if (allocated(options%probes)) probes = options%probes
-    if (associated(frame)) then
-      call find_quantities(frame, probes, options, quantities, error)
-    else
+    if (.not. associated(frame)) then
       call fatal_error(error, "only a frame has a resonance curve", invalid_input)
+      return
     end if
-    if (.not. allocated(error)) call member%solve(options%accuracy, .true., error)
+    allocate(quantities(size(options%names)))
+    do i = 1, size(quantities)
+      call find_quantity(frame, probes, trim(options%names(i)), quantities(i), error)
+      if (allocated(error)) return
+    end do
+    call member%solve(options%accuracy, .true., error)
     if (.not. allocated(error)) call member%multipliers(.true., multipliers, error)
     if (allocated(error) .or. .not. member%is_sound()) return
     call take_turns(frame, multipliers%arg, multipliers%log_abs, multipliers%vectors, point)
@@ -173,47 +178,16 @@ contains
     point%state = multipliers%judge()
     point%moved = moved(frame, vibration%peak(:frame%dofs()))
     do i = 1, size(quantities)
-      call take_values(vibration, quantities(i), split, point%values(:, i), point%strongest(i), error)
+      call take_statistics(vibration, quantities(i), statistics, error)
       if (allocated(error)) return
+      point%values(:, i) = [statistics%peak, statistics%peak_error, statistics%rms, &
+        & (statistics%amplitude(split(k)), k = 1, size(split))]
+      point%strongest(i) = statistics%strongest()
     end do
     if (.not. allocated(options%measures)) return
     allocate(point%measured(2, size(options%measures)))
     call take_measures(frame, probes, vibration, options%measures, point%measured, error)
   end subroutine solve_response
-
-  !> Error: a name stands for no quantity of the frame.
-  subroutine find_quantities(frame, probes, options, quantities, error)
-    class(frame_type), intent(in) :: frame
-    type(probe_type), intent(in) :: probes(:)
-    type(speed_options), intent(in) :: options
-    type(quantity_type), allocatable, intent(out) :: quantities(:)
-    type(error_type), allocatable, intent(out) :: error
-    integer :: i
-
-    allocate(quantities(size(options%names)))
-    do i = 1, size(quantities)
-      call find_quantity(frame, probes, trim(options%names(i)), quantities(i), error)
-      if (allocated(error)) return
-    end do
-  end subroutine find_quantities
-
-  subroutine take_values(vibration, quantity, split, values, strongest, error)
-    type(vibration_type), intent(in) :: vibration
-    type(quantity_type), intent(in) :: quantity
-    integer, intent(in) :: split(:)
-    real(dp), intent(out) :: values(:)
-    integer, intent(out) :: strongest
-    type(error_type), allocatable, intent(out) :: error
-    type(statistics_type) :: statistics
-    integer :: k
-
-    strongest = 0
-    call take_statistics(vibration, quantity, statistics, error)
-    if (allocated(error)) return
-    values(:3) = [statistics%peak, statistics%peak_error, statistics%rms]
-    values(4:) = [(statistics%amplitude(split(k)), k = 1, size(split))]
-    strongest = statistics%strongest()
-  end subroutine take_values
 
   !> How far each free vibration turns. Of two conjugate multipliers one belongs to the rotation q = exp(i w t), w > 0: that
   !> whose eigenvector has Im(q* M q') > 0. Real multipliers come in pairs too.

@@ -143,40 +143,32 @@ contains
     type(group_type) :: group
     character(len=:), allocatable :: coefficients, model, vibrations
 
-    configuration%analysis%stability = .false.
-    configuration%analysis%response = .false.
-    call read(the_group(configuration%document, "case"), case_keys, "title", configuration%title, error)
-    if (allocated(error)) return
-    call read(the_group(configuration%document, "resonance"), resonance_keys, "orders", configuration%orders, error)
-    if (allocated(error)) return
+    associate (doc => configuration%document, analysis => configuration%analysis, accuracy => configuration%accuracy)
+      analysis%stability = .false.
+      analysis%response = .false.
+      call read(the_group(doc, "case"), case_keys, "title", configuration%title, error)
+      if (.not. allocated(error)) call read(the_group(doc, "resonance"), resonance_keys, "orders", configuration%orders, error)
+      group = the_group(doc, "response")
+      if (.not. allocated(error)) call read(group, response_keys, "points", analysis%points, error)
+      if (.not. allocated(error)) call read(group, response_keys, "harmonics", analysis%harmonics, error)
 
-    group = the_group(configuration%document, "response")
-    call read(group, response_keys, "points", configuration%analysis%points, error)
-    if (.not. allocated(error)) call read(group, response_keys, "harmonics", configuration%analysis%harmonics, error)
-    if (allocated(error)) return
+      group = the_group(doc, "model")
+      if (.not. allocated(error)) call read(group, model_keys, "coefficients", coefficients, error)
+      if (allocated(error)) return
+      analysis%averaged = coefficients == "averaged"
+      call read(group, model_keys, "frame", model, error, default=trim(merge("rest ", "exact", analysis%averaged)))
+      if (.not. allocated(error)) call read(group, model_keys, "vibrations", vibrations, error)
+      if (allocated(error)) return
+      analysis%model = model
+      analysis%all_vibrations = vibrations == "all"
+      if (analysis%averaged .and. model /= "rest") then
+        call input_error(group, "coefficients", "'averaged' is a simplification of frame='rest'", error)
+      else if (analysis%all_vibrations .and. model /= "exact") then
+        call input_error(group, "vibrations", "linear equations have one vibration: 'all' is for frame='exact'", error)
+      end if
 
-    group = the_group(configuration%document, "model")
-    call read(group, model_keys, "coefficients", coefficients, error)
-    if (allocated(error)) return
-    configuration%analysis%averaged = coefficients == "averaged"
-    call read(group, model_keys, "frame", model, error, default=trim(merge("rest ", "exact", configuration%analysis%averaged)))
-    if (allocated(error)) return
-    configuration%analysis%model = model
-    if (configuration%analysis%averaged .and. model /= "rest") then
-      call input_error(group, "coefficients", "'averaged' is a simplification of frame='rest'", error)
-      return
-    end if
-    call read(group, model_keys, "vibrations", vibrations, error)
-    if (allocated(error)) return
-    configuration%analysis%all_vibrations = vibrations == "all"
-    if (configuration%analysis%all_vibrations .and. model /= "exact") then
-      call input_error(group, "vibrations", "linear equations have one vibration: 'all' is for frame='exact'", error)
-      return
-    end if
-
-    group = the_group(configuration%document, "accuracy")
-    associate (accuracy => configuration%accuracy)
-      call read(group, accuracy_keys(), "tolerance", accuracy%tolerance, error)
+      group = the_group(doc, "accuracy")
+      if (.not. allocated(error)) call read(group, accuracy_keys(), "tolerance", accuracy%tolerance, error)
       if (.not. allocated(error)) call read(group, accuracy_keys(), "method", accuracy%method, error)
       if (.not. allocated(error)) call read(group, accuracy_keys(), "steps", accuracy%steps, error)
       if (allocated(error)) return

@@ -102,6 +102,7 @@ contains
     type(error_type), allocatable :: own
     type(record_type) :: record
     integer(int64) :: weights(size(pieces))
+    integer(int64), allocatable :: words(:)
     logical :: known(size(pieces)), keeps
     integer :: i, failed, first_failed
 
@@ -111,7 +112,14 @@ contains
     self%rounds = self%rounds + 1
     keeps = allocated(self%journal)
     known = .false.
-    if (keeps) call restore(self, work, pieces, known)
+    ! what an interrupted run has found is read in place of being computed
+    do i = 1, merge(size(pieces), 0, keeps)
+      call self%journal%find(self%rounds, pieces(i), words)
+      if (size(words) == 0) cycle
+      call record%begin(words)
+      call work%exchange(pieces(i), record)
+      known(i) = record%is_complete()
+    end do
     if (allocated(self%progress)) call self%progress%start(sum(weights, mask=.not. known))
     !$omp parallel do schedule(dynamic, 1) private(own, failed) firstprivate(record)
     do i = 1, size(pieces)
@@ -136,26 +144,6 @@ contains
     !$omp end parallel do
     if (allocated(self%progress)) call self%progress%clear()
   end subroutine spread
-
-  !> Takes what is known of these pieces from an earlier run.
-  subroutine restore(executor, work, pieces, known)
-    class(executor_type), intent(inout) :: executor
-    class(work_type), intent(inout) :: work
-    integer, intent(in) :: pieces(:)
-    logical, intent(out) :: known(:)
-    type(record_type) :: record
-    integer(int64), allocatable :: words(:)
-    integer :: i
-
-    do i = 1, size(pieces)
-      call executor%journal%find(executor%rounds, pieces(i), words)
-      known(i) = size(words) > 0
-      if (.not. known(i)) cycle
-      call record%begin(words)
-      call work%exchange(pieces(i), record)
-      known(i) = record%is_complete()
-    end do
-  end subroutine restore
 
   !> Passes the results of piece `k` to the record, or takes them from there (gestell_task_common_record). Nothing: the piece is
   !> computed again after an interruption.

@@ -39,7 +39,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(output_type) :: page
     character(len=*), parameter :: label = newline // "  input      "
-    character(len=:), allocatable :: title, input
+    character(len=:), allocatable :: title, input, state, words, line
     integer :: i
 
     input = on_one_line(context%head%input(index(context%head%input, "/", back=.true.) + 1:))
@@ -49,7 +49,13 @@ contains
     call page%append(head(title) // "<h1>" // escaped(title) // "</h1>" // newline // "<p class=""sub"">Gestell " // version &
       & // ", input " // escaped(input) // "</p>" // newline)
     do i = 1, size(result%headlines)
-      call page%append(banner(trim(result%headlines(i)%state), result%headlines(i)%words))
+      state = trim(result%headlines(i)%state)
+      words = result%headlines(i)%words
+      line = escaped(words)
+      ! a state that begins the words is a verdict and stands in bold
+      if (index(words, state // ":") == 1) line = "<strong>" // state // "</strong>" // escaped(words(len(state) + 1:))
+      if (state == "") state = "note"
+      call page%append("<p class=""verdict " // state // """>" // line // "</p>" // newline)
     end do
     if (.not. allocated(context%configuration%impossible)) call page%append(key_figures(context))
     do i = 1, size(result%tables)
@@ -109,17 +115,6 @@ contains
     if (size(total%position) == 3) words = words // ", z " // concise(total%statistics(along_z)%peak, 4) // " N"
     words = words // ", whole " // concise(total%statistics(whole_force)%peak, 4) // " N"
   end function force_peaks
-
-  !> A headline; one that begins with its state as a verdict, with that in bold.
-  pure function banner(state, words) result(line)
-    character(len=*), intent(in) :: state, words
-    character(len=:), allocatable :: line
-
-    line = escaped(words)
-    if (index(words, state // ":") == 1) line = "<strong>" // state // "</strong>" // escaped(words(len(state) + 1:))
-    line = "<p class=""verdict " // trim(merge(state // repeat(" ", 4), "note" // repeat(" ", len(state)), state /= "")) &
-      & // """>" // line // "</p>" // newline
-  end function banner
 
   !> Picture and rows of a table.
   function section(folder, table) result(words)

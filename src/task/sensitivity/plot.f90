@@ -3,6 +3,7 @@ module gestell_task_sensitivity_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_base_words, only: character_count
+  use gestell_math_sorting, only: ascending
   use gestell_output_picture_script, only: figure_type, new_figure, quoted, span, tic
   use gestell_model_quantity_rows, only: quantity_type
   use gestell_task_sensitivity, only: sensitivity_type
@@ -28,23 +29,15 @@ contains
     real(dp) :: aside
     real(dp) :: changes(size(quantities), size(paths)), effects(size(paths))
     integer :: order(size(paths)), rows(size(paths)), i, n, longest
-    logical :: left(size(paths))
 
     n = min(size(quantities), most_quantities)
     do i = 1, size(paths)
       changes(:, i) = found(i)%slope(1, :)
-    end do
-    ! rows by the greatest change, what changes nothing last
-    effects = 0
-    do i = 1, size(paths)
       effects(i) = maxval([0.0_dp, abs(changes(:, i))], mask=ieee_is_finite([0.0_dp, changes(:, i)]))
     end do
-    left = .true.
-    do i = 1, size(paths)
-      order(i) = maxloc(effects, dim=1, mask=left)
-      left(order(i)) = .false.
-      rows(order(i)) = i
-    end do
+    ! rows by the greatest change, what changes nothing last
+    order = ascending(-effects)
+    rows(order) = [(i, i = 1, size(paths))]
     longest = maxval([10, (character_count(trim(paths(i))), i = 1, size(paths))])
     lines = "set title heading noenhanced" &
       & // newline // "set xrange " // span([0.0_dp, reshape(changes, [size(changes)])]) // newline &

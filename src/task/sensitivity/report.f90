@@ -3,6 +3,7 @@ module gestell_task_sensitivity_report
   use gestell_base_verdict, only: state_word
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, fixed
+  use gestell_math_sorting, only: ascending
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_verdict, only: section
   use gestell_model_quantity_rows, only: quantity_type
@@ -39,35 +40,31 @@ contains
     end do
   end function report_sensitivity
 
-  !> Of quantity `i`.
+  !> The changes of quantity `i`, by their size; what failed comes last.
   pure function rows(i, paths, found) result(report)
     integer, intent(in) :: i
     character(len=*), intent(in) :: paths(:)
     type(sensitivity_type), intent(in) :: found(:)
     character(len=:), allocatable :: report
-    logical :: left(size(found))
     real(dp) :: effect(size(found))
-    integer :: k, n
+    integer :: order(size(found)), k, n
 
+    effect = -1
     do k = 1, size(found)
-      left(k) = found(k)%state(i) /= "failed"
-      effect(k) = 0
-      if (left(k)) effect(k) = abs(found(k)%slope(1, i))
+      if (found(k)%state(i) /= "failed") effect(k) = abs(found(k)%slope(1, i))
     end do
+    order = ascending(-effect)
     report = ""
-    do n = 1, count(left)
-      k = maxloc(effect, dim=1, mask=left)
-      left(k) = .false.
+    do n = 1, size(found)
+      k = order(n)
       associate (one => found(k))
-        report = report // fixed(one%slope(1, i), 4) // tab // concise(one%error(1, i), 1) // tab &
-          & // fixed(one%slope(2, i), 4) // tab // trim(paths(k))
+        if (effect(k) < 0) report = report // "-" // tab // "-" // tab // "-"
+        if (.not. effect(k) < 0) report = report // fixed(one%slope(1, i), 4) // tab // concise(one%error(1, i), 1) // tab &
+          & // fixed(one%slope(2, i), 4)
+        report = report // tab // trim(paths(k))
         if (one%state(i) /= "ok") report = report // "  " // trim(one%state(i))
       end associate
       report = report // newline
-    end do
-    do k = 1, size(found)
-      if (found(k)%state(i) == "failed") report = report // "-" // tab // "-" // tab // "-" // tab // trim(paths(k)) &
-        & // "  failed" // newline
     end do
   end function rows
 
