@@ -1,4 +1,4 @@
-!> Tables of doc/extremes.md: the paper's machine far from home, every number against a reference in quadruple precision.
+!> The comparison that doc/extremes.md sums up: the paper's machine with extreme parameters against quadruple precision.
 !>
 !>   extremes [FAMILY]             the tables as Markdown, all or one; seconds go to the error output
 !>   extremes reference [FAMILY]   computes the reference's values anew, all or one family's, into extremes/references.dat
