@@ -184,6 +184,7 @@ contains
     class(campaign_type), intent(inout) :: self
     character(len=*), intent(in) :: preamble
     type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: head
     integer(c_int) :: lock
 
     call make_folder(self%blocks, error)
@@ -194,8 +195,11 @@ contains
     if (.not. (self%has_begun() .or. allocated(error))) then
       call write_file(file_of(self, "rows"), "", error)
       if (.not. allocated(error)) call write_file(file_of(self, "marks"), "", error)
-      if (.not. allocated(error)) call write_file(file_of(self, "origin"), first_lines(self) // self%layout%head(preamble), error)
-      self%head = len(self%layout%head(preamble))
+      head = self%layout%header
+      ! an array of NumPy has no place for remarks
+      if (.not. self%layout%binary) head = preamble // head
+      if (.not. allocated(error)) call write_file(file_of(self, "origin"), first_lines(self) // head, error)
+      self%head = len(head)
     end if
     call unlock_file(lock)
   end subroutine begin
@@ -282,7 +286,8 @@ contains
     logical :: sound, closed
 
     call open_to_read(file_of(campaign, "marks"), handle)
-    sound = file_size(file_of(campaign, "rows")) == campaign%head + campaign%layout%bytes() .and. handle >= 0
+    sound = file_size(file_of(campaign, "rows")) == campaign%head + campaign%layout%width * &
+      & campaign%layout%grid%points() .and. handle >= 0
     do i = 1, size(campaign%done)
       if (.not. sound) exit
       call read_mark(handle, i, mark)

@@ -22,8 +22,6 @@ module gestell_task_sweep_layout
     type(grid_type) :: grid
     type(column_type), allocatable, private :: columns(:)
   contains
-    procedure :: head
-    procedure :: bytes
     procedure :: place
     procedure :: pieces
     procedure :: rows
@@ -72,23 +70,6 @@ contains
     text(len(text):) = new_line("a")
     head = char(147) // "NUMPY" // achar(1) // achar(0) // achar(len(text)) // achar(0) // text
   end function npy_head
-
-  !> What stands before the rows; `preamble`: complete lines of remarks, for those who can read them.
-  pure function head(self, preamble)
-    class(layout_type), intent(in) :: self
-    character(len=*), intent(in) :: preamble
-    character(len=:), allocatable :: head
-
-    head = self%header
-    if (.not. self%binary) head = preamble // self%header
-  end function head
-
-  !> Bytes of all rows.
-  pure integer(int64) function bytes(self)
-    class(layout_type), intent(in) :: self
-
-    bytes = self%width * self%grid%points()
-  end function bytes
 
   !> Bytes before the row of point (i, j), among those of all rows.
   pure integer(int64) function place(self, point)

@@ -43,15 +43,10 @@ contains
     integer(c_int), intent(in) :: rows
     integer(int64), intent(in) :: head
     type(piece_type), intent(in) :: piece
-    character(len=:), allocatable, intent(inout) :: bytes
+    character(len=:), allocatable, intent(out) :: bytes
     logical, intent(out) :: done
-    integer :: length
 
-    length = layout%width * product(piece%last - piece%first + 1)
-    if (allocated(bytes)) then
-      if (len(bytes) /= length) deallocate(bytes)
-    end if
-    if (.not. allocated(bytes)) allocate(character(len=length) :: bytes)
+    allocate(character(len=layout%width * product(piece%last - piece%first + 1)) :: bytes)
     call read_at(rows, head + layout%place(piece%first) + 1, bytes, done)
   end subroutine read_piece
 
