@@ -6,7 +6,8 @@ module test_boundary
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_monodromy, only: accuracy_type
-  use gestell_task_boundary, only: border_accuracy, border_rest_type, border_type, find_borders, nearest_stable, nearest_type
+  use gestell_task_boundary_line_borders, only: border_accuracy, border_rest_type, border_type, find_borders, nearest_stable, &
+    & nearest_type
   use gestell_system_family, only: family_type
   use gestell_study_grid, only: axis_type
   use slow_tests, only: new_slow

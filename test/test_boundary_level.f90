@@ -67,7 +67,7 @@ contains
     if (allocated(error)) return
     plane%family => family
     plane%accuracy = accuracy_type(tolerance=1.0e-9_dp)
-    plane%deviation = deviation
+    plane%tolerance = deviation
     plane%kinds = level_kinds
     plane%states = level_states
     plane%options%names = ["fx"]

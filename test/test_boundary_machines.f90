@@ -7,7 +7,7 @@ module test_boundary_machines
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
-  use gestell_task_boundary, only: border_accuracy, border_type, find_borders
+  use gestell_task_boundary_line_borders, only: border_accuracy, border_type, find_borders
   use gestell_system_family, only: family_type
   use gestell_study_grid, only: axis_type
   use gestell_system_periodic, only: periodic_system

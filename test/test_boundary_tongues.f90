@@ -6,7 +6,7 @@ module test_boundary_tongues
   use gestell_base_kinds, only: dp
   use gestell_base_verdict, only: stable => stable_number, unstable => unstable_number
   use gestell_floquet_period_monodromy, only: accuracy_type
-  use gestell_task_boundary, only: border_accuracy, border_rest_type, border_type, find_borders
+  use gestell_task_boundary_line_borders, only: border_accuracy, border_rest_type, border_type, find_borders
   use gestell_task_boundary_line, only: line_type
   use gestell_task_boundary_line_found, only: search_type
   use gestell_task_boundary_line_search, only: range_nodes, search_line
@@ -139,7 +139,7 @@ contains
         call check_that(error, search%meetings, ">=", all_places, "meetings")
         call check_that(error, search%left_out, "==", 0, "places left out")
         call check_that(error, size(search%doubts), "==", 0, "doubts")
-        if (.not. allocated(error)) call check(error, size(search%found%list), 4)
+        if (.not. allocated(error)) call check(error, size(search%borders), 4)
       else
         call check(error, search%meetings, looked_at)
         ! What was not looked at is said to be open, or it is a tongue that was.
@@ -147,7 +147,7 @@ contains
           if (allocated(error)) return
           associate (t => (k**2 - 0.5_dp) / 199.5_dp)
             call check(error, any(abs(search%doubts%t - t) <= search%doubts%width / 2) .or. &
-              & count(abs(search%found%list%t - t) < 1.0e-3_dp) == 2, more="a place that is left out in silence")
+              & count(abs(search%borders%t - t) < 1.0e-3_dp) == 2, more="a place that is left out in silence")
           end associate
         end do
       end if

@@ -40,8 +40,8 @@ module gestell_door_numerics
   use gestell_model_space_masses, only: plane_type
   use gestell_model_space_mounting, only: space_support_type
   use gestell_study_vibration_analysis, only: analyse, analysis_options, analysis_type, tasks_type => analysis_options
-  use gestell_task_boundary, only: border_accuracy, border_rest_type, border_type, find_borders, nearest_stable, nearest_type, &
-    & open_border_type
+  use gestell_task_boundary_line_borders, only: border_accuracy, border_rest_type, border_type, find_borders, &
+    & nearest_stable, nearest_type, open_border_type
   use gestell_task_boundary_map, only: border_map_type, border_vertex_type, trace_borders
   use gestell_task_campbell, only: campbell_options, campbell_order_type => campbell_options, campbell_point_type, &
     & campbell_type, solve_campbell

@@ -11,7 +11,7 @@ program borders
   use gestell_base_kinds, only: dp
   use gestell_base_verdict, only: stable => stable_number, unstable => unstable_number
   use gestell_floquet_period_monodromy, only: accuracy_type
-  use gestell_task_boundary, only: border_accuracy, border_rest_type, border_type, find_borders
+  use gestell_task_boundary_line_borders, only: border_accuracy, border_rest_type, border_type, find_borders
   use gestell_study_grid, only: axis_type, grid_type
   use gestell_study_point, only: sweep_options
   use gestell_task_sweep, only: solve_tile

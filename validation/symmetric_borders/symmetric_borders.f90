@@ -17,7 +17,7 @@ program symmetric_borders
   use gestell_input_schema_check, only: check_document
   use gestell_study_frame_model_settled_family, only: settled_family_type
   use gestell_study_grid, only: axis_type, grid_type
-  use gestell_task_boundary, only: border_accuracy, border_type, open_border_type
+  use gestell_task_boundary_line_borders, only: border_accuracy, border_type, open_border_type
   use gestell_task_boundary_branches, only: turning_point
   use gestell_task_boundary_solution, only: border_results_type, solve_borders
   use gestell_task_boundary_line_options, only: border_options

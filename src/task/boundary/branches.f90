@@ -12,7 +12,7 @@ module gestell_task_boundary_branches
   use gestell_model_frame, only: frame_type
   use gestell_model_exact_varied_frame, only: varied_frame, varied_frame_type
   use gestell_task_boundary_branch, only: branch_type
-  use gestell_task_boundary, only: border_rest_type, border_type, borders_on, line_along, open_border_type, rest_of
+  use gestell_task_boundary_line_borders, only: border_rest_type, border_type, borders_on, line_along, open_border_type, rest_of
   use gestell_task_boundary_line, only: coordinate, line_type, parameter_at, sensitivity
   use gestell_task_boundary_line_found, only: search_type
   use gestell_task_boundary_line_search, only: merged, range_nodes, search_line

@@ -1,4 +1,4 @@
-!> Pictures of borders of stability: critical values of one parameter, curves over two.
+!> Pictures of borders: critical values of one parameter, curves over two, crossings of a level.
 module gestell_task_boundary_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
@@ -6,6 +6,9 @@ module gestell_task_boundary_plot
   use gestell_output_picture_axis, only: coordinate, parameter_axis, with_unit
   use gestell_output_picture_marks, only: apart, input_marks, marks_type, shade, unstable_entry
   use gestell_task_boundary_branches, only: turning_point
+  use gestell_task_boundary_level_line, only: level_type
+  use gestell_task_boundary_level_plane, only: level_kinds, level_states
+  use gestell_task_boundary_level_plot, only: level_meanings, level_title, plot_levels
   use gestell_task_boundary_map_plot, only: empty, found, plot_curves
   use gestell_task_boundary_solution, only: border_results_type
   use gestell_task_range_plan, only: sweep_plan_type
@@ -22,12 +25,18 @@ module gestell_task_boundary_plot
 contains
 
   !> boundary.gp.
-  function plot_borders(plan, results) result(figure)
+  function plot_borders(plan, results, level) result(figure)
     type(sweep_plan_type), intent(in) :: plan
     type(border_results_type), intent(in) :: results
+    type(level_type), intent(in), optional :: level
     type(figure_type) :: figure
 
-    if (allocated(results%map)) then
+    if (allocated(results%map) .and. present(level)) then
+      figure = plot_curves(plan, results%map, level_kinds, level_states, level_meanings, level_title(level), "above the level")
+    else if (present(level)) then
+      figure = plot_levels(plan%paths(1), plan%units(1), plan%grid%axes(1), plan%base, level, (results%values%value), &
+        & results%curve%points)
+    else if (allocated(results%map)) then
       figure = plot_curves(plan, results%map, kinds(:3), [" ", " ", " "], meanings(:3), &
         & "Borders of stability over " // trim(plan%paths(1)) // " and " // trim(plan%paths(2)), "unstable")
     else

@@ -1,32 +1,54 @@
-!> The report on borders of stability for people.
+!> The report on borders of stability and on crossings of a level for people.
 module gestell_task_boundary_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
+  use gestell_base_verdict, only: stable, state_word
   use gestell_task_range_plan, only: sweep_plan_type
   use gestell_input_wording, only: counted
   use gestell_output_report_text_table, only: tab, tabulated
-  use gestell_task_boundary, only: border_rest_type, nearest_type
+  use gestell_task_boundary_level_line, only: level_type
+  use gestell_task_boundary_line_borders, only: border_rest_type, nearest_type
   use gestell_task_boundary_line_functions, only: flutter, kind_names
-  use gestell_task_boundary_map_report, only: curve_lines, curves_over, left_out, most_listed, thin_places, words
+  use gestell_task_boundary_map_report, only: curve_lines, curves_over, more_listed, most_listed, unsearched_lines, words
   use gestell_task_boundary_solution, only: border_results_type
   implicit none (type, external)
   private
 
-  public :: axes_lines, report_borders, report_search, summary, way_to_stable
+  public :: report_borders, report_search, summary, way_to_stable
 
   character, parameter :: newline = new_line("a")
 
 contains
 
-  !> Where borders are sought, and to which tolerance relative to the ranges.
-  pure function report_search(plan, tolerance) result(report)
+  !> The measure and its level: f rms = 60 N.
+  pure function level_name(level) result(words)
+    type(level_type), intent(in) :: level
+    character(len=:), allocatable :: words
+
+    words = level%subject() // " = " // concise(level%value, 9) // " " // trim(level%measure%unit)
+  end function level_name
+
+  !> What is sought, with which tolerance relative to the ranges, and where.
+  pure function report_search(plan, tolerance, level) result(report)
     type(sweep_plan_type), intent(in) :: plan
     real(dp), intent(in) :: tolerance
+    type(level_type), intent(in), optional :: level
     character(len=:), allocatable :: report
+    integer :: k
 
-    report = newline // "STABILITY BOUNDARIES  to " // concise(tolerance, 2) // " of the ranges" // newline &
-      & // axes_lines(plan)
-    if (plan%options%model /= "exact") return
+    if (present(level)) then
+      report = newline // "BORDERS OF A LEVEL  " // level_name(level) // ", to " // concise(tolerance, 2) &
+        & // trim(merge(" of the range ", " of the ranges", size(plan%grid%axes) == 1)) // newline
+    else
+      report = newline // "STABILITY BOUNDARIES  to " // concise(tolerance, 2) // " of the ranges" // newline
+    end if
+    do k = 1, size(plan%grid%axes)
+      associate (axis => plan%grid%axes(k))
+        report = report // "  " // trim(plan%paths(k)) // "  " // concise(axis%from, 9) // " to " // concise(axis%to, 9) // ", " &
+          & // counted(axis%count, "search point") // ", " // trim(merge("logarithmic", "linear     ", axis%logarithmic)) // newline
+      end associate
+    end do
+    if (present(level) .or. plan%options%model /= "exact") return
     if (size(plan%grid%axes) == 1) then
       report = report // "  The vibrations found at the search points are followed through the range; at a turning point a " &
         & // "vibration ceases to exist." // newline
@@ -36,46 +58,27 @@ contains
     end if
   end function report_search
 
-  !> The ranges of the parameters.
-  pure function axes_lines(plan) result(report)
-    type(sweep_plan_type), intent(in) :: plan
-    character(len=:), allocatable :: report
-    integer :: k
-
-    report = ""
-    do k = 1, size(plan%grid%axes)
-      associate (axis => plan%grid%axes(k))
-        report = report // "  " // trim(plan%paths(k)) // "  " // concise(axis%from, 9) // " to " // concise(axis%to, 9) // ", " &
-          & // counted(axis%count, "search point") // ", " // trim(merge("logarithmic", "linear     ", axis%logarithmic)) // newline
-      end associate
-    end do
-  end function axes_lines
-
   !> What was found.
-  pure function report_borders(plan, results, tolerance) result(report)
+  pure function report_borders(plan, results, tolerance, level) result(report)
     type(sweep_plan_type), intent(in) :: plan
     type(border_results_type), intent(in) :: results
     real(dp), intent(in) :: tolerance
-    character(len=:), allocatable :: report, rows
-    integer :: i, k
+    type(level_type), intent(in), optional :: level
+    character(len=:), allocatable :: report
+    integer :: k
 
     report = newline
     if (allocated(results%map)) then
       report = report // curve_lines(results%map, plan%paths)
+      if (results%middle /= "") report = report // "  in the middle of the ranges: " // trim(results%middle) // newline
     else
-      if (size(results%values) == 0) report = report // "  no boundary " // where_none(results%rest) // newline
-      rows = ""
-      do i = 1, size(results%values)
-        associate (v => results%values(i))
-          rows = rows // concise(v%value, 13) // tab // concise(v%error, 2) // tab // trim(v%below) // tab // trim(v%above) // tab &
-            & // words(v%kind)
-          if (v%kind == kind_names(flutter)) rows = rows // " at " // concise(v%arg_rad) // " rad"
-          if (maxval(results%values%vibration) > 1) rows = rows // ", vibration " // text(v%vibration)
-          rows = rows // newline
-        end associate
-      end do
-      if (rows /= "") report = report // tabulated("rrlll", "value,error,below,above,kind", rows)
-      report = report // rest_of(results%rest, tolerance)
+      report = report // value_lines(results, present(level)) // open_lines(results%rest, tolerance, present(level))
+    end if
+    if (allocated(results%curve)) then
+      if (max(size(results%values), size(results%rest%places)) > most_listed) report = report // more_listed
+      if (.not. results%curve%complete) report = report // "  note: the curve was not refined to the end; more search points may " &
+        & // "show more" // newline
+      report = report // "  from " // counted(size(results%curve%points), "point") // " of the curve, in level.csv" // newline
     end if
     if (.not. allocated(results%nearest)) return
     report = report // newline // "  The machine of the input is " // trim(results%nearest(1)%verdict) &
@@ -85,22 +88,65 @@ contains
     end do
   end function report_borders
 
+  !> Critical values of one parameter, or where it crosses a level.
+  pure function value_lines(results, of_level) result(report)
+    type(border_results_type), intent(in) :: results
+    logical, intent(in) :: of_level
+    character(len=:), allocatable :: report
+    integer :: i, listed
+
+    report = ""
+    if (size(results%values) == 0) then
+      report = "  not crossed in the range" // newline
+      if (.not. of_level) report = "  no boundary " // where_none(results%rest) // newline
+      return
+    end if
+    listed = size(results%values)
+    if (of_level) listed = min(listed, most_listed)
+    do i = 1, listed
+      associate (v => results%values(i))
+        report = report // concise(v%value, 13) // tab // concise(v%error, 2) // tab // trim(v%below) // tab // trim(v%above) // tab
+        if (of_level) then
+          if (v%kind == "jump") report = report // "a jump  "
+          if (v%state /= state_word(stable)) report = report // "the vibration: " // trim(v%state)
+        else
+          report = report // words(v%kind)
+          if (v%kind == kind_names(flutter)) report = report // " at " // concise(v%arg_rad) // " rad"
+          if (maxval(results%values%vibration) > 1) report = report // ", vibration " // text(v%vibration)
+        end if
+        report = report // newline
+      end associate
+    end do
+    if (of_level) then
+      report = tabulated("rrlll", "value,error,below,above", report)
+    else
+      report = tabulated("rrlll", "value,error,below,above,kind", report)
+    end if
+  end function value_lines
+
   !> How many boundaries there are; over one parameter where.
-  pure function summary(plan, results) result(line)
+  pure function summary(plan, results, level) result(line)
     type(sweep_plan_type), intent(in) :: plan
     type(border_results_type), intent(in) :: results
+    type(level_type), intent(in), optional :: level
     character(len=:), allocatable :: line
     integer, parameter :: most = 6
     integer :: i
 
+    line = "Stability boundaries"
+    if (present(level)) line = "Border " // level_name(level)
     if (allocated(results%map)) then
-      line = "Stability boundaries" // curves_over(results%map, plan%paths)
+      line = line // curves_over(results%map, plan%paths)
       return
     end if
-    line = "Stability boundaries over " // trim(plan%paths(1)) // ": "
-    if (size(results%values) == 0) line = line // "none " // where_none(results%rest)
+    line = line // " over " // trim(plan%paths(1)) // ": "
+    if (size(results%values) == 0) then
+      if (present(level)) line = line // "not crossed in the range"
+      if (.not. present(level)) line = line // "none " // where_none(results%rest)
+    end if
     do i = 1, min(size(results%values), most)
-      line = line // trim(merge(", ", "  ", i > 1)) // repeat(" ", merge(1, 0, i > 1)) // concise(results%values(i)%value, 7)
+      if (i > 1) line = line // ", "
+      line = line // concise(results%values(i)%value, 7)
     end do
     if (size(results%values) > most) line = line // ", ... (" // text(size(results%values)) // ")"
   end function summary
@@ -120,26 +166,24 @@ contains
     character(len=:), allocatable :: words
 
     words = "in the range"
-    if (.not. allocated(rest%places)) return
     if (size(rest%places) > 0) words = "found, but the search is not complete"
   end function where_none
 
   !> What the search leaves open.
-  pure function rest_of(rest, tolerance) result(report)
+  pure function open_lines(rest, tolerance, of_level) result(report)
     type(border_rest_type), intent(in) :: rest
     real(dp), intent(in) :: tolerance
+    logical, intent(in) :: of_level
     character(len=:), allocatable :: report
     integer :: i
 
-    report = thin_places(rest%thin, 2 * tolerance)
-    report = report // left_out(rest%left_out)
-    if (.not. allocated(rest%places)) return
+    report = unsearched_lines(rest%thin, 2 * tolerance, rest%left_out)
     do i = 1, min(size(rest%places), most_listed)
-      report = report // "  open: a boundary could not be excluded at " // concise(rest%places(i)%value, 13) // ", within " &
-        & // concise(rest%places(i)%width, 2) // newline
+      report = report // "  open: a " // trim(merge("crossing", "boundary", of_level)) // " could not be excluded at " &
+        & // concise(rest%places(i)%value, 13) // ", within " // concise(rest%places(i)%width, 2) // newline
     end do
-    if (size(rest%places) > most_listed) report = report // "  ... all in boundary.csv" // newline
-  end function rest_of
+    if (size(rest%places) > most_listed .and. .not. of_level) report = report // more_listed
+  end function open_lines
 
   pure function way_to(nearest) result(sentence)
     type(nearest_type), intent(in) :: nearest

@@ -1,26 +1,33 @@
-!> The task `boundary`: borders over one or two parameters, and the way from an unstable machine to the nearest stable one.
+!> What the task `boundary` finds: borders over one or two parameters, and the way from an unstable machine to the nearest stable
+!> one.
 module gestell_task_boundary_solution
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_task_boundary, only: border_accuracy, border_type, border_rest_type, find_borders, find_nearest, nearest_type
+  use gestell_study_grid, only: grid_type
+  use gestell_system_family, only: family_type
   use gestell_task_boundary_branches, only: find_branch_borders
+  use gestell_task_boundary_line_borders, only: border_accuracy, border_rest_type, border_type, find_borders, nearest_stable, &
+    & nearest_type
   use gestell_task_boundary_line_options, only: border_options, usual_tolerance
   use gestell_task_boundary_map, only: border_map_type, trace_borders
-  use gestell_system_family, only: family_type
-  use gestell_study_grid, only: grid_type
+  use gestell_task_resonance_curve, only: resonance_curve_type
   implicit none (type, external)
   private
 
   public :: solve_borders
 
   type, public :: border_results_type
-    !> One parameter: its critical values.
+    !> One parameter: its critical values, or where it crosses a level.
     type(border_type), allocatable :: values(:)
     type(border_rest_type) :: rest
     !> Two: the curves.
     type(border_map_type), allocatable :: map
     !> From the base along each parameter; unallocated without a base, and where it is not unstable.
     type(nearest_type), allocatable :: nearest(:)
+    !> Of a level over one parameter, the `speed` of its points: the number, values(1:2, 1) with its error.
+    type(resonance_curve_type), allocatable :: curve
+    !> Of a level over two parameters without a curve: on which side of it the middle of the ranges lies.
+    character(len=10) :: middle = ""
   end type border_results_type
 
 contains
@@ -54,9 +61,9 @@ contains
     end if
     if (allocated(error) .or. size(base) == 0) return
     allocate(results%nearest(size(base)))
-    fine%tolerance = min(options%tolerance, usual_tolerance)
     do k = 1, size(base)
-      call find_nearest(family, base, k, grid%axes, fine, results%nearest(k), error)
+      call nearest_stable(family, base, k, grid%axes, fine%accuracy, min(options%tolerance, usual_tolerance), &
+        & results%nearest(k), error, fine%executor)
       if (allocated(error)) return
     end do
     if (results%nearest(1)%found .and. .not. abs(results%nearest(1)%distance) > 0) deallocate(results%nearest)

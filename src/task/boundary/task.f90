@@ -1,25 +1,33 @@
-!> The task `boundary`: borders of stability over one or two parameters.
+!> The task `boundary`: borders of stability over one or two parameters; where a quantity is named, where its peak, its rms or its
+!> band crosses a level.
 module gestell_task_boundary_task
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: exact
-  use gestell_input_namelist_document, only: has, the_group
+  use gestell_input_machine_quantities, only: kind_of_measure
+  use gestell_input_namelist_document, only: document_type, group_type, groups_named, has, the_group
+  use gestell_input_namelist_message, only: input_error
+  use gestell_input_schema_read, only: read
   use gestell_output_result, only: result_type
-  use gestell_output_table, only: new_table, table_type
-  use gestell_output_table_unit, only: radian, unit_type
-  use gestell_task_common_task, only: all_machines, longest_table, task_type
-  use gestell_task_boundary, only: border_accuracy
+  use gestell_study_measure, only: band_measure, new_measure
+  use gestell_study_speed_point, only: speed_options
+  use gestell_task_boundary_keys, only: boundary_keys
+  use gestell_task_boundary_level_line, only: level_line_type, level_type
+  use gestell_task_boundary_level_plane, only: level_kinds, level_plane_type, level_states
+  use gestell_task_boundary_level_search, only: find_levels, level_results_type
+  use gestell_task_boundary_line, only: coordinate
+  use gestell_task_boundary_line_borders, only: border_accuracy, line_along, usual_deviation
+  use gestell_task_boundary_line_options, only: border_options, most_searched, usual_tolerance
+  use gestell_task_boundary_map, only: trace_curves
   use gestell_task_boundary_map_plot, only: over_chart
-  use gestell_task_boundary_map_table, only: add_curves
-  use gestell_task_boundary_line_options, only: border_options
   use gestell_task_boundary_plot, only: plot_borders
-  use gestell_task_boundary_reading, only: read_tolerance
   use gestell_task_boundary_report, only: report_borders, report_search, summary, way_to_stable
   use gestell_task_boundary_solution, only: border_results_type, solve_borders
+  use gestell_task_boundary_tables, only: border_table, curve_table
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_common_context, only: context_type
   use gestell_task_common_locked_family, only: locked_family_type
-  use gestell_task_range_plan, only: sweep_plan_type
+  use gestell_task_common_task, only: all_machines, longest_table, task_type
+  use gestell_task_range_plan, only: limit_points, refuse_standstill, sweep_plan_type
   implicit none (type, external)
   private
 
@@ -27,6 +35,8 @@ module gestell_task_boundary_task
     private
     !> Of boundaries, relative to the ranges.
     real(dp) :: tolerance = 0
+    !> Whose crossings are sought; not allocated: borders of stability.
+    type(level_type), allocatable :: level
   contains
     procedure :: describe
     procedure :: read => read_boundary
@@ -40,7 +50,7 @@ contains
     class(boundary_task), intent(inout) :: self
 
     self%name = "boundary"
-    self%tables = [character(len=longest_table) :: "boundary"]
+    self%tables = [character(len=longest_table) :: "boundary", "level"]
     self%about = all_machines
   end subroutine describe
 
@@ -48,19 +58,86 @@ contains
     class(boundary_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
+    type(group_type) :: group
 
-    ! with a quantity it is about that: gestell_task_boundary_level_task
-    self%ordered = self%ordered .and. .not. has(the_group(configuration%document, "boundary"), "quantity")
     if (.not. self%ordered) return
     call read_tolerance(configuration%document, configuration%plan, self%tolerance, error)
+    if (allocated(error)) return
+    group = the_group(configuration%document, "boundary")
+    if (has(group, "quantity")) then
+      call read_level(self, group, configuration, error)
+    else if (has(group, "measure")) then
+      call input_error(group, "measure", "tells of a quantity: none is named", error)
+    else if (has(group, "level")) then
+      call input_error(group, "level", "is one of a quantity: none is named", error)
+    end if
   end subroutine read_boundary
+
+  !> Tolerance of boundaries relative to the ranges of `plan`. Errors: a range that is a point or goes through standstill; too many
+  !> points to search; a tolerance out of bounds.
+  subroutine read_tolerance(doc, plan, tolerance, error)
+    type(document_type), intent(in) :: doc
+    type(sweep_plan_type), intent(in) :: plan
+    real(dp), intent(out) :: tolerance
+    type(error_type), allocatable, intent(out) :: error
+    type(group_type), allocatable :: groups(:)
+    integer :: k
+
+    tolerance = 0
+    groups = groups_named(doc, "sweep")
+    do k = 1, size(groups)
+      if (plan%grid%axes(k)%count > 1) cycle
+      call input_error(groups(k), "count", "must be at least 2 where a border is sought", error)
+      return
+    end do
+    call limit_points(plan%grid, groups, most_searched, error)
+    if (.not. allocated(error)) call refuse_standstill(groups, plan, error)
+    if (.not. allocated(error)) call read(the_group(doc, "boundary"), boundary_keys, "tolerance", tolerance, error, &
+      & default=merge(usual_tolerance, usual_deviation, size(groups) == 1))
+  end subroutine read_tolerance
+
+  !> The quantity, what is measured of it, and the level: of a band that of the probe, where it has a limit. Errors: no such
+  !> quantity, or one without a band; there is no level, or it is out of range.
+  subroutine read_level(self, group, configuration, error)
+    class(boundary_task), intent(inout) :: self
+    type(group_type), intent(in) :: group
+    type(configuration_type), intent(in) :: configuration
+    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: reason
+    character(len=:), allocatable :: name
+    real(dp) :: limit
+    integer :: k, kind
+
+    call kind_of_measure(group, boundary_keys, "measure", kind, error)
+    if (.not. allocated(error)) call read(group, boundary_keys, "quantity", name, error)
+    if (allocated(error)) return
+    allocate(self%level)
+    associate (measure => self%level%measure)
+      call new_measure(configuration%frame, configuration%probes, trim(adjustl(name)), kind, measure, reason)
+      if (allocated(reason)) then
+        ! A measure without a name has found no such quantity; with one it has found no band.
+        call input_error(group, trim(merge("quantity", "measure ", measure%quantity == "")), reason%message, error)
+        return
+      end if
+      limit = 0
+      if (measure%kind == band_measure) then
+        do k = 1, size(configuration%probes)
+          associate (probe => configuration%probes(k))
+            if (index(measure%quantity, "probe(" // trim(probe%name) // ").") == 1) limit = 1000 * probe%limit
+          end associate
+        end do
+      end if
+    end associate
+    self%level%value = limit
+    if (has(group, "level") .or. .not. limit > 0) call read(group, boundary_keys, "level", self%level%value, error)
+  end subroutine read_level
 
   function preview(self, configuration) result(lines)
     class(boundary_task), intent(in) :: self
     type(configuration_type), intent(in) :: configuration
     character(len=:), allocatable :: lines
 
-    lines = report_search(configuration%plan, self%tolerance)
+    lines = report_search(configuration%plan, self%tolerance, self%level)
   end function preview
 
   subroutine run(self, context, result, error)
@@ -69,38 +146,36 @@ contains
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
     type(border_results_type) :: results
-    type(table_type) :: table
     integer :: k
 
-    call solve(self, context, results, error)
+    if (allocated(self%level)) then
+      call solve_level(self, self%level, context, results, error)
+    else
+      call solve_stability(self, context, results, error)
+    end if
     if (allocated(error)) return
     associate (plan => context%configuration%plan)
-      if (allocated(results%map)) then
-        table = empty_table()
-        call add_curves(plan, results%map, "divergence, period_doubling or flutter", table, of_level=.false.)
-        call result%draw_over("sweep", over_chart(results%map))
-      else
-        table = table_of_values(plan, results)
-      end if
-      call result%add(table, plot_borders(plan, results))
-      call result%warn("", summary(plan, results))
+      call result%add(border_table(plan, results, self%level), plot_borders(plan, results, self%level))
+      if (allocated(results%map)) call result%draw_over("sweep", over_chart(results%map))
+      if (allocated(results%curve)) call result%add(curve_table(plan, results%curve%points, self%level))
+      call result%warn("", summary(plan, results, self%level))
       if (allocated(results%nearest)) then
         do k = 1, size(results%nearest)
           call result%warn("", way_to_stable(trim(plan%paths(k)), results%nearest(k)))
         end do
       end if
-      call result%say(report_search(plan, self%tolerance) // report_borders(plan, results, self%tolerance))
+      call result%say(report_search(plan, self%tolerance, self%level) // report_borders(plan, results, self%tolerance, self%level))
     end associate
   end subroutine run
 
-  subroutine solve(self, context, results, error)
+  !> Borders of stability. Error: the parameters make no sense.
+  subroutine solve_stability(self, context, results, error)
     class(boundary_task), intent(in) :: self
     type(context_type), intent(inout), target :: context
     type(border_results_type), intent(out) :: results
     type(error_type), allocatable, intent(out) :: error
     type(locked_family_type), target :: family
     type(locked_family_type), allocatable, target :: bare
-    type(border_options) :: options
 
     associate (plan => context%configuration%plan)
       call context%members(plan%family, family)
@@ -109,47 +184,65 @@ contains
         allocate(bare, source=family)
         bare%model = "rest"
       end if
-      options%accuracy = context%configuration%accuracy
-      options%tolerance = self%tolerance
-      options%executor => context%executor
-      call solve_borders(family, plan%grid, options, plan%base, results, error, bare)
+      call solve_borders(family, plan%grid, border_options(context%configuration%accuracy, self%tolerance, context%executor), &
+        & plan%base, results, error, bare)
     end associate
-  end subroutine solve
+  end subroutine solve_stability
 
-  pure type(table_type) function empty_table() result(table)
-    table = new_table("boundary", "Stability boundaries", "Where the largest multiplier crosses the unit circle.", "", &
-      & shown=.true.)
-  end function empty_table
+  !> Crossings of the level over one parameter; the curves over two, and where there are none, on which side of the level the middle
+  !> of the ranges lies. Error: the parameters make no sense.
+  subroutine solve_level(self, level, context, results, error)
+    class(boundary_task), intent(in) :: self
+    type(level_type), intent(in) :: level
+    type(context_type), intent(inout), target :: context
+    type(border_results_type), intent(out) :: results
+    type(error_type), allocatable, intent(out) :: error
+    character(len=*), parameter :: speed = "drive.speed_rpm"
+    type(locked_family_type), target :: family
+    type(border_options) :: options
+    type(speed_options) :: number
+    type(level_plane_type) :: plane
+    type(level_line_type) :: line
+    type(level_results_type) :: found
+    real(dp), allocatable :: nodes(:)
+    integer :: k
 
-  !> boundary.csv over one parameter, with a remark for each place that the search left open.
-  pure type(table_type) function table_of_values(plan, results) result(table)
-    type(sweep_plan_type), intent(in) :: plan
-    type(border_results_type), intent(in) :: results
-    character(len=:), allocatable :: path
-    type(unit_type) :: unit
-    integer :: i
-
-    table = empty_table()
-    path = trim(plan%paths(1))
-    unit = unit_type(words=plan%units(1))
-    associate (values => results%values)
-      call table%add("curve", "number of the critical value", [(i, i = 1, size(values))])
-      call table%add(path, unit, "critical value, in the units of the input", (values%value), error=path // "_error")
-      call table%add("arg", radian, "argument of the critical multiplier", (values%arg_rad))
-      call table%add("kind", "divergence, period_doubling, flutter or turning_point", (values%kind))
-      call table%add(path // "_error", unit, "the border lies within the value plus and minus this", (values%error))
-      call table%add("below", "verdict at the smaller value", (values%below))
-      call table%add("above", "verdict at the greater value", (values%above))
-      call table%add("vibration", "whose border it is", (values%vibration))
+    options = border_options(context%configuration%accuracy, self%tolerance, context%executor)
+    number%names = [level%measure%quantity]
+    number%measures = [level%measure]
+    number%probes = context%configuration%probes
+    number%orders = 0
+    number%accuracy = context%configuration%accuracy
+    associate (plan => context%configuration%plan)
+      call context%members(plan%family, family)
+      if (size(plan%grid%axes) == 2) then
+        plane%border_options = options
+        plane%family => family
+        plane%kinds = level_kinds
+        plane%states = level_states
+        plane%options = number
+        plane%level = level%value
+        plane%speed_axis = findloc(plan%paths == speed, .true., dim=1)
+        allocate(results%map)
+        call trace_curves(plane, plan%grid, results%map, error)
+        if (.not. allocated(error) .and. results%map%curves == 0) call plane%in_the_middle(results%middle, error)
+      else
+        associate (axis => plan%grid%axes(1))
+          call line_along(family, [axis], 1, [axis%from], options, line%line)
+          line%options = number
+          line%level = level%value
+          line%over_speed = plan%paths(1) == speed
+          nodes = axis%value([(k, k = 1, axis%count)])
+          if (.not. line%over_speed) nodes = 1 + coordinate(axis, nodes)
+        end associate
+        call find_levels(line, nodes, found, error)
+        if (allocated(error)) return
+        results%values = found%crossings%border_type
+        results%rest%places = found%places%open_border_type
+        results%curve = found%curve
+        results%curve%points%speed = line%value(results%curve%points%speed)
+      end if
     end associate
-    if (.not. allocated(results%rest%places)) return
-    associate (places => results%rest%places)
-      do i = 1, size(places)
-        table%remarks = table%remarks // "open: " // path // " = " // exact(places(i)%value) // " within " &
-          & // exact(places(i)%width) &
-          & // ": a border could not be excluded" // new_line("a")
-      end do
-    end associate
-  end function table_of_values
+  end subroutine solve_level
 
 end module gestell_task_boundary_task

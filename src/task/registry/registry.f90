@@ -9,7 +9,6 @@ module gestell_task_registry
   use gestell_task_common_task, only: all_machines, all_speeds, any_task_type, longest_table, task_type
   use gestell_task_balance, only: balance_task
   use gestell_task_boundary_task, only: boundary_task
-  use gestell_task_boundary_level_task, only: level_task
   use gestell_task_campbell_task, only: campbell_task
   use gestell_task_common_configuration, only: configuration_type, read_machine, read_plan
   use gestell_task_critical_task, only: critical_task
@@ -62,7 +61,6 @@ contains
     call add(design_task())
     call add(sweep_task())
     call add(boundary_task())
-    call add(level_task())
     call add(campbell_task())
     call add(critical_task())
     call add(resonance_task())

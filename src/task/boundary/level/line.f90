@@ -3,10 +3,19 @@
 module gestell_task_boundary_level_line
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
+  use gestell_study_measure, only: measure_names, measure_type
   use gestell_study_speed_point, only: solve_response, speed_options, speed_point_type
-  use gestell_task_boundary_line, only: coordinate, line_type, parameter_at, parameters_at, sensitivity
+  use gestell_task_boundary_line, only: coordinate, line_type, parameter_at, sensitivity
   implicit none (type, external)
   private
+
+  !> What is measured of the vibration, and the level whose crossings are sought, in the measure's unit.
+  type, public :: level_type
+    type(measure_type) :: measure
+    real(dp) :: value = 0
+  contains
+    procedure :: subject
+  end type level_type
 
   type, public :: level_line_type
     type(line_type) :: line
@@ -23,6 +32,14 @@ module gestell_task_boundary_level_line
   end type level_line_type
 
 contains
+
+  !> The quantity and its measure: f rms.
+  pure function subject(self)
+    class(level_type), intent(in) :: self
+    character(len=:), allocatable :: subject
+
+    subject = trim(self%measure%quantity) // " " // trim(measure_names(self%measure%kind))
+  end function subject
 
   !> The axis along which the line runs, or runs farthest.
   pure integer function along(self)
@@ -70,11 +87,9 @@ contains
     real(dp), intent(in) :: x
 
     step = self%line%step()
-    if (self%over_speed) then
-      associate (axis => self%line%axes(along(self)))
-        step = self%line%tolerance * abs(sensitivity(axis, coordinate(axis, x)))
-      end associate
-    end if
+    associate (k => along(self))
+      if (self%over_speed) step = self%line%tolerance * abs(sensitivity(self%line%axes(k), coordinate(self%line%axes(k), x)))
+    end associate
     step = max(step, 4 * spacing(x))
   end function step
 
@@ -86,7 +101,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: parameters(size(self%line%axes))
 
-    parameters = parameters_at(self%line, self%position(x))
+    parameters = parameter_at(self%line%axes, self%line%start + self%position(x) * self%line%way)
     if (self%over_speed) parameters(along(self)) = x
     call solve_response(self%line%family, parameters, self%options, point, error)
     point%speed = x

@@ -7,38 +7,37 @@ module gestell_task_boundary_level_plot
   use gestell_output_picture_marks, only: input_marks, marks_type
   use gestell_output_picture_script, only: figure_type, new_figure, quoted
   use gestell_study_grid, only: axis_type
-  use gestell_study_measure, only: measure_names, measure_type
-  use gestell_task_boundary_level_search, only: level_results_type
+  use gestell_study_speed_point, only: speed_point_type
+  use gestell_task_boundary_level_line, only: level_type
   implicit none (type, external)
   private
 
   public :: level_title, plot_levels
 
   character, parameter :: newline = new_line("a")
-  !> Of level_kinds with level_states.
+  !> Entries of the key for level_kinds with level_states.
   character(len=*), parameter, public :: level_meanings(8) = [character(len=30) :: "level", "level (undamped)", &
     & "level (undecided)", "level (unstable)", "jump", "jump (undamped)", "jump (undecided)", "jump (unstable)"]
 
 contains
 
-  pure function level_title(measure, level) result(title)
-    type(measure_type), intent(in) :: measure
-    real(dp), intent(in) :: level
+  pure function level_title(level) result(title)
+    type(level_type), intent(in) :: level
     character(len=:), allocatable :: title
 
-    title = "Where " // trim(measure%quantity) // " " // trim(measure_names(measure%kind)) // " crosses " // concise(level, 6) &
-      & // " " // trim(measure%unit)
+    title = "Where " // level%subject() // " crosses " // concise(level%value, 6) // " " // trim(level%measure%unit)
   end function level_title
 
   !> boundary.gp, from boundary.csv and level.csv.
-  function plot_levels(path, unit, axis, input, measure, level, results) result(figure)
+  function plot_levels(path, unit, axis, input, level, crossings, points) result(figure)
     character(len=*), intent(in) :: path, unit
     type(axis_type), intent(in) :: axis
     !> The input's own value, or nothing.
     real(dp), intent(in) :: input(:)
-    type(measure_type), intent(in) :: measure
-    real(dp), intent(in) :: level
-    type(level_results_type), intent(in) :: results
+    type(level_type), intent(in) :: level
+    !> Where the level is crossed; points of the curve.
+    real(dp), intent(in) :: crossings(:)
+    class(speed_point_type), intent(in) :: points(:)
     type(figure_type) :: figure
     !> Labels nearer to each other than this part of the axis would overlap.
     real(dp), parameter :: apart = 0.03_dp
@@ -48,34 +47,31 @@ contains
     integer :: i
 
     lines = "set title heading noenhanced" // newline // parameter_axis("x", axis, with_unit(path, unit), 0.0_dp) &
-      & // "level = " // concise(level, 12) // newline // "over(v) = v > 0 ? v : NaN" // newline &
+      & // "level = " // concise(level%value, 12) // newline // "over(v) = v > 0 ? v : NaN" // newline &
       & // extent_lines("level.csv", ["over(column(2))"]) &
       & // "low = low > 0 && low < level ? low : level; high = high > level ? high : level" // newline &
       & // decade_lines("(low > 1e-6 * high ? low : 1e-6 * high) / 1.5", "high * 1.5") &
-      & // "set ylabel " // quoted(trim(measure%quantity) // " " // trim(measure_names(measure%kind)) // " (" &
-      & // trim(measure%unit) // ")") // " noenhanced" // newline &
+      & // "set ylabel " // quoted(level%subject() // " (" // trim(level%measure%unit) // ")") // " noenhanced" // newline &
       & // "set key outside bottom center horizontal samplen 2" // newline &
       & // "set object 1 rectangle from graph 0,first level to graph 1,graph 1 behind fillcolor rgb '#F9E0C7' fillstyle solid 1 " &
       & // "noborder" // newline
     marks = input_marks(axis, input, unit)
     lines = lines // marks%lines
     last = huge(last)
-    do i = 1, size(results%crossings)
-      associate (value => results%crossings(i)%value)
-        at = coordinate(axis, value)
-        if (abs(at - last) < apart * abs(coordinate(axis, axis%to) - coordinate(axis, axis%from))) cycle
-        last = at
-        lines = lines // "set label " // text(i) // " '  " // concise(value, 6) // "' at first " // concise(at, 9) &
-          & // ",first level rotate by 90 left font ',12'" // newline
-      end associate
+    do i = 1, size(crossings)
+      at = coordinate(axis, crossings(i))
+      if (abs(at - last) < apart * abs(coordinate(axis, axis%to) - coordinate(axis, axis%from))) cycle
+      last = at
+      lines = lines // "set label " // text(i) // " '  " // concise(crossings(i), 6) // "' at first " // concise(at, 9) &
+        & // ",first level rotate by 90 left font ',12'" // newline
     end do
     lines = lines // "plot [] 'level.csv' using (X(column(1))):(over(column(2))) with lines lt 1 lw 1.5 notitle, " &
       & // "level with lines lt 7 dt 2 title 'level'"
-    if (any(results%states == unstable)) lines = lines // ", 'level.csv' using (X(column(1))):(strcol(4) eq 'unstable' ? " &
+    if (any(points%state == unstable)) lines = lines // ", 'level.csv' using (X(column(1))):(strcol(4) eq 'unstable' ? " &
       & // "over(column(2)) : NaN) with points lt 2 pt 7 ps 0.4 title 'unstable'"
-    if (size(results%crossings) > 0) lines = lines // ", 'boundary.csv' using (X(column(2))):(level) with points lt 7 pt 7 " &
+    if (size(crossings) > 0) lines = lines // ", 'boundary.csv' using (X(column(2))):(level) with points lt 7 pt 7 " &
       & // "ps 0.9 title 'crossings'"
-    figure = new_figure("boundary", level_title(measure, level), lines // marks%entries // newline, width=800, height=480)
+    figure = new_figure("boundary", level_title(level), lines // marks%entries // newline, width=800, height=480)
   end function plot_levels
 
 end module gestell_task_boundary_level_plot

@@ -4,11 +4,12 @@
 !> between two points hides two crossings; between neighbours on different sides of the level there is one.
 module gestell_task_boundary_level_search
   use gestell_base_error, only: error_type
-  use gestell_base_verdict, only: failed, has_vibration, in_resonance, operator(==), verdict_type
+  use gestell_base_verdict, only: failed, has_vibration, in_resonance, operator(==)
   use gestell_base_kinds, only: dp
   use gestell_study_speed_point, only: speed_point_type
-  use gestell_task_boundary_level_crossing, only: crossing_type, find_crossing, side_of
+  use gestell_task_boundary_level_crossing, only: find_crossing, level_crossing_type, side_of
   use gestell_task_boundary_level_line, only: level_line_type
+  use gestell_task_boundary_line_borders, only: open_border_type
   use gestell_task_common_executor, only: spread_over, work_type
   use gestell_task_common_record, only: record_type
   use gestell_task_resonance_record, only: exchange_point
@@ -20,18 +21,15 @@ module gestell_task_boundary_level_search
   public :: find_levels
 
   !> A part of the line where a crossing could not be excluded, by its x; its middle, and half of its length.
-  type, public :: open_type
-    real(dp) :: ends(2) = 0, value = 0, width = 0
-  end type open_type
+  type, extends(open_border_type), public :: open_level_type
+    real(dp) :: ends(2) = 0
+  end type open_level_type
 
   type, public :: level_results_type
-    type(crossing_type), allocatable :: crossings(:)
-    type(open_type), allocatable :: places(:)
-    !> The curve: the parameter, the number, its error, the state of the machine.
-    real(dp), allocatable :: values(:), numbers(:), errors(:)
-    type(verdict_type), allocatable :: states(:)
-    !> Whether the curve is refined as far as it should be.
-    logical :: complete = .true.
+    type(level_crossing_type), allocatable :: crossings(:)
+    type(open_level_type), allocatable :: places(:)
+    !> The number and its error over x: values(1:2, 1) of the points.
+    type(resonance_curve_type) :: curve
   end type level_results_type
 
   !> A piece is a point of the curve.
@@ -48,7 +46,7 @@ module gestell_task_boundary_level_search
   type, extends(work_type) :: crossings_type
     type(level_line_type) :: line
     type(speed_point_type), allocatable :: points(:, :)
-    type(crossing_type), allocatable :: crossings(:)
+    type(level_crossing_type), allocatable :: crossings(:)
   contains
     procedure :: compute => compute_crossing
     procedure :: exchange => exchange_crossing
@@ -57,30 +55,26 @@ module gestell_task_boundary_level_search
 contains
 
   !> All crossings on the line, from its beginning on; `nodes`: the x where the search begins. By the line's executor, if it has
-  !> one. Error: the parameters make no sense, or the order.
+  !> one. Error: the parameters or the options make no sense.
   subroutine find_levels(line, nodes, results, error)
     type(level_line_type), intent(in) :: line
     real(dp), intent(in) :: nodes(:)
     type(level_results_type), intent(out) :: results
     type(error_type), allocatable, intent(out) :: error
-    type(resonance_curve_type) :: curve
     type(points_type) :: work
 
     work%line = line
-    call start_curve(curve, line%options, nodes, error)
+    call start_curve(results%curve, line%options, nodes, error)
     do while (.not. allocated(error))
-      call curve%wanted(work%at)
+      call results%curve%wanted(work%at)
       if (size(work%at) == 0) exit
       if (allocated(work%points)) deallocate(work%points)
       allocate(work%points(size(work%at)))
       call spread_over(work, size(work%at), error, line%line%executor)
-      if (.not. allocated(error)) call curve%add(work%points)
+      if (.not. allocated(error)) call results%curve%add(work%points)
     end do
-    if (allocated(error)) return
-    results%complete = curve%complete
-    call take_curve(line, curve, results)
-    call search_crossings(line, curve, results, error)
-    if (.not. allocated(error)) call list_open(line, curve, results)
+    if (.not. allocated(error)) call search_crossings(line, results, error)
+    if (.not. allocated(error)) call list_open(line, results)
   end subroutine find_levels
 
   recursive subroutine compute_point(self, k, error)
@@ -104,7 +98,7 @@ contains
     integer, intent(in) :: k
     type(error_type), allocatable, intent(out) :: error
 
-    call find_crossing(self%line, self%points(1, k), self%points(2, k), self%crossings(k), error)
+    call find_crossing(self%line, self%points(:, k), self%crossings(k), error)
   end subroutine compute_crossing
 
   subroutine exchange_crossing(self, k, record)
@@ -118,106 +112,69 @@ contains
     self%crossings(k) = transfer(words, self%crossings(k))
   end subroutine exchange_crossing
 
-  subroutine take_curve(line, curve, results)
-    type(level_line_type), intent(in) :: line
-    type(resonance_curve_type), intent(in) :: curve
-    type(level_results_type), intent(inout) :: results
-    integer :: i, n
-
-    n = size(curve%points)
-    associate (p => curve%points)
-      results%values = line%value(p%speed)
-      results%numbers = [(p(i)%values(1, 1), i = 1, n)]
-      results%errors = [(p(i)%values(2, 1), i = 1, n)]
-      results%states = p%state
-    end associate
-  end subroutine take_curve
-
   !> One between neighbours on different sides of the level. Error: a parameter makes no sense.
-  subroutine search_crossings(line, curve, results, error)
+  subroutine search_crossings(line, results, error)
     type(level_line_type), intent(in) :: line
-    type(resonance_curve_type), intent(in) :: curve
     type(level_results_type), intent(inout) :: results
     type(error_type), allocatable, intent(out) :: error
     type(crossings_type) :: work
     integer, allocatable :: first(:)
-    integer :: i, k, n
+    integer :: i, k
 
-    n = size(curve%points)
-    first = pack([(i, i = 1, n - 1)], [(differ(i), i = 1, n - 1)])
-    work%line = line
-    allocate(work%points(2, size(first)), work%crossings(size(first)))
-    do k = 1, size(first)
-      do i = 1, 2
-        work%points(i, k) = curve%points(first(k) + i - 1)%speed_point_type
+    allocate(first(0))
+    associate (points => results%curve%points)
+      do i = 1, size(points) - 1
+        if (.not. all(has_vibration(points(i:i + 1)%state))) cycle
+        if ((points(i)%values(1, 1) > line%level) .neqv. (points(i + 1)%values(1, 1) > line%level)) first = [first, i]
       end do
-    end do
+      work%line = line
+      allocate(work%points(2, size(first)), work%crossings(size(first)))
+      do k = 1, size(first)
+        do i = 1, 2
+          work%points(i, k) = points(first(k) + i - 1)%speed_point_type
+        end do
+      end do
+    end associate
     call spread_over(work, size(first), error, line%line%executor)
     if (.not. allocated(error)) results%crossings = work%crossings
-
-  contains
-
-    !> Whether the numbers of point `i` and the next lie on different sides.
-    logical function differ(i)
-      integer, intent(in) :: i
-
-      differ = all(has_vibration(curve%points(i:i + 1)%state))
-      if (differ) differ = (curve%points(i)%values(1, 1) > line%level) .neqv. (curve%points(i + 1)%values(1, 1) > line%level)
-    end function differ
-
   end subroutine search_crossings
 
-  !> Where there is no vibration, as in a resonance that nothing damps; where none was found on the way to a crossing; and where the
-  !> number comes to its level within its error and does not cross it.
-  subroutine list_open(line, curve, results)
+  !> Lists where there is no vibration, as in a resonance that nothing damps; where none was found on the way to a crossing; and
+  !> where the number comes to its level within its error and does not cross it.
+  subroutine list_open(line, results)
     type(level_line_type), intent(in) :: line
-    type(resonance_curve_type), intent(in) :: curve
     type(level_results_type), intent(inout) :: results
-    type(open_type) :: places(size(curve%points) + size(results%crossings))
-    logical :: near(size(curve%points)), gap(size(curve%points))
-    integer :: i, k, n, places_found
+    logical :: open(0:size(results%curve%points) + 1)
+    integer :: i, k
 
-    n = size(curve%points)
-    places_found = 0
+    allocate(results%places(0))
     do k = 1, size(results%crossings)
-      if (.not. results%crossings(k)%found) call add(results%crossings(k)%ends(1), results%crossings(k)%ends(2))
+      if (.not. results%crossings(k)%found) call add(results%crossings(k)%ends)
     end do
     results%crossings = pack(results%crossings, (results%crossings%found))
-    near = [(has_vibration(curve%points(i)%state) .and. side_of(curve%points(i)%speed_point_type, line%level) == "undecided" &
-      & .and. .not. between_ends(curve%points(i)%speed), i = 1, n)]
-    gap = curve%points%state == in_resonance .or. curve%points%state == failed
-    i = 1
-    do while (i <= n)
-      k = i
-      if (near(i) .or. gap(i)) then
-        do while (k < n)
-          if (.not. (near(k + 1) .or. gap(k + 1))) exit
-          k = k + 1
-        end do
-        call add(curve%points(max(1, i - 1))%speed, curve%points(min(n, k + 1))%speed)
-      end if
-      i = k + 1
-    end do
-    results%places = places(:places_found)
+    open = .false.
+    associate (points => results%curve%points, crossings => results%crossings)
+      do i = 1, size(points)
+        open(i) = points(i)%state == in_resonance .or. points(i)%state == failed
+        if (.not. has_vibration(points(i)%state)) cycle
+        if (side_of(points(i)%speed_point_type, line%level) == "undecided") open(i) = .not. any( &
+          & (points(i)%speed - crossings%ends(1)) * (points(i)%speed - crossings%ends(2)) <= 0)
+      end do
+      do i = 1, size(points)
+        if (open(i - 1) .or. .not. open(i)) cycle
+        k = i - 1 + findloc(open(i:), .false., dim=1)
+        call add([points(max(1, i - 1))%speed, points(min(size(points), k))%speed])
+      end do
+    end associate
 
   contains
 
-    !> Whether x lies between the ends of a crossing.
-    logical function between_ends(x)
-      real(dp), intent(in) :: x
-      integer :: c
+    subroutine add(ends)
+      real(dp), intent(in) :: ends(2)
 
-      between_ends = any([((x - results%crossings(c)%ends(1)) * (x - results%crossings(c)%ends(2)) <= 0, &
-        & c = 1, size(results%crossings))])
-    end function between_ends
-
-    subroutine add(from, to)
-      real(dp), intent(in) :: from, to
-
-      places_found = places_found + 1
-      places(places_found)%ends = [from, to]
-      places(places_found)%value = (line%value(from) + line%value(to)) / 2
-      places(places_found)%width = abs(line%value(from) - line%value(to)) / 2
+      associate (values => line%value(ends))
+        results%places = [results%places, open_level_type(sum(values) / 2, abs(values(1) - values(2)) / 2, ends)]
+      end associate
     end subroutine add
 
   end subroutine list_open

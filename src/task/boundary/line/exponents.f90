@@ -25,12 +25,11 @@ module gestell_task_boundary_line_exponents
     !> By how much the change of z is not what the slopes say, shape (n), and the errors of z, shape (n, 2).
     complex(dp), allocatable :: miss(:)
     real(dp), allocatable :: noise(:, :)
-    !> Whether other multipliers correspond nearly as well; not divided further though it is not smooth.
+    !> Whether other multipliers correspond nearly as well; whether the curves do not describe z well enough.
     logical :: ambiguous = .false., rough = .false.
   contains
     procedure :: length
     procedure :: at => z_at
-    procedure :: is_smooth
   end type stretch_type
 
 contains
@@ -107,6 +106,7 @@ contains
         stretch%noise(i, :) = [l%at%noise(i), r%at%noise(k)]
       end do
     end associate
+    stretch%rough = .not. is_smooth(stretch)
 
   contains
 
@@ -145,9 +145,11 @@ contains
   !> Whether the curves tell z well enough: phases do not turn by a whole turn unseen, meetings are where the curves meet,
   !> and no growth changes its sign twice.
   pure logical function is_smooth(self)
-    class(stretch_type), intent(in) :: self
+    type(stretch_type), intent(in) :: self
     !> In radians; and in decay, as a part of the decay.
     real(dp), parameter :: bend = 3, near = 0.02_dp, part = 0.25_dp
+    !> Multiples of the errors, to be sure of a sign between the ends and at them.
+    real(dp), parameter :: safety = 2, clear = 10
     integer, parameter :: samples = 8
     complex(dp) :: z(size(self%miss), 0:samples)
     integer :: i, k
@@ -163,8 +165,11 @@ contains
     do i = 1, size(z, 1)
       if (.not. is_smooth) return
       if (meets_another(z, i)) cycle
-      is_smooth = .not. any(doubtful(real(z(i, 1:samples - 1)), real(z(i, 0)), real(z(i, samples)), abs(real(self%miss(i))), &
-        & self%noise(i, 1), self%noise(i, 2)))
+      ! Does the growth change its sign between ends where it has the same?
+      associate (ends => real(z(i, [0, samples])), sign_of_both => sign(1.0_dp, real(z(i, 0))))
+        if (any(abs(ends) <= clear * self%noise(i, :)) .or. ((ends(1) > 0) .neqv. (ends(2) > 0))) cycle
+        is_smooth = .not. any(sign_of_both * real(z(i, 1:samples - 1)) - safety * abs(real(self%miss(i))) < 0)
+      end associate
     end do
   end function is_smooth
 
@@ -197,17 +202,6 @@ contains
       if (crowded) return
     end do
   end function crowded
-
-  !> Whether a growth between two of the same sign may have the other one.
-  elemental logical function doubtful(growth, first, last, miss, noise_first, noise_last)
-    real(dp), intent(in) :: growth, first, last, miss, noise_first, noise_last
-    real(dp), parameter :: safety = 2, clear = 10
-
-    doubtful = .false.
-    if (abs(first) <= clear * noise_first .or. abs(last) <= clear * noise_last) return
-    if ((first > 0) .neqv. (last > 0)) return
-    doubtful = sign(1.0_dp, first) * growth - safety * miss < 0
-  end function doubtful
 
   !> The imaginary part between -pi and pi.
   elemental complex(dp) function wrapped(z)

@@ -12,15 +12,13 @@ module gestell_task_boundary_line_follow
 
   public :: follow_multipliers
 
-  !> Stretches one after the other. Where there are no systems there are no stretches; `holes`, shape (2, n): from where to where
-  !> a system exists but could not be solved, or systems of different size meet, so that nothing is known of what lies between.
+  !> Stretches one after the other, the first `count` of `list`. Where there are no systems there are no stretches; `holes`, shape
+  !> (2, n): from where to where a system exists but could not be solved, or systems of different size meet, so that nothing is
+  !> known of what lies between.
   type, public :: way_type
     integer :: count = 0
     type(stretch_type), allocatable :: list(:)
     real(dp), allocatable :: holes(:, :)
-  contains
-    procedure :: add
-    procedure :: add_hole
   end type way_type
 
   !> A piece is a node.
@@ -87,14 +85,16 @@ contains
         call move_alloc(more, nodes)
         call move_alloc(more_state, state)
       end do
-      do i = 1, size(state)
-        if (alike(nodes(i), nodes(i + 1))) then
-          call way%add(stretch_between(nodes(i), nodes(i + 1)))
-        else if (.not. any([nodes(i)%at%verdict, nodes(i + 1)%at%verdict] == impossible)) then
-          call way%add_hole(nodes(i)%at%t, nodes(i + 1)%at%t)
-        end if
-      end do
     end associate
+    allocate(way%list(size(state)))
+    do i = 1, size(state)
+      if (alike(nodes(i), nodes(i + 1))) then
+        way%count = way%count + 1
+        call connect(nodes(i), nodes(i + 1), way%list(way%count))
+      else if (.not. any([nodes(i)%at%verdict, nodes(i + 1)%at%verdict] == impossible)) then
+        call add_hole(way%holes, nodes(i)%at%t, nodes(i + 1)%at%t)
+      end if
+    end do
   end subroutine follow_multipliers
 
   !> The nodes at `t`. Error: the parameters make no sense.
@@ -135,21 +135,13 @@ contains
     state = open
     associate (h => r%at%t - l%at%t)
       if (alike(l, r)) then
-        stretch = stretch_between(l, r)
+        call connect(l, r, stretch)
         if (h < shortest * span .or. .not. stretch%rough) state = done
       else if ((l%at%missing() .and. r%at%missing()) .or. h < beside_nothing * span) then
         state = empty
       end if
     end associate
   end function state_of
-
-  !> `rough` if it is not smooth.
-  pure type(stretch_type) function stretch_between(l, r) result(stretch)
-    type(node_type), intent(in) :: l, r
-
-    call connect(l, r, stretch)
-    stretch%rough = .not. stretch%is_smooth()
-  end function stretch_between
 
   !> Whether both are systems of one size.
   pure logical function alike(l, r)
@@ -160,34 +152,19 @@ contains
   end function alike
 
   !> Adds a hole; neighbouring holes become one.
-  pure subroutine add_hole(self, from, to)
-    class(way_type), intent(inout) :: self
+  pure subroutine add_hole(holes, from, to)
+    real(dp), allocatable, intent(inout) :: holes(:, :)
     real(dp), intent(in) :: from, to
     integer :: n
 
-    n = size(self%holes, 2)
+    n = size(holes, 2)
     if (n > 0) then
-      if (self%holes(2, n) >= from) then
-        self%holes(2, n) = to
+      if (holes(2, n) >= from) then
+        holes(2, n) = to
         return
       end if
     end if
-    self%holes = reshape([self%holes, from, to], [2, n + 1])
+    holes = reshape([holes, from, to], [2, n + 1])
   end subroutine add_hole
-
-  pure subroutine add(self, stretch)
-    class(way_type), intent(inout) :: self
-    type(stretch_type), intent(in) :: stretch
-    type(stretch_type), allocatable :: longer(:)
-
-    if (.not. allocated(self%list)) allocate(self%list(64))
-    if (self%count == size(self%list)) then
-      allocate(longer(2 * self%count))
-      longer(:self%count) = self%list
-      call move_alloc(longer, self%list)
-    end if
-    self%count = self%count + 1
-    self%list(self%count) = stretch
-  end subroutine add
 
 end module gestell_task_boundary_line_follow

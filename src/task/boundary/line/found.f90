@@ -1,13 +1,27 @@
-!> What a search along a line has found: borders, systems on both sides of them, and what it leaves open.
+!> What a search along a line finds: borders, systems on both sides of them, and places where a border could not be excluded.
 module gestell_task_boundary_line_found
   use gestell_base_kinds, only: dp
+  use gestell_base_verdict, only: undecided, verdict_type
   use gestell_math_sorting, only: ascending
-  use gestell_task_boundary_line_crossing, only: crossings_type
   use gestell_task_boundary_line, only: probe_type
+  use gestell_task_common_executor, only: work_type
   use gestell_task_common_record, only: record_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
+
+  !> A border on a line: of stability, or of what lies above a level.
+  type, public :: crossing_type
+    !> Its place, and the distance at which the systems on both sides differ for certain.
+    real(dp) :: t = 0, error = 0
+    integer :: kind = 0
+    !> Argument of the multiplier on the unit circle, 0 to pi.
+    real(dp) :: arg = 0
+    !> Whether the greater t are unstable, or above the level.
+    logical :: enters = .false.
+    !> Verdicts at the smaller and at the greater t.
+    type(verdict_type) :: verdicts(2) = undecided
+  end type crossing_type
 
   !> A place where a border could not be excluded, and how wide it is, in t.
   type, public :: doubt_type
@@ -15,25 +29,41 @@ module gestell_task_boundary_line_found
   end type doubt_type
 
   type, public :: search_type
-    type(crossings_type) :: found
+    type(crossing_type), allocatable :: borders(:)
     type(doubt_type), allocatable :: doubts(:)
     !> Places where multipliers meet; those of them without damping where nothing grows at a distance of the tolerance.
     integer :: meetings = 0, thin = 0
-    !> Meetings beyond those that a line allows: they were not looked at.
+    !> Meetings that were not searched, being more than a line allows.
     integer :: left_out = 0
-    !> Systems along the line, ascending, of which each side of each border was seen.
+    !> Systems along the line, at least one on each side of each border; ascending once they are sorted. The first `marked` are
+    !> filled.
     type(probe_type), allocatable :: marks(:)
-    integer, private :: seen = 0
+    integer :: marked = 0
   contains
+    procedure :: begin
     procedure :: exchange
     procedure :: take
     procedure :: add_mark
     procedure :: sort_marks
-    procedure :: forget_marks
+    procedure :: sort_borders
     procedure :: name_unexplained
   end type search_type
 
+  !> Work whose pieces are searches.
+  type, abstract, extends(work_type), public :: searches_type
+    type(search_type), allocatable :: found(:)
+  contains
+    procedure :: exchange => exchange_search
+  end type searches_type
+
 contains
+
+  !> Nothing is found yet.
+  subroutine begin(self)
+    class(search_type), intent(out) :: self
+
+    allocate(self%borders(0), self%doubts(0), self%marks(0))
+  end subroutine begin
 
   !> Adds what was found at one place of the line.
   pure subroutine take(self, part)
@@ -41,24 +71,14 @@ contains
     type(search_type), intent(in) :: part
     integer :: i
 
-    do i = 1, part%seen
+    do i = 1, part%marked
       call self%add_mark(part%marks(i))
     end do
     self%meetings = self%meetings + part%meetings
     self%thin = self%thin + part%thin
     self%doubts = [self%doubts, part%doubts]
-    if (.not. allocated(part%found%list)) return
-    do i = 1, size(part%found%list)
-      call self%found%add(part%found%list(i))
-    end do
+    self%borders = [self%borders, part%borders]
   end subroutine take
-
-  pure subroutine forget_marks(self)
-    class(search_type), intent(inout) :: self
-
-    self%marks = [probe_type ::]
-    self%seen = 0
-  end subroutine forget_marks
 
   !> The borders must explain the verdicts: where two marks differ but no border, or an even number, was found between them, or
   !> where they agree about an odd number, the stretch between them is a doubt. Marks within a border's error show neither side.
@@ -68,7 +88,7 @@ contains
 
     last = 0
     do i = 1, size(self%marks)
-      associate (borders => self%found%list, here => self%marks(i))
+      associate (borders => self%borders, here => self%marks(i))
         if (any(abs(borders%t - here%t) <= borders%error)) cycle
         if (last > 0) then
           associate (before => self%marks(last))
@@ -89,22 +109,33 @@ contains
     integer(int64), allocatable :: words(:)
     integer :: i
 
-    call self%found%exchange(record)
-    if (allocated(self%doubts)) words = transfer(self%doubts, [0_int64])
+    if (record%reads) call self%begin()
+    words = transfer(self%borders, [0_int64])
+    call record%pass_words(words)
+    if (record%reads) self%borders = transfer(words, [crossing_type ::])
+    words = transfer(self%doubts, [0_int64])
     call record%pass_words(words)
     if (record%reads) self%doubts = transfer(words, [doubt_type ::])
     call record%pass(self%meetings)
     call record%pass(self%thin)
     call record%pass(self%left_out)
-    call record%pass(self%seen)
+    call record%pass(self%marked)
     if (record%reads) then
-      if (allocated(self%marks)) deallocate(self%marks)
-      allocate(self%marks(max(self%seen, 0)))
+      deallocate(self%marks)
+      allocate(self%marks(max(self%marked, 0)))
     end if
-    do i = 1, self%seen
+    do i = 1, self%marked
       call self%marks(i)%exchange(record)
     end do
   end subroutine exchange
+
+  subroutine exchange_search(self, k, record)
+    class(searches_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(record_type), intent(inout) :: record
+
+    call self%found(k)%exchange(record)
+  end subroutine exchange_search
 
   !> Adds a system, unless there is none.
   pure subroutine add_mark(self, mark)
@@ -113,13 +144,13 @@ contains
     type(probe_type), allocatable :: longer(:)
 
     if (mark%missing()) return
-    if (self%seen == size(self%marks)) then
-      allocate(longer(2 * self%seen + 64))
-      longer(:self%seen) = self%marks
+    if (self%marked == size(self%marks)) then
+      allocate(longer(2 * self%marked + 64))
+      longer(:self%marked) = self%marks
       call move_alloc(longer, self%marks)
     end if
-    self%seen = self%seen + 1
-    self%marks(self%seen) = mark
+    self%marked = self%marked + 1
+    self%marks(self%marked) = mark
   end subroutine add_mark
 
   !> Sorts the systems along the line and leaves each once.
@@ -129,15 +160,41 @@ contains
     integer, allocatable :: order(:)
     integer :: i
 
-    associate (t => self%marks(:self%seen)%t)
+    associate (t => self%marks(:self%marked)%t)
       order = ascending((t))
       order = pack(order, [(i == 1 .or. t(order(i)) > t(order(max(i - 1, 1))), i = 1, size(order))])
     end associate
-    allocate(sorted(size(order)))
-    do i = 1, size(order)
+    self%marked = size(order)
+    allocate(sorted(self%marked))
+    do i = 1, self%marked
       sorted(i) = self%marks(order(i))
     end do
     call move_alloc(sorted, self%marks)
   end subroutine sort_marks
+
+  !> Sorts the borders along the line, keeps one of those found twice, and removes regions narrower than `least`.
+  pure subroutine sort_borders(self, least)
+    class(search_type), intent(inout) :: self
+    real(dp), intent(in) :: least
+    logical, allocatable :: keep(:)
+    integer :: i
+
+    allocate(keep(size(self%borders)), source=.false.)
+    associate (b => self%borders)
+      do i = 1, size(b)
+        keep(i) = .not. any(keep .and. abs(b%t - b(i)%t) <= b%error + b(i)%error .and. (b%enters .eqv. b(i)%enters))
+      end do
+    end associate
+    self%borders = pack(self%borders, keep)
+    self%borders = self%borders(ascending((self%borders%t)))
+    keep = spread(.true., 1, size(self%borders))
+    associate (b => self%borders)
+      do i = 2, size(b)
+        if (.not. keep(i - 1) .or. b(i)%t - b(i - 1)%t >= least) cycle
+        if (b(i)%enters .neqv. b(i - 1)%enters) keep(i - 1:i) = .false.
+      end do
+    end associate
+    self%borders = pack(self%borders, keep)
+  end subroutine sort_borders
 
 end module gestell_task_boundary_line_found

@@ -6,32 +6,26 @@ module gestell_task_boundary_line
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: failed, impossible, operator(==), unstable, verdict_type
   use gestell_base_kinds, only: dp
-  use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_task_boundary_line_functions, only: border_functions, border_kinds
   use gestell_task_boundary_line_multipliers, only: border_multipliers
   use gestell_system_family, only: family_type
   use gestell_study_grid, only: axis_type
   use gestell_study_member, only: member_type
-  use gestell_task_common_executor, only: executor_type
+  use gestell_task_boundary_line_options, only: border_options
   use gestell_task_common_record, only: record_type
   implicit none (type, external)
   private
 
   public :: coordinate, parameter_at, parameters_at, probe_line, sensitivity, skewed
 
-  !> u(t) = start + t way through the parameters of a family, and what is ordered of its borders.
-  type, public :: line_type
+  !> u(t) = start + t way through the parameters of a family.
+  type, extends(border_options), public :: line_type
     class(family_type), pointer :: family => null()
     type(axis_type), allocatable :: axes(:)
     real(dp), allocatable :: start(:), way(:)
-    type(accuracy_type) :: accuracy
-    !> How exactly borders are found, in u.
-    real(dp) :: tolerance = 1.0e-10_dp
-    !> Meetings of multipliers that are looked at, at the most: a slow crank has any number of them.
+    !> Maximum number of meetings of multipliers that are searched: a slow crank has any number of them.
     integer :: most_meetings = 5000
-    !> Who does the work of a search, where members of the family may be asked for by several threads.
-    class(executor_type), pointer :: executor => null()
   contains
     procedure :: step
   end type line_type

@@ -16,9 +16,6 @@ module gestell_task_boundary_line_multipliers
 
   public :: border_multipliers
 
-  !> Radians that the fastest vibration turns within the period; beyond, reduction may be cheaper than factors.
-  real(dp), parameter :: many_turns = 700
-
 contains
 
   !> All multipliers, of parts that do not act on each other apart. They come from the factors of the monodromy matrix: its
@@ -56,38 +53,30 @@ contains
     type(accuracy_type), intent(in) :: accuracy
     type(multipliers_type), intent(out) :: multipliers
     type(error_type), allocatable, intent(out) :: error
+    !> Radians that the fastest vibration turns within the period; beyond, reduction may be cheaper than factors.
+    real(dp), parameter :: many_turns = 700
+    type(factored_type) :: factored
     type(floquet_type) :: floquet
+    type(survey_type) :: seen
+    logical :: factors
 
-    call from_factors(system, accuracy, multipliers, error)
-    if (.not. allocated(error)) return
+    factors = accuracy%steps <= 0
+    if (allocated(accuracy%method)) factors = factors .and. accuracy%method /= "reduced"
+    select type (system)
+    type is (averaged_system)
+      factors = .false.
+    end select
+    if (factors) then
+      call survey(system, seen, error)
+      if (.not. allocated(error)) factors = .not. seen%phase_advance > many_turns
+      if (factors .and. .not. allocated(error)) call solve_factored(system, accuracy, .false., factored, error, seen)
+      if (factors .and. .not. allocated(error)) then
+        call factored%multipliers(.false., multipliers, error)
+        if (.not. allocated(error)) return
+      end if
+    end if
     call solve_floquet(system, accuracy, .false., floquet, error)
     if (.not. allocated(error)) call solve_multipliers(floquet, .false., multipliers, error)
   end subroutine solve_part
-
-  subroutine from_factors(system, accuracy, multipliers, unfit)
-    class(periodic_system), intent(in) :: system
-    type(accuracy_type), intent(in) :: accuracy
-    type(multipliers_type), intent(out) :: multipliers
-    type(error_type), allocatable, intent(out) :: unfit
-    type(factored_type) :: factored
-    type(survey_type) :: seen
-    logical :: other_way
-
-    other_way = accuracy%steps > 0
-    if (allocated(accuracy%method)) other_way = other_way .or. accuracy%method == "reduced"
-    select type (system)
-    type is (averaged_system)
-      other_way = .true.
-    end select
-    if (.not. other_way) call survey(system, seen, unfit)
-    if (allocated(unfit)) return
-    if (.not. other_way) other_way = seen%phase_advance > many_turns
-    if (other_way) then
-      allocate(unfit)
-      return
-    end if
-    call solve_factored(system, accuracy, .false., factored, unfit, seen)
-    if (.not. allocated(unfit)) call factored%multipliers(.false., multipliers, unfit)
-  end subroutine from_factors
 
 end module gestell_task_boundary_line_multipliers

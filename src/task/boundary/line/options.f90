@@ -1,4 +1,4 @@
-!> What a search for borders may be asked for.
+!> Options of a search for borders.
 module gestell_task_boundary_line_options
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -11,19 +11,18 @@ module gestell_task_boundary_line_options
 
   public :: check_search
 
-  !> Of borders along one parameter, relative to the range.
+  !> Tolerance of borders along one parameter, relative to the range.
   real(dp), parameter, public :: usual_tolerance = 1.0e-10_dp
 
-  !> What is wanted.
   type, public :: border_options
     type(accuracy_type) :: accuracy
-    !> Relative to the ranges: of values of one parameter, and of curves.
+    !> Error of borders over one parameter, and deviation of curves over two from the border, relative to the ranges.
     real(dp) :: tolerance = usual_tolerance
-    !> Who does the work, where members of the family may be asked for by several threads.
+    !> Spreads the work over threads, where several of them may ask for members of the family.
     class(executor_type), pointer :: executor => null()
   end type border_options
 
-  !> Search points, and how exactly borders are found relative to the ranges.
+  !> Maximum number of search points; limits of the tolerance.
   integer(int64), parameter, public :: most_searched = 10_int64**7
   real(dp), parameter, public :: least_tolerance = 1.0e-13_dp, greatest_tolerance = 0.1_dp
 

@@ -11,12 +11,21 @@ module gestell_task_boundary_line_pair
   implicit none (type, external)
   private
 
-  public :: fit_pair, greatest_growth, solve_pair
+  public :: fit_pair, greatest_growth
 
   !> Which multipliers of a stretch, and by how many turns the first is ahead of the second where they meet.
   type, public :: pair_name_type
     integer :: i = 0, k = 0, turns = 0
   end type pair_name_type
+
+  !> The pair `name` of a stretch, at any place of its line.
+  type, public :: pair_path_type
+    type(line_type), pointer :: line => null()
+    type(stretch_type), pointer :: stretch => null()
+    type(pair_name_type) :: name
+  contains
+    procedure :: solve
+  end type pair_path_type
 
   type, public :: pair_type
     real(dp) :: t = 0
@@ -38,29 +47,27 @@ module gestell_task_boundary_line_pair
 
 contains
 
-  !> The pair `name` of a stretch at `t`: those two multipliers that are nearest to where its curves have them.
-  !> Error: the parameters make no sense.
-  subroutine solve_pair(line, stretch, name, t, pair, error)
-    type(line_type), intent(in) :: line
-    type(stretch_type), intent(in) :: stretch
-    type(pair_name_type), intent(in) :: name
+  !> The pair at `t`: those two multipliers that are nearest to where the curves of the stretch have them. Error: the parameters
+  !> make no sense.
+  subroutine solve(self, t, pair, error)
+    class(pair_path_type), intent(in) :: self
     real(dp), intent(in) :: t
     type(pair_type), intent(out) :: pair
     type(error_type), allocatable, intent(out) :: error
-    complex(dp) :: told(size(stretch%miss)), one, other
+    complex(dp) :: expected(size(self%stretch%miss)), one, other
     real(dp) :: away, least
     integer :: i, k, best(2)
 
     pair%t = t
-    call probe_line(line, t, pair%at, error)
+    call probe_line(self%line, t, pair%at, error)
     if (allocated(error) .or. pair%at%missing()) return
-    if (size(pair%at%z) /= size(stretch%miss)) then
+    if (size(pair%at%z) /= size(expected)) then
       pair%at%verdict = failed
       return
     end if
-    told = stretch%at((t - stretch%ends(1)%t) / stretch%length())
-    one = told(name%i)
-    other = told(name%k) + cmplx(0.0_dp, 2 * pi * name%turns, dp)
+    expected = self%stretch%at((t - self%stretch%ends(1)%t) / self%stretch%length())
+    one = expected(self%name%i)
+    other = expected(self%name%k) + cmplx(0.0_dp, 2 * pi * self%name%turns, dp)
     least = huge(least)
     best = 1
     associate (z => pair%at%z)
@@ -80,7 +87,7 @@ contains
     pair%mean = (one + other) / 2
     pair%delta = ((one - other) / 2)**2
     pair%growth = max(real(one), real(other))
-  end subroutine solve_pair
+  end subroutine solve
 
   !> Positive if both die out, else negative, and smooth but where both grow: from (i y - mean)**2 = delta, y real.
   elemental real(dp) function excess(self)

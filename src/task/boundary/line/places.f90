@@ -19,12 +19,12 @@ module gestell_task_boundary_line_places
     integer :: count = 0
     type(place_type), allocatable :: list(:)
   contains
-    procedure :: add => add_place
+    procedure :: add
   end type places_type
 
 contains
 
-  pure subroutine add_place(self, place)
+  pure subroutine add(self, place)
     class(places_type), intent(inout) :: self
     type(place_type), intent(in) :: place
     type(place_type), allocatable :: longer(:)
@@ -37,7 +37,7 @@ contains
     end if
     self%count = self%count + 1
     self%list(self%count) = place
-  end subroutine add_place
+  end subroutine add
 
   !> A rate that at most `most` of the places do not exceed: over the speed the slowest have the lowest orders, and so the widest
   !> tongues.
@@ -71,68 +71,43 @@ contains
     integer, intent(in) :: number
     type(places_type), intent(inout) :: places
     integer, parameter :: samples = 16
-    !> In radians: how far multipliers may pass by each other to be looked at, beside what is not known of where they are;
-    !> lie below the real axis (sine of the argument) not to be left out; and differ to be taken for one.
+    !> In radians: how far multipliers may pass by each other to be searched, beside the error of where they are; how far they may
+    !> lie below the real axis (sine of the argument); up to which difference they count as one.
     real(dp), parameter :: close = 0.02_dp, below = -0.2_dp, locked = 1.0e-9_dp, safety = 4
+    !> No meeting stops a decay so strong (ln |rho|) without these curves showing it.
+    real(dp), parameter :: strong = -3
     complex(dp) :: z(size(stretch%miss), 0:samples)
     real(dp) :: ahead(0:samples), rest(0:samples), near, x
     integer :: i, j, k, turns
-    logical :: meets
+    logical :: meets(samples)
 
     do k = 0, samples
       z(:, k) = stretch%at(real(k, dp) / samples)
     end do
     do i = 1, size(z, 1)
       do j = i + 1, size(z, 1)
-        if (lost(real(z(i, :))) .or. lost(real(z(j, :)))) cycle
+        if (any(maxval(real(z([i, j], :)), dim=2) < strong)) cycle
         ahead = aimag(z(i, :) - z(j, :))
         near = close + safety * (abs(stretch%miss(i)) + abs(stretch%miss(j)))
         do turns = floor((minval(ahead) - near) / (2 * pi)), ceiling((maxval(ahead) + near) / (2 * pi))
           rest = ahead - 2 * pi * turns
           if (minval(abs(rest)) > near .and. all(rest > 0 .eqv. rest(0) > 0)) cycle
           if (maxval(abs(rest)) <= locked) cycle
+          ! Where the phases meet; where they nowhere do, once where they are nearest to each other.
+          meets = (rest(1:) > 0) .neqv. (rest(:samples - 1) > 0)
+          if (.not. any(meets)) meets(max(minloc(abs(rest), dim=1) - 1, 1)) = .true.
           do k = 1, samples
-            call meet(rest, k, meets, x)
-            if (.not. meets) cycle
-            if (sin(aimag(z(j, k))) < below) cycle
-            call places%add(place_type(number, pair_name_type(i, j, turns), (k - 1 + x) / samples, &
-              & (rest(k) - rest(k - 1)) * samples / stretch%length()))
+            if (.not. meets(k) .or. sin(aimag(z(j, k))) < below) cycle
+            associate (a => rest(k - 1), b => rest(k))
+              x = merge(0, 1, abs(a) < abs(b))
+              if ((a > 0) .neqv. (b > 0)) x = a / (a - b)
+              call places%add(place_type(number, pair_name_type(i, j, turns), (k - 1 + x) / samples, &
+                & (b - a) * samples / stretch%length()))
+            end associate
           end do
         end do
       end do
     end do
-
-  contains
-
-    !> A decay that no meeting stops that these curves would not show.
-    pure logical function lost(growth)
-      real(dp), intent(in) :: growth(:)
-      real(dp), parameter :: strong = -3
-
-      lost = maxval(growth) < strong
-    end function lost
-
   end subroutine find_meetings
-
-  !> Whether two phases meet, or are nearest to each other, between the samples k - 1 and k, and at which part of that way.
-  pure subroutine meet(rest, k, meets, x)
-    real(dp), intent(in) :: rest(0:)
-    integer, intent(in) :: k
-    logical, intent(out) :: meets
-    real(dp), intent(out) :: x
-
-    associate (a => rest(k - 1), b => rest(k))
-      meets = (a > 0) .neqv. (b > 0)
-      x = 0.5_dp
-      if (meets) then
-        x = a / (a - b)
-      else
-        x = merge(0.0_dp, 1.0_dp, abs(a) < abs(b))
-      end if
-    end associate
-    if (meets) return
-    if (any((rest > 0) .neqv. (rest(0) > 0))) return
-    meets = k == max(minloc(abs(rest), dim=1) - 1, 1)
-  end subroutine meet
 
 end module gestell_task_boundary_line_places

@@ -65,7 +65,7 @@ contains
     end if
     rows = reshape([low, half, high], [size(low), 3])
     do i = 1, size(low)
-      associate (sides => vertices%list(rows(i, :))%unstable_side(3 - k))
+      associate (sides => vertices%list(rows(i, :))%inward(3 - k))
         if (all(sides > 0) .or. all(sides < 0)) cycle
       end associate
       rows = rows(:0, :)
@@ -118,7 +118,7 @@ contains
     end associate
   end function pass_straight
 
-  !> Links what passes, by way of the middle, unstable on the left.
+  !> Links what passes, by way of the middle, with the region on the left.
   pure subroutine link_through(box, ids, half_way, k, vertices)
     type(box_type), intent(in) :: box
     integer, intent(in) :: ids(:), half_way(:), k
@@ -129,7 +129,7 @@ contains
     at = rows(box, ids, half_way, k, vertices)
     do i = 1, size(at, 1)
       ! To the left of upward lies what is less in the first coordinate, of rightward what is more in the second.
-      if ((vertices%list(at(i, 2))%unstable_side(3 - k) > 0) .eqv. k == 2) at(i, :) = at(i, 3:1:-1)
+      if ((vertices%list(at(i, 2))%inward(3 - k) > 0) .eqv. k == 2) at(i, :) = at(i, 3:1:-1)
       vertices%list(at(i, 1))%next = at(i, 2)
       vertices%list(at(i, 2))%next = at(i, 3)
     end do

@@ -3,33 +3,29 @@ module gestell_task_boundary_map_cells
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_task_boundary_map_bands, only: box_type, link_through, opposite_sides, pass_straight
-  use gestell_task_boundary_line, only: line_type, probe_type
+  use gestell_math_sorting, only: ascending
+  use gestell_task_boundary_line, only: line_type
   use gestell_task_boundary_line_found, only: search_type
   use gestell_task_boundary_line_search, only: short_nodes
-  use gestell_task_boundary_map_vertex, only: plane_type, vertex_type, vertices_type
-  use gestell_task_common_executor, only: spread_over, work_type
-  use gestell_task_common_record, only: record_type
+  use gestell_task_boundary_map_vertex, only: plane_type, traces_type, vertex_type, vertices_type
+  use gestell_task_common_executor, only: spread_over
   implicit none (type, external)
   private
 
   public :: connect_cells
 
-  !> A cell of the search grid: the vertices on its sides, by their numbers among all, and these with those that were found in it.
+  !> A cell of the search grid: the vertices on its sides, by their numbers among all.
   type :: cell_type
     type(box_type) :: box
     integer, allocatable :: sides(:)
-    type(vertices_type) :: vertices
   end type cell_type
 
-  !> A piece is a cell.
-  type, extends(work_type) :: cells_type
+  !> A piece is a cell: it finds vertices behind those on its sides, and the way from each to the next.
+  type, extends(traces_type) :: cells_type
     class(plane_type), pointer :: plane => null()
-    integer :: count = 0
     type(cell_type), allocatable :: cells(:)
   contains
-    procedure :: add
     procedure :: compute
-    procedure :: exchange
   end type cells_type
 
 contains
@@ -43,42 +39,31 @@ contains
     type(vertices_type), intent(inout) :: vertices
     type(error_type), allocatable, intent(out) :: error
     type(cells_type) :: work
-    integer :: i, j, k
-
-    work%plane => plane
-    allocate(work%cells(size(u1) * size(u2)))
-    do i = 1, size(u1) - 1
-      do j = 1, size(u2) - 1
-        call work%add(box_type([u1(i), u2(j)], [u1(i + 1), u2(j + 1)]), &
-          & [(k, k = first1(i), first1(i + 2) - 1), (k, k = first2(j), first2(j + 2) - 1)], vertices)
-      end do
-    end do
-    call spread_over(work, work%count, error, plane%executor)
-    if (allocated(error)) return
-    do k = 1, work%count
-      call take(work%cells(k), vertices)
-    end do
-  end subroutine connect_cells
-
-  !> Adds a cell, unless none of the vertices `pool` lies on its sides.
-  pure subroutine add(self, box, pool, vertices)
-    class(cells_type), intent(inout) :: self
-    type(box_type), intent(in) :: box
-    integer, intent(in) :: pool(:)
-    type(vertices_type), intent(in) :: vertices
+    type(box_type) :: box
     integer, allocatable :: sides(:)
     logical, allocatable :: enter(:)
+    integer :: i, j, k, cells
 
-    call around(box, pool, vertices, sides, enter)
-    if (size(sides) == 0) return
-    self%count = self%count + 1
-    associate (cell => self%cells(self%count))
-      cell%box = box
-      cell%sides = sides
-      cell%vertices%count = size(sides)
-      cell%vertices%list = vertices%list(sides)
-    end associate
-  end subroutine add
+    work%plane => plane
+    allocate(work%cells(size(u1) * size(u2)), work%found(size(u1) * size(u2)))
+    cells = 0
+    do i = 1, size(u1) - 1
+      do j = 1, size(u2) - 1
+        box = box_type([u1(i), u2(j)], [u1(i + 1), u2(j + 1)])
+        call around(box, [(k, k = first1(i), first1(i + 2) - 1), (k, k = first2(j), first2(j + 2) - 1)], vertices, sides, enter)
+        if (size(sides) == 0) cycle
+        cells = cells + 1
+        work%cells(cells) = cell_type(box, sides)
+        work%found(cells)%count = size(sides)
+        work%found(cells)%list = vertices%list(sides)
+      end do
+    end do
+    call spread_over(work, cells, error, plane%executor)
+    if (allocated(error)) return
+    do k = 1, cells
+      call take(work%cells(k)%sides, work%found(k), vertices)
+    end do
+  end subroutine connect_cells
 
   recursive subroutine compute(self, k, error)
     class(cells_type), intent(inout) :: self
@@ -86,45 +71,36 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer :: i
 
-    associate (cell => self%cells(k))
-      call connect_cell(self%plane, cell%box, [(i, i = 1, size(cell%sides))], cell%vertices, error)
-    end associate
+    call connect_cell(self%plane, self%cells(k)%box, [(i, i = 1, size(self%cells(k)%sides))], self%found(k), error)
   end subroutine compute
 
-  subroutine exchange(self, k, record)
-    class(cells_type), intent(inout) :: self
-    integer, intent(in) :: k
-    type(record_type), intent(inout) :: record
-
-    call self%cells(k)%vertices%exchange(record)
-  end subroutine exchange
-
-  !> Adds what was found in a cell to all vertices.
-  pure subroutine take(cell, vertices)
-    type(cell_type), intent(in) :: cell
+  !> Adds what was found in a cell with these `sides` to all vertices.
+  pure subroutine take(sides, found, vertices)
+    integer, intent(in) :: sides(:)
+    type(vertices_type), intent(in) :: found
     type(vertices_type), intent(inout) :: vertices
     type(vertex_type) :: vertex
     integer, allocatable :: numbers(:)
     integer :: i, n
 
-    n = size(cell%sides)
-    numbers = [cell%sides, (vertices%count + i, i = 1, cell%vertices%count - n)]
+    n = size(sides)
+    numbers = [sides, (vertices%count + i, i = 1, found%count - n)]
     do i = 1, size(numbers)
-      vertex = cell%vertices%list(i)
+      vertex = found%list(i)
       if (vertex%next > 0) vertex%next = numbers(vertex%next)
       if (i > n) call vertices%add(vertex)
       if (vertex%next > 0) vertices%list(numbers(i))%next = vertex%next
     end do
-    if (allocated(cell%vertices%open)) vertices%open = [vertices%open, cell%vertices%open]
-    vertices%thin = vertices%thin + cell%vertices%thin
-    vertices%left_out = vertices%left_out + cell%vertices%left_out
+    if (allocated(found%open)) vertices%open = [vertices%open, found%open]
+    vertices%thin = vertices%thin + found%thin
+    vertices%left_out = vertices%left_out + found%left_out
   end subroutine take
 
-  !> Links those of the vertices `pool` that lie on the sides of `box`. In a turn about the box, counter-clockwise, unstable
-  !> stretches begin at the vertices that `enter` them and end at those that leave. Two vertices are linked; of four the
-  !> system at their mean tells whether the unstable stretches hang together; of four or more on two opposite sides the line half
-  !> way between these. Where that is not certain, systems are missing, or a narrow tongue ends in the box, it is halved, down to
-  !> the size of the deviation allowed. Error: the parameters make no sense.
+  !> Links those of the vertices `pool` that lie on the sides of `box`. In a turn about the box, counter-clockwise, stretches inside
+  !> the region begin at the vertices that `enter` it and end at those that leave. Two vertices are linked; of four the system at
+  !> their mean shows whether the stretches inside hang together; of four or more on two opposite sides the line half way between
+  !> these. Where that is not certain, systems are missing, or a narrow tongue ends in the box, it is halved, down to the size of
+  !> the deviation allowed. Error: the parameters make no sense.
   recursive subroutine connect_cell(plane, box, pool, vertices, error)
     class(plane_type), intent(in) :: plane
     type(box_type), intent(in) :: box
@@ -160,7 +136,7 @@ contains
         end associate
       end if
       if (.not. certain) then
-        call divide(plane, box, ids, k, parallel, size_of(k) <= plane%deviation, vertices, certain, error)
+        call divide(plane, box, ids, k, parallel, size_of(k) <= plane%tolerance, vertices, certain, error)
         if (allocated(error) .or. .not. certain) return
       end if
     end associate
@@ -172,48 +148,35 @@ contains
     type(box_type), intent(in) :: box
     real(dp), intent(in) :: u(2), v(2)
     real(dp), parameter :: close = 0.5_dp
-    integer :: along
+    logical :: same(2)
 
-    tip = .false.
-    do along = 1, 2
-      if (abs(u(along) - v(along)) < close * (box%high(along) - box%low(along)) .and. &
-        & .not. abs(u(3 - along) - v(3 - along)) > 0) tip = .true.
-    end do
+    same = .not. abs(u - v) > 0
+    tip = any(same([2, 1]) .and. abs(u - v) < close * (box%high - box%low))
   end function tip
 
-  !> Those of `pool` on the sides of the box, counter-clockwise from its lower left corner, and whether the side is unstable
-  !> thereafter.
+  !> Those of `pool` on the sides of the box, counter-clockwise from its lower left corner, and whether the side enters the region
+  !> there.
   pure subroutine around(box, pool, vertices, ids, enter)
     type(box_type), intent(in) :: box
     integer, intent(in) :: pool(:)
     type(vertices_type), intent(in) :: vertices
     integer, allocatable, intent(out) :: ids(:)
     logical, allocatable, intent(out) :: enter(:)
-    real(dp) :: positions(size(pool)), position, tangent(2)
-    integer :: order(size(pool)), n, i, k
+    real(dp) :: positions(size(pool)), tangent(2)
     logical :: entering(size(pool))
+    integer, allocatable :: places(:)
+    integer :: i
 
-    n = 0
     do i = 1, size(pool)
       associate (v => vertices%list(pool(i)))
-        call position_around(box, v%u, position, tangent)
-        if (position < 0) cycle
-        k = n + 1
-        do while (k > 1)
-          if (positions(k - 1) <= position) exit
-          positions(k) = positions(k - 1)
-          order(k) = order(k - 1)
-          entering(k) = entering(k - 1)
-          k = k - 1
-        end do
-        positions(k) = position
-        order(k) = pool(i)
-        entering(k) = dot_product(v%unstable_side, tangent) > 0
-        n = n + 1
+        call position_around(box, v%u, positions(i), tangent)
+        entering(i) = dot_product(v%inward, tangent) > 0
       end associate
     end do
-    ids = order(:n)
-    enter = entering(:n)
+    places = pack([(i, i = 1, size(pool))], positions >= 0)
+    places = places(ascending(positions(places)))
+    ids = pool(places)
+    enter = entering(places)
   end subroutine around
 
   !> Where `u` lies on the way around the box, 0 to 4, -1 if it is not on a side; and the direction of that way there.
@@ -242,9 +205,9 @@ contains
     end if
   end subroutine position_around
 
-  !> Whether the unstable stretches of four hang together. The system at their mean tells, if it agrees with their distances:
-  !> near ones are the sides of a tongue, unstable or stable. If not, the tongue may pass beside the mean, or end: a line
-  !> through the mean, across it, is searched for its sides, between which it lies.
+  !> Whether the stretches inside the region hang together (`joined`) between four vertices. The system at their mean shows it, if
+  !> it agrees with their distances: near ones are the sides of a tongue, inside or outside. If not, the tongue may pass beside the
+  !> mean, or end: a line through the mean, across it, is searched for its sides, between which it lies.
   subroutine mean_tells(plane, box, ids, enter, opposite, vertices, joined, certain, error)
     class(plane_type), intent(in) :: plane
     type(box_type), intent(in) :: box
@@ -254,9 +217,9 @@ contains
     logical, intent(out) :: joined, certain
     type(error_type), allocatable, intent(out) :: error
     type(line_type) :: line
-    type(probe_type) :: probe
     type(search_type) :: search
     real(dp) :: mean(2), across(2), lengths(2), chord(2)
+    logical :: inside, missing
     integer :: i, k
 
     mean = 0
@@ -268,9 +231,8 @@ contains
       lengths = lengths + merge([norm2(chord), 0.0_dp], [0.0_dp, norm2(chord)], enter(i))
     end do
     joined = lengths(1) < lengths(2)
-    call plane%line(mean, [1.0_dp, 0.0_dp], line)
-    call plane%probe(line, 0.0_dp, probe, error)
-    certain = .not. probe%missing() .and. (probe%is_unstable() .eqv. joined)
+    call plane%probe(mean, inside, missing, error)
+    certain = .not. missing .and. (inside .eqv. joined)
     if (allocated(error) .or. certain .or. opposite) return
 
     ! Where the ways between near vertices begin differs by one.
@@ -278,24 +240,18 @@ contains
     k = modulo(i, size(ids)) + 1
     across = vertices%list(ids(k))%u - vertices%list(ids(i))%u
     across = across / norm2(across) * maxval(box%high - box%low) / 2
-    across = across * min(1.0_dp, within(mean, across))
+    ! The line stays within the ranges.
+    across = across * min(1.0_dp, minval(min(mean, 1 - mean) / max(abs(across), tiny(1.0_dp))))
     if (norm2(across) < plane%precision()) return
     call plane%line(mean - across, 2 * across, line)
     call plane%search(line, short_nodes, search, error)
     if (allocated(error)) return
-    associate (sides => search%found%list%unstable_above)
+    associate (sides => search%borders%enters)
       if (size(sides) == 2) certain = (sides(1) .eqv. joined) .and. (sides(2) .neqv. joined)
     end associate
   end subroutine mean_tells
 
-  !> The greatest factor that keeps center +- factor way within the ranges.
-  pure real(dp) function within(center, way) result(factor)
-    real(dp), intent(in) :: center(2), way(2)
-
-    factor = minval(min(center, 1 - center) / max(abs(way), tiny(1.0_dp)))
-  end function within
-
-  !> Links neighbours: across the stretches that are not unstable if the unstable ones are `joined`, else across these.
+  !> Links neighbours: across the stretches outside the region if those inside it are `joined`, else across these.
   pure subroutine link(ids, enter, joined, vertices)
     integer, intent(in) :: ids(:)
     logical, intent(in) :: enter(:), joined

@@ -6,15 +6,14 @@ module gestell_task_boundary_map
   use gestell_task_boundary_map_cells, only: connect_cells
   use gestell_task_boundary_line_functions, only: kind_names
   use gestell_task_boundary_line, only: line_type, parameter_at, sensitivity, skewed
-  use gestell_task_boundary_line_options, only: check_search
-  use gestell_task_boundary_map_refine, only: refine_stretches
-  use gestell_task_boundary_line_found, only: search_type
+  use gestell_task_boundary_line_found, only: searches_type
+  use gestell_task_boundary_line_options, only: border_options, check_search
   use gestell_task_boundary_line_search, only: range_nodes
-  use gestell_task_boundary_map_vertex, only: open_spot_type, plane_type, vertex_type, vertices_type
+  use gestell_task_boundary_map_refine, only: refine_stretches
+  use gestell_task_boundary_map_vertex, only: open_spot_type, plane_type, vertices_type
   use gestell_system_family, only: family_type
   use gestell_study_grid, only: check_grid, grid_type
-  use gestell_task_common_executor, only: executor_type, spread_over, work_type
-  use gestell_task_common_record, only: record_type
+  use gestell_task_common_executor, only: executor_type, spread_over
   implicit none (type, external)
   private
 
@@ -24,12 +23,12 @@ module gestell_task_boundary_map
   type, public :: border_vertex_type
     integer :: curve = 0
     real(dp) :: parameters(2) = 0
-    !> How far to both sides of the border, along the line on which it was found, verdicts told them apart.
+    !> The border lies within this distance on both sides, along the line on which it was found.
     real(dp) :: error(2) = 0
     !> As of a border_type.
     real(dp) :: arg_rad = 0
     character(len=15) :: kind = ""
-    !> Of a level: whether the machine keeps to the vibration, as in gestell_study_speed_point.
+    !> Of a level: the state of the machine, as in gestell_study_speed_point.
     character(len=15) :: state = ""
   end type border_vertex_type
 
@@ -40,7 +39,7 @@ module gestell_task_boundary_map
   end type open_place_type
 
   type, public :: border_map_type
-    !> In the order along the curves, with the unstable side on the left where the first parameter points to the right and
+    !> In the order along the curves, with the region on the left where the first parameter points to the right and
     !> the second upward; a closed curve ends with its first vertex.
     type(border_vertex_type), allocatable :: vertices(:)
     integer :: curves = 0
@@ -52,13 +51,11 @@ module gestell_task_boundary_map
   end type border_map_type
 
   !> A piece is a line of the search grid.
-  type, extends(work_type) :: lines_type
+  type, extends(searches_type) :: lines_type
     class(plane_type), pointer :: plane => null()
     type(line_type), allocatable :: lines(:)
-    type(search_type), allocatable :: found(:)
   contains
     procedure :: compute
-    procedure :: exchange
   end type lines_type
 
 contains
@@ -78,15 +75,14 @@ contains
     type(plane_type), target :: plane
 
     plane%family => family
-    plane%accuracy = accuracy
-    plane%deviation = deviation
+    plane%border_options = border_options(accuracy, deviation)
     plane%kinds = kind_names
     plane%states = spread(repeat(" ", len(plane%states)), 1, size(kind_names))
     if (present(executor)) plane%executor => executor
     call trace_curves(plane, grid, map, error)
   end subroutine trace_borders
 
-  !> The same of what a plane seeks, which knows all but its axes.
+  !> The borders of the region of a plane, which knows all but its axes. Errors: as of `trace_borders`.
   subroutine trace_curves(plane, grid, map, error)
     class(plane_type), intent(inout), target :: plane
     type(grid_type), intent(in) :: grid
@@ -96,7 +92,13 @@ contains
     integer :: k
 
     allocate(map%vertices(0), map%places(0))
-    call check_plane(grid, plane%accuracy, plane%deviation, error)
+    call check_grid(grid, error)
+    if (allocated(error)) return
+    if (size(grid%axes) /= 2) then
+      call fatal_error(error, "a map of borders has two axes", invalid_input)
+      return
+    end if
+    call check_search(grid%axes, plane%accuracy, plane%tolerance, error)
     if (allocated(error)) return
     plane%axes = grid%axes
     call search_grid(plane, vertices, error)
@@ -158,7 +160,7 @@ contains
     do k = 1, number
       if (passed(k)) cycle
       associate (v => vertices%list(k))
-        vertices%open = [vertices%open, open_spot_type(v%u, 2 * v%error * abs(v%unstable_side))]
+        vertices%open = [vertices%open, open_spot_type(v%u, 2 * v%error * abs(v%inward))]
       end associate
     end do
   end subroutine name_isolated
@@ -175,30 +177,6 @@ contains
     call self%plane%search(self%lines(k), range_nodes(min(self%plane%axes(along)%count, most_nodes)), self%found(k), error)
   end subroutine compute
 
-  subroutine exchange(self, k, record)
-    class(lines_type), intent(inout) :: self
-    integer, intent(in) :: k
-    type(record_type), intent(inout) :: record
-
-    call self%found(k)%exchange(record)
-  end subroutine exchange
-
-  !> Errors: as of `trace_borders`.
-  subroutine check_plane(grid, accuracy, deviation, error)
-    type(grid_type), intent(in) :: grid
-    type(accuracy_type), intent(in) :: accuracy
-    real(dp), intent(in) :: deviation
-    type(error_type), allocatable, intent(out) :: error
-
-    call check_grid(grid, error)
-    if (allocated(error)) return
-    if (size(grid%axes) /= 2) then
-      call fatal_error(error, "a map of borders has two axes", invalid_input)
-      return
-    end if
-    call check_search(grid%axes, accuracy, deviation, error)
-  end subroutine check_plane
-
   !> The curves one after the other, refined: first those that begin and end somewhere, then the closed ones.
   subroutine follow_curves(plane, vertices, map, error)
     class(plane_type), intent(in) :: plane
@@ -209,8 +187,9 @@ contains
     real(dp), parameter :: least = 2
     type(vertices_type) :: curves
     type(vertices_type), allocatable :: between(:)
-    integer, allocatable :: numbers(:)
+    integer, allocatable :: numbers(:), own(:)
     logical, allocatable :: done(:), reached(:)
+    real(dp) :: extent
     integer :: start, closed, i
 
     call refine_stretches(plane, vertices, between, error)
@@ -225,7 +204,10 @@ contains
       do start = 1, vertices%count
         if (done(start) .or. vertices%list(start)%next == 0 .or. (closed == 0 .and. reached(start))) cycle
         call follow_curve(vertices, between, start, done, curves)
-        if (extent(curves, size(numbers) + 1) <= least * plane%deviation) then
+        associate (first => size(numbers) + 1)
+          extent = maxval([(norm2(curves%list(i)%u - curves%list(first)%u), i = first, curves%count)])
+        end associate
+        if (extent <= least * plane%tolerance) then
           curves%count = size(numbers)
         else
           map%curves = map%curves + 1
@@ -235,46 +217,20 @@ contains
     end do
     deallocate(map%vertices)
     allocate(map%vertices(curves%count))
-    if (mirrored(plane)) then
-      do start = 1, map%curves
-        call turn_round(pack([(i, i = 1, curves%count)], numbers == start), curves)
-      end do
-    end if
-    do start = 1, curves%count
-      associate (v => curves%list(start))
-        map%vertices(start) = border_vertex_type(numbers(start), parameter_at(plane%axes, v%u), &
-          & abs(sensitivity(plane%axes, v%u)) * v%error, v%arg, plane%kinds(v%kind), &
-          & plane%states(v%kind))
+    do i = 1, curves%count
+      associate (v => curves%list(i))
+        map%vertices(i) = border_vertex_type(numbers(i), parameter_at(plane%axes, v%u), &
+          & abs(sensitivity(plane%axes, v%u)) * v%error, v%arg, plane%kinds(v%kind), plane%states(v%kind))
       end associate
     end do
+    ! Where one of the ranges descends, left is right in the plane of the parameters: the curves run the other way.
+    if ((plane%axes(1)%to < plane%axes(1)%from) .neqv. (plane%axes(2)%to < plane%axes(2)%from)) then
+      do start = 1, map%curves
+        own = pack([(i, i = 1, curves%count)], numbers == start)
+        map%vertices(own) = map%vertices(own(size(own):1:-1))
+      end do
+    end if
   end subroutine follow_curves
-
-  !> Whether left is right in the plane of the parameters: one of the ranges descends.
-  pure logical function mirrored(plane)
-    class(plane_type), intent(in) :: plane
-
-    mirrored = (plane%axes(1)%to < plane%axes(1)%from) .neqv. (plane%axes(2)%to < plane%axes(2)%from)
-  end function mirrored
-
-  !> Lets a curve, the vertices `numbers` of the `curves`, run the other way.
-  pure subroutine turn_round(numbers, curves)
-    integer, intent(in) :: numbers(:)
-    type(vertices_type), intent(inout) :: curves
-
-    curves%list(numbers) = curves%list(numbers(size(numbers):1:-1))
-  end subroutine turn_round
-
-  !> The greatest distance in u of the vertices from `first` on from that one.
-  pure real(dp) function extent(curves, first)
-    type(vertices_type), intent(in) :: curves
-    integer, intent(in) :: first
-    integer :: i
-
-    extent = 0
-    do i = first + 1, curves%count
-      extent = max(extent, norm2(curves%list(i)%u - curves%list(first)%u))
-    end do
-  end function extent
 
   !> Adds the curve from vertex `start` on, with those `between` each vertex and its next.
   pure subroutine follow_curve(vertices, between, start, done, curves)

@@ -2,25 +2,22 @@
 module gestell_task_boundary_map_refine
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_task_boundary_line, only: line_type, probe_type
+  use gestell_task_boundary_line, only: line_type
   use gestell_task_boundary_line_found, only: search_type
   use gestell_task_boundary_line_search, only: short_nodes
-  use gestell_task_boundary_map_vertex, only: plane_type, vertex_of, vertex_type, vertices_type
-  use gestell_task_common_executor, only: spread_over, work_type
-  use gestell_task_common_record, only: record_type
+  use gestell_task_boundary_map_vertex, only: plane_type, traces_type, vertex_of, vertex_type, vertices_type
+  use gestell_task_common_executor, only: spread_over
   implicit none (type, external)
   private
 
   public :: refine_stretches
 
   !> A piece is a stretch of a curve, between two vertices.
-  type, extends(work_type) :: stretches_type
+  type, extends(traces_type) :: stretches_type
     class(plane_type), pointer :: plane => null()
     type(vertex_type), allocatable :: ends(:, :)
-    type(vertices_type), allocatable :: between(:)
   contains
     procedure :: compute
-    procedure :: exchange
   end type stretches_type
 
 contains
@@ -39,14 +36,14 @@ contains
     if (vertices%count == 0) return
     first = pack([(i, i = 1, vertices%count)], vertices%list(:vertices%count)%next > 0)
     work%plane => plane
-    allocate(work%ends(2, size(first)), work%between(size(first)))
+    allocate(work%ends(2, size(first)), work%found(size(first)))
     do i = 1, size(first)
       work%ends(:, i) = vertices%list([first(i), vertices%list(first(i))%next])
     end do
     call spread_over(work, size(first), error, plane%executor)
     if (allocated(error)) return
     do i = 1, size(first)
-      between(first(i)) = work%between(i)
+      between(first(i)) = work%found(i)
     end do
   end subroutine refine_stretches
 
@@ -56,16 +53,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: most_divisions = 12
 
-    call refine(self%plane, self%ends(1, k), self%ends(2, k), most_divisions, self%between(k), error)
+    call refine(self%plane, self%ends(1, k), self%ends(2, k), most_divisions, self%found(k), error)
   end subroutine compute
-
-  subroutine exchange(self, k, record)
-    class(stretches_type), intent(inout) :: self
-    integer, intent(in) :: k
-    type(record_type), intent(inout) :: record
-
-    call self%between(k)%exchange(record)
-  end subroutine exchange
 
   !> Adds to `curve` the vertices that belong between `p` and `q`, its next one: where the border is farther than the
   !> deviation allowed from the straight way, measured across it at 1/2, 1/4 and 3/4; and where the kind changes, until the
@@ -83,7 +72,7 @@ contains
     integer :: k
 
     if (divisions == 0) return
-    if (norm2(q%u - p%u) <= merge(plane%precision(), plane%deviation, p%kind == q%kind)) return
+    if (norm2(q%u - p%u) <= merge(plane%precision(), plane%tolerance, p%kind == q%kind)) return
     do k = 1, size(parts)
       call cross(plane, p, q, parts(k), p%kind == q%kind, middle, found, near, error)
       if (allocated(error)) return
@@ -100,9 +89,9 @@ contains
     call refine(plane, middle, q, divisions - 1, curve, error)
   end subroutine refine
 
-  !> The border across the way from `p` to `q` at the `part` of it, the nearest that has its unstable side on the left: that of
-  !> a narrow tongue may lie on either side. `near`: not farther away than the deviation allowed, where that is all that is
-  !> asked; or nothing can be known, at the edge of the ranges.
+  !> The border across the way from `p` to `q` at the `part` of it, the nearest that has the region on the left: that of a narrow
+  !> tongue may lie on either side. `near`: not farther away than the deviation allowed, where `near_will_do`; or at the edge of
+  !> the ranges, where nothing can be known.
   subroutine cross(plane, p, q, part, near_will_do, vertex, found, near, error)
     class(plane_type), intent(in) :: plane
     type(vertex_type), intent(in) :: p, q
@@ -112,39 +101,35 @@ contains
     logical, intent(out) :: found, near
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: growth = 4
-    type(line_type) :: line
-    type(probe_type) :: here, next
     real(dp) :: middle(2), left(2), outward(2), distance, edge, farthest
+    logical :: inside, inside_there, missing
 
     found = .false.
     near = .false.
     middle = p%u + part * (q%u - p%u)
     left = [p%u(2) - q%u(2), q%u(1) - p%u(1)] / norm2(q%u - p%u)
-    call plane%line(middle, left, line)
-    call plane%probe(line, 0.0_dp, here, error)
-    if (allocated(error)) return
-    if (here%missing()) return
+    call plane%probe(middle, inside, missing, error)
+    if (allocated(error) .or. missing) return
     ! Where regions are wide.
-    outward = merge(-left, left, here%is_unstable())
+    outward = merge(-left, left, inside)
     edge = to_edge(middle, outward)
-    near = near_will_do .and. edge <= plane%deviation
+    near = near_will_do .and. edge <= plane%tolerance
     if (near) return
-    call plane%line(middle, outward, line)
-    call plane%probe(line, min(plane%deviation, edge), next, error)
-    if (allocated(error) .or. next%missing()) return
-    near = near_will_do .and. (next%is_unstable() .neqv. here%is_unstable())
+    call plane%probe(middle + min(plane%tolerance, edge) * outward, inside_there, missing, error)
+    if (allocated(error) .or. missing) return
+    near = near_will_do .and. (inside_there .neqv. inside)
     if (near) return
-    distance = plane%deviation
+    distance = plane%tolerance
     farthest = 2 * norm2(q%u - p%u)
     do
       call nearest_crossing(plane, middle, left, distance, vertex, found, error)
-      near = near_will_do .and. found .and. distance <= plane%deviation
+      near = near_will_do .and. found .and. distance <= plane%tolerance
       if (allocated(error) .or. found .or. distance >= farthest) return
       distance = min(growth * distance, farthest)
     end do
   end subroutine cross
 
-  !> The border nearest to `middle`, as far as `distance` along `left` and back, that is unstable there on the `left`.
+  !> The border nearest to `middle`, as far as `distance` along `left` and back, that has the region on the `left`.
   subroutine nearest_crossing(plane, middle, left, distance, vertex, found, error)
     class(plane_type), intent(in) :: plane
     real(dp), intent(in) :: middle(2), left(2), distance
@@ -162,10 +147,10 @@ contains
     call plane%search(line, short_nodes, search, error)
     found = .false.
     if (allocated(error)) return
-    associate (list => search%found%list)
-      found = any(list%unstable_above)
+    associate (list => search%borders)
+      found = any(list%enters)
       if (.not. found) return
-      i = minloc(abs(list%t - back / (back + ahead)), dim=1, mask=list%unstable_above)
+      i = minloc(abs(list%t - back / (back + ahead)), dim=1, mask=list%enters)
       vertex = vertex_of(line, list(i))
     end associate
   end subroutine nearest_crossing

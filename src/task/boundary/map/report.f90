@@ -9,15 +9,16 @@ module gestell_task_boundary_map_report
   implicit none (type, external)
   private
 
-  public :: curve_lines, curves_over, left_out, thin_places, words
+  public :: curve_lines, curves_over, unsearched_lines, words
 
   character, parameter :: newline = new_line("a")
-  !> Curves that are listed, at the most.
+  !> Maximum number of curves, values and open places that are listed.
   integer, parameter, public :: most_listed = 40
+  character(len=*), parameter, public :: more_listed = "  ... all in boundary.csv" // newline
 
 contains
 
-  !> Over what, and how many.
+  !> Names of the parameters, and number of curves.
   pure function curves_over(map, paths) result(line)
     type(border_map_type), intent(in) :: map
     character(len=*), intent(in) :: paths(:)
@@ -31,51 +32,7 @@ contains
     type(border_map_type), intent(in) :: map
     character(len=*), intent(in) :: paths(:)
     character(len=:), allocatable :: report
-
-    report = curves_of(map, paths) // rest_of_map(map, paths)
-  end function curve_lines
-
-  !> What the search leaves open.
-  pure function rest_of_map(map, paths) result(report)
-    type(border_map_type), intent(in) :: map
-    character(len=*), intent(in) :: paths(:)
-    character(len=:), allocatable :: report
-    integer :: i
-
-    report = thin_places(map%thin, 2 * finest_lines) // left_out(map%left_out)
-    do i = 1, min(size(map%places), most_listed)
-      associate (along => maxloc(map%places(i)%width, dim=1))
-        report = report // "  open: a boundary could not be excluded at " // place(map%places(i)%parameters) // ", within " &
-          & // concise(map%places(i)%width(along), 2) // " along " // trim(paths(along)) // newline
-      end associate
-    end do
-    if (size(map%places) > most_listed) report = report // "  ... all in boundary.csv" // newline
-  end function rest_of_map
-
-  pure function left_out(number) result(report)
-    integer, intent(in) :: number
-    character(len=:), allocatable :: report
-
-    report = ""
-    if (number > 0) report = "  note: multipliers meet so often that " // counted(number, "place") // &
-      & " were not looked at; they lie in the open ranges below: search these apart" // newline
-  end function left_out
-
-  pure function thin_places(number, width) result(report)
-    integer, intent(in) :: number
-    real(dp), intent(in) :: width
-    character(len=:), allocatable :: report
-
-    report = ""
-    if (number > 0) report = "  note: without damping, at " // counted(number, "more place") // " multipliers meet; if a " &
-      & // "tongue is there, it is narrower than " // concise(width, 2) // " of the range" // newline
-  end function thin_places
-
-  pure function curves_of(map, paths) result(report)
-    type(border_map_type), intent(in) :: map
-    character(len=*), intent(in) :: paths(:)
-    character(len=:), allocatable :: report
-    integer :: c, first, last
+    integer :: c, first, last, i
 
     report = "  " // counted(map%curves, "curve") // ", " // text(size(map%vertices)) // " vertices; (" &
       & // trim(paths(1)) // ", " // trim(paths(2)) // ")" // newline
@@ -90,10 +47,31 @@ contains
       end if
       report = report // kinds_of(map%vertices(first:last)) // newline
     end do
-    if (map%curves > most_listed) report = report // "  ... all in boundary.csv" // newline
+    if (map%curves > most_listed) report = report // more_listed
     if (map%rough > 0) report = report // "  note: " // counted(map%rough, "way") // " between vertices could " &
       & // "not be refined, as at the tip of a tongue" // newline
-  end function curves_of
+    report = report // unsearched_lines(map%thin, 2 * finest_lines, map%left_out)
+    do i = 1, min(size(map%places), most_listed)
+      associate (along => maxloc(map%places(i)%width, dim=1))
+        report = report // "  open: a boundary could not be excluded at " // place(map%places(i)%parameters) // ", within " &
+          & // concise(map%places(i)%width(along), 2) // " along " // trim(paths(along)) // newline
+      end associate
+    end do
+    if (size(map%places) > most_listed) report = report // more_listed
+  end function curve_lines
+
+  !> Notes on `thin` meetings of multipliers whose tongues are narrower than `width` of the range, and on those `left_out`.
+  pure function unsearched_lines(thin, width, left_out) result(report)
+    integer, intent(in) :: thin, left_out
+    real(dp), intent(in) :: width
+    character(len=:), allocatable :: report
+
+    report = ""
+    if (thin > 0) report = "  note: without damping, at " // counted(thin, "more place") // " multipliers meet; if a " &
+      & // "tongue is there, it is narrower than " // concise(width, 2) // " of the range" // newline
+    if (left_out > 0) report = report // "  note: multipliers meet so often that " // counted(left_out, "place") // &
+      & " were not looked at; they lie in the open ranges below: search these apart" // newline
+  end function unsearched_lines
 
   !> ": divergence, flutter", in the order in which they follow each other first.
   pure function kinds_of(curve) result(list)
@@ -108,7 +86,7 @@ contains
     list(1:1) = ":"
   end function kinds_of
 
-  !> The kind; whether the machine does not keep to the vibration.
+  !> The kind, and the state of the machine if it is not stable.
   pure function description(vertex) result(kind)
     type(border_vertex_type), intent(in) :: vertex
     character(len=:), allocatable :: kind

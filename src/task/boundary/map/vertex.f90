@@ -1,15 +1,16 @@
 !> Points of borders in the plane of two parameters, measured by u (gestell_task_boundary_line), and the plane itself.
+!>
+!> A border encloses a region: machines that are unstable, or a number of the vibration above its level.
 module gestell_task_boundary_map_vertex
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_floquet_period_monodromy, only: accuracy_type
-  use gestell_task_boundary_line_crossing, only: crossing_type
-  use gestell_task_boundary_line, only: line_type, probe_line, probe_type
-  use gestell_task_boundary_line_found, only: search_type
-  use gestell_task_boundary_line_search, only: search_line
-  use gestell_system_family, only: family_type
   use gestell_study_grid, only: axis_type
-  use gestell_task_common_executor, only: executor_type
+  use gestell_system_family, only: family_type
+  use gestell_task_boundary_line, only: line_type, probe_line, probe_type
+  use gestell_task_boundary_line_found, only: crossing_type, search_type
+  use gestell_task_boundary_line_options, only: border_options
+  use gestell_task_boundary_line_search, only: search_line
+  use gestell_task_common_executor, only: work_type
   use gestell_task_common_record, only: record_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
@@ -17,16 +18,16 @@ module gestell_task_boundary_map_vertex
 
   public :: vertex_of
 
-  !> How exactly borders are found on lines, at least, in u: whatever the curves are to be, narrow tongues must not be lost.
+  !> Maximum tolerance of borders on lines, in u: whatever the deviation of the curves, narrow tongues must not be lost.
   real(dp), parameter, public :: finest_lines = 1.0e-8_dp
 
   type, public :: vertex_type
     real(dp) :: u(2) = 0
-    !> Unit vector of the line on which it was found, toward the unstable side.
-    real(dp) :: unstable_side(2) = 0
+    !> Unit vector of the line on which it was found, into the region.
+    real(dp) :: inward(2) = 0
     integer :: kind = 0
     real(dp) :: arg = 0, error = 0
-    !> The next vertex of the curve: the unstable side lies on the left of the way there; 0: none.
+    !> The next vertex of the curve: the region lies on the left of the way there; 0: none.
     integer :: next = 0
   end type vertex_type
 
@@ -38,9 +39,10 @@ module gestell_task_boundary_map_vertex
   type, public :: vertices_type
     integer :: count = 0
     type(vertex_type), allocatable :: list(:)
-    !> What the lines that were searched leave open; places without damping whose tongues are thinner than they resolve; meetings
-    !> of multipliers that were not looked at; stretches between vertices that could not be refined.
+    !> Open places on the lines that were searched.
     type(open_spot_type), allocatable :: open(:)
+    !> Places without damping whose tongues are thinner than the lines resolve; meetings of multipliers that were not searched;
+    !> stretches between vertices that could not be refined.
     integer :: thin = 0, left_out = 0, rough = 0
   contains
     procedure :: add
@@ -48,18 +50,20 @@ module gestell_task_boundary_map_vertex
     procedure :: exchange
   end type vertices_type
 
-  !> What is sought, and where: borders of stability, or what an extension seeks by its own `probe` and `search`; it calls unstable
-  !> what its curves have on their left.
-  type, public :: plane_type
+  !> Work whose pieces find vertices.
+  type, abstract, extends(work_type), public :: traces_type
+    type(vertices_type), allocatable :: found(:)
+  contains
+    procedure :: exchange => exchange_vertices
+  end type traces_type
+
+  !> The plane of two parameters with a region, here of unstable machines. An extension has another region by its own `probe` and
+  !> `search`. The tolerance is how far curves may pass by the border, in u.
+  type, extends(border_options), public :: plane_type
     class(family_type), pointer :: family => null()
     type(axis_type) :: axes(2)
-    !> Names of the kinds of borders, and what else is told of each.
+    !> Names of the kinds of borders, and the state of the machine at each.
     character(len=15), allocatable :: kinds(:), states(:)
-    type(accuracy_type) :: accuracy
-    !> How far curves may pass by the border, in u.
-    real(dp) :: deviation = 1.0e-3_dp
-    !> Who searches lines, cells and stretches of curves, where members of the family may be asked for by several threads.
-    class(executor_type), pointer :: executor => null()
   contains
     procedure :: line
     procedure :: probe
@@ -84,15 +88,15 @@ contains
     self%list(self%count) = vertex
   end subroutine add
 
-  !> The borders that were found along a line, in its order, and what was left open there.
+  !> Adds the borders that were found along a line, in its order, and the places that were left open there.
   pure subroutine add_search(self, line, search)
     class(vertices_type), intent(inout) :: self
     type(line_type), intent(in) :: line
     type(search_type), intent(in) :: search
     integer :: i
 
-    do i = 1, size(search%found%list)
-      call self%add(vertex_of(line, search%found%list(i)))
+    do i = 1, size(search%borders)
+      call self%add(vertex_of(line, search%borders(i)))
     end do
     if (.not. allocated(self%open)) allocate(self%open(0))
     self%open = [self%open, (open_spot_type(line%start + search%doubts(i)%t * line%way, search%doubts(i)%width * line%way), &
@@ -101,7 +105,7 @@ contains
     self%left_out = self%left_out + search%left_out
   end subroutine add_search
 
-  !> Passes all of them to a record, or takes them from there.
+  !> Passes all of them to a record, or reads them from there.
   subroutine exchange(self, record)
     class(vertices_type), intent(inout) :: self
     type(record_type), intent(inout) :: record
@@ -120,37 +124,47 @@ contains
     call record%pass(self%rough)
   end subroutine exchange
 
+  subroutine exchange_vertices(self, k, record)
+    class(traces_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(record_type), intent(inout) :: record
+
+    call self%found(k)%exchange(record)
+  end subroutine exchange_vertices
+
   pure type(vertex_type) function vertex_of(line, crossing) result(vertex)
     type(line_type), intent(in) :: line
     type(crossing_type), intent(in) :: crossing
 
     vertex%u = line%start + crossing%t * line%way
-    vertex%unstable_side = line%way / norm2(line%way)
-    if (.not. crossing%unstable_above) vertex%unstable_side = -vertex%unstable_side
+    vertex%inward = line%way / norm2(line%way)
+    if (.not. crossing%enters) vertex%inward = -vertex%inward
     vertex%kind = crossing%kind
     vertex%arg = crossing%arg
     vertex%error = crossing%error * norm2(line%way)
   end function vertex_of
 
-  !> Borders on lines are found much more exactly than curves are to follow them, in u.
+  !> The tolerance of borders on lines: much smaller than that of the curves that follow them, in u.
   pure real(dp) function precision_of_lines(self) result(precision)
     class(plane_type), intent(in) :: self
     real(dp), parameter :: share = 0.01_dp
 
-    precision = share * self%deviation
+    precision = share * self%tolerance
   end function precision_of_lines
 
-  !> The system at a point of a line. Error: the parameters make no sense.
-  subroutine probe(self, along, t, found, error)
+  !> Whether the system at `u` is inside the region, and whether it is missing. Error: the parameters make no sense.
+  subroutine probe(self, u, inside, missing, error)
     class(plane_type), intent(in) :: self
-    type(line_type), intent(in) :: along
-    real(dp), intent(in) :: t
-    type(probe_type), intent(out) :: found
+    real(dp), intent(in) :: u(2)
+    logical, intent(out) :: inside, missing
     type(error_type), allocatable, intent(out) :: error
+    type(line_type) :: here
+    type(probe_type) :: system
 
-    call probe_line(along, t, found, error)
-    associate (unused_plane => self)
-    end associate
+    call self%line(u, [1.0_dp, 0.0_dp], here)
+    call probe_line(here, 0.0_dp, system, error)
+    inside = system%is_unstable()
+    missing = system%missing()
   end subroutine probe
 
   !> All borders along a line, from 0 to 1; `nodes`: where the search begins, ascending from 0 to 1. Error: the parameters make no
@@ -163,8 +177,9 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     call search_line(along, nodes, found, error)
-    ! the systems on the way are of no more use
-    call found%forget_marks()
+    ! A map needs no systems along its lines: they would only take up memory.
+    found%marks = [probe_type ::]
+    found%marked = 0
     associate (unused_plane => self)
     end associate
   end subroutine search
@@ -174,9 +189,8 @@ contains
     class(plane_type), intent(in) :: self
     real(dp), intent(in) :: start(2), way(2)
     type(line_type), intent(out) :: along
-    allocate(along%axes(2))
+
     along%axes = self%axes
-    allocate(along%start(2), along%way(2))
     along%start = start
     along%way = way
     along%family => self%family

@@ -1,13 +1,13 @@
 !> Borders of stability along one parameter: the values at which rho_max comes to 1, and the nearest stable machine.
-module gestell_task_boundary
+module gestell_task_boundary_line_borders
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_base_verdict, only: verdict_length, verdict_type
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_task_boundary_line_functions, only: kind_names
   use gestell_task_boundary_line, only: coordinate, line_type, parameter_at, probe_line, probe_type, sensitivity
-  use gestell_task_boundary_line_options, only: border_options, check_search
   use gestell_task_boundary_line_found, only: search_type
+  use gestell_task_boundary_line_options, only: border_options, check_search
   use gestell_task_boundary_line_search, only: range_nodes, search_line
   use gestell_system_family, only: family_type
   use gestell_study_grid, only: axis_type
@@ -16,24 +16,28 @@ module gestell_task_boundary
   implicit none (type, external)
   private
 
-  public :: borders_on, find_borders, find_nearest, line_along, nearest_stable, rest_of
+  public :: borders_on, find_borders, line_along, nearest_stable, rest_of
 
-  !> Of Phi(T) where borders are sought.
+  !> Tolerance of Phi(T) where borders are sought.
   real(dp), parameter, public :: border_accuracy = 1.0e-12_dp
-  !> Of borders in the plane of two parameters, relative to the ranges.
+  !> Tolerance of curves in the plane of two parameters, relative to the ranges.
   real(dp), parameter, public :: usual_deviation = 1.0e-3_dp
 
   !> A critical value of a parameter.
   type, public :: border_type
     real(dp) :: value = 0
-    !> At `value` minus and plus this the systems have the verdicts `below` and `above`: the border lies between.
+    !> At `value` minus and plus this the systems have the verdicts `below` and `above`, or are 'within' and 'above' the level or
+    !> 'undecided': the border lies between.
     real(dp) :: error = 0
-    !> 'divergence': a multiplier +1; 'period_doubling': -1; 'flutter': a conjugate pair; and the argument, 0 to pi.
+    !> 'divergence': a multiplier +1; 'period_doubling': -1; 'flutter': a conjugate pair; and the argument, 0 to pi. Where a number
+    !> of the vibration crosses a level: 'level', or 'jump' where the number jumps across it.
     character(len=15) :: kind = ""
     real(dp) :: arg_rad = 0
-    character(len=10) :: below = "", above = ""
+    character(len=verdict_length) :: below = "", above = ""
     !> Number of the vibration whose border it is, where a machine has several.
     integer :: vibration = 1
+    !> Of a crossing of a level: the state of the machine.
+    character(len=verdict_length) :: state = ""
   end type border_type
 
   !> A place where a border could not be excluded, and the width of what may have been missed there.
@@ -41,12 +45,12 @@ module gestell_task_boundary
     real(dp) :: value = 0, width = 0
   end type open_border_type
 
-  !> What the search for borders tells besides: where multipliers meet, how often that is without damping and without any
-  !> growth at a distance of the tolerance, and what could not be told.
+  !> What the search for borders reports besides: how often multipliers meet, how often they do without damping and without any
+  !> growth at a distance of the tolerance, and where a border could not be excluded.
   type, public :: border_rest_type
     integer :: meetings = 0, thin = 0
     type(open_border_type), allocatable :: places(:)
-    !> Meetings that were not looked at, being too many; they lie in `places`.
+    !> Meetings that were not searched, being too many; they lie in `places`.
     integer :: left_out = 0
   end type border_rest_type
 
@@ -101,12 +105,12 @@ contains
     type(line_type), intent(in) :: line
     type(search_type), intent(in) :: search
     integer, intent(in) :: number
-    type(border_type) :: borders(size(search%found%list))
+    type(border_type) :: borders(size(search%borders))
     character(len=verdict_length) :: sides(2)
     integer :: i
 
     do i = 1, size(borders)
-      associate (crossing => search%found%list(i), u => line%start(1) + search%found%list(i)%t * line%way(1))
+      associate (crossing => search%borders(i), u => line%start(1) + search%borders(i)%t * line%way(1))
         borders(i)%value = parameter_at(axis, u)
         borders(i)%error = abs(sensitivity(axis, u) * line%way(1)) * crossing%error
         borders(i)%kind = kind_names(crossing%kind)
@@ -141,9 +145,10 @@ contains
 
   !> From the system at `base` (all parameters) along parameter `which`, over the range of its axis, to the nearest one that
   !> is not unstable: 'stable', or where there is no damping 'undamped' or 'undecided'. That is a border, with its error, or an end
-  !> of the range. Of another axis only its place counts. A stable `base` is its own nearest. Errors: as of `check_search` for that
-  !> axis; `base`, `which` and `axes` do not fit together; the parameters make no sense.
-  subroutine nearest_stable(family, base, which, axes, accuracy, tolerance, nearest, error)
+  !> of the range. Of another axis only its place counts. A stable `base` is its own nearest. With an `executor` several threads may
+  !> ask for members of the family. Errors: as of `check_search` for that axis; `base`, `which` and `axes` do not fit together; the
+  !> parameters make no sense.
+  subroutine nearest_stable(family, base, which, axes, accuracy, tolerance, nearest, error, executor)
     class(family_type), intent(in), target :: family
     real(dp), intent(in) :: base(:)
     integer, intent(in) :: which
@@ -152,23 +157,14 @@ contains
     real(dp), intent(in) :: tolerance
     type(nearest_type), intent(out) :: nearest
     type(error_type), allocatable, intent(out) :: error
-
-    call find_nearest(family, base, which, axes, border_options(accuracy, tolerance), nearest, error)
-  end subroutine nearest_stable
-
-  !> The same, by the executor of `options` if there is one.
-  subroutine find_nearest(family, base, which, axes, options, nearest, error)
-    class(family_type), intent(in), target :: family
-    real(dp), intent(in) :: base(:)
-    integer, intent(in) :: which
-    type(axis_type), intent(in) :: axes(:)
-    type(border_options), intent(in) :: options
-    type(nearest_type), intent(out) :: nearest
-    type(error_type), allocatable, intent(out) :: error
+    class(executor_type), intent(inout), optional, target :: executor
+    type(border_options) :: options
     type(line_type) :: line
     type(probe_type) :: here
     type(search_type) :: search
-    real(dp), allocatable :: u(:)
+    type(verdict_type), allocatable :: verdicts(:)
+    real(dp), allocatable :: u(:), errors(:), distances(:)
+    logical, allocatable :: outside(:)
     real(dp) :: home
     integer :: i
 
@@ -176,12 +172,14 @@ contains
       call fatal_error(error, "a nearest system is sought along one of the axes, from a value for each of them", invalid_input)
       return
     end if
-    call check_search([axes(which)], options%accuracy, options%tolerance, error)
+    call check_search([axes(which)], accuracy, tolerance, error)
     if (allocated(error)) return
     if (.not. all(ieee_is_finite(base))) then
       call fatal_error(error, "the parameters of the given system must be finite", invalid_input)
       return
     end if
+    options = border_options(accuracy, tolerance)
+    if (present(executor)) options%executor => executor
     ! `base` itself may lie where the axis does not lead, as beyond zero from a logarithmic one.
     call line_along(family, [(axis_type(base(i), base(i), 1, .false.), i = 1, size(base))], which, base, options, line)
     call probe_line(line, 0.0_dp, here, error)
@@ -197,42 +195,23 @@ contains
     if (home > 0 .and. home < 1) u = [pack(u, u < home), home, pack(u, u > home)]
     call search_line(line, u, search, error)
     if (allocated(error)) return
-    associate (borders => search%found%list)
-      do i = 1, size(search%marks)
-        ! Within a border's error a system shows neither side of it.
-        if (search%marks(i)%is_unstable() .or. any(abs(search%marks(i)%t - borders%t) <= borders%error)) cycle
-        call consider(search%marks(i)%t, search%marks(i)%verdict, 0.0_dp)
-      end do
-      do i = 1, size(borders)
-        call consider(borders(i)%t, borders(i)%verdicts(merge(1, 2, borders(i)%unstable_above)), borders(i)%error)
-      end do
+    associate (marks => search%marks, borders => search%borders)
+      ! Within a border's error a system shows neither side of it.
+      outside = [(.not. (marks(i)%is_unstable() .or. any(abs(marks(i)%t - borders%t) <= borders%error)), i = 1, size(marks))]
+      u = [pack(marks%t, outside), borders%t]
+      errors = [spread(0.0_dp, 1, count(outside)), borders%error]
+      verdicts = [pack(marks%verdict, outside), (borders(i)%verdicts(merge(1, 2, borders(i)%enters)), i = 1, size(borders))]
     end associate
-    if (nearest%found) nearest%open = count([(between(search%doubts(i)%t), i = 1, size(search%doubts))])
-
-  contains
-
-    subroutine consider(t, verdict, error_of_t)
-      real(dp), intent(in) :: t, error_of_t
-      type(verdict_type), intent(in) :: verdict
-      real(dp) :: value
-
-      value = parameter_at(axes(which), t)
-      if (nearest%found .and. abs(value - base(which)) >= abs(nearest%distance)) return
-      nearest%found = .true.
-      nearest%value = value
-      nearest%distance = value - base(which)
-      nearest%there = verdict%word()
-      nearest%error = abs(sensitivity(axes(which), t)) * error_of_t
-    end subroutine consider
-
-    !> Whether t lies nearer to the given system than the nearest that was found.
-    logical function between(t)
-      real(dp), intent(in) :: t
-
-      between = abs(parameter_at(axes(which), t) - base(which)) < abs(nearest%distance)
-    end function between
-
-  end subroutine find_nearest
+    nearest%found = size(u) > 0
+    if (.not. nearest%found) return
+    distances = parameter_at(axes(which), u) - base(which)
+    i = minloc(abs(distances), dim=1)
+    nearest%value = parameter_at(axes(which), u(i))
+    nearest%distance = distances(i)
+    nearest%there = verdicts(i)%word()
+    nearest%error = abs(sensitivity(axes(which), u(i))) * errors(i)
+    nearest%open = count(abs(parameter_at(axes(which), search%doubts%t) - base(which)) < abs(nearest%distance))
+  end subroutine nearest_stable
 
   !> The line along parameter `which` through `base`.
   subroutine line_along(family, axes, which, base, options, line)
@@ -244,17 +223,12 @@ contains
     type(line_type), intent(out) :: line
     integer :: k
 
+    line%border_options = options
     line%family => family
-    allocate(line%axes(size(axes)))
-    do k = 1, size(axes)
-      line%axes(k) = axis_type(base(k), base(k), 1, .false.)
-    end do
+    line%axes = [(axis_type(base(k), base(k), 1, .false.), k = 1, size(axes))]
     line%axes(which) = axes(which)
     allocate(line%start(size(axes)), line%way(size(axes)), source=0.0_dp)
     line%way(which) = 1
-    line%accuracy = options%accuracy
-    line%tolerance = options%tolerance
-    line%executor => options%executor
   end subroutine line_along
 
-end module gestell_task_boundary
+end module gestell_task_boundary_line_borders

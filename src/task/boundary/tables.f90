@@ -1,0 +1,142 @@
+!> The tables of the task `boundary`: boundary.csv over one or two parameters, and level.csv.
+module gestell_task_boundary_tables
+  use gestell_base_text, only: concise, exact
+  use gestell_base_verdict, only: state_word
+  use gestell_output_table, only: new_table, table_type
+  use gestell_output_table_unit, only: new_unit, radian, unit_type
+  use gestell_study_speed_point, only: speed_point_type
+  use gestell_task_boundary_level_line, only: level_type
+  use gestell_task_boundary_solution, only: border_results_type
+  use gestell_task_range_plan, only: sweep_plan_type
+  implicit none (type, external)
+  private
+
+  public :: border_table, curve_table
+
+  character, parameter :: newline = new_line("a")
+  character(len=*), parameter :: level_kind = "level, or jump where the number jumps across it", &
+    & level_state = "of the machine: ok, undamped, undecided or unstable"
+
+contains
+
+  !> boundary.csv, with a remark for each place that the search left open. With a `level` crossings of that.
+  pure type(table_type) function border_table(plan, results, level) result(table)
+    type(sweep_plan_type), intent(in) :: plan
+    type(border_results_type), intent(in) :: results
+    type(level_type), intent(in), optional :: level
+
+    if (present(level)) then
+      associate (measure => level%measure)
+        table = new_table("boundary", "Crossings of a level", "Where " // trim(measure%name()) // " comes to " &
+          & // concise(level%value, 9) // " " // trim(measure%unit) // ".", "", shown=.true.)
+        table%remarks = "level: " // trim(measure%name()) // " = " // exact(level%value) // " " // trim(measure%unit) // newline
+      end associate
+    else
+      table = new_table("boundary", "Stability boundaries", "Where the largest multiplier crosses the unit circle.", "", &
+        & shown=.true.)
+    end if
+    if (allocated(results%map)) then
+      call add_curves(plan, results, present(level), table)
+    else
+      call add_values(plan, results, present(level), table)
+    end if
+  end function border_table
+
+  !> Critical values of one parameter, or where it crosses a level.
+  pure subroutine add_values(plan, results, of_level, table)
+    type(sweep_plan_type), intent(in) :: plan
+    type(border_results_type), intent(in) :: results
+    logical, intent(in) :: of_level
+    type(table_type), intent(inout) :: table
+    character(len=:), allocatable :: path, border
+    type(unit_type) :: unit
+    integer :: i
+
+    path = trim(plan%paths(1))
+    unit = unit_type(words=plan%units(1))
+    border = "border"
+    if (of_level) border = "crossing"
+    associate (values => results%values)
+      if (of_level) then
+        call table%add("curve", "number of the crossing", [(i, i = 1, size(values))])
+        call table%add(path, unit, "where it is, in the units of the input", (values%value), error=path // "_error")
+        call table%add("kind", level_kind, (values%kind))
+      else
+        call table%add("curve", "number of the critical value", [(i, i = 1, size(values))])
+        call table%add(path, unit, "critical value, in the units of the input", (values%value), error=path // "_error")
+        call table%add("arg", radian, "argument of the critical multiplier", (values%arg_rad))
+        call table%add("kind", "divergence, period_doubling, flutter or turning_point", (values%kind))
+      end if
+      call table%add(path // "_error", unit, "the " // border // " lies within the value plus and minus this", (values%error))
+      if (of_level) then
+        call table%add("below", "at the smaller value: within, above or undecided", (values%below))
+        call table%add("above", "at the greater value", (values%above))
+        call table%add("state", level_state, (values%state))
+      else
+        call table%add("below", "verdict at the smaller value", (values%below))
+        call table%add("above", "verdict at the greater value", (values%above))
+        call table%add("vibration", "whose border it is", (values%vibration))
+      end if
+    end associate
+    do i = 1, size(results%rest%places)
+      associate (place => results%rest%places(i))
+        table%remarks = table%remarks // "open: " // path // " = " // exact(place%value) // " within " // exact(place%width) &
+          & // ": a " // border // " could not be excluded" // newline
+      end associate
+    end do
+  end subroutine add_values
+
+  !> Curves in the plane of two parameters; those of a level have the state of the machine in place of an argument.
+  pure subroutine add_curves(plan, results, of_level, table)
+    type(sweep_plan_type), intent(in) :: plan
+    type(border_results_type), intent(in) :: results
+    logical, intent(in) :: of_level
+    type(table_type), intent(inout) :: table
+    integer :: i, k
+
+    associate (vertices => results%map%vertices, places => results%map%places, paths => plan%paths)
+      call table%add("curve", "its number", (vertices%curve))
+      do k = 1, 2
+        call table%add(trim(paths(k)), unit_type(words=plan%units(k)), "of the vertex, in the units of the input", &
+          & [(vertices(i)%parameters(k), i = 1, size(vertices))], error=trim(paths(k)) // "_error")
+      end do
+      if (of_level) then
+        call table%add("kind", level_kind, (vertices%kind))
+      else
+        call table%add("arg", radian, "argument of the critical multiplier", (vertices%arg_rad))
+        call table%add("kind", "divergence, period_doubling or flutter", (vertices%kind))
+      end if
+      do k = 1, 2
+        call table%add(trim(paths(k)) // "_error", unit_type(words=plan%units(k)), "the same along the line of the search", &
+          & [(vertices(i)%error(k), i = 1, size(vertices))])
+      end do
+      if (of_level) call table%add("state", level_state, (vertices%state))
+      do i = 1, size(places)
+        k = maxloc(places(i)%width, dim=1)
+        table%remarks = table%remarks // "open: " // trim(paths(1)) // " = " // exact(places(i)%parameters(1)) // ", " &
+          & // trim(paths(2)) // " = " // exact(places(i)%parameters(2)) // " within " // exact(places(i)%width(k)) // " along " &
+          & // trim(paths(k)) // ": a border could not be excluded" // newline
+      end do
+    end associate
+  end subroutine add_curves
+
+  !> level.csv: the number over the parameter, at these points.
+  pure type(table_type) function curve_table(plan, points, level) result(table)
+    type(sweep_plan_type), intent(in) :: plan
+    class(speed_point_type), intent(in) :: points(:)
+    type(level_type), intent(in) :: level
+    character(len=:), allocatable :: name
+    integer :: i
+
+    name = trim(level%measure%name())
+    table = new_table("level", "The number over the parameter", "", "")
+    associate (unit => new_unit(trim(level%measure%unit)), n => size(points))
+      call table%add(trim(plan%paths(1)), unit_type(words=plan%units(1)), "in the units of the input", &
+        & [(points(i)%speed, i = 1, n)])
+      call table%add(name, unit, trim(level%measure%meaning()), [(points(i)%values(1, 1), i = 1, n)], error=name // "_error")
+      call table%add(name // "_error", unit, "bound on its error", [(points(i)%values(2, 1), i = 1, n)])
+    end associate
+    call table%add("state", "ok, undamped, undecided, unstable, resonance, impossible or failed", state_word(points%state))
+  end function curve_table
+
+end module gestell_task_boundary_tables
