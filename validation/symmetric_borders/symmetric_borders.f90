@@ -20,7 +20,7 @@ program symmetric_borders
   use gestell_task_boundary_line_borders, only: border_accuracy, border_type, open_border_type
   use gestell_task_boundary_branches, only: turning_point
   use gestell_task_boundary_solution, only: border_results_type, solve_borders
-  use gestell_task_boundary_line_options, only: border_options
+  use gestell_task_boundary_line, only: border_options
   use gestell_task_registry, only: input_schema
   use reference_random, only: random_type
   use symmetric_engine, only: engine_type, input_of, kinds, new_engine

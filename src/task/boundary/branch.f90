@@ -6,23 +6,26 @@ module gestell_task_boundary_branch
   implicit none (type, external)
   private
 
+  public :: passed
+
   !> A part of a path on which lambda does not turn back.
   type, public :: branch_type
     !> Points, lambda ascending, tangents that way, and the arcs between them.
     type(point_type), allocatable :: points(:)
     real(dp), allocatable :: arcs(:)
-    !> Whether the ends are turning points, and the errors of their lambda; whether the path was lost there.
+    !> Whether the ends are turning points; whether the path was lost there; the errors of lambda at turning points.
     logical :: turns(2) = .false., lost(2) = .false.
     real(dp) :: errors(2) = 0
+    !> Units of the motion (m, rad), as of a path_family_type.
     real(dp), allocatable :: units(:)
   contains
     procedure :: ends
     procedure :: motion_at
-    procedure :: passes
   end type branch_type
 
 contains
 
+  !> The least and the greatest lambda.
   pure function ends(self)
     class(branch_type), intent(in) :: self
     real(dp) :: ends(2)
@@ -60,9 +63,27 @@ contains
     motion = series_through(spread(self%units, 1, size(q, 1)) * q)
   end function motion_at
 
-  !> Whether the branch has this motion (m, m, rad) at lambda = t, as nearly as its cubics tell.
+  !> True if one of the branches, except number `except`, has this motion (m, m, rad) at lambda = t.
+  logical function passed(branches, t, motion, except)
+    type(branch_type), intent(in) :: branches(:)
+    real(dp), intent(in) :: t
+    type(series_type), intent(in) :: motion
+    integer, intent(in), optional :: except
+    integer :: i
+
+    passed = .false.
+    do i = 1, size(branches)
+      if (present(except)) then
+        if (i == except) cycle
+      end if
+      passed = passes(branches(i), t, motion)
+      if (passed) return
+    end do
+  end function passed
+
+  !> True if the branch has this motion at lambda = t within the error of its cubics.
   logical function passes(self, t, motion)
-    class(branch_type), intent(in) :: self
+    type(branch_type), intent(in) :: self
     real(dp), intent(in) :: t
     type(series_type), intent(in) :: motion
     real(dp), parameter :: alike = 1.0e-3_dp
@@ -89,7 +110,7 @@ contains
 
   contains
 
-    !> Of order k and state j; 0 beyond the orders that a series has.
+    !> The coefficient of order k and state j; 0 beyond the orders of the series.
     pure real(dp) function coefficient(of)
       real(dp), intent(in) :: of(0:, :)
 

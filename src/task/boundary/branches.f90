@@ -11,14 +11,12 @@ module gestell_task_boundary_branches
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type
   use gestell_model_exact_varied_frame, only: varied_frame, varied_frame_type
-  use gestell_task_boundary_branch, only: branch_type
-  use gestell_task_boundary_line_borders, only: border_rest_type, border_type, borders_on, line_along, open_border_type, rest_of
-  use gestell_task_boundary_line, only: coordinate, line_type, parameter_at, sensitivity
+  use gestell_task_boundary_branch, only: branch_type, passed
+  use gestell_task_boundary_line_borders, only: add_rest, border_rest_type, border_type, borders_on, line_along, open_border_type
+  use gestell_task_boundary_line, only: border_options, coordinate, line_type, parameter_at, sensitivity
   use gestell_task_boundary_line_found, only: search_type
   use gestell_task_boundary_line_search, only: merged, range_nodes, search_line
-  use gestell_task_boundary_line_options, only: border_options
-  use gestell_task_boundary_vibration_path, only: bare_frame
-  use gestell_task_boundary_vibrations, only: trace_branches
+  use gestell_task_boundary_vibrations, only: bare_frame, trace_branches
   use gestell_system_family, only: family_type
   use gestell_study_grid, only: axis_type
   use gestell_study_frame_model_newton, only: iterate, values_of
@@ -40,7 +38,7 @@ module gestell_task_boundary_branches
 
   character(len=*), parameter, public :: turning_point = "turning_point"
   character(len=*), parameter :: no_vibration = "none"
-  !> So near to a turning point, as a part of the range, no other border is sought.
+  !> Distance from a turning point, as a part of the range, within which no other border is sought.
   real(dp), parameter :: beside_turn = 1.0e-6_dp
 
 contains
@@ -56,13 +54,12 @@ contains
     type(border_type), allocatable, intent(out) :: borders(:)
     type(error_type), allocatable, intent(out) :: error
     type(border_rest_type), intent(out) :: rest
-    !> Whether there is any branch; else nothing excites the frames, or no vibration was found.
+    !> True if there is any branch; else nothing excites the frames, or no vibration was found.
     logical, intent(out) :: followed
     type(branch_family_type), target :: family
     type(branch_type), allocatable :: branches(:)
     type(line_type) :: line
     type(search_type) :: search
-    type(border_rest_type) :: own
     real(dp) :: ends(2)
     integer :: i, side, number
 
@@ -94,20 +91,16 @@ contains
       line%way = ends(2) - ends(1)
       call search_line(line, nodes_of(branches(i), line, axis%count), search, error)
       if (allocated(error)) return
-      own = rest_of(axis, line, search)
-      rest%meetings = rest%meetings + own%meetings
-      rest%thin = rest%thin + own%thin
-      rest%left_out = rest%left_out + own%left_out
-      rest%places = [rest%places, own%places]
+      call add_rest(line, search, rest)
       if (any(branches(i)%turns) .and. is_never_kept(search)) cycle
       number = number + 1
-      borders = [borders, borders_on(axis, line, search, number)]
+      borders = [borders, borders_on(line, search, number)]
       call add_turns(family, options%tolerance, number, search, borders)
     end do
     borders = borders(ascending(sign(1.0_dp, axis%to - axis%from) * borders%value))
   end subroutine find_branch_borders
 
-  !> Where the search of a branch begins: also at points of it between which the vibration changes by a quarter of itself.
+  !> The first nodes of the search of a branch: also points of it between which the vibration changes by a quarter of itself.
   pure function nodes_of(branch, line, count) result(nodes)
     type(branch_type), intent(in) :: branch
     type(line_type), intent(in) :: line
@@ -136,7 +129,7 @@ contains
     type(axis_type), intent(in) :: axis
     type(branch_type), intent(in) :: branches(:)
     type(border_rest_type), intent(inout) :: rest
-    !> Of the range: ends of paths, and the turning points' errors.
+    !> Parts of the range as narrow as this are not listed: ends of paths, and errors of turning points.
     real(dp), parameter :: narrow = 1.0e-5_dp
     real(dp) :: ends(2, size(branches)), t, next
     logical :: lost(2, size(branches))
@@ -161,33 +154,14 @@ contains
     do i = 1, size(branches)
       do side = 1, 2
         if (.not. lost(side, i)) cycle
-        if (goes_on(branches, i, side)) cycle
-        if (side == 1) then
-          next = max(0.0_dp, maxval(ends(2, :), mask=lost(2, :) .and. ends(2, :) < ends(1, i)))
-          call add_open(axis, next, ends(1, i), rest)
-        else
-          next = min(1.0_dp, minval(ends(1, :), mask=lost(1, :) .and. ends(1, :) > ends(2, i)))
-          call add_open(axis, ends(2, i), next, rest)
-        end if
+        ! Another branch passes through this end.
+        if (passed(branches, ends(side, i), branches(i)%motion_at(ends(side, i)), except=i)) cycle
+        next = max(0.0_dp, maxval(ends(2, :), mask=lost(2, :) .and. ends(2, :) < ends(1, i)))
+        if (side == 2) next = min(1.0_dp, minval(ends(1, :), mask=lost(1, :) .and. ends(1, :) > ends(2, i)))
+        call add_open(axis, min(next, ends(side, i)), max(next, ends(side, i)), rest)
       end do
     end do
   end subroutine add_gaps
-
-  !> Whether another branch passes through the end `side` of branch `i`.
-  logical function goes_on(branches, i, side)
-    type(branch_type), intent(in) :: branches(:)
-    integer, intent(in) :: i, side
-    real(dp) :: ends(2)
-    integer :: k
-
-    ends = branches(i)%ends()
-    goes_on = .false.
-    do k = 1, size(branches)
-      if (k == i) cycle
-      goes_on = branches(k)%passes(ends(side), branches(i)%motion_at(ends(side)))
-      if (goes_on) return
-    end do
-  end function goes_on
 
   !> Lists the part of the range from one coordinate to another as open.
   pure subroutine add_open(axis, from, to, rest)
@@ -199,7 +173,7 @@ contains
       & abs(parameter_at(axis, to) - parameter_at(axis, from)))]
   end subroutine add_open
 
-  !> Whether an odd number of real multipliers is above 1 all along a branch. In the middle alone that says nothing: a branch may
+  !> True if an odd number of real multipliers is above 1 all along a branch. In the middle alone that proves nothing: a branch may
   !> also be unstable there in a tongue at +1, as a machine that repeats after half a turn is where 2 w = 2 Omega. Beside a turning
   !> point, where a multiplier comes to 1 within its error, the number is not known.
   pure logical function is_never_kept(search)
@@ -237,7 +211,7 @@ contains
     at = [size(pair(1)%points), size(pair(2)%points)]
     if (side == 1) at = 1
     table = 0
-    ! What the path knows, unless more is found.
+    ! The error of the path, unless a smaller one is found.
     pair(1)%errors(side) = max(pair(1)%errors(side), path_error)
     pair(2)%errors(side) = pair(1)%errors(side)
     do k = 1, levels
@@ -286,7 +260,8 @@ contains
     if (.not. square > 0) call fatal_error(error, "the branches are the same", failed_computation)
   end subroutine difference_at
 
-  !> Adds the turning points at the ends of the family's branch.
+  !> Adds the turning points at the ends of the family's branch. At the turning point itself a multiplier comes to 1 within its
+  !> error: the verdict beside it is that on the nearest system that is decided.
   pure subroutine add_turns(family, tolerance, number, search, borders)
     type(branch_family_type), intent(in) :: family
     real(dp), intent(in) :: tolerance
@@ -296,12 +271,15 @@ contains
     type(border_type) :: border
     real(dp) :: ends(2)
     type(verdict_type) :: verdict
-    integer :: side
+    integer, allocatable :: decided(:)
+    integer :: i, side
 
     ends = family%branch%ends()
+    decided = pack([(i, i = 1, size(search%marks))], search%marks%verdict /= undecided)
     do side = 1, 2
       if (.not. family%branch%turns(side)) cycle
-      verdict = verdict_at_end(search, side)
+      verdict = undecided
+      if (size(decided) > 0) verdict = search%marks(decided(merge(1, size(decided), side == 1)))%verdict
       border%value = parameter_at(family%axis, ends(side))
       border%error = abs(sensitivity(family%axis, ends(side))) * max(family%branch%errors(side), tolerance)
       border%kind = turning_point
@@ -316,20 +294,6 @@ contains
       borders = [borders, border]
     end do
   end subroutine add_turns
-
-  !> The verdict on the vibrations beside an end of a branch: that of the nearest system whose multipliers tell one. At the turning
-  !> point itself a multiplier comes to 1 within its error.
-  pure function verdict_at_end(search, side) result(verdict)
-    type(search_type), intent(in) :: search
-    integer, intent(in) :: side
-    type(verdict_type) :: verdict
-    integer, allocatable :: decided(:)
-    integer :: i
-
-    decided = pack([(i, i = 1, size(search%marks))], search%marks%verdict /= undecided)
-    verdict = undecided
-    if (size(decided) > 0) verdict = search%marks(decided(merge(1, size(decided), side == 1)))%verdict
-  end function verdict_at_end
 
   !> The frame varied about its vibration on the branch. Error: Newton's method does not come to it.
   subroutine member(self, parameters, system, error)

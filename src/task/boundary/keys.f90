@@ -1,7 +1,7 @@
 !> The keys of the group &boundary.
 module gestell_task_boundary_keys
   use gestell_base_key, only: key_type, positive, range_type, real_key, text_key
-  use gestell_task_boundary_line_options, only: greatest_tolerance, least_tolerance
+  use gestell_task_boundary_line, only: greatest_tolerance, least_tolerance
   implicit none (type, external)
   private
 

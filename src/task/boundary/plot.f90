@@ -65,7 +65,8 @@ contains
         & // "set ylabel '|arg ρ| / π of the critical multiplier'" // newline // "set ytics 0,0.25,1" // newline &
         & // "set key outside bottom center horizontal samplen 2" // newline // marks%lines
       do i = 1, size(values)
-        if (values(i)%above == "unstable") lines = lines // shade(i + 1, here(i), next_of(i))
+        if (values(i)%above == "unstable") lines = lines // shade(i + 1, here(i), &
+          & min(maxval(ends), minval(here, mask=here > here(i) .and. values%vibration == values(i)%vibration)))
         if (i == 1 .and. values(i)%below == "unstable") lines = lines // shade(1, minval(ends), here(i))
         lines = lines // "set label " // text(i) // " '" // concise(values(i)%value, 6) // "' at " &
           & // concise(places(i), 9) // "," // concise(values(i)%arg_rad / acos(-1.0_dp) + 0.04_dp, 4) &
@@ -82,16 +83,6 @@ contains
     end associate
     figure = new_figure("boundary", "Borders of stability over " // trim(plan%paths(1)) // ": " // found(size(results%values)), &
       & lines // list // marks%entries // newline, width=800, height=440)
-  contains
-    !> The critical value behind number `i`, or the end of the range.
-    pure real(dp) function next_of(i)
-      integer, intent(in) :: i
-
-      next_of = maxval(ends)
-      associate (own => here > here(i) .and. results%values%vibration == results%values(i)%vibration)
-        if (any(own)) next_of = minval(here, mask=own)
-      end associate
-    end function next_of
   end function plot_values
 
 end module gestell_task_boundary_plot

@@ -14,7 +14,7 @@ module gestell_task_boundary_report
   implicit none (type, external)
   private
 
-  public :: report_borders, report_search, summary, way_to_stable
+  public :: report_borders, report_search, summary, way_to
 
   character, parameter :: newline = new_line("a")
 
@@ -28,7 +28,7 @@ contains
     words = level%subject() // " = " // concise(level%value, 9) // " " // trim(level%measure%unit)
   end function level_name
 
-  !> What is sought, with which tolerance relative to the ranges, and where.
+  !> Heading: the borders that are sought, the tolerance relative to the ranges, and the ranges.
   pure function report_search(plan, tolerance, level) result(report)
     type(sweep_plan_type), intent(in) :: plan
     real(dp), intent(in) :: tolerance
@@ -58,7 +58,7 @@ contains
     end if
   end function report_search
 
-  !> What was found.
+  !> The borders, open places, and the nearest machine that is not unstable.
   pure function report_borders(plan, results, tolerance, level) result(report)
     type(sweep_plan_type), intent(in) :: plan
     type(border_results_type), intent(in) :: results
@@ -124,7 +124,7 @@ contains
     end if
   end function value_lines
 
-  !> How many boundaries there are; over one parameter where.
+  !> One line: the number of curves, or the values over one parameter.
   pure function summary(plan, results, level) result(line)
     type(sweep_plan_type), intent(in) :: plan
     type(border_results_type), intent(in) :: results
@@ -151,16 +151,7 @@ contains
     if (size(results%values) > most) line = line // ", ... (" // text(size(results%values)) // ")"
   end function summary
 
-  !> The nearest machine that is not unstable along a parameter.
-  pure function way_to_stable(path, nearest) result(line)
-    character(len=*), intent(in) :: path
-    type(nearest_type), intent(in) :: nearest
-    character(len=:), allocatable :: line
-
-    line = "The nearest machine that is not unstable along " // path // ": " // way_to(nearest)
-  end function way_to_stable
-
-  !> Where there is no boundary: in the whole range only if the search leaves no place open.
+  !> In the range there is no boundary only if the search leaves no place open.
   pure function where_none(rest) result(words)
     type(border_rest_type), intent(in) :: rest
     character(len=:), allocatable :: words
@@ -169,7 +160,7 @@ contains
     if (size(rest%places) > 0) words = "found, but the search is not complete"
   end function where_none
 
-  !> What the search leaves open.
+  !> Places that the search leaves open.
   pure function open_lines(rest, tolerance, of_level) result(report)
     type(border_rest_type), intent(in) :: rest
     real(dp), intent(in) :: tolerance
@@ -185,6 +176,7 @@ contains
     if (size(rest%places) > most_listed .and. .not. of_level) report = report // more_listed
   end function open_lines
 
+  !> The way to the nearest machine that is not unstable.
   pure function way_to(nearest) result(sentence)
     type(nearest_type), intent(in) :: nearest
     character(len=:), allocatable :: sentence

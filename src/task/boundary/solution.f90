@@ -8,7 +8,7 @@ module gestell_task_boundary_solution
   use gestell_task_boundary_branches, only: find_branch_borders
   use gestell_task_boundary_line_borders, only: border_accuracy, border_rest_type, border_type, find_borders, nearest_stable, &
     & nearest_type
-  use gestell_task_boundary_line_options, only: border_options, usual_tolerance
+  use gestell_task_boundary_line, only: border_options, usual_tolerance
   use gestell_task_boundary_map, only: border_map_type, trace_borders
   use gestell_task_resonance_curve, only: resonance_curve_type
   implicit none (type, external)

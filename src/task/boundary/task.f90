@@ -4,7 +4,7 @@ module gestell_task_boundary_task
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_input_machine_quantities, only: kind_of_measure
-  use gestell_input_namelist_document, only: document_type, group_type, groups_named, has, the_group
+  use gestell_input_namelist_document, only: group_type, groups_named, has, the_group
   use gestell_input_namelist_message, only: input_error
   use gestell_input_schema_read, only: read
   use gestell_output_result, only: result_type
@@ -14,28 +14,27 @@ module gestell_task_boundary_task
   use gestell_task_boundary_level_line, only: level_line_type, level_type
   use gestell_task_boundary_level_plane, only: level_kinds, level_plane_type, level_states
   use gestell_task_boundary_level_search, only: find_levels, level_results_type
-  use gestell_task_boundary_line, only: coordinate
+  use gestell_task_boundary_line, only: border_options, coordinate, most_searched, usual_tolerance
   use gestell_task_boundary_line_borders, only: border_accuracy, line_along, usual_deviation
-  use gestell_task_boundary_line_options, only: border_options, most_searched, usual_tolerance
   use gestell_task_boundary_map, only: trace_curves
   use gestell_task_boundary_map_plot, only: over_chart
   use gestell_task_boundary_plot, only: plot_borders
-  use gestell_task_boundary_report, only: report_borders, report_search, summary, way_to_stable
+  use gestell_task_boundary_report, only: report_borders, report_search, summary, way_to
   use gestell_task_boundary_solution, only: border_results_type, solve_borders
   use gestell_task_boundary_tables, only: border_table, curve_table
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_common_context, only: context_type
   use gestell_task_common_locked_family, only: locked_family_type
   use gestell_task_common_task, only: all_machines, longest_table, task_type
-  use gestell_task_range_plan, only: limit_points, refuse_standstill, sweep_plan_type
+  use gestell_task_range_plan, only: limit_points, refuse_standstill
   implicit none (type, external)
   private
 
   type, extends(task_type), public :: boundary_task
     private
-    !> Of boundaries, relative to the ranges.
+    !> Tolerance of boundaries, relative to the ranges.
     real(dp) :: tolerance = 0
-    !> Whose crossings are sought; not allocated: borders of stability.
+    !> The level whose crossings are sought; not allocated: borders of stability.
     type(level_type), allocatable :: level
   contains
     procedure :: describe
@@ -54,16 +53,31 @@ contains
     self%about = all_machines
   end subroutine describe
 
+  !> Errors: a range that is a point or goes through standstill; too many points to search; a tolerance out of bounds; as of
+  !> `read_level`; a key of a level without a quantity.
   subroutine read_boundary(self, configuration, error)
     class(boundary_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
+    type(group_type), allocatable :: ranges(:)
     type(group_type) :: group
+    integer :: k
 
     if (.not. self%ordered) return
-    call read_tolerance(configuration%document, configuration%plan, self%tolerance, error)
-    if (allocated(error)) return
     group = the_group(configuration%document, "boundary")
+    ranges = groups_named(configuration%document, "sweep")
+    associate (plan => configuration%plan)
+      do k = 1, size(ranges)
+        if (plan%grid%axes(k)%count > 1) cycle
+        call input_error(ranges(k), "count", "must be at least 2 where a border is sought", error)
+        return
+      end do
+      call limit_points(plan%grid, ranges, most_searched, error)
+      if (.not. allocated(error)) call refuse_standstill(ranges, plan, error)
+      if (.not. allocated(error)) call read(group, boundary_keys, "tolerance", self%tolerance, error, &
+        & default=merge(usual_tolerance, usual_deviation, size(ranges) == 1))
+    end associate
+    if (allocated(error)) return
     if (has(group, "quantity")) then
       call read_level(self, group, configuration, error)
     else if (has(group, "measure")) then
@@ -72,29 +86,6 @@ contains
       call input_error(group, "level", "is one of a quantity: none is named", error)
     end if
   end subroutine read_boundary
-
-  !> Tolerance of boundaries relative to the ranges of `plan`. Errors: a range that is a point or goes through standstill; too many
-  !> points to search; a tolerance out of bounds.
-  subroutine read_tolerance(doc, plan, tolerance, error)
-    type(document_type), intent(in) :: doc
-    type(sweep_plan_type), intent(in) :: plan
-    real(dp), intent(out) :: tolerance
-    type(error_type), allocatable, intent(out) :: error
-    type(group_type), allocatable :: groups(:)
-    integer :: k
-
-    tolerance = 0
-    groups = groups_named(doc, "sweep")
-    do k = 1, size(groups)
-      if (plan%grid%axes(k)%count > 1) cycle
-      call input_error(groups(k), "count", "must be at least 2 where a border is sought", error)
-      return
-    end do
-    call limit_points(plan%grid, groups, most_searched, error)
-    if (.not. allocated(error)) call refuse_standstill(groups, plan, error)
-    if (.not. allocated(error)) call read(the_group(doc, "boundary"), boundary_keys, "tolerance", tolerance, error, &
-      & default=merge(usual_tolerance, usual_deviation, size(groups) == 1))
-  end subroutine read_tolerance
 
   !> The quantity, what is measured of it, and the level: of a band that of the probe, where it has a limit. Errors: no such
   !> quantity, or one without a band; there is no level, or it is out of range.
@@ -161,7 +152,8 @@ contains
       call result%warn("", summary(plan, results, self%level))
       if (allocated(results%nearest)) then
         do k = 1, size(results%nearest)
-          call result%warn("", way_to_stable(trim(plan%paths(k)), results%nearest(k)))
+          call result%warn("", "The nearest machine that is not unstable along " // trim(plan%paths(k)) // ": " &
+            & // way_to(results%nearest(k)))
         end do
       end if
       call result%say(report_search(plan, self%tolerance, self%level) // report_borders(plan, results, self%tolerance, self%level))
@@ -228,7 +220,7 @@ contains
         if (.not. allocated(error) .and. results%map%curves == 0) call plane%in_the_middle(results%middle, error)
       else
         associate (axis => plan%grid%axes(1))
-          call line_along(family, [axis], 1, [axis%from], options, line%line)
+          call line_along(family, [axis], 1, [axis%from], options, line%line_type)
           line%options = number
           line%level = level%value
           line%over_speed = plan%paths(1) == speed

@@ -4,43 +4,68 @@ module gestell_task_boundary_vibrations
   use gestell_base_kinds, only: dp
   use gestell_math_series_trigonometric, only: series_type
   use gestell_model_frame, only: frame_type
-  use gestell_model_exact_varied_frame, only: varied_frame_type
-  use gestell_task_boundary_branch, only: branch_type
-  use gestell_task_boundary_line, only: parameter_at
-  use gestell_task_boundary_line_options, only: border_options
-  use gestell_task_boundary_vibration_path, only: bare_frame, line_path_type
-  use gestell_system_family, only: family_type
+  use gestell_model_exact_varied_frame, only: varied_frame, varied_frame_type
+  use gestell_task_boundary_branch, only: branch_type, passed
+  use gestell_task_boundary_line, only: border_options, parameter_at
+  use gestell_task_common_executor, only: executor_type, spread_over, work_type
+  use gestell_task_common_record, only: record_type
+  use gestell_system_family, only: family_type, take_member
+  use gestell_system_periodic, only: periodic_system
   use gestell_study_frame_model, only: settle
   use gestell_study_grid, only: axis_type
   use gestell_study_frame_model_newton, only: first_samples, values_of
-  use gestell_study_frame_model_path, only: advance, first_point, furthest_turn, motion_of, point_type, units_of
+  use gestell_study_frame_model_path, only: advance, first_point, furthest_turn, iterate_type, motion_of, next_iterate, &
+    & path_family_type, point_type, units_of
   implicit none (type, external)
   private
 
-  public :: trace_branches
+  public :: bare_frame, trace_branches
 
-  !> Points of a path in its order, with the arcs behind each.
+  !> Machines of one parameter, lambda is u of its axis (gestell_task_boundary_line).
+  type, extends(path_family_type) :: line_path_type
+    !> Gives frames that are not settled by any model.
+    class(family_type), pointer :: bare => null()
+    type(axis_type) :: axis
+    !> Spreads the work over threads, where several of them may ask for members of the family.
+    class(executor_type), pointer :: executor => null()
+  contains
+    procedure :: member
+    procedure :: solve_both
+  end type line_path_type
+
+  !> A piece is an iterate about q, at one of the two `ends`.
+  type, extends(work_type) :: iterates_type
+    type(line_path_type) :: family
+    real(dp), allocatable :: q(:, :)
+    real(dp) :: ends(2) = 0
+    type(iterate_type) :: next(2)
+  contains
+    procedure :: compute
+    procedure :: exchange
+  end type iterates_type
+
+  !> Points of a path in its order, the first `count`, with the arc behind each, and the error of lambda at turning points.
   type :: trail_type
     integer :: count = 0
     type(point_type), allocatable :: points(:)
     real(dp), allocatable :: arcs(:), errors(:)
-    !> Whether it ends neither at an end of the range nor on a branch that is known.
+    !> Whether it ends neither at an end of the range nor on a known branch.
     logical :: lost = .true.
   contains
     procedure :: add
   end type trail_type
 
-  !> The first arc, the greatest, the least; points of a path at the most, linear systems that it may take.
+  !> The first arc, the greatest, the least; maximum number of steps along a path, and of linear systems that it may take.
   real(dp), parameter :: short_arc = 1.0e-3_dp, long_arc = 0.05_dp, least_arc = 1.0e-9_dp
-  integer, parameter :: most_points = 3000, most_systems = 20000
+  integer, parameter :: most_steps = 3000, most_systems = 20000
 
-  !> What the progress line says.
+  !> Words of the progress line.
   character(len=*), parameter :: following = "following vibrations"
 
 contains
 
-  !> Branches over the range of `axis`: the vibration that is found at each of `starts`, ascending, unless it lies on a branch that
-  !> is known, is followed both ways, round turning points, until the path leaves the range, comes to such a branch or is lost.
+  !> Branches over the range of `axis`: the vibration found at each of `starts`, ascending, unless it lies on a known branch, is
+  !> followed both ways, round turning points, until the path leaves the range, comes to a known branch or is lost.
   subroutine trace_branches(bare, axis, options, starts, branches)
     class(family_type), intent(in), target :: bare
     type(axis_type), intent(in) :: axis
@@ -53,7 +78,6 @@ contains
     type(trail_type) :: down, up
     real(dp), allocatable :: q(:, :)
     integer :: i, samples
-    logical :: known
 
     allocate(branches(0))
     family%bare => bare
@@ -74,8 +98,7 @@ contains
       select type (settled)
       class is (varied_frame_type)
         if (.not. settled%newton) cycle
-        known = passed(branches, starts(i), settled%motion)
-        if (known) cycle
+        if (passed(branches, starts(i), settled%motion)) cycle
         samples = max(first_samples, 2 * ubound(settled%motion%cosine, 1) + 2)
         q = values_of(settled%motion, samples) / spread(family%units, 1, samples)
       end select
@@ -86,21 +109,7 @@ contains
     if (associated(options%executor)) call options%executor%show(following, 1.0_dp)
   end subroutine trace_branches
 
-  !> Whether a branch has this motion (m, m, rad) at lambda = t.
-  logical function passed(branches, t, motion)
-    type(branch_type), intent(in) :: branches(:)
-    real(dp), intent(in) :: t
-    type(series_type), intent(in) :: motion
-    integer :: i
-
-    passed = .false.
-    do i = 1, size(branches)
-      passed = branches(i)%passes(t, motion)
-      if (passed) return
-    end do
-  end function passed
-
-  !> The path from q at `start`, at first up or down, as far as one of `branches`.
+  !> Follows the path from q at `start`, up (`way` = 1) or down (-1) at first, to the next of `branches`.
   subroutine walk(family, q, start, way, branches, trail)
     type(line_path_type), intent(inout) :: family
     real(dp), intent(in) :: q(:, :), start
@@ -116,10 +125,12 @@ contains
 
     call first_point(family, q, start, way, at, error)
     if (allocated(error)) return
+    ! A step adds its end, and a turning point before it.
+    allocate(trail%points(2 * most_steps + 2), trail%arcs(0), trail%errors(0))
     call trail%add(at, 0.0_dp, 0.0_dp)
     angles = family%angles
     arc = short_arc
-    do k = 1, most_points
+    do k = 1, most_steps
       if (associated(family%executor)) call family%executor%show(following, at%lambda)
       target = merge(1.0_dp, 0.0_dp, at%rise > 0)
       if (abs(target - at%lambda) <= short_arc) then
@@ -138,7 +149,11 @@ contains
       end if
       call move_alloc(angles, before)
       angles = family%angles
-      allowed = resonance_arc(before, angles, arc)
+      ! A resonance, where an argument passes zero, may not be passed in one step: if it goes on as on the last arc, each argument
+      ! may change by half of itself, or of the decay, if that is more.
+      allowed = huge(allowed)
+      if (size(before) == size(angles) .and. size(angles) > 0) allowed = max(arc / 4, minval(0.5_dp &
+        & * max(angles(:, 1), angles(:, 2)) * arc / max(abs(angles(:, 1) - before(:, 1)), tiny(arc))))
       rest = arc
       if (at%rise * next%rise < 0) call add_turn(family, at, next, rest, trail)
       call trail%add(next, rest, 0.0_dp)
@@ -150,25 +165,13 @@ contains
     end do
   end subroutine walk
 
-  !> The next arc: a resonance, where an argument passes zero, may not be passed in one step, so each argument may change by half of
-  !> itself, or of the decay, if that is more, when it goes on as on the last arc.
-  pure real(dp) function resonance_arc(before, after, arc) result(allowed)
-    real(dp), intent(in) :: before(:, :), after(:, :), arc
-    real(dp), parameter :: part = 0.5_dp
-
-    allowed = huge(allowed)
-    if (size(before) /= size(after) .or. size(after) == 0) return
-    allowed = minval(part * max(after(:, 1), after(:, 2)) * arc / max(abs(after(:, 1) - before(:, 1)), tiny(arc)))
-    allowed = max(allowed, arc / 4)
-  end function resonance_arc
-
   !> Adds the turning point on the arc between two points, by the secant of lambda's slope. `arc` becomes the rest behind it.
   subroutine add_turn(family, from, to, arc, trail)
     type(line_path_type), intent(inout) :: family
     type(point_type), intent(in) :: from, to
     real(dp), intent(inout) :: arc
     type(trail_type), intent(inout) :: trail
-    integer, parameter :: most_steps = 20
+    integer, parameter :: most_iterations = 20
     real(dp), parameter :: flat = 1.0e-7_dp, inside = 0.02_dp
     type(point_type) :: middle, best
     type(error_type), allocatable :: error
@@ -182,7 +185,7 @@ contains
     slope_high = to%rise
     turn = arc / 2
     best%rise = huge(x)
-    do k = 1, most_steps
+    do k = 1, most_iterations
       x = slope_low / (slope_low - slope_high)
       ! Where a point cannot be reached the next one is beside it.
       if (allocated(error)) x = 0.5_dp + 0.3_dp / k
@@ -210,7 +213,7 @@ contains
     arc = max(arc - turn, tiny(arc))
   end subroutine add_turn
 
-  !> The vibration at the end of the range ends the path there.
+  !> Ends the path with the vibration at the end of the range.
   subroutine finish(family, at, target, trail)
     type(line_path_type), intent(inout) :: family
     type(point_type), intent(in) :: at
@@ -232,17 +235,7 @@ contains
     class(trail_type), intent(inout) :: self
     type(point_type), intent(in) :: point
     real(dp), intent(in) :: arc, error
-    type(point_type), allocatable :: longer(:)
-    integer :: i
 
-    if (.not. allocated(self%points)) allocate(self%points(64), self%arcs(0), self%errors(0))
-    if (self%count == size(self%points)) then
-      allocate(longer(2 * self%count))
-      do i = 1, self%count
-        longer(i) = self%points(i)
-      end do
-      call move_alloc(longer, self%points)
-    end if
     self%count = self%count + 1
     self%points(self%count) = point
     self%arcs = [self%arcs, arc]
@@ -260,6 +253,7 @@ contains
     integer :: first, i, k
     logical :: lost(2)
 
+    allocate(whole%points(down%count + up%count), whole%arcs(0), whole%errors(0))
     do k = down%count, 2, -1
       point = down%points(k)
       point%along = -point%along
@@ -284,7 +278,8 @@ contains
     end do
   end subroutine split
 
-  !> Whether lambda turns back at point `k` inside a path: at its turning point, next to which the points may turn, or else there.
+  !> True if lambda turns back at point `k` inside a path: at a turning point, where lambda may turn one point earlier or later; or
+  !> at a point without a turning point beside it.
   pure logical function turns_at(whole, k)
     type(trail_type), intent(in) :: whole
     integer, intent(in) :: k
@@ -302,7 +297,7 @@ contains
     turns_at = (flat(0) .and. any(back)) .or. (back(0) .and. .not. any(flat))
   end function turns_at
 
-  !> The part of a path from one point to another, lambda ascending; `lost`: whether both ends of the path are.
+  !> The part of a path from one point to another, lambda ascending; `lost` are the ends of the whole path.
   pure function branch_of(family, whole, first, last, lost) result(branch)
     type(line_path_type), intent(in) :: family
     type(trail_type), intent(in) :: whole
@@ -329,5 +324,71 @@ contains
     branch%errors = merge(whole%errors([last, first]), whole%errors([first, last]), back)
     branch%units = family%units
   end function branch_of
+
+  subroutine member(self, lambda, varied, error)
+    class(line_path_type), intent(in) :: self
+    real(dp), intent(in) :: lambda
+    type(varied_frame_type), intent(out) :: varied
+    type(error_type), allocatable, intent(out) :: error
+    class(frame_type), allocatable :: frame
+    type(series_type) :: rest
+
+    call bare_frame(self%bare, [parameter_at(self%axis, lambda)], frame, error)
+    if (allocated(error)) return
+    allocate(rest%cosine(0:1, frame%dofs()), rest%sine(0:1, frame%dofs()), source=0.0_dp)
+    varied = varied_frame(frame, rest)
+  end subroutine member
+
+  !> The frame at these parameters. Error: the member is no frame, or impossible.
+  subroutine bare_frame(bare, parameters, frame, error)
+    class(family_type), intent(in) :: bare
+    real(dp), intent(in) :: parameters(:)
+    class(frame_type), allocatable, intent(out) :: frame
+    type(error_type), allocatable, intent(out) :: error
+    class(periodic_system), allocatable :: system
+
+    call take_member(bare, parameters, system, error)
+    if (allocated(error)) return
+    select type (system)
+    class is (frame_type)
+      allocate(frame, source=system)
+    class default
+      call fatal_error(error, "vibrations are followed of frames only", failed_computation)
+    end select
+  end subroutine bare_frame
+
+  !> Solves both ends at once; the second again if the first turns out to need more samples.
+  subroutine solve_both(self, q, ends, next, error)
+    class(line_path_type), intent(in) :: self
+    real(dp), intent(in) :: q(:, :), ends(2)
+    type(iterate_type), intent(inout) :: next(2)
+    type(error_type), allocatable, intent(out) :: error
+    type(iterates_type) :: work
+
+    work%family = self
+    work%q = q
+    work%ends = ends
+    call spread_over(work, 2, error, self%executor)
+    if (allocated(error)) return
+    next = work%next
+    if (size(next(2)%q, 1) < size(next(1)%q, 1)) call next_iterate(self, q, ends(2), size(next(1)%q, 1), next(2), error)
+  end subroutine solve_both
+
+  recursive subroutine compute(self, k, error)
+    class(iterates_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(error_type), allocatable, intent(out) :: error
+
+    call next_iterate(self%family, self%q, self%ends(k), size(self%q, 1), self%next(k), error)
+  end subroutine compute
+
+  subroutine exchange(self, k, record)
+    class(iterates_type), intent(inout) :: self
+    integer, intent(in) :: k
+    type(record_type), intent(inout) :: record
+
+    call record%pass(self%next(k)%q)
+    call record%pass(self%next(k)%angles)
+  end subroutine exchange
 
 end module gestell_task_boundary_vibrations

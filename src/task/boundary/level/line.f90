@@ -9,7 +9,7 @@ module gestell_task_boundary_level_line
   implicit none (type, external)
   private
 
-  !> What is measured of the vibration, and the level whose crossings are sought, in the measure's unit.
+  !> A measure of the vibration, and the level whose crossings are sought, in the measure's unit.
   type, public :: level_type
     type(measure_type) :: measure
     real(dp) :: value = 0
@@ -17,8 +17,7 @@ module gestell_task_boundary_level_line
     procedure :: subject
   end type level_type
 
-  type, public :: level_line_type
-    type(line_type) :: line
+  type, extends(line_type), public :: level_line_type
     logical :: over_speed = .false.
     !> The quantity, and what is measured of it; the level of that.
     type(speed_options) :: options
@@ -27,7 +26,7 @@ module gestell_task_boundary_level_line
     procedure :: at
     procedure :: position
     procedure :: value
-    procedure :: step
+    procedure :: step_at
     procedure :: solve
   end type level_line_type
 
@@ -45,7 +44,7 @@ contains
   pure integer function along(self)
     class(level_line_type), intent(in) :: self
 
-    along = maxloc(abs(self%line%way), dim=1)
+    along = maxloc(abs(self%way), dim=1)
   end function along
 
   !> The x of a place t on the line.
@@ -55,7 +54,7 @@ contains
 
     x = 1 + t
     associate (k => along(self))
-      if (self%over_speed) x = parameter_at(self%line%axes(k), self%line%start(k) + t * self%line%way(k))
+      if (self%over_speed) x = parameter_at(self%axes(k), self%start(k) + t * self%way(k))
     end associate
   end function at
 
@@ -66,7 +65,7 @@ contains
 
     t = x - 1
     associate (k => along(self))
-      if (self%over_speed) t = (coordinate(self%line%axes(k), x) - self%line%start(k)) / self%line%way(k)
+      if (self%over_speed) t = (coordinate(self%axes(k), x) - self%start(k)) / self%way(k)
     end associate
   end function position
 
@@ -77,21 +76,21 @@ contains
 
     value = x
     associate (k => along(self))
-      if (.not. self%over_speed) value = parameter_at(self%line%axes(k), self%line%start(k) + (x - 1) * self%line%way(k))
+      if (.not. self%over_speed) value = parameter_at(self%axes(k), self%start(k) + (x - 1) * self%way(k))
     end associate
   end function value
 
   !> The tolerance at x as a difference of x, no less than its roundings.
-  pure real(dp) function step(self, x)
+  pure real(dp) function step_at(self, x) result(step)
     class(level_line_type), intent(in) :: self
     real(dp), intent(in) :: x
 
-    step = self%line%step()
+    step = self%step()
     associate (k => along(self))
-      if (self%over_speed) step = self%line%tolerance * abs(sensitivity(self%line%axes(k), coordinate(self%line%axes(k), x)))
+      if (self%over_speed) step = self%tolerance * abs(sensitivity(self%axes(k), coordinate(self%axes(k), x)))
     end associate
     step = max(step, 4 * spacing(x))
-  end function step
+  end function step_at
 
   !> The machine at x: values(1:2, 1) of the point are the number and its error. Error: the parameters make no sense.
   subroutine solve(self, x, point, error)
@@ -99,11 +98,11 @@ contains
     real(dp), intent(in) :: x
     type(speed_point_type), intent(out) :: point
     type(error_type), allocatable, intent(out) :: error
-    real(dp) :: parameters(size(self%line%axes))
+    real(dp) :: parameters(size(self%axes))
 
-    parameters = parameter_at(self%line%axes, self%line%start + self%position(x) * self%line%way)
+    parameters = parameter_at(self%axes, self%start + self%position(x) * self%way)
     if (self%over_speed) parameters(along(self)) = x
-    call solve_response(self%line%family, parameters, self%options, point, error)
+    call solve_response(self%family, parameters, self%options, point, error)
     point%speed = x
     if (allocated(point%measured)) point%values(:2, 1) = point%measured(:, 1)
   end subroutine solve

@@ -4,16 +4,15 @@ module gestell_task_boundary_level_plane
   use gestell_base_verdict, only: has_vibration, impossible, operator(==), state_words
   use gestell_base_kinds, only: dp
   use gestell_study_speed_point, only: speed_options, speed_point_type
-  use gestell_task_boundary_level_crossing, only: side_of
   use gestell_task_boundary_level_line, only: level_line_type
-  use gestell_task_boundary_level_search, only: find_levels, level_results_type
+  use gestell_task_boundary_level_search, only: find_levels, level_results_type, side_of
   use gestell_task_boundary_line, only: line_type
   use gestell_task_boundary_line_found, only: crossing_type, doubt_type, search_type
   use gestell_task_boundary_map_vertex, only: plane_type
   implicit none (type, external)
   private
 
-  !> What a border of a level is, and the state of the machine there.
+  !> Kinds of borders of a level, and the state of the machine at each.
   character(len=15), parameter, public :: level_kinds(8) = [character(len=15) :: "level", "level", "level", "level", &
     & "jump", "jump", "jump", "jump"]
   character(len=15), parameter, public :: level_states(8) = [character(len=15) :: state_words(1:4), state_words(1:4)]
@@ -41,7 +40,7 @@ contains
     !> Parts of the speed's range that are shorter hold so little of it that no resonance needs to be sought by the speed.
     real(dp), parameter :: long = 1.0e-3_dp
 
-    curve%line = along
+    curve%line_type = along
     curve%options = plane%options
     curve%level = plane%level
     if (plane%speed_axis > 0) curve%over_speed = abs(along%way(plane%speed_axis)) >= long .and. &
@@ -62,7 +61,7 @@ contains
     call curve%solve(curve%at(0.0_dp), point, error)
   end subroutine solve_at
 
-  !> Whether the number at `u` is above the level for certain, and whether there is none. Error: the parameters make no sense.
+  !> `inside` if the number at `u` is certainly above the level, `missing` if there is none. Error: the parameters make no sense.
   subroutine probe(self, u, inside, missing, error)
     class(level_plane_type), intent(in) :: self
     real(dp), intent(in) :: u(2)

@@ -1,13 +1,13 @@
-!> Borders of stability along one parameter: the values at which rho_max comes to 1, and the nearest stable machine.
+!> Borders along one parameter: the values at which rho_max comes to 1, and the nearest stable machine.
 module gestell_task_boundary_line_borders
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_base_verdict, only: verdict_length, verdict_type
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_task_boundary_line_functions, only: kind_names
-  use gestell_task_boundary_line, only: coordinate, line_type, parameter_at, probe_line, probe_type, sensitivity
+  use gestell_task_boundary_line, only: border_options, check_search, coordinate, line_type, parameter_at, probe_line, &
+    & probe_type, sensitivity
   use gestell_task_boundary_line_found, only: search_type
-  use gestell_task_boundary_line_options, only: border_options, check_search
   use gestell_task_boundary_line_search, only: range_nodes, search_line
   use gestell_system_family, only: family_type
   use gestell_study_grid, only: axis_type
@@ -16,7 +16,7 @@ module gestell_task_boundary_line_borders
   implicit none (type, external)
   private
 
-  public :: borders_on, find_borders, line_along, nearest_stable, rest_of
+  public :: add_rest, borders_on, find_borders, line_along, nearest_stable
 
   !> Tolerance of Phi(T) where borders are sought.
   real(dp), parameter, public :: border_accuracy = 1.0e-12_dp
@@ -36,7 +36,7 @@ module gestell_task_boundary_line_borders
     character(len=verdict_length) :: below = "", above = ""
     !> Number of the vibration whose border it is, where a machine has several.
     integer :: vibration = 1
-    !> Of a crossing of a level: the state of the machine.
+    !> State of the machine at a crossing of a level.
     character(len=verdict_length) :: state = ""
   end type border_type
 
@@ -95,13 +95,12 @@ contains
     call line_along(family, [axis], 1, [axis%from], options, line)
     call search_line(line, range_nodes(axis%count), search, error)
     if (allocated(error)) return
-    borders = borders_on(axis, line, search, 1)
-    if (present(rest)) rest = rest_of(axis, line, search)
+    borders = borders_on(line, search, 1)
+    if (present(rest)) call add_rest(line, search, rest)
   end subroutine find_borders
 
-  !> The borders that were found along `line`, of the vibration `number`.
-  pure function borders_on(axis, line, search, number) result(borders)
-    type(axis_type), intent(in) :: axis
+  !> The borders that were found along `line`, over one parameter, of the vibration `number`.
+  pure function borders_on(line, search, number) result(borders)
     type(line_type), intent(in) :: line
     type(search_type), intent(in) :: search
     integer, intent(in) :: number
@@ -110,7 +109,7 @@ contains
     integer :: i
 
     do i = 1, size(borders)
-      associate (crossing => search%borders(i), u => line%start(1) + search%borders(i)%t * line%way(1))
+      associate (axis => line%axes(1), crossing => search%borders(i), u => line%start(1) + search%borders(i)%t * line%way(1))
         borders(i)%value = parameter_at(axis, u)
         borders(i)%error = abs(sensitivity(axis, u) * line%way(1)) * crossing%error
         borders(i)%kind = kind_names(crossing%kind)
@@ -124,24 +123,24 @@ contains
     end do
   end function borders_on
 
-  !> What the search along `line` leaves open.
-  pure function rest_of(axis, line, search) result(rest)
-    type(axis_type), intent(in) :: axis
+  !> Adds to `rest` what the search along `line`, over one parameter, leaves open.
+  pure subroutine add_rest(line, search, rest)
     type(line_type), intent(in) :: line
     type(search_type), intent(in) :: search
-    type(border_rest_type) :: rest
+    type(border_rest_type), intent(inout) :: rest
     integer :: i
 
-    rest%meetings = search%meetings
-    rest%thin = search%thin
-    rest%left_out = search%left_out
-    allocate(rest%places(size(search%doubts)))
+    if (.not. allocated(rest%places)) allocate(rest%places(0))
+    rest%meetings = rest%meetings + search%meetings
+    rest%thin = rest%thin + search%thin
+    rest%left_out = rest%left_out + search%left_out
     do i = 1, size(search%doubts)
-      associate (u => line%start(1) + search%doubts(i)%t * line%way(1))
-        rest%places(i) = open_border_type(parameter_at(axis, u), abs(sensitivity(axis, u) * line%way(1)) * search%doubts(i)%width)
+      associate (axis => line%axes(1), doubt => search%doubts(i), u => line%start(1) + search%doubts(i)%t * line%way(1))
+        rest%places = [rest%places, open_border_type(parameter_at(axis, u), &
+          & abs(sensitivity(axis, u) * line%way(1)) * doubt%width)]
       end associate
     end do
-  end function rest_of
+  end subroutine add_rest
 
   !> From the system at `base` (all parameters) along parameter `which`, over the range of its axis, to the nearest one that
   !> is not unstable: 'stable', or where there is no damping 'undamped' or 'undecided'. That is a border, with its error, or an end

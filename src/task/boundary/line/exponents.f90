@@ -11,7 +11,7 @@ module gestell_task_boundary_line_exponents
 
   public :: connect, solve_node, wrapped
 
-  !> The system at a point of a line and dz/dt of its multipliers, shape (n).
+  !> A system on a line, and dz/dt of its multipliers, shape (n).
   type, public :: node_type
     type(probe_type) :: at
     complex(dp), allocatable :: slope(:)
@@ -22,7 +22,7 @@ module gestell_task_boundary_line_exponents
     type(probe_type) :: ends(2)
     !> z at both ends in corresponding order, imaginary parts without jumps on the way, and slopes times the length; shape (n, 2).
     complex(dp), allocatable :: z(:, :), change(:, :)
-    !> By how much the change of z is not what the slopes say, shape (n), and the errors of z, shape (n, 2).
+    !> Difference between the change of z and that by the slopes, shape (n), and the errors of z, shape (n, 2).
     complex(dp), allocatable :: miss(:)
     real(dp), allocatable :: noise(:, :)
     !> Whether other multipliers correspond nearly as well; whether the curves do not describe z well enough.
@@ -34,13 +34,15 @@ module gestell_task_boundary_line_exponents
 
 contains
 
-  !> The node at `t` of a line that is searched between two `ends`, none of which is left. Error: the parameters make no sense.
+  !> The node at `t` of a line that is searched between two `ends`; no system beyond them is solved. Error: the parameters make no
+  !> sense.
   subroutine solve_node(line, t, ends, node, error)
     type(line_type), intent(in) :: line
     real(dp), intent(in) :: t, ends(2)
     type(node_type), intent(out) :: node
     type(error_type), allocatable, intent(out) :: error
-    !> Phases of vibrations that turn a thousand times in a period change by a thousandth of a radian.
+    !> Distance of the difference quotient as a part of the line: phases of vibrations that turn a thousand times in a period
+    !> change by a thousandth of a radian.
     real(dp), parameter :: part = 1.0e-7_dp
     type(probe_type) :: beside
     logical, allocatable :: free(:)
@@ -63,13 +65,13 @@ contains
     end do
   end subroutine solve_node
 
-  !> The stretch between two nodes, `l` before `r`: those multipliers correspond whose difference is what their slopes say, the
-  !> best ones first.
+  !> The stretch between two nodes, `l` before `r`: those multipliers correspond whose difference agrees best with their slopes,
+  !> the best pairs first.
   pure subroutine connect(l, r, stretch)
     type(node_type), intent(in) :: l, r
     type(stretch_type), intent(out) :: stretch
-    !> What a change of the slope counts against one of z; by what factor another assignment must be worse, unless it exchanges
-    !> multipliers that are so near to each other.
+    !> Weight of a change of the slope against one of z; factor by which another assignment must be worse, unless it exchanges
+    !> multipliers that are nearer to each other than `alike`.
     real(dp), parameter :: weight = 0.5_dp, apart = 3, alike = 0.05_dp
     real(dp), dimension(size(l%slope), size(l%slope)) :: away
     logical, dimension(size(l%slope), size(l%slope)) :: free
@@ -117,7 +119,7 @@ contains
       miss = wrapped(r%at%z(k) - l%at%z(i) - h * (l%slope(i) + r%slope(k)) / 2)
     end function miss_of
 
-    !> Decays are compared by their ratio where they are strong.
+    !> Size of a difference; of strong decays that of their ratio.
     pure real(dp) function size_of(miss, z)
       complex(dp), intent(in) :: miss, z
 
@@ -142,8 +144,8 @@ contains
       & + x * (1 - x)**2 * self%change(:, 1) - x**2 * (1 - x) * self%change(:, 2)
   end function z_at
 
-  !> Whether the curves tell z well enough: phases do not turn by a whole turn unseen, meetings are where the curves meet,
-  !> and no growth changes its sign twice.
+  !> True if the curves describe z well enough: phases make no whole turn unseen, multipliers meet where their curves meet, and no
+  !> growth changes its sign twice.
   pure logical function is_smooth(self)
     type(stretch_type), intent(in) :: self
     !> In radians; and in decay, as a part of the decay.
@@ -173,7 +175,7 @@ contains
     end do
   end function is_smooth
 
-  !> Whether the phase of a multiplier comes near to that of another one; its growth is then followed there.
+  !> True if the phase of a multiplier comes near to that of another one; its growth is then followed there.
   pure logical function meets_another(z, i)
     complex(dp), intent(in) :: z(:, :)
     integer, intent(in) :: i
@@ -189,7 +191,7 @@ contains
     end do
   end function meets_another
 
-  !> Whether three meet, as nearly as it is known where they are.
+  !> True if three multipliers meet within the errors of their curves.
   pure logical function crowded(z, miss)
     complex(dp), intent(in) :: z(:)
     real(dp), intent(in) :: miss(:)

@@ -1,4 +1,4 @@
-!> All multipliers followed along a line, from node to node as near as they want it.
+!> All multipliers followed along a line, from node to node; the nodes are as close as the multipliers require.
 module gestell_task_boundary_line_follow
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: impossible, operator(==)
@@ -32,18 +32,18 @@ module gestell_task_boundary_line_follow
     procedure :: exchange
   end type nodes_type
 
-  !> Parts of the whole: of a stretch that is not divided any more, and of one at whose other end there is no system.
+  !> Length, as a part of the line, of a stretch that is not divided any more, and of one with no system at one of its ends.
   real(dp), parameter :: shortest = 1.0e-7_dp, beside_nothing = 1.0e-4_dp
-  !> Beyond so many nodes nothing is divided any more.
+  !> With more nodes than this no stretch is divided any more.
   integer, parameter :: most = 4000
-  !> What is known of a stretch.
+  !> States of a stretch.
   integer, parameter :: open = 0, done = 1, empty = 2
 
 contains
 
   !> The stretches between the first and the last of `t`, ascending, with nodes at all of them and between them where the
-  !> multipliers do not go on as their slopes say: all that need it are halved, then those of the halves, so that where the
-  !> nodes do not suffice the shortest remain as they are. Error: the parameters make no sense.
+  !> multipliers do not continue as their slopes predict: all such stretches are halved, then those of the halves, so that the
+  !> shortest remain as they are where there are too many nodes. Error: the parameters make no sense.
   subroutine follow_multipliers(line, t, way, error)
     type(line_type), intent(in), target :: line
     real(dp), intent(in) :: t(:)
@@ -126,7 +126,7 @@ contains
     if (.not. self%nodes(k)%at%missing()) call record%pass(self%nodes(k)%slope)
   end subroutine exchange
 
-  !> Whether the stretch between two nodes can be left as it is, or has no systems.
+  !> State of the stretch between two nodes: `done` if it need not be divided, `empty` if it has no systems.
   pure integer function state_of(l, r, span) result(state)
     type(node_type), intent(in) :: l, r
     real(dp), intent(in) :: span
@@ -143,7 +143,7 @@ contains
     end associate
   end function state_of
 
-  !> Whether both are systems of one size.
+  !> True if both are systems, of one size.
   pure logical function alike(l, r)
     type(node_type), intent(in) :: l, r
 

@@ -20,7 +20,7 @@ module gestell_task_boundary_line_functions
   character(len=15), parameter, public :: kind_names(border_kinds) = [character(len=15) :: "divergence", "period_doubling", &
     & "flutter"]
 
-  !> ln |rho| beyond which only the argument counts.
+  !> ln |rho| is limited to this: beyond it only the argument matters.
   real(dp), parameter :: most = 100
 
 contains

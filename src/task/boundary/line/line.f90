@@ -3,21 +3,38 @@
 !> Every axis is measured by u: 0 where its range begins and 1 where it ends, in the logarithm where it is logarithmic. All
 !> tolerances of borders are in u: relative to the ranges.
 module gestell_task_boundary_line
-  use gestell_base_error, only: error_type
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_verdict, only: failed, impossible, operator(==), unstable, verdict_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_floquet_period_monodromy, only: accuracy_type, check_accuracy
   use gestell_task_boundary_line_functions, only: border_functions, border_kinds
   use gestell_task_boundary_line_multipliers, only: border_multipliers
   use gestell_system_family, only: family_type
-  use gestell_study_grid, only: axis_type
+  use gestell_study_grid, only: axis_type, check_axis
   use gestell_study_member, only: member_type
-  use gestell_task_boundary_line_options, only: border_options
+  use gestell_task_common_executor, only: executor_type
   use gestell_task_common_record, only: record_type
+  use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
-  public :: coordinate, parameter_at, parameters_at, probe_line, sensitivity, skewed
+  public :: check_search, coordinate, parameter_at, probe_line, sensitivity, skewed
+
+  !> Tolerance of borders along one parameter, relative to the range.
+  real(dp), parameter, public :: usual_tolerance = 1.0e-10_dp
+
+  type, public :: border_options
+    type(accuracy_type) :: accuracy
+    !> Error of borders over one parameter, and deviation of curves over two from the border, relative to the ranges.
+    real(dp) :: tolerance = usual_tolerance
+    !> Spreads the work over threads, where several of them may ask for members of the family.
+    class(executor_type), pointer :: executor => null()
+  end type border_options
+
+  !> Maximum number of search points; limits of the tolerance.
+  integer(int64), parameter, public :: most_searched = 10_int64**7
+  real(dp), parameter, public :: least_tolerance = 1.0e-13_dp, greatest_tolerance = 0.1_dp
 
   !> u(t) = start + t way through the parameters of a family.
   type, extends(border_options), public :: line_type
@@ -49,6 +66,28 @@ module gestell_task_boundary_line
 
 contains
 
+  !> Errors: an axis that makes no sense or has no length, too many search points, a tolerance or an accuracy out of range.
+  pure subroutine check_search(axes, accuracy, tolerance, error)
+    type(axis_type), intent(in) :: axes(:)
+    type(accuracy_type), intent(in) :: accuracy
+    real(dp), intent(in) :: tolerance
+    type(error_type), allocatable, intent(out) :: error
+    integer :: k
+
+    call check_accuracy(accuracy, error)
+    do k = 1, size(axes)
+      if (.not. allocated(error)) call check_axis(axes(k), error)
+    end do
+    if (allocated(error)) return
+    if (any(axes%count < 2)) then
+      call fatal_error(error, "borders are sought in a range: two values at least", invalid_input)
+    else if (product(real(axes%count, dp)) > most_searched) then
+      call fatal_error(error, "there are more than 1e7 points to search", invalid_input)
+    else if (.not. (tolerance >= least_tolerance .and. tolerance <= greatest_tolerance)) then
+      call fatal_error(error, "the tolerance of borders must lie between 1e-13 and 0.1", invalid_input)
+    end if
+  end subroutine check_search
+
   !> The tolerance as a difference of t.
   pure real(dp) function step(self)
     class(line_type), intent(in) :: self
@@ -56,7 +95,7 @@ contains
     step = self%tolerance / norm2(self%way)
   end function step
 
-  !> Whether there is no system here, or none that could be solved.
+  !> True if there is no system here, or none that could be solved.
   elemental logical function missing(self)
     class(probe_type), intent(in) :: self
 
@@ -69,7 +108,7 @@ contains
     is_unstable = self%verdict == unstable
   end function is_unstable
 
-  !> Passes all of it to a record, or takes it from there.
+  !> Passes all of it to a record, or reads it from there.
   subroutine exchange(self, record)
     class(probe_type), intent(inout) :: self
     type(record_type), intent(inout) :: record
@@ -99,7 +138,7 @@ contains
     type(error_type), allocatable :: failure
 
     probe%t = t
-    call member%make(line%family, parameters_at(line, t), error)
+    call member%make(line%family, parameter_at(line%axes, line%start + t * line%way), error)
     if (allocated(error)) return
     if (.not. member%is_sound()) then
       probe%verdict = member%state
@@ -114,15 +153,6 @@ contains
     probe%noise = multipliers%error
     call border_functions(multipliers, probe%f, probe%known, probe%reciprocal)
   end subroutine probe_line
-
-  !> The parameters at `t`.
-  pure function parameters_at(line, t) result(parameters)
-    type(line_type), intent(in) :: line
-    real(dp), intent(in) :: t
-    real(dp) :: parameters(size(line%axes))
-
-    parameters = parameter_at(line%axes, line%start + t * line%way)
-  end function parameters_at
 
   !> The value at `u` of an axis; the ends are exactly those that were given.
   elemental real(dp) function parameter_at(axis, u) result(value)
@@ -140,7 +170,7 @@ contains
     end if
   end function parameter_at
 
-  !> d value / du.
+  !> Derivative of the value with respect to u.
   elemental real(dp) function sensitivity(axis, u)
     type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: u
@@ -152,7 +182,7 @@ contains
     end if
   end function sensitivity
 
-  !> u of a value; 0 on an axis of one value. Values that a logarithmic axis does not have are far away.
+  !> u of a value; 0 on an axis of one value, -huge for values of the other sign on a logarithmic axis.
   elemental real(dp) function coordinate(axis, value) result(u)
     type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: value
@@ -168,8 +198,8 @@ contains
     end if
   end function coordinate
 
-  !> u of the values of an axis, those between its ends moved by a part of their distance: borders like to lie at round
-  !> values, and a search sees best what lies between its points.
+  !> u of the values of an axis, those between its ends moved by a part of their distance: borders often lie at round values,
+  !> and a search finds best what lies between its points.
   pure function skewed(count) result(u)
     integer, intent(in) :: count
     real(dp) :: u(max(count, 2))

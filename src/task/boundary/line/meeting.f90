@@ -1,4 +1,4 @@
-!> What happens where the phases of two multipliers meet: a tongue of parametric resonance, or none.
+!> The search for a tongue of parametric resonance where the phases of two multipliers meet.
 module gestell_task_boundary_line_meeting
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -15,15 +15,15 @@ module gestell_task_boundary_line_meeting
 
   type, public :: meeting_type
     integer :: outcome = open_question
-    !> Where the pair grows most, or would; how far about there it may grow.
+    !> Where the growth of the pair has its maximum; how far about there it may be positive.
     real(dp) :: t = 0, width = 0
     type(pair_type) :: top
-    !> On both sides of a tongue where both of the pair die out, as near as known; `outside`: whether they do.
+    !> The nearest known pairs on both sides of a tongue that die out; `outside`: whether there is one.
     type(pair_type) :: sides(2)
     logical :: outside(2) = .false.
   end type meeting_type
 
-  !> As a multiple of the error, to be sure of a growth.
+  !> A growth of more than this multiple of its error has a certain sign.
   real(dp), parameter :: clear = 2
 
 contains
@@ -100,7 +100,7 @@ contains
     end do
   end subroutine search_meeting
 
-  !> Where on both sides of a tongue's top the pair dies out: the nearest of those that were `seen`, or else ever farther away.
+  !> Finds where the pair dies out on both sides of a tongue's top: at the nearest of those `seen`, or else ever farther away.
   subroutine find_outside(path, seen, bounds, meeting, error)
     type(pair_path_type), intent(in) :: path
     type(pair_type), intent(in) :: seen(:)

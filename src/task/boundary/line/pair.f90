@@ -13,7 +13,7 @@ module gestell_task_boundary_line_pair
 
   public :: fit_pair, greatest_growth
 
-  !> Which multipliers of a stretch, and by how many turns the first is ahead of the second where they meet.
+  !> Numbers of two multipliers of a stretch, and by how many turns the first is ahead of the second where they meet.
   type, public :: pair_name_type
     integer :: i = 0, k = 0, turns = 0
   end type pair_name_type
@@ -135,8 +135,8 @@ contains
     end associate
   end function growth_of_fit
 
-  !> Where between `low` and `high` the growth is greatest: about the vertex of delta, as near as delta there lets it be; by the
-  !> golden section.
+  !> The maximum of the growth between `low` and `high`, within a distance of the vertex of delta that depends on delta there; by
+  !> the golden section.
   pure real(dp) function greatest_growth(fit, low, high) result(t)
     type(pair_fit_type), intent(in) :: fit
     real(dp), intent(in) :: low, high

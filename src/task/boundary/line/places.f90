@@ -6,51 +6,34 @@ module gestell_task_boundary_line_places
   implicit none (type, external)
   private
 
-  public :: fastest_within, find_meetings
+  public :: fastest_within, meetings_on
 
-  !> Where two multipliers meet: on which stretch, where on it (0 to 1), and how fast their phases part.
+  !> A place where two multipliers meet: the stretch, the place on it (0 to 1), and how fast their phases part.
   type, public :: place_type
     integer :: stretch = 0
     type(pair_name_type) :: name
     real(dp) :: x = 0, rate = 0
   end type place_type
 
+  !> The places on one stretch.
   type, public :: places_type
-    integer :: count = 0
     type(place_type), allocatable :: list(:)
-  contains
-    procedure :: add
   end type places_type
 
 contains
 
-  pure subroutine add(self, place)
-    class(places_type), intent(inout) :: self
-    type(place_type), intent(in) :: place
-    type(place_type), allocatable :: longer(:)
-
-    if (.not. allocated(self%list)) allocate(self%list(64))
-    if (self%count == size(self%list)) then
-      allocate(longer(2 * self%count))
-      longer(:self%count) = self%list
-      call move_alloc(longer, self%list)
-    end if
-    self%count = self%count + 1
-    self%list(self%count) = place
-  end subroutine add
-
   !> A rate that at most `most` of the places do not exceed: over the speed the slowest have the lowest orders, and so the widest
   !> tongues.
   pure real(dp) function fastest_within(places, most) result(rate)
-    type(places_type), intent(in) :: places
+    type(place_type), intent(in) :: places(:)
     integer, intent(in) :: most
     integer, parameter :: halvings = 60
     real(dp) :: high, middle
     integer :: k
 
     rate = huge(rate)
-    if (places%count <= most) return
-    associate (rates => abs(places%list(:places%count)%rate))
+    if (size(places) <= most) return
+    associate (rates => abs(places%rate))
       rate = 0
       high = maxval(rates)
       do k = 1, halvings
@@ -64,12 +47,11 @@ contains
     end associate
   end function fastest_within
 
-  !> Adds the meetings of all pairs of multipliers on a stretch, `number` of the way. Where two pairs are conjugate to each other,
-  !> of one.
-  pure subroutine find_meetings(stretch, number, places)
+  !> The meetings of all pairs of multipliers on a stretch, `number` of the way; of two conjugate pairs those of one.
+  pure function meetings_on(stretch, number) result(places)
     type(stretch_type), intent(in) :: stretch
     integer, intent(in) :: number
-    type(places_type), intent(inout) :: places
+    type(place_type), allocatable :: places(:)
     integer, parameter :: samples = 16
     !> In radians: how far multipliers may pass by each other to be searched, beside the error of where they are; how far they may
     !> lie below the real axis (sine of the argument); up to which difference they count as one.
@@ -81,6 +63,7 @@ contains
     integer :: i, j, k, turns
     logical :: meets(samples)
 
+    allocate(places(0))
     do k = 0, samples
       z(:, k) = stretch%at(real(k, dp) / samples)
     end do
@@ -101,13 +84,13 @@ contains
             associate (a => rest(k - 1), b => rest(k))
               x = merge(0, 1, abs(a) < abs(b))
               if ((a > 0) .neqv. (b > 0)) x = a / (a - b)
-              call places%add(place_type(number, pair_name_type(i, j, turns), (k - 1 + x) / samples, &
-                & (b - a) * samples / stretch%length()))
+              places = [places, place_type(number, pair_name_type(i, j, turns), (k - 1 + x) / samples, &
+                & (b - a) * samples / stretch%length())]
             end associate
           end do
         end do
       end do
     end do
-  end subroutine find_meetings
+  end function meetings_on
 
 end module gestell_task_boundary_line_places

@@ -9,7 +9,7 @@ module gestell_task_boundary_line_search
   use gestell_task_boundary_line_found, only: crossing_type, doubt_type, search_type, searches_type
   use gestell_task_boundary_line_meeting, only: meeting_type, open_question, search_meeting, thin, tongue, tongue_end
   use gestell_task_boundary_line_pair, only: pair_path_type
-  use gestell_task_boundary_line_places, only: fastest_within, find_meetings, place_type, places_type
+  use gestell_task_boundary_line_places, only: fastest_within, meetings_on, place_type, places_type
   use gestell_task_common_executor, only: spread_over
   implicit none (type, external)
   private
@@ -34,12 +34,12 @@ module gestell_task_boundary_line_search
     procedure :: compute => close_gap
   end type gaps_type
 
-  !> Where the search of short lines begins: at places without symmetry.
+  !> The first nodes of a search on short lines, without symmetry.
   real(dp), parameter, public :: short_nodes(5) = [0.0_dp, 0.27_dp, 0.5_dp, 0.74_dp, 1.0_dp]
 
 contains
 
-  !> Where the search of a whole range begins that has `count` search points.
+  !> The first nodes of a search of a whole range with `count` search points.
   pure function range_nodes(count) result(nodes)
     integer, intent(in) :: count
     real(dp), allocatable :: nodes(:)
@@ -57,26 +57,29 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(meetings_type) :: work
     type(way_type), target :: way
-    type(places_type) :: places
+    type(places_type), allocatable :: on_stretch(:)
+    type(place_type), allocatable :: places(:)
     real(dp) :: fastest
     integer :: i
 
     call search%begin()
     call follow_multipliers(line, nodes, way, error)
     if (allocated(error)) return
+    allocate(on_stretch(way%count))
     do i = 1, way%count
       associate (stretch => way%list(i))
         call search%add_mark(stretch%ends(1))
         call search%add_mark(stretch%ends(2))
         if (stretch%rough) search%doubts = [search%doubts, doubt_type(sum(stretch%ends%t) / 2, stretch%length())]
-        call find_meetings(stretch, i, places)
+        on_stretch(i)%list = meetings_on(stretch, i)
       end associate
     end do
+    places = [(on_stretch(i)%list, i = 1, way%count)]
     fastest = fastest_within(places, line%most_meetings)
-    if (places%count > 0) then
+    if (size(places) > 0) then
       work%line => line
       work%way => way
-      work%places = pack(places%list(:places%count), .not. abs(places%list(:places%count)%rate) > fastest)
+      work%places = pack(places, .not. abs(places%rate) > fastest)
       allocate(work%found(size(work%places)))
       call spread_over(work, size(work%places), error, line%executor)
       if (allocated(error)) return
@@ -100,7 +103,7 @@ contains
 
   !> The stretches with places that were left out, neighbours together, are doubts.
   pure subroutine name_left_out(places, fastest, way, search)
-    type(places_type), intent(in) :: places
+    type(place_type), intent(in) :: places(:)
     real(dp), intent(in) :: fastest
     type(way_type), intent(in) :: way
     type(search_type), intent(inout) :: search
@@ -110,10 +113,10 @@ contains
 
     allocate(own(0))
     left = .false.
-    do i = 1, places%count
-      if (abs(places%list(i)%rate) <= fastest) cycle
+    do i = 1, size(places)
+      if (abs(places(i)%rate) <= fastest) cycle
       search%left_out = search%left_out + 1
-      left(places%list(i)%stretch) = .true.
+      left(places(i)%stretch) = .true.
     end do
     first = 0
     do i = 1, way%count

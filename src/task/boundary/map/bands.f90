@@ -11,18 +11,9 @@ module gestell_task_boundary_map_bands
   !> low(1) <= u(1) <= high(1), low(2) <= u(2) <= high(2).
   type, public :: box_type
     real(dp) :: low(2) = 0, high(2) = 1
-  contains
-    procedure :: middle
   end type box_type
 
 contains
-
-  elemental real(dp) function middle(self, k)
-    class(box_type), intent(in) :: self
-    integer, intent(in) :: k
-
-    middle = (self%low(k) + self%high(k)) / 2
-  end function middle
 
   !> The coordinate that is constant on the two sides on which all of `ids` lie, as many on either; 0 if there is none.
   pure integer function opposite_sides(box, ids, vertices) result(k)
@@ -52,12 +43,11 @@ contains
     type(box_type), intent(in) :: box
     integer, intent(in) :: ids(:), half_way(:), k
     type(vertices_type), intent(in) :: vertices
-    integer, allocatable :: rows(:, :)
-    integer, allocatable :: low(:), half(:), high(:)
+    integer, allocatable :: rows(:, :), low(:), half(:), high(:)
     integer :: i
 
     low = along(box%low(k), k, ids, vertices)
-    half = along(box%middle(k), k, half_way, vertices)
+    half = along((box%low(k) + box%high(k)) / 2, k, half_way, vertices)
     high = along(box%high(k), k, ids, vertices)
     if (size(half) /= size(low) .or. size(half) /= size(high)) then
       allocate(rows(0, 3))
@@ -73,7 +63,7 @@ contains
     end do
   end function rows
 
-  !> Whether the borders `half_way` between two sides show that all pass straight from one to the other: each lies in the middle
+  !> True if the borders `half_way` between two sides show that all pass straight from one to the other: each lies in the middle
   !> between two that correspond, nearer to it by far than to its neighbours. Of two that are narrow, a tongue's or a gap's, the
   !> middle between both counts.
   pure logical function pass_straight(box, ids, half_way, k, vertices)

@@ -112,7 +112,7 @@ contains
     integer, allocatable :: ids(:)
     logical, allocatable :: enter(:)
     logical :: regular, joined, certain, parallel
-    integer :: n, k
+    integer :: n, i, k
 
     call around(box, pool, vertices, ids, enter)
     n = size(ids)
@@ -140,10 +140,16 @@ contains
         if (allocated(error) .or. .not. certain) return
       end if
     end associate
-    call link(ids, enter, joined, vertices)
+    ! Neighbours are linked across the stretches outside the region if those inside it are joined, else across these.
+    do i = 1, n
+      k = modulo(i, n) + 1
+      if (enter(i) .eqv. enter(k)) cycle
+      if (joined .and. .not. enter(i)) vertices%list(ids(i))%next = ids(k)
+      if (.not. joined .and. enter(i)) vertices%list(ids(k))%next = ids(i)
+    end do
   end subroutine connect_cell
 
-  !> Whether the two lie on one side of the box, close together: a tongue ends in it, nobody knows where.
+  !> True if both lie on one side of the box, close together: the tip of a tongue lies inside it, at an unknown place.
   pure logical function tip(box, u, v)
     type(box_type), intent(in) :: box
     real(dp), intent(in) :: u(2), v(2)
@@ -179,7 +185,7 @@ contains
     enter = entering(places)
   end subroutine around
 
-  !> Where `u` lies on the way around the box, 0 to 4, -1 if it is not on a side; and the direction of that way there.
+  !> The position of `u` on the way around the box, 0 to 4, -1 if it is not on a side; and the direction of that way there.
   pure subroutine position_around(box, u, position, tangent)
     type(box_type), intent(in) :: box
     real(dp), intent(in) :: u(2)
@@ -251,21 +257,6 @@ contains
     end associate
   end subroutine mean_tells
 
-  !> Links neighbours: across the stretches outside the region if those inside it are `joined`, else across these.
-  pure subroutine link(ids, enter, joined, vertices)
-    integer, intent(in) :: ids(:)
-    logical, intent(in) :: enter(:), joined
-    type(vertices_type), intent(inout) :: vertices
-    integer :: i, k
-
-    do i = 1, size(ids)
-      k = modulo(i, size(ids)) + 1
-      if (enter(i) .eqv. enter(k)) cycle
-      if (joined .and. .not. enter(i)) vertices%list(ids(i))%next = ids(k)
-      if (.not. joined .and. enter(i)) vertices%list(ids(k))%next = ids(i)
-    end do
-  end subroutine link
-
   !> Links what passes from one side of the box to the opposite one, if it is `parallel` and borders on the line through the
   !> middle, on which coordinate `k` is constant, show that it does; else halves the box by that line and links within the
   !> halves, if it is not too `small` for that: then it is `left` as it is. Error: the parameters make no sense.
@@ -287,7 +278,7 @@ contains
     if (left) return
     before = vertices%count
     start = box%low
-    start(k) = box%middle(k)
+    start(k) = (box%low(k) + box%high(k)) / 2
     way = box%high - box%low
     way(k) = 0
     call plane%line(start, way, line)

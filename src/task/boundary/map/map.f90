@@ -5,9 +5,8 @@ module gestell_task_boundary_map
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_task_boundary_map_cells, only: connect_cells
   use gestell_task_boundary_line_functions, only: kind_names
-  use gestell_task_boundary_line, only: line_type, parameter_at, sensitivity, skewed
+  use gestell_task_boundary_line, only: border_options, check_search, line_type, parameter_at, sensitivity, skewed
   use gestell_task_boundary_line_found, only: searches_type
-  use gestell_task_boundary_line_options, only: border_options, check_search
   use gestell_task_boundary_line_search, only: range_nodes
   use gestell_task_boundary_map_refine, only: refine_stretches
   use gestell_task_boundary_map_vertex, only: open_spot_type, plane_type, vertices_type

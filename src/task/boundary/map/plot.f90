@@ -18,8 +18,8 @@ module gestell_task_boundary_map_plot
 
 contains
 
-  !> boundary.gp: curves, their kinds told by dashes, and the side on their left. `kinds` with `states`, and what the key says of
-  !> each; `title` begins the heading, `side` names the side.
+  !> boundary.gp: curves, with dashes for each kind, and the side on their left. `kinds` and `states` have entries `meanings` in the
+  !> key; `title` begins the heading, `side` names the side.
   function plot_curves(plan, map, kinds, states, meanings, title, side) result(figure)
     type(sweep_plan_type), intent(in) :: plan
     type(border_map_type), intent(in) :: map
@@ -59,7 +59,7 @@ contains
     figure = new_figure("boundary", title // ": " // found(map%curves), lines // list // newline, width=800, height=560)
   end function plot_curves
 
-  !> What draws the curves over a chart of the same parameters.
+  !> Plots the curves over a chart of the same parameters.
   pure function over_chart(map) result(curves)
     type(border_map_type), intent(in) :: map
     character(len=:), allocatable :: curves
@@ -106,7 +106,7 @@ contains
     lines = lines // "END" // newline
   end function left_boxes
 
-  !> What an empty picture says.
+  !> The note on an empty picture.
   pure function empty(number) result(line)
     integer, intent(in) :: number
     character(len=:), allocatable :: line

@@ -155,7 +155,7 @@ contains
     end associate
   end subroutine nearest_crossing
 
-  !> How far it is from `u` to the edge of the ranges.
+  !> Distance from `u` to the edge of the ranges along `way`.
   pure real(dp) function to_edge(u, way) result(distance)
     real(dp), intent(in) :: u(2), way(2)
     integer :: k

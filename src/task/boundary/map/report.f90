@@ -73,28 +73,21 @@ contains
       & " were not looked at; they lie in the open ranges below: search these apart" // newline
   end function unsearched_lines
 
-  !> ": divergence, flutter", in the order in which they follow each other first.
+  !> ": divergence, flutter": each kind once, in the order along the curve, with the state of the machine if it is not stable.
   pure function kinds_of(curve) result(list)
     type(border_vertex_type), intent(in) :: curve(:)
-    character(len=:), allocatable :: list
+    character(len=:), allocatable :: list, kind
     integer :: i
 
     list = ""
     do i = 1, size(curve)
-      if (index(list // ",", " " // description(curve(i)) // ",") == 0) list = list // ", " // description(curve(i))
+      kind = words(curve(i)%kind)
+      if (curve(i)%state /= "" .and. curve(i)%state /= state_word(stable)) kind = kind // " of a vibration that is " &
+        & // trim(curve(i)%state)
+      if (index(list // ",", " " // kind // ",") == 0) list = list // ", " // kind
     end do
     list(1:1) = ":"
   end function kinds_of
-
-  !> The kind, and the state of the machine if it is not stable.
-  pure function description(vertex) result(kind)
-    type(border_vertex_type), intent(in) :: vertex
-    character(len=:), allocatable :: kind
-
-    kind = words(vertex%kind)
-    if (vertex%state == "" .or. vertex%state == state_word(stable)) return
-    kind = kind // " of a vibration that is " // trim(vertex%state)
-  end function description
 
   pure function place(parameters)
     real(dp), intent(in) :: parameters(2)

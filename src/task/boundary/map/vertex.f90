@@ -6,9 +6,8 @@ module gestell_task_boundary_map_vertex
   use gestell_base_kinds, only: dp
   use gestell_study_grid, only: axis_type
   use gestell_system_family, only: family_type
-  use gestell_task_boundary_line, only: line_type, probe_line, probe_type
+  use gestell_task_boundary_line, only: border_options, line_type, probe_line, probe_type
   use gestell_task_boundary_line_found, only: crossing_type, search_type
-  use gestell_task_boundary_line_options, only: border_options
   use gestell_task_boundary_line_search, only: search_line
   use gestell_task_common_executor, only: work_type
   use gestell_task_common_record, only: record_type
@@ -152,7 +151,7 @@ contains
     precision = share * self%tolerance
   end function precision_of_lines
 
-  !> Whether the system at `u` is inside the region, and whether it is missing. Error: the parameters make no sense.
+  !> `inside` if the system at `u` is in the region, `missing` if there is none. Error: the parameters make no sense.
   subroutine probe(self, u, inside, missing, error)
     class(plane_type), intent(in) :: self
     real(dp), intent(in) :: u(2)
