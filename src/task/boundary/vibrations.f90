@@ -134,7 +134,13 @@ contains
       if (associated(family%executor)) call family%executor%show(following, at%lambda)
       target = merge(1.0_dp, 0.0_dp, at%rise > 0)
       if (abs(target - at%lambda) <= short_arc) then
-        call finish(family, at, target, trail)
+        ! The vibration at the end of the range ends the path.
+        trail%lost = abs(target - at%lambda) > 0
+        if (.not. trail%lost) return
+        arc = (target - at%lambda) / at%rise
+        call first_point(family, at%q + arc * at%along, target, merge(1, -1, at%rise > 0), next, error)
+        trail%lost = allocated(error)
+        if (.not. trail%lost) call trail%add(next, arc, 0.0_dp)
         return
       end if
       arc = min(arc, abs((target - at%lambda) / at%rise))
@@ -212,24 +218,6 @@ contains
     call trail%add(best, turn, x)
     arc = max(arc - turn, tiny(arc))
   end subroutine add_turn
-
-  !> Ends the path with the vibration at the end of the range.
-  subroutine finish(family, at, target, trail)
-    type(line_path_type), intent(inout) :: family
-    type(point_type), intent(in) :: at
-    real(dp), intent(in) :: target
-    type(trail_type), intent(inout) :: trail
-    type(point_type) :: next
-    type(error_type), allocatable :: error
-    real(dp) :: arc
-
-    trail%lost = abs(target - at%lambda) > 0
-    if (.not. trail%lost) return
-    arc = (target - at%lambda) / at%rise
-    call first_point(family, at%q + arc * at%along, target, merge(1, -1, at%rise > 0), next, error)
-    trail%lost = allocated(error)
-    if (.not. trail%lost) call trail%add(next, arc, 0.0_dp)
-  end subroutine finish
 
   pure subroutine add(self, point, arc, error)
     class(trail_type), intent(inout) :: self

@@ -198,11 +198,8 @@ contains
     real(dp), parameter :: safety = 6, known = 1.0e-5_dp
     integer :: i
 
-    crowded = .false.
-    do i = 1, size(z)
-      crowded = count(abs(wrapped(z - z(i))) <= safety * (miss + miss(i)) .and. miss + miss(i) > known) > 2
-      if (crowded) return
-    end do
+    crowded = any([(count(abs(wrapped(z - z(i))) <= safety * (miss + miss(i)) .and. miss + miss(i) > known) > 2, &
+      & i = 1, size(z))])
   end function crowded
 
   !> The imaginary part between -pi and pi.

@@ -92,7 +92,12 @@ contains
         way%count = way%count + 1
         call connect(nodes(i), nodes(i + 1), way%list(way%count))
       else if (.not. any([nodes(i)%at%verdict, nodes(i + 1)%at%verdict] == impossible)) then
-        call add_hole(way%holes, nodes(i)%at%t, nodes(i + 1)%at%t)
+        n = size(way%holes, 2)
+        if (any(way%holes(2, :) >= nodes(i)%at%t)) then
+          way%holes(2, n) = nodes(i + 1)%at%t                      ! neighbouring holes become one
+        else
+          way%holes = reshape([way%holes, nodes(i)%at%t, nodes(i + 1)%at%t], [2, n + 1])
+        end if
       end if
     end do
   end subroutine follow_multipliers
@@ -150,21 +155,5 @@ contains
     alike = .not. (l%at%missing() .or. r%at%missing())
     if (alike) alike = size(l%at%z) == size(r%at%z)
   end function alike
-
-  !> Adds a hole; neighbouring holes become one.
-  pure subroutine add_hole(holes, from, to)
-    real(dp), allocatable, intent(inout) :: holes(:, :)
-    real(dp), intent(in) :: from, to
-    integer :: n
-
-    n = size(holes, 2)
-    if (n > 0) then
-      if (holes(2, n) >= from) then
-        holes(2, n) = to
-        return
-      end if
-    end if
-    holes = reshape([holes, from, to], [2, n + 1])
-  end subroutine add_hole
 
 end module gestell_task_boundary_line_follow
