@@ -28,9 +28,9 @@ program main
   if (.not. allocated(error)) call parse(command_line(), options, error)
   call share_error(error)
   if (.not. allocated(error)) then
-    if (options%help) then
+    if (options%has("--help")) then
       if (speaks) write (output_unit, "(a)") help_text()
-    else if (options%version) then
+    else if (options%has("--version")) then
       if (speaks) write (output_unit, "(a)") "gestell_mpi " // version
     else
       call refuse(options, error)
@@ -55,8 +55,8 @@ contains
     type(options_type), intent(in) :: options
     type(error_type), allocatable, intent(out) :: error
 
-    if (.not. (options%check .or. options%fail_if_unstable .or. options%json .or. options%merge .or. options%one_line &
-      & .or. options%plot .or. options%report)) return
+    if (.not. any(options%has([character(len=18) :: "--check", "--fail-if-unstable", "--json", "--merge", "--one-line", "--plot", &
+      & "--report"]))) return
     call fatal_error(error, "--check, --fail-if-unstable, --json, --merge, --one-line, --plot and --report are for gestell, one " &
       & // "process does them", wrong_usage)
   end subroutine refuse

@@ -3,6 +3,7 @@ module gestell_run_command_line
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_input_namelist_number, only: read_integer
   use gestell_input_namelist_suggest, only: suggestion
+  use gestell_input_schema_help, only: entry
   use gestell_output_head, only: setting_type
   implicit none (type, external)
   private
@@ -14,6 +15,55 @@ module gestell_run_command_line
     character(len=:), allocatable :: text
   end type word_type
 
+  !> An option. Parsing and --help, and with it the completion of the shell, follow from its record.
+  type :: option_type
+    character(len=2) :: short
+    character(len=18) :: long
+    !> What --help calls its value: blank if it takes none, in brackets if the value may be missing.
+    character(len=10) :: value
+    character(len=160) :: meaning
+  end type option_type
+
+  type(option_type), parameter :: known(*) = [ &
+    & option_type("-s", "--set", "PATH=VALUE", "override a key of the input, as drive.speed_rpm=300 or link(coupler).mass=0.7; " &
+    &   // "repeatable"), &
+    & option_type("-o", "--output", "DIR", "where the files go; default: the input's name without its ending, in the working " &
+    &   // "directory"), &
+    & option_type("", "--check", "", "read and validate everything, turn the mechanism once, compute nothing more"), &
+    & option_type("-q", "--quiet", "", "no report on standard output"), &
+    & option_type("", "--verbose", "", "the report also says what its numbers rest on: method, steps, and how well closing, " &
+    &   // "Liouville's formula and the balance of power hold"), &
+    & option_type("", "--fail-if-unstable", "", "exit code 10 for a verdict other than stable; of a sweep or over the speed, " &
+    &   // "for any point's"), &
+    & option_type("", "--part", "i/n", "compute part i of n of a sweep, write no sweep.csv"), &
+    & option_type("", "--merge", "", "write the sweep.csv of all parts"), &
+    & option_type("", "--one-line", "", "a header and a line of CSV for each case on standard output in place of report " &
+    &   // "and files"), &
+    & option_type("", "--plot", "", "draw pictures, SVG and PNG, by gnuplot; with --check only the mechanism's"), &
+    & option_type("", "--report", "", "report.html: input, verdict, tables, pictures on a page that needs nothing else; draws " &
+    &   // "as --plot"), &
+    & option_type("", "--json", "", "results.json: everything that was found, with units, meanings and errors; with -q on " &
+    &   // "standard output"), &
+    & option_type("-h", "--help", "[KEY]", "this text; help on a group or key of the input, as support or support.stiffness; " &
+    &   // "groups: all groups"), &
+    & option_type("-V", "--version", "", "the version")]
+
+  !> Two options that exclude each other, and why if that is not plain.
+  type :: conflict_type
+    character(len=10) :: one
+    character(len=18) :: other
+    character(len=72) :: reason = ""
+  end type conflict_type
+
+  type(conflict_type), parameter :: conflicts(*) = [ &
+    & conflict_type("--check", "--part"), conflict_type("--check", "--merge"), conflict_type("--check", "--one-line"), &
+    & conflict_type("--part", "--merge"), conflict_type("--part", "--one-line"), conflict_type("--merge", "--one-line"), &
+    & conflict_type("--part", "--fail-if-unstable", ": a part has no verdict on all; give --fail-if-unstable to --merge"), &
+    & conflict_type("--part", "--plot", ": a part is no picture; give --plot to --merge"), &
+    & conflict_type("--one-line", "--plot"), conflict_type("--check", "--report"), conflict_type("--part", "--report"), &
+    & conflict_type("--one-line", "--report"), conflict_type("--check", "--json"), conflict_type("--part", "--json"), &
+    & conflict_type("--one-line", "--json")]
+
   type, public :: options_type
     character(len=:), allocatable :: input
     !> Unallocated: named after the input.
@@ -21,29 +71,41 @@ module gestell_run_command_line
     !> The group or key that help is wanted on.
     character(len=:), allocatable :: topic
     type(setting_type), allocatable :: settings(:)
-    logical :: check = .false., quiet = .false., help = .false., version = .false., fail_if_unstable = .false., &
-      & merge = .false., one_line = .false., plot = .false., report = .false., json = .false., verbose = .false.
     !> The share of a sweep that is computed: part `part` of `parts`.
     integer :: part = 1, parts = 1
-    logical :: in_parts = .false.
+    logical, private :: given(size(known)) = .false.
+  contains
+    procedure :: has
+    procedure :: writes_files
   end type options_type
 
-  character(len=*), parameter :: long_names(*) = [character(len=18) :: "--set", "--output", "--check", "--quiet", "--help", &
-    & "--version", "--fail-if-unstable", "--part", "--merge", "--one-line", "--plot", "--report", "--json", "--verbose"]
-  character(len=*), parameter :: short_names(*) = ["-s", "-o", "-q", "-h", "-V"]
-  !> Those that take a value.
-  character(len=*), parameter :: with_value(*) = [character(len=8) :: "-s", "--set", "-o", "--output", "--part"]
-
 contains
+
+  !> True if the option with this long name is given.
+  elemental logical function has(self, name)
+    class(options_type), intent(in) :: self
+    character(len=*), intent(in) :: name
+
+    has = any(self%given .and. known%long == name)
+  end function has
+
+  !> True if files may be published: --check publishes only the pictures of --plot.
+  pure logical function writes_files(self)
+    class(options_type), intent(in) :: self
+
+    writes_files = .not. (self%has("--one-line") .or. self%has("--part") .or. self%has("--check") .and. .not. self%has("--plot"))
+  end function writes_files
 
   !> The arguments of the program.
   function command_line() result(words)
     type(word_type), allocatable :: words(:)
-    integer :: i
+    integer :: i, length
 
     allocate(words(command_argument_count()))
     do i = 1, size(words)
-      words(i)%text = argument(i)
+      call get_command_argument(i, length=length)
+      allocate(character(len=length) :: words(i)%text)
+      call get_command_argument(i, words(i)%text)
     end do
   end function command_line
 
@@ -54,8 +116,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: word, value
     type(setting_type) :: setting
-    logical :: only_names
-    integer :: i
+    logical :: only_names, attached
+    integer :: i, k
 
     allocate(options%settings(0))
     only_names = .false.
@@ -66,82 +128,74 @@ contains
       if (only_names .or. word == "-" .or. index(word, "-") /= 1) then
         if (allocated(options%input)) then
           call fatal_error(error, "more than one input: '" // options%input // "' and '" // word // "'", wrong_usage)
-          return
-        end if
-        if (len(word) == 0) then
+        else if (len(word) == 0) then
           call fatal_error(error, "the name of the input is empty", wrong_usage)
-          return
         end if
+        if (allocated(error)) return
         options%input = word
+        cycle
+      else if (word == "--") then
+        only_names = .true.
         cycle
       end if
 
-      if (index(word, "--") == 1 .and. index(word, "=") > 0) then
+      attached = index(word, "--") == 1 .and. index(word, "=") > 0
+      if (attached) then
         value = word(index(word, "=") + 1:)
         word = word(:index(word, "=") - 1)
-        if (all(with_value /= word) .and. any(long_names == word)) then
-          call fatal_error(error, "option '" // word // "' takes no value", wrong_usage)
-          return
-        end if
-      else if (any(with_value == word)) then
-        value = ""
-        if (i < size(words)) value = words(i + 1)%text
-        if (i == size(words) .or. any(long_names == value) .or. any(short_names == value)) then
-          call fatal_error(error, "option '" // word // "' needs a value", wrong_usage)
-          return
-        end if
-        i = i + 1
       end if
+      k = number_of(word)
+      if (k == 0) then
+        call fatal_error(error, "unknown option '" // word // "'" // suggestion(word, known%long), wrong_usage)
+        return
+      end if
+      options%given(k) = .true.
+      if (scan(known(k)%value, " [") == 1) then
+        if (attached) call fatal_error(error, "option '" // word // "' takes no value", wrong_usage)
+      else if (.not. attached) then
+        i = i + 1
+        value = ""
+        if (i <= size(words)) value = words(i)%text
+        if (i > size(words) .or. number_of(value) > 0) call fatal_error(error, "option '" // word // "' needs a value", wrong_usage)
+      end if
+      if (allocated(error)) return
 
-      select case (word)
-      case ("--")
-        only_names = .true.
-      case ("-s", "--set")
+      select case (known(k)%long)
+      case ("--set")
         ! of a variable: gfortran 12 does not free what a constructor within a list has allocated
         setting%text = value
         options%settings = [options%settings, setting]
-      case ("-o", "--output")
+      case ("--output")
         options%output = value
         if (len(value) == 0) call fatal_error(error, "option '" // word // "' needs a folder's name", wrong_usage)
-      case ("--check")
-        options%check = .true.
-      case ("-q", "--quiet")
-        options%quiet = .true.
-      case ("--verbose")
-        options%verbose = .true.
-      case ("-h", "--help")
-        options%help = .true.
+      case ("--part")
+        call read_part(value, options, error)
+      case ("--help")
         if (i == size(words)) cycle
         value = words(i + 1)%text
         ! an input beside --help is no topic
         if (index(value, "-") == 1 .or. index(value, "/") > 0 .or. index(value // " ", ".nml ") > 0) cycle
         options%topic = value
         i = i + 1
-      case ("-V", "--version")
-        options%version = .true.
-      case ("--fail-if-unstable")
-        options%fail_if_unstable = .true.
-      case ("--part")
-        call read_part(value, options, error)
-      case ("--merge")
-        options%merge = .true.
-      case ("--one-line")
-        options%one_line = .true.
-      case ("--plot")
-        options%plot = .true.
-      case ("--report")
-        options%report = .true.
-      case ("--json")
-        options%json = .true.
-      case default
-        call fatal_error(error, "unknown option '" // word // "'" // suggestion(word, long_names), wrong_usage)
       end select
       if (allocated(error)) return
     end do
-    call refuse_together(options, error)
-    if (allocated(error) .or. options%help .or. options%version .or. allocated(options%input)) return
+    do i = 1, size(conflicts)
+      if (.not. (options%has(conflicts(i)%one) .and. options%has(conflicts(i)%other))) cycle
+      call fatal_error(error, "options '" // trim(conflicts(i)%one) // "' and '" // trim(conflicts(i)%other) &
+        & // "' exclude each other" // trim(conflicts(i)%reason), wrong_usage)
+      return
+    end do
+    if (options%has("--help") .or. options%has("--version") .or. allocated(options%input)) return
     call fatal_error(error, "no input file; usage: gestell [options] input.nml, and gestell --help", wrong_usage)
   end subroutine parse
+
+  !> Which of the known options is written like this; 0: none.
+  pure integer function number_of(word)
+    character(len=*), intent(in) :: word
+
+    number_of = findloc(len(word) > 0 .and. (known%long == word .or. known%short == word), .true., dim=1)
+  end function number_of
 
   !> The share of --part i/n.
   subroutine read_part(value, options, error)
@@ -151,7 +205,6 @@ contains
     character(len=:), allocatable :: reason
     integer :: slash
 
-    options%in_parts = .true.
     slash = index(value, "/")
     if (slash > 0) then
       call read_integer(value(:slash - 1), options%part, reason)
@@ -161,74 +214,21 @@ contains
     call fatal_error(error, "--part " // value // ": must be i/n, as in 3/8: the third of eight parts", wrong_usage)
   end subroutine read_part
 
-  !> Options that exclude each other.
-  subroutine refuse_together(options, error)
-    type(options_type), intent(in) :: options
-    type(error_type), allocatable, intent(out) :: error
-    character(len=*), parameter :: names(*) = [character(len=10) :: "--check", "--part", "--merge", "--one-line"]
-    logical :: given(size(names))
-
-    given = [options%check, options%in_parts, options%merge, options%one_line]
-    if (count(given) > 1) then
-      call fatal_error(error, "options '" // trim(names(findloc(given, .true., dim=1))) // "' and '" // &
-        & trim(names(findloc(given, .true., dim=1, back=.true.))) // "' exclude each other", wrong_usage)
-    else if (options%fail_if_unstable .and. options%in_parts) then
-      call fatal_error(error, "options '--part' and '--fail-if-unstable' exclude each other: a part has no verdict on all; give " &
-        & // "--fail-if-unstable to --merge", wrong_usage)
-    else if (options%plot .and. options%in_parts) then
-      call fatal_error(error, "options '--part' and '--plot' exclude each other: a part is no picture; give --plot to --merge", &
-        & wrong_usage)
-    else if (options%plot .and. options%one_line) then
-      call fatal_error(error, "options '--one-line' and '--plot' exclude each other", wrong_usage)
-    else if ((options%report .or. options%json) .and. any(given([1, 2, 4]))) then
-      call fatal_error(error, "options '" // trim(names(findloc(given, .true., dim=1))) // "' and '" &
-        & // trim(merge("--report", "--json  ", options%report)) // "' exclude each other", wrong_usage)
-    end if
-  end subroutine refuse_together
-
-  function argument(i) result(word)
-    integer, intent(in) :: i
-    character(len=:), allocatable :: word
-    integer :: length
-
-    call get_command_argument(i, length=length)
-    allocate(character(len=length) :: word)
-    call get_command_argument(i, word)
-  end function argument
-
   pure function help_text() result(text)
     character(len=:), allocatable :: text
     character, parameter :: newline = new_line("a")
+    character(len=4) :: short
+    integer :: i
 
-    text = "Vibrations and stability of the elastically mounted frame of a planar linkage." // newline // newline // &
-      & "usage: gestell [options] input.nml" // newline // newline // &
-      & "  -s, --set PATH=VALUE    override a key of the input, as drive.speed_rpm=300 or" // newline // &
-      & "                          link(coupler).mass=0.7; repeatable" // newline // &
-      & "  -o, --output DIR        where the files go; default: the input's name without" // newline // &
-      & "                          its ending, in the working directory" // newline // &
-      & "      --check             read and validate everything, turn the mechanism once," // newline // &
-      & "                          compute nothing more" // newline // &
-      & "  -q, --quiet             no report on standard output" // newline // &
-      & "      --verbose           the report also says what its numbers rest on:" // newline // &
-      & "                          method, steps, how well closing, Liouville's formula" // newline // &
-      & "                          and the balance of power hold" // newline // &
-      & "      --fail-if-unstable  exit code 10 for a verdict other than stable; of a" // newline // &
-      & "                          sweep or over the speed, for any point's" // newline // &
-      & "      --part i/n          compute part i of n of a sweep, write no sweep.csv" // newline // &
-      & "      --merge             write the sweep.csv of all parts" // newline // &
-      & "      --one-line          a header and a line of CSV for each case on standard" // newline // &
-      & "                          output in place of report and files" // newline // &
-      & "      --plot              draw pictures, SVG and PNG, by gnuplot; with --check" // newline // &
-      & "                          only the mechanism's" // newline // &
-      & "      --report            report.html: input, verdict, tables, pictures on a" // newline // &
-      & "                          page that needs nothing else; draws as --plot" // newline // &
-      & "      --json              results.json: everything that was found, with units," // newline // &
-      & "                          meanings and errors; with -q on standard output" // newline // &
-      & "  -h, --help [KEY]        this text; help on a group or key of the input, as" // newline // &
-      & "                          support or support.stiffness; groups: all groups" // newline // &
-      & "  -V, --version           the version" // newline // newline // &
-      & "exit codes: 0 done, 1 wrong usage, 2 invalid input, 3 the mechanism cannot be" // newline // &
-      & "assembled or is singular at some crank angle, 4 the computation failed"
+    text = "Vibrations and stability of the elastically mounted frame of a planar linkage." // newline // newline &
+      & // "usage: gestell [options] input.nml" // newline // newline
+    do i = 1, size(known)
+      short = known(i)%short
+      if (short /= "") short(3:) = ","
+      text = text // entry(short // trim(known(i)%long) // " " // known(i)%value, trim(known(i)%meaning), column=26)
+    end do
+    text = text // newline // "exit codes: 0 done, 1 wrong usage, 2 invalid input, 3 the mechanism cannot be" // newline &
+      & // "assembled or is singular at some crank angle, 4 the computation failed"
   end function help_text
 
 end module gestell_run_command_line

@@ -30,9 +30,9 @@ contains
       if (allocated(options%topic)) then
         call help_on(input_schema(), options%topic, text, error)
         if (.not. allocated(error)) call print_out(text, error)
-      else if (options%help) then
+      else if (options%has("--help")) then
         call print_out(help_text() // new_line("a"), error)
-      else if (options%version) then
+      else if (options%has("--version")) then
         call print_out("gestell " // version // new_line("a"), error)
       else
         call run(options, code, error, executor)

@@ -34,10 +34,10 @@ contains
     type(error_type), allocatable :: unwritten, undrawn
     character(len=:), allocatable :: drawn, failure
 
-    if (options%one_line) then
+    if (options%has("--one-line")) then
       if (.not. allocated(error)) call print_brief(options, result, error)
       return
-    else if (options%in_parts .or. options%check .and. .not. options%plot) then
+    else if (.not. options%writes_files()) then
       return
     end if
     call result%write(context%staging, context%head, unwritten)
@@ -45,23 +45,23 @@ contains
       call move_alloc(unwritten, error)
       return
     else if (allocated(error)) then
-      if (options%json) call write_json(options, context, result, error%message, unwritten)
+      if (options%has("--json")) call write_json(options, context, result, error%message, unwritten)
       if (allocated(unwritten)) call move_alloc(unwritten, error)
       return
     end if
-    if (.not. options%check) closing = newline // "files in " // on_one_line(context%folder) // "/" // newline
-    if (options%plot .or. options%report) then
+    if (.not. options%has("--check")) closing = newline // "files in " // on_one_line(context%folder) // "/" // newline
+    if (options%has("--plot") .or. options%has("--report")) then
       call draw_pictures(context%staging, context%folder, result%figures, drawn, undrawn)
       call result%fail(undrawn)
       if (drawn == "") drawn = "none"
       closing = closing // "pictures in " // on_one_line(context%folder) // "/, .svg and .png: " // drawn // newline
     end if
-    if (.not. options%check) closing = closing // result%in_short()
+    if (.not. options%has("--check")) closing = closing // result%in_short()
     failure = ""
     if (allocated(result%failure)) failure = result%failure%message
-    if (options%json) call write_json(options, context, result, failure, error)
+    if (options%has("--json")) call write_json(options, context, result, failure, error)
     if (allocated(error)) return
-    if (options%report .and. .not. options%check) call write_page(context, result, console%said, error)
+    if (options%has("--report") .and. .not. options%has("--check")) call write_page(context, result, console%said, error)
   end subroutine write_files
 
   !> results.json, or the same on standard output that is quiet otherwise; `failure`: what could not be computed, if anything.
@@ -74,7 +74,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(output_type) :: output
 
-    if (options%quiet) then
+    if (options%has("--quiet")) then
       call open_standard_output(output)
     else
       call open_output(output, context%staging // "/results.json")

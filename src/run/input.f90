@@ -57,11 +57,11 @@ contains
     if (together .and. .not. any(ordered .and. shared)) then
       call fatal_error(error, options%input // ": gestell_mpi computes sweeps, and the tasks name none; gestell does the rest", &
         & wrong_usage)
-    else if ((options%in_parts .or. options%merge) .and. .not. any(ordered .and. shared)) then
+    else if ((options%has("--part") .or. options%has("--merge")) .and. .not. any(ordered .and. shared)) then
       call fatal_error(error, "--part and --merge need the task " // one_of(tasks, shared), wrong_usage)
-    else if (options%one_line .and. .not. any(ordered .and. brief)) then
+    else if (options%has("--one-line") .and. .not. any(ordered .and. brief)) then
       call fatal_error(error, "--one-line needs a task " // one_of(tasks, brief), wrong_usage)
-    else if (options%fail_if_unstable .and. .not. any(ordered .and. judges)) then
+    else if (options%has("--fail-if-unstable") .and. .not. any(ordered .and. judges)) then
       call fatal_error(error, "--fail-if-unstable needs a task with a verdict: " // one_of(tasks, judges), wrong_usage)
     end if
   end subroutine check_options

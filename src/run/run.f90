@@ -52,16 +52,18 @@ contains
     call context%executor%share_error(error)
     if (.not. allocated(error)) call context%executor%compare(context%configuration%content, options%input, error)
     if (allocated(error)) return
-    if (options%report) call context%configuration%want_forces()
+    if (options%has("--report")) call context%configuration%want_forces()
     call prepare(options, context, result)
     leads = context%executor%leads()
     do i = 1, size(tasks)
-      tasks(i)%task%implied = tasks(i)%task%pictured .and. (options%plot .or. options%report)
+      tasks(i)%task%implied = tasks(i)%task%pictured .and. (options%has("--plot") .or. options%has("--report"))
       if (tasks(i)%task%ordered) call tasks(i)%task%prepare(context, error)
       if (allocated(error)) return
     end do
-    if (.not. (options%one_line .or. options%in_parts .or. options%check .and. .not. options%plot)) then
-      if (leads .and. .not. options%check) call check_folder(tasks, context%folder, context%configuration%document%path, error)
+    if (options%writes_files()) then
+      associate (path => context%configuration%document%path)
+        if (leads .and. .not. options%has("--check")) call check_folder(tasks, context%folder, path, error)
+      end associate
       if (leads .and. .not. allocated(error)) call open_staging(staging, context%folder, all_tables(), error, &
         & context%configuration%document%path)
       call context%executor%share_error(error)
@@ -70,10 +72,10 @@ contains
       if (leads) call keep_journal(context, result)
     end if
     console%aside = .not. leads
-    console%silent = options%quiet .or. options%one_line .or. console%aside
+    console%silent = options%has("--quiet") .or. options%has("--one-line") .or. console%aside
     call result%say(report_machine(context%configuration, options%input), whole=.true.)
     call console%hear(result)
-    if (options%check) then
+    if (options%has("--check")) then
       call check_only(options, tasks, context, result, error)
     else
       call run_tasks(tasks, context, result, error, console)
@@ -90,7 +92,7 @@ contains
     if (.not. allocated(error) .and. allocated(console%error)) call move_alloc(console%error, error)
     call context%executor%share_error(error)
     if (allocated(error)) return
-    if (options%fail_if_unstable .and. .not. result%all_stable) code = not_stable
+    if (options%has("--fail-if-unstable") .and. .not. result%all_stable) code = not_stable
     if (.not. allocated(result%failure)) return
     ! The verdict stands even where the vibration could not be computed.
     if (code == not_stable) then
@@ -109,15 +111,16 @@ contains
     call context%entitle(options%input, options%settings)
     context%folder = folder_name(options)
     context%staging = context%folder
-    context%reports = .not. (options%quiet .or. options%one_line) .or. options%report .or. options%json
-    context%one_line = options%one_line
-    context%fails_if_unstable = options%fail_if_unstable
+    context%reports = .not. (options%has("--quiet") .or. options%has("--one-line")) .or. options%has("--report") &
+      & .or. options%has("--json")
+    context%one_line = options%has("--one-line")
+    context%fails_if_unstable = options%has("--fail-if-unstable")
     context%part = options%part
     context%parts = options%parts
-    context%in_parts = options%in_parts
-    context%merge = options%merge
-    context%keeps_rows = options%json
-    call result%begin(options%verbose)
+    context%in_parts = options%has("--part")
+    context%merge = options%has("--merge")
+    context%keeps_rows = options%has("--json")
+    call result%begin(options%has("--verbose"))
   end subroutine prepare
 
   !> What --check tells and draws.
@@ -134,7 +137,7 @@ contains
         & // list_frequencies(configuration%frame))
       do i = 1, size(tasks)
         if (tasks(i)%task%ordered) call result%say(tasks(i)%task%preview(configuration))
-        if (.not. (options%plot .and. tasks(i)%task%pictured) .or. allocated(configuration%impossible)) cycle
+        if (.not. (options%has("--plot") .and. tasks(i)%task%pictured) .or. allocated(configuration%impossible)) cycle
         call tasks(i)%task%run(context, result, error)
         if (allocated(error)) return
       end do

@@ -365,12 +365,11 @@ OPTIONS = [
     ("unknown option, near", ["--outpt", "x", "input.nml"], 1,
      "unknown option '--outpt'; did you mean '--output'?"),
     ("unknown option, nothing near", ["--frobnicate", "input.nml"], 1,
-     "unknown option '--frobnicate'; known: '--set', '--output', '--check', '--quiet', '--help', "
-     "'--version', '--fail-if-unstable', "
-     "'--part', '--merge', '--one-line', '--plot', '--report', '--json', '--verbose'"),
+     "unknown option '--frobnicate'; known: '--set', '--output', '--check', '--quiet', '--verbose', '--fail-if-unstable', "
+     "'--part', '--merge', '--one-line', '--plot', '--report', '--json', '--help', '--version'"),
     ("unknown short option", ["-x", "input.nml"], 1,
-     "unknown option '-x'; known: '--set', '--output', '--check', '--quiet', '--help', '--version', "
-     "'--fail-if-unstable', '--part', '--merge', '--one-line', '--plot', '--report', '--json', '--verbose'"),
+     "unknown option '-x'; known: '--set', '--output', '--check', '--quiet', '--verbose', '--fail-if-unstable', "
+     "'--part', '--merge', '--one-line', '--plot', '--report', '--json', '--help', '--version'"),
     ("--set without value", ["input.nml", "--set"], 1,
      "option '--set' needs a value"),
     ("-s without value", ["input.nml", "-s"], 1,

@@ -13,11 +13,13 @@ module gestell_input_schema_help
   implicit none (type, external)
   private
 
-  public :: help_on, key_tables
+  public :: entry, help_on
 
   character, parameter :: newline = new_line("a")
   !> Columns of a terminal.
   integer, parameter :: widest = 80
+  !> Where explanations begin.
+  integer, parameter :: usual_column = 18
 
 contains
 
@@ -117,12 +119,12 @@ contains
       do i = 1, size(schema%keys)
         if (schema%keys(i)%group /= rule%name) cycle
         text = text // entry(trim(schema%keys(i)%name), trim(schema%keys(i)%meaning)) &
-          & // paragraph(values_of(schema%keys(i)) // "; default: " // missing(schema%keys(i)), 18)
+          & // paragraph(values_of(schema%keys(i)) // "; default: " // missing(schema%keys(i)), usual_column)
       end do
       do i = 1, size(schema%variants)
         if (schema%variants(i)%group /= rule%name) cycle
         text = text // newline // entry(trim(schema%variants(i)%key) // "='" // trim(schema%variants(i)%name) // "'", &
-          & trim(schema%variants(i)%meaning)) // paragraph("keys: " // trim(schema%variants(i)%keys), 18)
+          & trim(schema%variants(i)%meaning)) // paragraph("keys: " // trim(schema%variants(i)%keys), usual_column)
       end do
     end associate
   end function one_group
@@ -145,14 +147,18 @@ contains
     end associate
   end function one_key
 
-  !> A name with its explanation in a column beside it.
-  pure function entry(name, words) result(text)
+  !> A name with its explanation beside it, in `column`.
+  pure function entry(name, words, column) result(text)
     character(len=*), intent(in) :: name, words
+    integer, intent(in), optional :: column
     character(len=:), allocatable :: text
+    integer :: indent
 
-    text = paragraph(words, 18)
-    if (len(name) <= 15) then
-      text(3:2 + len(name)) = name
+    indent = usual_column
+    if (present(column)) indent = column
+    text = paragraph(words, indent)
+    if (len_trim(name) <= indent - 3) then
+      text(3:2 + len_trim(name)) = name
     else
       text = "  " // name // newline // text
     end if
