@@ -6,8 +6,8 @@ module gestell_base_files
   implicit none (type, external)
   private
 
-  public :: close_file, create_file, file_size, is_there, last_reason, link_file, lock_file, make_directory, open_to_read, &
-    & open_to_write, read_at, read_some, remove_file, remove_folder, rename_file, try_lock, unlock_file, write_whole
+  public :: close_file, copy_text, create_file, file_size, is_there, last_reason, link_file, lock_file, make_directory, &
+    & open_to_read, open_to_write, read_at, read_some, remove_file, remove_folder, rename_file, try_lock, unlock_file, write_whole
 
   !> LOCK_SH, LOCK_EX and LOCK_NB of flock, O_WRONLY, the rights of a file and a folder that are made.
   integer(c_int), parameter :: together = 1, exclusive = 2, without_waiting = 4, only_to_write = 1
@@ -15,31 +15,28 @@ module gestell_base_files
   !> ENOENT; EEXIST; EINTR; EWOULDBLOCK of Linux and of BSD.
   integer(c_int), parameter :: not_there = 2, exists_already = 17, interrupted = 4, would_block(2) = [11, 35]
 
+  abstract interface
+    integer(c_int) function of_path(path) bind(c)
+      import :: c_char, c_int
+      implicit none (type, external)
+      character(kind=c_char), intent(in) :: path(*)
+    end function of_path
+
+    integer(c_int) function of_two_paths(old, new) bind(c)
+      import :: c_char, c_int
+      implicit none (type, external)
+      character(kind=c_char), intent(in) :: old(*), new(*)
+    end function of_two_paths
+  end interface
+
+  procedure(of_path), bind(c, name="unlink") :: c_unlink
+  procedure(of_path), bind(c, name="rmdir") :: c_rmdir
+  procedure(of_two_paths), bind(c, name="rename") :: c_rename
+  procedure(of_two_paths), bind(c, name="link") :: c_link
+
+  ! gfortran 12 passes numbers by reference to a procedure that has its interface by name, in spite of `value`: the others have
+  ! interfaces of their own.
   interface
-    integer(c_int) function c_rename(old, new) bind(c, name="rename")
-      import :: c_char, c_int
-      implicit none (type, external)
-      character(kind=c_char), intent(in) :: old(*), new(*)
-    end function c_rename
-
-    integer(c_int) function c_link(old, new) bind(c, name="link")
-      import :: c_char, c_int
-      implicit none (type, external)
-      character(kind=c_char), intent(in) :: old(*), new(*)
-    end function c_link
-
-    integer(c_int) function c_unlink(path) bind(c, name="unlink")
-      import :: c_char, c_int
-      implicit none (type, external)
-      character(kind=c_char), intent(in) :: path(*)
-    end function c_unlink
-
-    integer(c_int) function c_rmdir(path) bind(c, name="rmdir")
-      import :: c_char, c_int
-      implicit none (type, external)
-      character(kind=c_char), intent(in) :: path(*)
-    end function c_rmdir
-
     !> POSIX mkdir and creat; mode_t is passed as an int, as variables of its size are.
     integer(c_int) function c_mkdir(path, mode) bind(c, name="mkdir")
       import :: c_char, c_int
@@ -143,17 +140,23 @@ contains
   !> Why the last call failed.
   function last_reason() result(words)
     character(len=:), allocatable :: words
+
+    call copy_text(c_strerror(errno()), words)
+  end function last_reason
+
+  !> The characters of a text of C, which ends with a zero, at an address that is not null.
+  subroutine copy_text(address, text)
+    type(c_ptr), intent(in) :: address
+    character(len=:), allocatable, intent(out) :: text
     character(kind=c_char), pointer :: letters(:)
-    type(c_ptr) :: address
     integer :: i
 
-    address = c_strerror(errno())
     call c_f_pointer(address, letters, [c_strlen(address)])
-    allocate(character(len=size(letters)) :: words)
+    allocate(character(len=size(letters)) :: text)
     do i = 1, size(letters)
-      words(i:i) = letters(i)
+      text(i:i) = letters(i)
     end do
-  end function last_reason
+  end subroutine copy_text
 
   !> Bytes of a file, -1 where there is none.
   integer(int64) function file_size(name)

@@ -1,5 +1,6 @@
 !> Which file a name stands for: names of POSIX, without blanks at the end.
 module gestell_base_paths
+  use gestell_base_files, only: copy_text
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_intptr_t, c_null_char, c_ptr, c_size_t
   implicit none (type, external)
   private
@@ -63,16 +64,12 @@ contains
   function full_path(name) result(path)
     character(len=*), intent(in) :: name
     character(len=:), allocatable :: path
-    character(kind=c_char) :: letters(longest_path)
-    integer :: i, n
+    character(kind=c_char), target :: letters(longest_path)
+    type(c_ptr) :: full
 
     path = name
-    if (.not. c_associated(c_realpath(name // c_null_char, letters))) return
-    n = findloc(letters, c_null_char, dim=1) - 1
-    path = repeat(" ", n)
-    do i = 1, n
-      path(i:i) = letters(i)
-    end do
+    full = c_realpath(name // c_null_char, letters)
+    if (c_associated(full)) call copy_text(full, path)
   end function full_path
 
 end module gestell_base_paths

@@ -1,9 +1,10 @@
 !> Small helpers for the text of messages.
 module gestell_input_wording
+  use gestell_base_text, only: text
   implicit none (type, external)
   private
 
-  public :: counted, decimal, lower, shown, without_quotes
+  public :: counted, lower, shown, without_quotes
 
   !> Longest piece of the user's text that a message repeats.
   integer, parameter, public :: longest_shown = 60
@@ -43,24 +44,14 @@ contains
     end do
   end function lower
 
-  !> An integer without blanks.
-  pure function decimal(number) result(text)
-    integer, intent(in) :: number
-    character(len=:), allocatable :: text
-    character(len=12) :: buffer
-
-    write(buffer, "(i0)") number
-    text = trim(buffer)
-  end function decimal
-
   !> A number of things in words, as "1 link", "2 links".
-  pure function counted(number, thing) result(text)
+  pure function counted(number, thing) result(words)
     integer, intent(in) :: number
     character(len=*), intent(in) :: thing
-    character(len=:), allocatable :: text
+    character(len=:), allocatable :: words
 
-    text = decimal(number) // " " // thing
-    if (number /= 1) text = text // "s"
+    words = text(number) // " " // thing
+    if (number /= 1) words = words // "s"
   end function counted
 
   !> A text without the quotes around it, if it has such.

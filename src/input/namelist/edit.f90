@@ -1,7 +1,9 @@
 !> Changes in the text of an input file that leave all else as it was typed, comments and spaces too.
 module gestell_input_namelist_edit
+  use gestell_base_text, only: text
   use gestell_input_namelist_document, only: entry_type
-  use gestell_input_namelist_scanner, only: bare, end_of_text, mark, next_token, scanner_type, skip_blanks, token_type
+  use gestell_input_namelist_scanner, only: bare, end_of_text, mark, next_character, next_token, scanner_type, &
+    & skip_blanks, token_type
   use gestell_input_wording, only: lower
   implicit none (type, external)
   private
@@ -16,7 +18,6 @@ contains
   pure function spelled(entry) result(words)
     type(entry_type), intent(in) :: entry
     character(len=:), allocatable :: words, value
-    character(len=24) :: number
     logical :: whole
     integer :: i
 
@@ -30,11 +31,10 @@ contains
       if (whole) then
         if (i > 1) words = words // ","
       else if (entry%rank == 2) then
-        write (number, "(i0,',',i0)") 1 + mod(i - 1, entry%rows), 1 + (i - 1) / entry%rows
-        words = words // ", " // entry%key // "(" // trim(number) // ")="
+        words = words // ", " // entry%key // "(" // text(1 + mod(i - 1, entry%rows)) // "," // text(1 + (i - 1) / entry%rows) &
+          & // ")="
       else
-        write (number, "(i0)") i
-        words = words // ", " // entry%key // "(" // trim(number) // ")="
+        words = words // ", " // entry%key // "(" // text(i) // ")="
       end if
       words = words // value
     end do
@@ -125,7 +125,7 @@ contains
       if (number /= group) cycle
       if (token%kind == bare) then
         call skip_blanks(scanner)
-        if (is_key(scanner)) then
+        if (scan(next_character(scanner), "=(") > 0) then
           if (wanted) last = [last, value_end]
           wanted = lower(token%text) == key
           if (wanted) first = [first, start]
@@ -134,13 +134,5 @@ contains
       if (token%kind /= mark .or. token%text /= ",") value_end = behind
     end do
   end subroutine find_entries
-
-  !> Whether a sign of equality or a subscript follows.
-  pure logical function is_key(scanner)
-    type(scanner_type), intent(in) :: scanner
-
-    is_key = scanner%position <= len(scanner%text)
-    if (is_key) is_key = scan(scanner%text(scanner%position:scanner%position), "=(") > 0
-  end function is_key
 
 end module gestell_input_namelist_edit

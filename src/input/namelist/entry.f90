@@ -180,9 +180,7 @@ contains
     character(len=*), intent(in) :: text
     character(len=*), parameter :: letters = "abcdefghijklmnopqrstuvwxyz"
 
-    is_name = .false.
-    if (len(text) == 0) return
-    is_name = scan(lower(text(1:1)), letters) == 1 .and. verify(lower(text), letters // "0123456789_") == 0
+    is_name = scan(lower(text), letters) == 1 .and. verify(lower(text), letters // "0123456789_") == 0
   end function is_name
 
 end module gestell_input_namelist_entry

@@ -2,8 +2,9 @@
 module gestell_input_namelist_message
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_words, only: put_on_one_line
+  use gestell_base_text, only: text
   use gestell_input_namelist_document, only: value_type, entry_type, group_type, find_entry, name_of
-  use gestell_input_wording, only: shown, decimal, longest_shown
+  use gestell_input_wording, only: shown, longest_shown
   implicit none (type, external)
   private
 
@@ -80,37 +81,37 @@ contains
   end function telling_value
 
   !> "key = values" as the user typed them, those that are given, or "key(2) = value".
-  pure function typed(entry, element) result(text)
+  pure function typed(entry, element) result(words)
     type(entry_type), intent(in) :: entry
     integer, intent(in), optional :: element
-    character(len=:), allocatable :: text, comma
+    character(len=:), allocatable :: words, comma
     integer :: i, last
 
-    text = entry%key // subscripts(entry, element)
+    words = entry%key // subscripts(entry, element)
     if (present(element)) then
       if (element < 1 .or. element > size(entry%values)) return
-      if (allocated(entry%values(element)%text)) text = text // " = " // typed_value(entry%values(element))
+      if (allocated(entry%values(element)%text)) words = words // " = " // typed_value(entry%values(element))
       return
     end if
-    text = text // " ="
+    words = words // " ="
     comma = " "
     last = findloc([(allocated(entry%values(i)%text), i = 1, size(entry%values))], .true., dim=1, back=.true.)
     do i = 1, last
       if (.not. allocated(entry%values(i)%text)) cycle
-      text = text // comma // typed_value(entry%values(i))
+      words = words // comma // typed_value(entry%values(i))
       comma = ", "
-      if (len(text) <= 2 * longest_shown .or. i == last) cycle
-      text = text // ", ..."
+      if (len(words) <= 2 * longest_shown .or. i == last) cycle
+      words = words // ", ..."
       return
     end do
-    if (comma == " ") text = text // comma
+    if (comma == " ") words = words // comma
   end function typed
 
   !> The subscripts as typed, or those of one element.
-  pure function subscripts(entry, element) result(text)
+  pure function subscripts(entry, element) result(words)
     type(entry_type), intent(in) :: entry
     integer, intent(in), optional :: element
-    character(len=:), allocatable :: text
+    character(len=:), allocatable :: words
     integer, allocatable :: at(:)
 
     allocate(at(0))
@@ -121,47 +122,45 @@ contains
     end if
     select case (size(at))
     case (0)
-      text = ""
+      words = ""
     case (1)
-      text = "(" // decimal(at(1)) // ")"
+      words = "(" // text(at(1)) // ")"
     case default
-      text = "(" // decimal(at(1)) // "," // decimal(at(2)) // ")"
+      words = "(" // text(at(1)) // "," // text(at(2)) // ")"
     end select
   end function subscripts
 
-  pure function typed_value(value) result(text)
+  pure function typed_value(value) result(words)
     type(value_type), intent(in) :: value
-    character(len=:), allocatable :: text
+    character(len=:), allocatable :: words
 
-    text = ""
-    if (.not. allocated(value%text)) return
-    text = shown(value%text)
-    if (value%quoted) text = "'" // text // "'"
-    if (value%count /= 1) text = decimal(value%count) // "*" // text
+    words = shown(value%text)
+    if (value%quoted) words = "'" // words // "'"
+    if (value%count /= 1) words = text(value%count) // "*" // words
   end function typed_value
 
   !> "file:line: "; without the line where it is zero.
-  pure function location(file, line) result(text)
+  pure function location(file, line) result(words)
     character(len=*), intent(in) :: file
     integer, intent(in) :: line
-    character(len=:), allocatable :: text
+    character(len=:), allocatable :: words
 
     ! as it stands in messages, where it may be found again
-    call put_on_one_line(file, text)
-    if (line > 0) text = text // ":" // decimal(line)
-    text = text // ": "
+    call put_on_one_line(file, words)
+    if (line > 0) words = words // ":" // text(line)
+    words = words // ": "
   end function location
 
   !> What messages call a group: "&joint 'B'", "&support 2", "&drive".
-  pure function label(group) result(text)
+  pure function label(group) result(words)
     type(group_type), intent(in) :: group
-    character(len=:), allocatable :: text
+    character(len=:), allocatable :: words
 
-    text = "&" // shown(group%name)
+    words = "&" // shown(group%name)
     if (name_of(group) /= "") then
-      text = text // " '" // shown(name_of(group)) // "'"
+      words = words // " '" // shown(name_of(group)) // "'"
     else if (group%number > 0) then
-      text = text // " " // decimal(group%number)
+      words = words // " " // text(group%number)
     end if
   end function label
 

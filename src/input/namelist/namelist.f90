@@ -2,16 +2,20 @@
 module gestell_input_namelist
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_paths, only: full_path
+  use gestell_base_text, only: text
   use gestell_input_namelist_document, only: document_type, group_type, entry_type
   use gestell_input_namelist_entry, only: parse_entry, is_name
   use gestell_input_namelist_message, only: label, location
   use gestell_input_namelist_scanner, only: scanner_type, token_type, next_token, skip_blanks, bare, mark, end_of_text
   use gestell_input_namelist_source, only: read_text
-  use gestell_input_wording, only: shown, lower, decimal
+  use gestell_input_wording, only: shown, lower
   implicit none (type, external)
   private
 
   public :: read_document, parse_document
+
+  !> The three bytes some editors put before UTF-8 text.
+  character(len=*), parameter :: byte_order_mark = char(239) // char(187) // char(191)
 
 contains
 
@@ -41,7 +45,7 @@ contains
     call refuse_rubbish(text, file, error)
     if (allocated(error)) return
     scanner%text = text
-    if (index(text, byte_order_mark()) == 1) scanner%position = 4
+    if (index(text, byte_order_mark) == 1) scanner%position = 4
 
     allocate(groups(16))
     n = 0
@@ -155,7 +159,7 @@ contains
       message = "has no closing / (the file ends)"
     else if (token%text == "&") then
       call next_token(scanner, next)
-      message = "has no closing / (the next group begins in line " // decimal(token%line) // ")"
+      message = "has no closing / (the next group begins in line " // text(token%line) // ")"
       if (lower(next%text) == "end") then
         message = "close the group with / in place of &end"
         line = token%line
@@ -168,36 +172,31 @@ contains
   end subroutine refuse_end
 
   !> Refuses an empty text and one with control characters other than tabs and ends of lines.
-  pure subroutine refuse_rubbish(text, file, error)
-    character(len=*), intent(in) :: text, file
+  pure subroutine refuse_rubbish(content, file, error)
+    character(len=*), intent(in) :: content, file
     type(error_type), allocatable, intent(out) :: error
     integer :: i, line, code
 
-    if (len(text) == 0) call fatal_error(error, file // ": the file is empty", invalid_input)
+    if (len(content) == 0) call fatal_error(error, file // ": the file is empty", invalid_input)
     line = 1
-    do i = 1, len(text)
-      code = ichar(text(i:i))
+    do i = 1, len(content)
+      code = ichar(content(i:i))
       if (code >= 32 .and. code /= 127) cycle
       select case (code)
       case (9)
       case (10)
         line = line + 1
       case (13)
-        if (i == len(text)) cycle
-        if (text(i+1:i+1) == new_line("a")) cycle
+        if (i == len(content)) cycle
+        if (content(i+1:i+1) == new_line("a")) cycle
         call fatal_error(error, location(file, line) // "a carriage return within a line", invalid_input)
         return
       case default
-        call fatal_error(error, location(file, line) // "not a text file (character code " // decimal(code) &
+        call fatal_error(error, location(file, line) // "not a text file (character code " // text(code) &
           // "); save it as UTF-8 text", invalid_input)
         return
       end select
     end do
   end subroutine refuse_rubbish
-
-  !> The three bytes some editors put before UTF-8 text.
-  pure character(len=3) function byte_order_mark()
-    byte_order_mark = char(239) // char(187) // char(191)
-  end function byte_order_mark
 
 end module gestell_input_namelist

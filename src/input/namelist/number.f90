@@ -1,6 +1,7 @@
 !> Numbers as a careful user writes them: nothing is guessed.
 module gestell_input_namelist_number
   use gestell_base_kinds, only: dp
+  use gestell_base_text, only: text_of => text
   use gestell_input_wording, only: lower
   implicit none (type, external)
   private
@@ -46,7 +47,7 @@ contains
     end if
     digits = digits(:point-1) // "." // digits(point+1:) // "e"
     if (exponent + point - first < -2 * exponent_limit) return
-    digits = digits // signed_decimal(exponent)
+    digits = digits // text_of(exponent)
     if (text(1:1) == "-") digits = "-" // digits
     read(digits, *, iostat=status) value
     if (status /= 0) reason = not_a_number(text)
@@ -105,15 +106,6 @@ contains
     end do
     if (text(1:1) == "-") exponent = -exponent
   end subroutine read_exponent
-
-  pure function signed_decimal(number) result(text)
-    integer, intent(in) :: number
-    character(len=:), allocatable :: text
-    character(len=12) :: buffer
-
-    write(buffer, "(sp, i0)") number
-    text = trim(buffer)
-  end function signed_decimal
 
   pure function not_a_number(text) result(reason)
     character(len=*), intent(in) :: text

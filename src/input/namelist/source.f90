@@ -3,7 +3,7 @@ module gestell_input_namelist_source
   use, intrinsic :: iso_c_binding, only: c_int
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_files, only: close_file, is_there, last_reason, open_to_read, read_some
-  use gestell_input_wording, only: decimal
+  use gestell_base_text, only: text
   implicit none (type, external)
   private
 
@@ -14,41 +14,28 @@ module gestell_input_namelist_source
 
 contains
 
-  !> Reads all bytes of a file. Errors: no such file, a directory, not readable.
-  subroutine read_text(file, text, error)
+  !> Reads all bytes of a file. Errors: no such file, a directory, not readable, too large.
+  subroutine read_text(file, content, error)
     character(len=*), intent(in) :: file
-    character(len=:), allocatable, intent(out) :: text
-    type(error_type), allocatable, intent(out) :: error
-    logical :: exists
-
-    if (.not. is_there(file)) then
-      call fatal_error(error, file // ": there is no such file", invalid_input)
-      return
-    end if
-    inquire(file=file // "/.", exist=exists)
-    if (exists) then
-      call fatal_error(error, file // ": is a directory, not a file", invalid_input)
-      return
-    end if
-    call read_bytes(file, text, error)
-  end subroutine read_text
-
-  !> All bytes of a file. Errors: it cannot be read, it is too large.
-  subroutine read_bytes(file, text, error)
-    character(len=*), intent(in) :: file
-    character(len=:), allocatable, intent(out) :: text
+    character(len=:), allocatable, intent(out) :: content
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: buffer
     character(len=65536) :: piece
     integer(c_int) :: handle
     integer :: n, length
-    logical :: closed
+    logical :: is_folder, closed
 
-    call open_to_read(file, handle)
-    if (handle < 0) then
-      call fatal_error(error, file // ": cannot be read: " // last_reason(), invalid_input)
-      return
+    handle = -1
+    inquire(file=file // "/.", exist=is_folder)
+    if (.not. is_there(file)) then
+      call fatal_error(error, file // ": there is no such file", invalid_input)
+    else if (is_folder) then
+      call fatal_error(error, file // ": is a directory, not a file", invalid_input)
+    else
+      call open_to_read(file, handle)
+      if (handle < 0) call fatal_error(error, file // ": cannot be read: " // last_reason(), invalid_input)
     end if
+    if (allocated(error)) return
     allocate(character(len=len(piece)) :: buffer)
     length = 0
     do
@@ -61,10 +48,10 @@ contains
     if (n < 0) then
       call fatal_error(error, file // ": cannot be read: " // last_reason(), invalid_input)
     else if (n > 0) then
-      call fatal_error(error, file // ": is larger than " // decimal(largest / 1000000) // " MB", invalid_input)
+      call fatal_error(error, file // ": is larger than " // text(largest / 1000000) // " MB", invalid_input)
     end if
     call close_file(handle, closed)
-    text = buffer(:length)
-  end subroutine read_bytes
+    content = buffer(:length)
+  end subroutine read_text
 
 end module gestell_input_namelist_source

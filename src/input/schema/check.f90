@@ -1,12 +1,13 @@
 !> A document against the schema.
 module gestell_input_schema_check
   use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_text, only: text
   use gestell_input_namelist_document, only: count_groups, document_type, group_type, has
   use gestell_input_schema_merge, only: merge_entries
   use gestell_input_namelist_message, only: input_error, location
   use gestell_input_schema, only: schema_type, find_group_rule
   use gestell_input_namelist_suggest, only: nearest_of, listed
-  use gestell_input_wording, only: shown, decimal
+  use gestell_input_wording, only: shown
   implicit none (type, external)
   private
 
@@ -81,7 +82,7 @@ contains
         if (found(rule) > 1 .and. .not. schema%groups(rule)%repeatable) then
           if (first(rule) == i) call input_error(group, "", "may stand only once, and was added before", error)
           if (first(rule) /= i) call input_error(group, "", "may stand only once (first in line " &
-            // decimal(doc%groups(first(rule))%line) // ")", error)
+            // text(doc%groups(first(rule))%line) // ")", error)
           return
         end if
         group%number = found(rule)

@@ -3,13 +3,13 @@ module gestell_input_schema_help
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_key, only: all_words, integer_key, key_type, real_key, text_key, unset
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise
-  use gestell_input_wording, only: decimal, lower, shown
+  use gestell_base_text, only: concise, decimal => text
+  use gestell_input_wording, only: lower, shown
   use gestell_input_namelist_suggest, only: listed, nearest_of
   use gestell_input_schema, only: find_group_rule, find_key_rule, option_group, schema_type, variant_type
   use gestell_input_schema_check, only: unknown_group
   use gestell_input_schema_rule, only: unknown_key
-  use gestell_input_schema_units, only: unit_symbol, units_type
+  use gestell_input_schema_units, only: unit_symbol, usual_units
   implicit none (type, external)
   private
 
@@ -206,7 +206,6 @@ contains
   pure function values_of(key) result(words)
     type(key_type), intent(in) :: key
     character(len=:), allocatable :: words
-    type(units_type) :: usual
     character(len=:), allocatable :: unit, noun
 
     noun = "number"
@@ -232,7 +231,7 @@ contains
       words = decimal(key%least) // trim(merge(" or", " to", key%most == key%least + 1)) // " " // decimal(key%most) // " " &
         & // noun // "s"
     end if
-    unit = unit_symbol(key, 0, usual, in_turn=.true.)
+    unit = unit_symbol(key, 0, usual_units, in_turn=.true.)
     if (unit /= "") words = words // ", " // unit
     words = words // range_of(key)
   end function values_of

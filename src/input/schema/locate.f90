@@ -3,12 +3,13 @@ module gestell_input_schema_locate
   use gestell_base_error, only: error_type, fatal_error, invalid_input, wrong_usage
   use gestell_input_schema_check, only: unknown_group
   use gestell_base_words, only: word_length
+  use gestell_base_text, only: text
   use gestell_input_namelist_document, only: document_type, name_of, has
   use gestell_input_namelist_number, only: is_digits, read_integer
   use gestell_input_schema_rule, only: element_of, subscript_words, extent_words, unknown_key
   use gestell_input_schema, only: schema_type, find_group_rule, find_key_rule
   use gestell_input_namelist_suggest, only: suggestion
-  use gestell_input_wording, only: shown, lower, decimal, without_quotes
+  use gestell_input_wording, only: shown, lower, without_quotes
   implicit none (type, external)
   private
 
@@ -120,7 +121,7 @@ contains
         // suggestion(path%which, names)
     else
       reason = "there is no &" // path%group // " " // shown(path%which) // ": they are numbered from 1 to " &
-        // decimal(size(chosen))
+        // text(size(chosen))
     end if
   end subroutine choose_groups
 

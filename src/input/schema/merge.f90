@@ -7,8 +7,8 @@ module gestell_input_schema_merge
   use gestell_input_schema_rule, only: check_values, element_of, values_words, subscript_words, extent_words, slip_hint, &
     unknown_key
   use gestell_base_key, only: key_type
+  use gestell_base_text, only: text
   use gestell_input_schema, only: schema_type, find_key_rule
-  use gestell_input_wording, only: decimal
   implicit none (type, external)
   private
 
@@ -31,7 +31,8 @@ contains
       associate (entry => group%entries(i))
         rule = find_key_rule(schema, group%name, entry%key)
         if (rule == 0) then
-          call refuse_key(group, entry, schema, error)
+          call fatal_error(error, location(group%file, entry%line) // label(group) // ": " &
+            & // unknown_key(entry%key, schema, group%name), invalid_input)
           return
         end if
         if (index_of(rule) == 0) then
@@ -63,7 +64,7 @@ contains
 
     if (size(entry%subscript) == 0) then
       if (allocated(merged%key)) then
-        call refuse_entry(group, entry, "given twice (first in line " // decimal(merged%line) // ")", error)
+        call refuse_entry(group, entry, "given twice (first in line " // text(merged%line) // ")", error)
         return
       end if
       call expand(group, entry, rule, merged, error)
@@ -80,10 +81,10 @@ contains
     else
       if (.not. allocated(merged%key)) call start(entry, rule, rule%most, merged)
       if (size(merged%values) < element) then
-        call refuse_entry(group, entry, "given twice (first in line " // decimal(merged%line) // ")", error)
+        call refuse_entry(group, entry, "given twice (first in line " // text(merged%line) // ")", error)
       else if (allocated(merged%values(element)%text)) then
         call refuse_entry(group, entry, "given twice (first in line " &
-          // decimal(merged%values(element)%line) // ")", error)
+          // text(merged%values(element)%line) // ")", error)
       else
         merged%values(element) = entry%values(1)
       end if
@@ -104,8 +105,8 @@ contains
     ! in real numbers: repeat counts may be as large as they like
     total = sum(real(entry%values%count, dp))
     if (rule%shorter > 0 .and. all(nint(min(total, 1.0e6_dp)) /= [rule%shorter, rule%most])) then
-      call refuse_entry(group, entry, "takes " // decimal(rule%shorter) // " or " // decimal(rule%most) // " values, has " &
-        // decimal(nint(min(total, 1.0e6_dp))) // slip_hint(entry, rule), error)
+      call refuse_entry(group, entry, "takes " // text(rule%shorter) // " or " // text(rule%most) // " values, has " &
+        // text(nint(min(total, 1.0e6_dp))) // slip_hint(entry, rule), error)
       return
     else if (total > rule%most) then
       call refuse_entry(group, entry, values_words(rule, total) // slip_hint(entry, rule), error)
@@ -174,15 +175,5 @@ contains
     if (rule%least > 1) n = max(n, rule%least)
     merged%values = merged%values(:n)
   end subroutine close_list
-
-  pure subroutine refuse_key(group, entry, schema, error)
-    type(group_type), intent(in) :: group
-    type(entry_type), intent(in) :: entry
-    type(schema_type), intent(in) :: schema
-    type(error_type), allocatable, intent(out) :: error
-
-    call fatal_error(error, location(group%file, entry%line) // label(group) // ": " &
-      // unknown_key(entry%key, schema, group%name), invalid_input)
-  end subroutine refuse_key
 
 end module gestell_input_schema_merge

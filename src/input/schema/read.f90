@@ -3,8 +3,7 @@ module gestell_input_schema_read
   use gestell_base_error, only: error_type
   use gestell_base_key, only: all_words, find_key, integer_key, key_type, unset
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise
-  use gestell_input_wording, only: decimal
+  use gestell_base_text, only: concise, text
   use gestell_base_words, only: word_length
   use gestell_input_namelist_document, only: entry_type, find_entry, group_type
   use gestell_input_namelist_message, only: input_error
@@ -75,8 +74,8 @@ contains
       if (i > 0) n = last_given(group%entries(i))
       if (n > size(value)) then
         value = 0
-        call input_error(group, name, "needs " // decimal(size(value)) &
-          // trim(merge(" value ", " values", size(value) == 1)) // ", has " // decimal(n), error)
+        call input_error(group, name, "needs " // text(size(value)) &
+          // trim(merge(" value ", " values", size(value) == 1)) // ", has " // text(n), error)
         return
       end if
       do k = 1, size(value)

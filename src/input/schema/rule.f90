@@ -9,7 +9,8 @@ module gestell_input_schema_rule
   use gestell_base_key, only: integer_key, key_type, real_key, text_key
   use gestell_input_schema, only: schema_type, names_of_keys
   use gestell_input_namelist_suggest, only: nearest_of, listed
-  use gestell_input_wording, only: decimal, shown
+  use gestell_base_text, only: text
+  use gestell_input_wording, only: shown
   implicit none (type, external)
   private
 
@@ -58,7 +59,7 @@ contains
       n = huge(n)
       if (rule%rank > 0) n = longest_word
       if (any(rule%name == names)) n = longest_name
-      if (character_count(trim(value%text)) > n) reason = "must not be longer than " // decimal(n) // " characters"
+      if (character_count(trim(value%text)) > n) reason = "must not be longer than " // text(n) // " characters"
       if (rule%name == "name" .and. has_control(value%text)) reason = "must have no control characters, as the end of a line"
     else if (value%quoted) then
       reason = "must be a number, without quotes"
@@ -91,14 +92,14 @@ contains
     character(len=:), allocatable :: words
     integer, parameter :: many = 1000000
 
-    words = "takes " // decimal(rule%most) // " value"
-    if (rule%least < rule%most) words = "takes at most " // decimal(rule%most) // " value"
-    if (rule%least < rule%most .and. total < rule%least) words = "takes at least " // decimal(rule%least) // " value"
+    words = "takes " // text(rule%most) // " value"
+    if (rule%least < rule%most) words = "takes at most " // text(rule%most) // " value"
+    if (rule%least < rule%most .and. total < rule%least) words = "takes at least " // text(rule%least) // " value"
     if (rule%most > 1) words = words // "s"
     if (total > many) then
-      words = words // ", has more than " // decimal(many)
+      words = words // ", has more than " // text(many)
     else
-      words = words // ", has " // decimal(nint(total))
+      words = words // ", has " // text(nint(total))
     end if
   end function values_words
 
@@ -123,9 +124,9 @@ contains
     character(len=:), allocatable :: words
 
     if (rule%rank == 2) then
-      words = "the subscripts run from 1 to " // decimal(rule%rows) // " and 1 to " // decimal(rule%most / rule%rows)
+      words = "the subscripts run from 1 to " // text(rule%rows) // " and 1 to " // text(rule%most / rule%rows)
     else
-      words = "the subscript runs from 1 to " // decimal(rule%most)
+      words = "the subscript runs from 1 to " // text(rule%most)
     end if
   end function extent_words
 

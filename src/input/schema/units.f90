@@ -25,6 +25,8 @@ module gestell_input_schema_units
     procedure :: to_si
   end type units_type
 
+  type(units_type), parameter, public :: usual_units = units_type()
+
   !> The keys of &units, by quantity.
   character(len=14), parameter, public :: quantity_names(quantities) = [character(len=14) :: "length", "mass", "inertia", &
     & "stiffness", "force", "moment", "damping", "rotary_damping", "angle"]

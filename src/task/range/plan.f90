@@ -5,12 +5,13 @@ module gestell_task_range_plan
   use gestell_input_namelist_document, only: document_type, group_type, groups_named, has, the_group
   use gestell_input_machine_family, only: document_family_type, new_document_family
   use gestell_base_key, only: integer_key, text_key
+  use gestell_base_text, only: text
   use gestell_input_schema_read, only: read
   use gestell_input_schema_locate, only: find_target, target_type
   use gestell_input_namelist_message, only: in_group, input_error, label
   use gestell_input_schema_path, only: get_path
   use gestell_input_schema, only: find_group_rule, option_group, schema_type
-  use gestell_input_wording, only: decimal, lower, shown
+  use gestell_input_wording, only: lower, shown
   use gestell_input_schema_units, only: unit_symbol, units_type
   use gestell_task_range_columns, only: find_group, read_order
   use gestell_task_range_keys, only: sweep_keys
@@ -215,7 +216,7 @@ contains
       else if (rule%kind == integer_key) then
         call input_error(group, key, "is a whole number, which cannot run", error)
       else if (rule%least > 1 .and. target%element == 0 .and. .not. rule%alike) then
-        call input_error(group, key, "has " // decimal(rule%least) // " values: name one, as in " // shown(path) // &
+        call input_error(group, key, "has " // text(rule%least) // " values: name one, as in " // shown(path) // &
           & trim(merge("(1,1)", "(1)  ", rule%rank == 2)), error)
       end if
     end associate

@@ -6,11 +6,11 @@ module gestell_task_sensitivity_plan
     & the_group
   use gestell_input_machine_family, only: document_family_type, new_relative_family
   use gestell_base_key, only: real_key
+  use gestell_base_text, only: text
   use gestell_input_schema_read, only: read
   use gestell_input_schema_locate, only: find_target, target_type
   use gestell_input_namelist_message, only: in_group, input_error
   use gestell_input_schema, only: find_group_rule, option_group, schema_type
-  use gestell_input_wording, only: decimal
   use gestell_input_schema_units, only: units_type
   use gestell_task_sensitivity_keys, only: sensitivity_keys
   implicit none (type, external)
@@ -121,7 +121,7 @@ contains
       call add(trim(mounting(i)))
       if (index(mounting(i), "support.") /= 1 .or. supports < 2 .or. supports > most_supports) cycle
       do n = 1, supports
-        call add("support(" // decimal(n) // ")" // trim(mounting(i)(8:)))
+        call add("support(" // text(n) // ")" // trim(mounting(i)(8:)))
       end do
     end do
     paths = paths(:used)

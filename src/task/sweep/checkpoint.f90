@@ -11,7 +11,7 @@ module gestell_task_sweep_checkpoint
   use gestell_base_hash, only: mix_text
   use gestell_base_kinds, only: dp
   use gestell_base_version, only: version
-  use gestell_input_wording, only: decimal
+  use gestell_base_text, only: text
   use gestell_output_file_folder, only: is_foreign, make_folder
   use gestell_output_file_output, only: write_file
   use gestell_study_grid, only: tile_type
@@ -255,12 +255,12 @@ contains
 
     missing = pack([(i, i = 1, size(self%done))], .not. self%done)
     if (size(missing) > 0) then
-      list = decimal(missing(1))
+      list = text(missing(1))
       do i = 2, min(size(missing), most_named)
-        list = list // ", " // decimal(missing(i))
+        list = list // ", " // text(missing(i))
       end do
       if (size(missing) > most_named) list = list // ", ..."
-      call fatal_error(error, self%blocks // ": " // decimal(size(missing)) // " of " // decimal(size(self%done)) &
+      call fatal_error(error, self%blocks // ": " // text(size(missing)) // " of " // text(size(self%done)) &
         & // " tiles are missing: " // list, failed_computation)
       return
     end if

@@ -2,7 +2,7 @@
 module gestell_task_sweep_marks
   use gestell_base_error, only: error_type
   use gestell_base_files, only: open_to_write, read_at, write_whole
-  use gestell_input_wording, only: decimal
+  use gestell_base_text, only: text
   use gestell_output_file_sealed, only: sealed, sealed_head, unseal, word_bytes
   use gestell_task_sweep_rows, only: end_writing
   use gestell_task_sweep_summary, only: summary_type, summary_words
@@ -41,7 +41,7 @@ contains
     call open_to_write(name, handle)
     done = handle >= 0
     if (done) call write_whole(handle, bytes, done, place(mark%tile))
-    call end_writing(handle, done, name // ": tile " // decimal(mark%tile), error)
+    call end_writing(handle, done, name // ": tile " // text(mark%tile), error)
   end subroutine write_mark
 
   !> The mark of a tile from the open file.

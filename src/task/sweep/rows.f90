@@ -4,7 +4,7 @@ module gestell_task_sweep_rows
   use gestell_base_files, only: close_file, last_reason, open_to_read, open_to_write, read_at, write_whole
   use gestell_base_hash, only: hash_start, mix_bytes
   use gestell_base_kinds, only: dp
-  use gestell_input_wording, only: decimal
+  use gestell_base_text, only: text
   use gestell_study_grid, only: tile_type
   use gestell_task_sweep_layout, only: layout_type, piece_type
   use, intrinsic :: iso_c_binding, only: c_int
@@ -109,7 +109,7 @@ contains
       call mix_bytes(checksum, rows)
       call write_whole(handle, rows, done, head + layout%place(pieces(k)%first) + 1)
     end do
-    call end_writing(handle, done, name // ": tile " // decimal(tile%number), error)
+    call end_writing(handle, done, name // ": tile " // text(tile%number), error)
   end subroutine write_tile
 
   !> Closes a file that was opened to write. Error: the last call was not `done`, or closing fails; `name`: what was written.
