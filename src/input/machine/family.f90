@@ -3,6 +3,7 @@ module gestell_input_machine_family
   use gestell_base_error, only: error_type, impossible_mechanism
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
+  use gestell_base_words, only: word_length
   use gestell_input_namelist_document, only: document_type, find_entry
   use gestell_input_machine_frame, only: frame_data_type, read_drive_and_frame, read_frame
   use gestell_input_schema_locate, only: find_target, target_type
@@ -25,7 +26,6 @@ module gestell_input_machine_family
   !> A number of the document that a parameter stands for.
   type :: location_type
     integer :: parameter = 0, group = 0, entry = 0, element = 0
-    character(len=:), allocatable :: path
   end type location_type
 
   !> Frames of a document, some of whose numbers are parameters. For one thread at a time, as all that reads documents.
@@ -36,6 +36,8 @@ module gestell_input_machine_family
     type(units_type) :: units
     !> Of all types of joints.
     type(form_type), allocatable :: forms(:)
+    !> What each parameter is called.
+    character(len=word_length), allocatable :: paths(:)
     !> With room for more than are there.
     type(location_type), allocatable :: locations(:)
     integer :: located = 0
@@ -107,6 +109,7 @@ contains
     logical :: moves
 
     family%units = units
+    family%paths = paths
     allocate(family%locations(8))
     call joint_forms(family%forms)
     moves = any([(about(schema, lower(paths(k)(:scan(paths(k) // ".", "(.") - 1))) == mechanism_group, k = 1, size(paths))])
@@ -166,7 +169,6 @@ contains
     character(len=*), intent(in) :: path
     type(error_type), allocatable, intent(out) :: error
     type(target_type) :: target
-    type(location_type) :: location
     integer :: i, e, v
 
     call find_target(family%doc, schema, path, "", target, error)
@@ -176,31 +178,12 @@ contains
       if (e == 0) cycle
       do v = 1, size(family%doc%groups(target%groups(i))%entries(e)%values)
         if (target%element > 0 .and. v /= target%element) cycle
-        ! of a variable: gfortran 12 does not free what a constructor within a list has allocated
-        location = location_type(k, target%groups(i), e, v, path)
-        if (family%located == size(family%locations)) call double(family%locations)
+        if (family%located == size(family%locations)) family%locations = [family%locations, family%locations]
         family%located = family%located + 1
-        family%locations(family%located) = location
+        family%locations(family%located) = location_type(k, target%groups(i), e, v)
       end do
     end do
   end subroutine add_locations
-
-  !> Makes room for as many again.
-  pure subroutine double(locations)
-    type(location_type), allocatable, intent(inout) :: locations(:)
-    type(location_type), allocatable :: longer(:)
-    integer :: i
-
-    allocate(longer(2 * size(locations)))
-    do i = 1, size(locations)
-      call move_alloc(locations(i)%path, longer(i)%path)
-      longer(i)%parameter = locations(i)%parameter
-      longer(i)%group = locations(i)%group
-      longer(i)%entry = locations(i)%entry
-      longer(i)%element = locations(i)%element
-    end do
-    call move_alloc(longer, locations)
-  end subroutine double
 
   subroutine member(self, parameters, system, error)
     class(document_family_type), intent(in) :: self
@@ -210,12 +193,13 @@ contains
     type(frame_type), allocatable :: frame
     class(mechanism_type), allocatable :: mechanism
     type(document_type) :: doc
+    type(error_type), allocatable :: worded
 
     if (allocated(self%impossible)) then
       allocate(error, source=self%impossible)
       return
     end if
-    call set_numbers(self, parameters, doc)
+    call set_numbers(self, parameters, .false., doc)
     allocate(frame)
     if (allocated(self%mechanism)) then
       call read_frame(doc, self%units, self%mechanism, frame, error)
@@ -226,7 +210,8 @@ contains
     if (.not. allocated(error)) then
       call move_alloc(frame, system)
     else if (error%code /= impossible_mechanism) then
-      call explain(self, parameters, error)
+      call self%check(parameters, worded)
+      if (allocated(worded)) call move_alloc(worded, error)
     end if
   end subroutine member
 
@@ -236,70 +221,44 @@ contains
     shares_mechanism = allocated(self%mechanism)
   end function shares_mechanism
 
-  !> Whether the parameters make sense; the mechanism is not turned. Error: they do not.
+  !> Whether the parameters make sense; the mechanism is not turned. Error: they do not. It names their values, not those of the
+  !> file.
   subroutine check(self, parameters, error)
     class(document_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)
     type(error_type), allocatable, intent(out) :: error
     type(document_type) :: doc
-
-    call set_numbers(self, parameters, doc)
-    call read_all(self, doc, error)
-    if (allocated(error)) call explain(self, parameters, error)
-  end subroutine check
-
-  subroutine read_all(self, doc, error)
-    class(document_family_type), intent(in) :: self
-    type(document_type), intent(in) :: doc
-    type(error_type), allocatable, intent(out) :: error
     type(frame_data_type) :: data
     class(mechanism_type), allocatable :: mechanism
 
+    call set_numbers(self, parameters, .true., doc)
     if (.not. allocated(self%mechanism)) call read_mechanism(doc, self%units, mechanism, error, self%forms)
     if (.not. allocated(error)) call read_drive_and_frame(doc, self%units, data, error)
-  end subroutine read_all
+  end subroutine check
 
-  !> The document with these numbers in their locations.
-  subroutine set_numbers(self, parameters, doc)
+  !> The document with these numbers in their locations; `named`: messages about them name path and number.
+  subroutine set_numbers(self, parameters, named, doc)
     class(document_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)
+    logical, intent(in) :: named
     type(document_type), intent(out) :: doc
     integer :: i
 
     doc = self%doc
     do i = 1, self%located
       associate (p => self%locations(i))
-        associate (number => doc%groups(p%group)%entries(p%entry)%values(p%element)%number)
+        associate (value => doc%groups(p%group)%entries(p%entry)%values(p%element))
           if (self%relative) then
-            number = number * (1 + parameters(p%parameter))
+            value%number = value%number * (1 + parameters(p%parameter))
           else
-            number = parameters(p%parameter)
+            value%number = parameters(p%parameter)
           end if
+          if (.not. (named .and. allocated(value%text))) cycle
+          value%text = concise(value%number)
+          value%origin = trim(self%paths(p%parameter)) // " = " // value%text
         end associate
       end associate
     end do
   end subroutine set_numbers
-
-  !> Words an error anew, with the parameters' values in place of those of the file.
-  subroutine explain(self, parameters, error)
-    class(document_family_type), intent(in) :: self
-    real(dp), intent(in) :: parameters(:)
-    type(error_type), allocatable, intent(inout) :: error
-    type(error_type), allocatable :: again
-    type(document_type) :: doc
-    integer :: i
-
-    call set_numbers(self, parameters, doc)
-    do i = 1, self%located
-      associate (p => self%locations(i))
-        associate (value => doc%groups(p%group)%entries(p%entry)%values(p%element))
-          value%text = concise(value%number)
-          value%origin = p%path // " = " // value%text
-        end associate
-      end associate
-    end do
-    call read_all(self, doc, again)
-    if (allocated(again)) call move_alloc(again, error)
-  end subroutine explain
 
 end module gestell_input_machine_family

@@ -6,7 +6,7 @@ module gestell_input_machine_frame
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: text
   use gestell_base_words, only: word_length
-  use gestell_input_namelist_document, only: document_type, find_entry, group_type, groups_named, indices_named, &
+  use gestell_input_namelist_document, only: document_type, find_entry, group_type, groups_named, has, indices_named, &
     & the_group
   use gestell_input_schema_read, only: count_values, read, read_place
   use gestell_input_machine_loads, only: foundation_keys, gravity_keys, read_foundation, read_gravity
@@ -83,7 +83,6 @@ contains
     type(frame_type), intent(out) :: frame
     type(error_type), allocatable, intent(out) :: error
     type(frame_data_type) :: data
-    real(dp), dimension(3, 3) :: stiffness, damping
 
     call read_drive_and_frame(doc, units, data, error)
     if (allocated(error)) return
@@ -91,10 +90,8 @@ contains
     if (any(data%free > 3)) then
       call read_frame_in_space(doc, units, data, mechanism, frame, error)
     else
-      stiffness = data%stiffness(:3, :3)
-      damping = data%damping(:3, :3)
-      call new_frame(frame, mechanism, data%mass, data%inertia(3, 3), data%origin(:2), stiffness, damping, data%speed, error, &
-        & data%free, data%supports, data%gravity(:2), trim(data%held_by))
+      call new_frame(frame, mechanism, data%mass, data%inertia(3, 3), data%origin(:2), (data%stiffness(:3, :3)), &
+        & (data%damping(:3, :3)), data%speed, error, data%free, data%supports, data%gravity(:2), trim(data%held_by))
     end if
     frame%flywheel_inertia = data%flywheel_inertia
     if (.not. allocated(error)) return
@@ -118,7 +115,6 @@ contains
     type(plane_type), allocatable :: planes(:)
     type(drive_type) :: drive
     real(dp), allocatable :: origins(:, :), axes(:, :, :)
-    real(dp), dimension(3, 3) :: stiffness, damping
 
     call read_planes(doc, units, origins, axes, drive%axis, error)
     if (allocated(error)) return
@@ -137,9 +133,8 @@ contains
         & error)
       return
     end select
-    stiffness = data%stiffness(:3, :3)
-    damping = data%damping(:3, :3)
-    call new_frame(frame, mechanism, data%mass, data%inertia(3, 3), data%origin(:2), stiffness, damping, data%speed, error)
+    call new_frame(frame, mechanism, data%mass, data%inertia(3, 3), data%origin(:2), (data%stiffness(:3, :3)), &
+      & (data%damping(:3, :3)), data%speed, error)
     if (.not. allocated(error)) call put_in_space(frame, data%inertia, planes, data%in_space, data%free, error, data%stiffness, &
       & data%damping, drive)
     if (.not. allocated(error)) frame%space%origin = data%origin
@@ -159,14 +154,13 @@ contains
     if (allocated(error)) return
     group = the_group(doc, "frame")
     call read(group, frame_keys, "mass", data%mass, error, units)
-    if (allocated(error)) return
     call read_dof(group, data%free, error)
     if (allocated(error)) return
     in_space = any(data%free > 3)
     call read_foundation(the_group(doc, "foundation"), units, in_space, data%stiffness, data%damping, error)
     if (.not. allocated(error)) call read_gravity(groups_named(doc, "gravity"), units, in_space, data%gravity, error)
     if (.not. allocated(error)) call read_inertia(group, units, any(data%free > 4), data%inertia, error)
-    if (.not. allocated(error)) call read_place(group, frame_keys, "origin", units, data%origin, error)
+    call read_place(group, frame_keys, "origin", units, data%origin, error)
     if (.not. allocated(error)) call read_supports(doc, units, data, error)
     if (.not. allocated(error) .and. .not. in_space) call refuse_tilted(doc, error)
   end subroutine read_drive_and_frame
@@ -181,19 +175,14 @@ contains
     real(dp) :: speed_rpm
 
     call read(group, drive_keys, "speed_rpm", speed_rpm, error)
-    if (allocated(error)) return
-    if (abs(speed_rpm) < 1.0e-300_dp) then
-      call input_error(group, "speed_rpm", "is too small", error)
-      return
-    end if
-    data%speed = speed_rpm * 2 * pi / 60
+    if (.not. allocated(error) .and. abs(speed_rpm) < 1.0e-300_dp) call input_error(group, "speed_rpm", "is too small", error)
     call read(group, drive_keys, "held_by", held_by, error)
+    if (has(group, "flywheel_inertia")) call read(group, drive_keys, "flywheel_inertia", data%flywheel_inertia, error, units)
     if (allocated(error)) return
+    data%speed = speed_rpm * 2 * pi / 60
     data%held_by = held_by
-    if (count_values(group, "flywheel_inertia") == 0) return
-    call read(group, drive_keys, "flywheel_inertia", data%flywheel_inertia, error, units)
-    if (allocated(error)) return
-    if (held_by /= "flywheel") call input_error(group, "flywheel_inertia", "needs held_by='flywheel'", error)
+    if (has(group, "flywheel_inertia") .and. held_by /= "flywheel") call input_error(group, "flywheel_inertia", &
+      & "needs held_by='flywheel'", error)
   end subroutine read_drive
 
   !> The tensor of inertia. Errors: a moment is not positive; `turning` about xi or eta one value does not do.
@@ -289,12 +278,12 @@ contains
     do i = 1, size(at)
       associate (support => data%supports(i), there => data%in_space(i), group => doc%groups(at(i)))
         call read_place(group, support_keys, "position", units, there%position, error)
-        if (.not. allocated(error)) call read_place(group, support_keys, "stiffness", units, there%stiffness, error)
-        if (.not. allocated(error)) call read_place(group, support_keys, "damping", units, there%damping, error)
+        call read_place(group, support_keys, "stiffness", units, there%stiffness, error)
+        call read_place(group, support_keys, "damping", units, there%damping, error)
         angles = 0
         n = max(1, count_values(group, "angle"))
-        if (.not. allocated(error)) call read(group, support_keys, "angle", angles(:n), error, units)
-        if (.not. allocated(error)) call read(group, support_keys, "axes", axes, error)
+        call read(group, support_keys, "angle", angles(:n), error, units)
+        call read(group, support_keys, "axes", axes, error)
         if (allocated(error)) return
         support = support_type(there%position(:2), there%stiffness(:2), there%damping(:2), angles(1), axes == "frame")
         there%turning = axes == "frame"
@@ -308,11 +297,11 @@ contains
     end do
   end subroutine read_supports
 
-  !> Key `dof`: numbers of the free degrees of freedom, each once, in the order of the matrices.
+  !> Key `dof`: numbers of the free degrees of freedom, each once, in the order of the matrices; nothing where there is an error.
   subroutine read_dof(group, free, error)
     type(group_type), intent(in) :: group
     integer, allocatable, intent(out) :: free(:)
-    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable, intent(inout) :: error
     character(len=word_length), allocatable :: names(:)
     integer :: i
 

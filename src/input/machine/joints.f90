@@ -9,7 +9,7 @@ module gestell_input_machine_joints
   use gestell_input_namelist_document, only: group_names, group_type, has, name_of
   use gestell_input_machine_mechanisms, only: membership_key
   use gestell_input_namelist_message, only: in_group, input_error
-  use gestell_input_namelist_suggest, only: suggestion
+  use gestell_input_namelist_suggest, only: listed, suggestion
   use gestell_input_schema, only: variant_type
   use gestell_input_schema_read, only: count_values, read
   use gestell_input_schema_units, only: units_type
@@ -181,17 +181,13 @@ contains
     type(group_type), intent(in) :: group
     type(form_type), intent(in) :: form
     type(error_type), allocatable, intent(out) :: error
-    character(len=:), allocatable :: known
     integer :: i, k
 
     do i = 1, size(group%entries)
       associate (key => group%entries(i)%key)
         if (key == "name" .or. key == "type" .or. key == "mechanism" .or. find_key(form%keys, key) > 0) cycle
-        known = ""
-        do k = 1, size(form%keys)
-          known = known // trim(merge(", ", "  ", k > 1)) // " " // trim(form%keys(k)%name)
-        end do
-        call input_error(group, key, "a joint of type '" // trim(form%name) // "' has no such key, it has" // known, error)
+        call input_error(group, key, "a joint of type '" // trim(form%name) // "' has no such key, it has " &
+          & // listed((form%keys%name), "", ""), error)
         return
       end associate
     end do
@@ -236,7 +232,7 @@ contains
     type(group_type), intent(in) :: joints(:)
     integer, intent(in) :: i, target
     logical :: found(size(joints)), done(size(joints))
-    integer :: k
+    integer :: e, k, v
 
     builds_on = .false.
     if (i < 1 .or. target > size(joints)) return
@@ -245,27 +241,16 @@ contains
     do while (any(found .and. .not. done))
       k = findloc(found .and. .not. done, .true., dim=1)
       done(k) = .true.
-      found = found .or. carriers_of(joints, k)
+      do e = 1, size(joints(k)%entries)
+        associate (entry => joints(k)%entries(e))
+          if (any(entry%key == [character(len=9) :: "name", "type", "mechanism"])) cycle
+          do v = 1, size(entry%values)
+            if (entry%values(v)%quoted) found = found .or. group_names(joints) == entry%values(v)%text
+          end do
+        end associate
+      end do
     end do
     builds_on = found(target)
   end function builds_on
-
-  !> The joints that joint `i` names by any of its keys.
-  pure function carriers_of(joints, i) result(named)
-    type(group_type), intent(in) :: joints(:)
-    integer, intent(in) :: i
-    logical :: named(size(joints))
-    integer :: e, v
-
-    named = .false.
-    do e = 1, size(joints(i)%entries)
-      associate (entry => joints(i)%entries(e))
-        if (entry%key == "name" .or. entry%key == "type" .or. entry%key == "mechanism") cycle
-        do v = 1, size(entry%values)
-          if (entry%values(v)%quoted) named = named .or. group_names(joints) == entry%values(v)%text
-        end do
-      end associate
-    end do
-  end function carriers_of
 
 end module gestell_input_machine_joints

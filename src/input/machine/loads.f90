@@ -37,16 +37,20 @@ contains
     real(dp), intent(out) :: stiffness(6, 6), damping(6, 6)
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: b(6)
-    integer :: i, k
+    integer :: i, k, row, column
 
     damping = 0
     if (.not. in_space) call refuse_beyond_plane(group, error)
-    if (.not. allocated(error)) call read(group, foundation_keys, "stiffness", stiffness, error)
+    call read(group, foundation_keys, "stiffness", stiffness, error)
     if (allocated(error)) return
     do k = 2, 6
       do i = 1, k - 1
         if (.not. abs(stiffness(i, k) - stiffness(k, i)) > 0) cycle
-        call refuse_skew(merge(i, k, i + k /= 4), merge(k, i, i + k /= 4))
+        row = merge(i, k, i + k /= 4)
+        column = i + k - row
+        call input_error(group, "stiffness", "the matrix must be symmetric, c" // text(row) // text(column) // " is " &
+          & // concise(stiffness(row, column)) // " and c" // text(column) // text(row) // " is " &
+          & // concise(stiffness(column, row)), error, element=row + 6 * (column - 1))
         return
       end do
     end do
@@ -61,17 +65,6 @@ contains
     do i = 1, 6
       damping(i, i) = b(i)
     end do
-
-  contains
-
-    subroutine refuse_skew(i, k)
-      integer, intent(in) :: i, k
-
-      call input_error(group, "stiffness", "the matrix must be symmetric, c" // text(i) // text(k) // " is " &
-        & // concise(stiffness(i, k)) // " and c" // text(k) // text(i) // " is " // concise(stiffness(k, i)), error, &
-        & element=i + 6 * (k - 1))
-    end subroutine refuse_skew
-
   end subroutine read_foundation
 
   !> Error: an element that only a frame in space has.

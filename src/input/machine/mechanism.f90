@@ -100,24 +100,23 @@ contains
       return
     end if
     call read(group, mass_function_keys, "mass", mass, error)
-    if (.not. allocated(error)) call read(group, mass_function_keys, "inertia", inertia, error)
-    if (.not. allocated(error)) call get_harmonics(group, "a1", a1, error)
-    if (.not. allocated(error)) call get_harmonics(group, "a2", a2, error)
-    if (.not. allocated(error)) call get_harmonics(group, "a3", a3, error)
-    if (.not. allocated(error)) call get_harmonics(group, "moment", moment, error)
-    if (allocated(error)) return
+    call read(group, mass_function_keys, "inertia", inertia, error)
+    call get_harmonics(group, "a1", a1, error)
+    call get_harmonics(group, "a2", a2, error)
+    call get_harmonics(group, "a3", a3, error)
+    call get_harmonics(group, "moment", moment, error)
     if (has(group, "energy")) call get_harmonics(group, "energy", energy, error)
     if (allocated(error)) return
     call new_harmonic_mechanism(harmonic, mass, inertia, a1, a2, a3, moment, error, energy)
     if (allocated(error)) call in_group(group, error)
   end subroutine read_harmonics
 
-  !> A mean and pairs of cosine and sine; zero where the key is missing.
+  !> A mean and pairs of cosine and sine; zero where the key is missing or there is an error already.
   subroutine get_harmonics(group, key, values, error)
     type(group_type), intent(in) :: group
     character(len=*), intent(in) :: key
     real(dp), allocatable, intent(out) :: values(:)
-    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable, intent(inout) :: error
 
     allocate(values(max(1, count_values(group, key))))
     call read(group, mass_function_keys, key, values, error)
@@ -151,7 +150,7 @@ contains
     call take_names(links%groups, link_names, error)
     if (allocated(error)) return
     do i = 1, size(placements)
-      call check_crank(pack_groups(joints, i), forms, error)
+      call check_crank(joints, i, forms, error)
       if (allocated(error)) return
     end do
     do i = 1, size(joints%groups)
@@ -197,22 +196,6 @@ contains
     end associate
   end function group_of_ratio
 
-  !> The joints of one mechanism.
-  pure function pack_groups(joints, mechanism) result(groups)
-    type(members_type), intent(in) :: joints
-    integer, intent(in) :: mechanism
-    type(group_type), allocatable :: groups(:)
-    integer :: i, n
-
-    allocate(groups(count(joints%mechanism == mechanism)))
-    n = 0
-    do i = 1, size(joints%groups)
-      if (joints%mechanism(i) /= mechanism) cycle
-      n = n + 1
-      groups(n) = joints%groups(i)
-    end do
-  end function pack_groups
-
   !> The names of joints or links, in their order. Errors: an empty name; one that is taken.
   subroutine take_names(groups, names, error)
     type(group_type), intent(in) :: groups(:)
@@ -233,19 +216,22 @@ contains
     end do
   end subroutine take_names
 
-  !> A mechanism has a crank at least.
-  subroutine check_crank(joints, forms, error)
-    type(group_type), intent(in) :: joints(:)
+  !> Error: mechanism number `mechanism` has no crank.
+  subroutine check_crank(joints, mechanism, forms, error)
+    type(members_type), intent(in) :: joints
+    integer, intent(in) :: mechanism
     type(form_type), intent(in) :: forms(:)
     type(error_type), allocatable, intent(out) :: error
     integer :: i, number
 
-    do i = 1, size(joints)
-      call type_of_joint(joints(i), forms, number, error)
+    do i = 1, size(joints%groups)
+      if (joints%mechanism(i) /= mechanism) cycle
+      call type_of_joint(joints%groups(i), forms, number, error)
       if (allocated(error)) return
       if (forms(number)%name == "crank") return
     end do
-    call fatal_error(error, joints(1)%file // ": no joint has type = 'crank', one must", invalid_input)
+    call fatal_error(error, joints%groups(findloc(joints%mechanism, mechanism, dim=1))%file // ": no joint has type = 'crank', " &
+      & // "one must", invalid_input)
   end subroutine check_crank
 
   !> A link on any of the joints.
@@ -262,7 +248,7 @@ contains
 
     call read(group, link_keys, "from", from, error)
     if (.not. allocated(error)) call check_known(group, "from", [from], joints, names, size(joints), error)
-    if (.not. allocated(error)) call read(group, link_keys, "to", to, error)
+    call read(group, link_keys, "to", to, error)
     if (allocated(error)) return
     if (has(group, "to")) call check_known(group, "to", [to], joints, names, size(joints), error)
     if (allocated(error)) return
@@ -273,9 +259,9 @@ contains
     call read(group, link_keys, "mass", mass, error, units)
     n = min(3, max(1, count_values(group, "inertia")))
     if (n == 2) call input_error(group, "inertia", "needs 1 value, or 3, has 2", error)
-    if (.not. allocated(error)) call read(group, link_keys, "inertia", inertia(:n), error, units)
-    if (.not. allocated(error)) call read(group, link_keys, "center", center, error, units)
-    if (.not. allocated(error)) call read(group, link_keys, "z", z, error, units)
+    call read(group, link_keys, "inertia", inertia(:n), error, units)
+    call read(group, link_keys, "center", center, error, units)
+    call read(group, link_keys, "z", z, error, units)
     if (allocated(error)) return
     if (n == 1) inertia = [0.0_dp, inertia(1), inertia(1)]
     if (.not. has(group, "to")) center = placement%vector(center)

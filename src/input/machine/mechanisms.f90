@@ -221,9 +221,7 @@ contains
     real(dp) :: axes(3, 3)
 
     if (has(group, "origin")) call read_place(group, keys, "origin", units, part%origin, error)
-    if (allocated(error)) return
     if (has(group, "axis")) call read(group, keys, "axis", part%axis, error)
-    if (allocated(error)) return
     if (has(group, "x_axis")) call read(group, keys, "x_axis", part%x_axis, error)
     if (allocated(error)) return
     part%tilted = part%tilted .or. has(group, "axis") .or. has(group, "x_axis")
@@ -240,16 +238,16 @@ contains
     ! the frame's own plane
     if (.not. norm2(axes(:, 3) - upright) > 0 .and. .not. norm2(part%x_axis) > 0) part%tilted = .false.
     if (has(group, "angle")) call read(group, keys, "angle", part%placement%angle, error, units)
-    if (.not. allocated(error) .and. has(group, "phase")) call read(group, keys, "phase", part%placement%phase, error, units)
-    if (.not. allocated(error) .and. has(group, "ratio")) call read_ratio(group, keys, part%placement, error)
+    if (has(group, "phase")) call read(group, keys, "phase", part%placement%phase, error, units)
+    if (has(group, "ratio")) call read_ratio(group, keys, part%placement, error)
   end subroutine read_placement
 
-  !> Error: it is no fraction.
+  !> Reads nothing where there is an error already. Error: the ratio is no fraction.
   subroutine read_ratio(group, keys, placement, error)
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: keys(:)
     type(placement_type), intent(inout) :: placement
-    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable, intent(inout) :: error
     real(dp) :: numbers(2)
     integer :: n
     logical :: known
@@ -330,9 +328,8 @@ contains
     if (.not. allocated(links%mechanism)) allocate(links%mechanism(size(links%groups)), source=0)
     call list_names(joints%groups, names)
     do i = 1, size(links%groups)
-      if (links%mechanism(i) > 0) cycle
+      if (links%mechanism(i) > 0 .or. .not. has(links%groups(i), "from")) cycle
       call read(links%groups(i), [from_key], "from", from, none)
-      if (allocated(none)) cycle
       k = names%position(from)
       if (k > 0) links%mechanism(i) = joints%mechanism(k)
     end do

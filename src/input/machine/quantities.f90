@@ -58,29 +58,17 @@ contains
         call read_place(group, probe_keys, "position", units, place, error)
         probe%position = place(:2)
         probe%z = place(3)
-        if (allocated(error)) return
         if (has(group, "limit_mm_s")) then
           call read(group, probe_keys, "limit_mm_s", probe%limit, error)
-          if (allocated(error)) return
           probe%limit = probe%limit / 1000
         end if
-        call read_band(group, probe%band, error)
+        if (has(group, "band_hz")) call read(group, probe_keys, "band_hz", probe%band, error)
+        if (.not. (allocated(error) .or. probe%band(2) > probe%band(1))) call input_error(group, "band_hz", &
+          & "the band is empty: its upper end must be the greater one", error)
         if (allocated(error)) return
       end associate
     end do
   end subroutine read_probes
-
-  subroutine read_band(group, band, error)
-    type(group_type), intent(in) :: group
-    real(dp), intent(inout) :: band(2)
-    type(error_type), allocatable, intent(out) :: error
-
-    if (.not. has(group, "band_hz")) return
-    call read(group, probe_keys, "band_hz", band, error)
-    if (allocated(error)) return
-    if (.not. band(2) > band(1)) call input_error(group, "band_hz", "the band is empty: its upper end must be the greater one", &
-      & error)
-  end subroutine read_band
 
   !> The key `quantities` of the group with these keys, or those that are usual: the force on the ground, with `coordinates` the
   !> free ones before it, else the velocity of probes with a limit. Error: no such quantity, or one that is named twice.
@@ -94,16 +82,14 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: reason
     type(group_type) :: group
-    character(len=word_length), allocatable :: given(:)
     type(dictionary_type) :: seen
     character(len=word_length), allocatable :: names(:)
     integer :: i, n
 
     group = the_group(doc, trim(keys(1)%group))
     if (has(group, "quantities")) then
-      call read(group, keys, "quantities", given, error)
+      call read(group, keys, "quantities", names, error)
       if (allocated(error)) return
-      names = given
     else if (coordinates) then
       names = [character(len=word_length) :: dof_names(frame%free), "f"]
     else

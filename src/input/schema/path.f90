@@ -2,6 +2,7 @@
 module gestell_input_schema_path
   use gestell_base_error, only: error_type, fatal_error, invalid_input, wrong_usage
   use gestell_base_kinds, only: dp
+  use gestell_base_text, only: exact
   use gestell_input_schema_check, only: normalise
   use gestell_input_namelist_document, only: document_type, group_type, entry_type, find_entry
   use gestell_input_schema_locate, only: target_type, find_target
@@ -42,10 +43,8 @@ contains
     character(len=*), intent(in) :: path
     real(dp), intent(in) :: value
     type(error_type), allocatable, intent(out) :: error
-    character(len=24) :: digits
 
-    write(digits, "(es24.16e3)") value
-    call assign(doc, schema, path, digits, "at " // shown(path) // "=" // trim(adjustl(digits)), error)
+    call set_path_text(doc, schema, path, exact(value), error)
   end subroutine set_path_real
 
   !> Sets a path to what would stand behind the sign of equality of --set.

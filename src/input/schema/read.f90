@@ -8,7 +8,7 @@ module gestell_input_schema_read
   use gestell_input_namelist_document, only: entry_type, find_entry, group_type
   use gestell_input_namelist_message, only: input_error
   use gestell_input_namelist_suggest, only: suggestion
-  use gestell_input_schema_units, only: units_type
+  use gestell_input_schema_units, only: units_type, usual_units
   implicit none (type, external)
   private
 
@@ -17,8 +17,8 @@ module gestell_input_schema_read
   !> call read(group, keys, name, value, error, units, default): the value of a group's key, whose record stands in `keys`.
   !> Numbers, vectors and matrices come in SI, with `units`, or as typed without. Where the key is missing its default stands
   !> for it, the one given here first; for vectors and matrices for every element not given. Of a matrix with more rows the first
-  !> ones come. Errors: a value out of range, a word
-  !> that is not allowed, a key without default that is missing.
+  !> ones come. Errors: a value out of range, a word that is not allowed, a key without default that is missing. Where there is an
+  !> error already nothing is read and the error stays, so that a reader asks for errors once, behind its last key.
   interface read
     module procedure read_real
     module procedure read_vector
@@ -46,7 +46,7 @@ contains
     type(key_type), intent(in) :: keys(:)
     character(len=*), intent(in) :: name
     real(dp), intent(out) :: value
-    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable, intent(inout) :: error
     type(units_type), intent(in), optional :: units
     real(dp), intent(in), optional :: default
     real(dp) :: values(1)
@@ -60,12 +60,14 @@ contains
     type(key_type), intent(in) :: keys(:)
     character(len=*), intent(in) :: name
     real(dp), intent(out) :: value(:)
-    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable, intent(inout) :: error
     type(units_type), intent(in), optional :: units
     real(dp), intent(in), optional :: default
     real(dp) :: missing
     integer :: i, k, n
 
+    value = 0
+    if (allocated(error)) return
     associate (key => keys(find_key(keys, name)))
       missing = key%default
       if (present(default)) missing = default
@@ -73,7 +75,6 @@ contains
       n = 0
       if (i > 0) n = last_given(group%entries(i))
       if (n > size(value)) then
-        value = 0
         call input_error(group, name, "needs " // text(size(value)) &
           // trim(merge(" value ", " values", size(value) == 1)) // ", has " // text(n), error)
         return
@@ -95,20 +96,21 @@ contains
           if (i > 0) call input_error(group, name, "must be given", error, k)
           return
         end if
-        if (present(units) .and. abs(missing) > 0) value(k) = in_usual_units(key, k, missing)
+        ! defaults are in SI, but for angles
+        if (present(units) .and. abs(missing) > 0) value(k) = usual_units%to_si(key, k, missing)
       end do
     end associate
   end subroutine read_vector
 
   !> A place in space, m, or what else has a value along each of three axes: of two values the third is 0. Where `alike` one value
-  !> stands for all.
+  !> stands for all. Nothing is read where there is an error already.
   pure subroutine read_place(group, keys, name, units, value, error)
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: keys(:)
     character(len=*), intent(in) :: name
     type(units_type), intent(in) :: units
     real(dp), intent(out) :: value(3)
-    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable, intent(inout) :: error
     integer :: n
 
     n = min(3, max(keys(find_key(keys, name))%least, count_values(group, name)))
@@ -121,7 +123,7 @@ contains
     type(key_type), intent(in) :: keys(:)
     character(len=*), intent(in) :: name
     real(dp), intent(out) :: value(:, :)
-    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable, intent(inout) :: error
     type(units_type), intent(in), optional :: units
     real(dp), intent(in), optional :: default
     real(dp), allocatable :: elements(:)
@@ -151,7 +153,7 @@ contains
     type(key_type), intent(in) :: keys(:)
     character(len=*), intent(in) :: name
     integer, intent(out) :: value
-    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable, intent(inout) :: error
     real(dp) :: values(1)
 
     call read_vector(group, keys, name, values, error)
@@ -163,10 +165,11 @@ contains
     type(key_type), intent(in) :: keys(:)
     character(len=*), intent(in) :: name
     character(len=:), allocatable, intent(out) :: value
-    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable, intent(inout) :: error
     character(len=*), intent(in), optional :: default
     integer :: i
 
+    if (allocated(error)) return
     associate (key => keys(find_key(keys, name)))
       value = trim(key%word)
       if (present(default)) value = default
@@ -185,9 +188,10 @@ contains
     type(key_type), intent(in) :: keys(:)
     character(len=*), intent(in) :: name
     character(len=word_length), allocatable, intent(out) :: value(:)
-    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable, intent(inout) :: error
     integer :: i, k
 
+    if (allocated(error)) return
     associate (key => keys(find_key(keys, name)))
       i = find_entry(group, name)
       if (i == 0) then
@@ -215,16 +219,6 @@ contains
     allowed = key%words == ""
     if (.not. allowed) allowed = index(word, ",") == 0 .and. index(", " // trim(key%words) // ",", ", " // trim(word) // ",") > 0
   end function allowed
-
-  !> A default in SI.
-  pure real(dp) function in_usual_units(key, element, default) result(value)
-    type(key_type), intent(in) :: key
-    integer, intent(in) :: element
-    real(dp), intent(in) :: default
-    type(units_type) :: usual
-
-    value = usual%to_si(key, element, default)
-  end function in_usual_units
 
   !> Error: the number is out of its key's range.
   pure subroutine check_range(group, key, value, element, error)

@@ -7,9 +7,9 @@ module gestell_input_schema_rule
   use gestell_input_namelist_message, only: refuse_entry
   use gestell_input_namelist_number, only: read_real, read_integer, is_digits
   use gestell_base_key, only: integer_key, key_type, real_key, text_key
+  use gestell_base_text, only: text
   use gestell_input_schema, only: schema_type, names_of_keys
   use gestell_input_namelist_suggest, only: nearest_of, listed
-  use gestell_base_text, only: text
   use gestell_input_wording, only: shown
   implicit none (type, external)
   private
