@@ -5,6 +5,7 @@ module gestell_door_guarded
   use gestell_base_text, only: concise
   use gestell_door_roughness, only: describe_roughness, rows, watched
   use gestell_floquet_period_survey, only: survey, survey_type
+  use gestell_math_lapack, only: factorise
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: second_order_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -163,28 +164,20 @@ contains
     end select
   end subroutine find_singular_mass
 
-  !> det M with rows divided by `greatest`, by elimination with pivots.
+  !> det M with rows divided by `greatest`, from its LU factors.
   real(dp) function mass_determinant(system, phase, greatest) result(determinant)
     class(second_order_system), intent(in) :: system
     real(dp), intent(in) :: phase, greatest(:)
     real(dp), dimension(system%states / 2, system%states / 2) :: m, b, c
-    integer :: f, i, k, row
+    integer :: pivots(system%states / 2), k
+    type(error_type), allocatable :: singular
 
-    f = system%states / 2
     call system%matrices(phase * system%period, m, b, c)
-    m = m / spread(greatest, 2, f)
+    m = m / spread(greatest, 2, size(m, 1))
+    call factorise(m, pivots, singular)
     determinant = 1
-    do k = 1, f
-      row = k - 1 + maxloc(abs(m(k:, k)), dim=1)
-      if (row /= k) then
-        m([k, row], :) = m([row, k], :)
-        determinant = -determinant
-      end if
-      determinant = determinant * m(k, k)
-      if (.not. abs(m(k, k)) > 0) return
-      do i = k + 1, f
-        m(i, k:) = m(i, k:) - m(k, k:) * (m(i, k) / m(k, k))
-      end do
+    do k = 1, size(m, 1)
+      determinant = determinant * merge(m(k, k), -m(k, k), pivots(k) == k)
     end do
   end function mass_determinant
 

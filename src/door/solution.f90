@@ -17,7 +17,6 @@ module gestell_door_solution
   use gestell_system_averaged, only: averaged_system
   use gestell_system_periodic, only: periodic_system
   use gestell_task_common_task, only: any_task_type, own_machine
-  use gestell_task_common_configuration, only: configuration_type
   use gestell_task_common_context, only: context_type
   use gestell_task_machine_report, only: report_machine, slips_of, warn_of_slips
   use gestell_task_registry, only: all_tables, read_input
@@ -107,31 +106,26 @@ contains
     character(len=:), allocatable, intent(out) :: lines
     type(error_type), allocatable, intent(out) :: error
 
-    !$omp critical (gestell_door)
-    call find_report(self, error)
-    if (allocated(self%told)) lines = self%told
-    !$omp end critical (gestell_door)
-  end subroutine report
-
-  subroutine find_report(self, error)
-    class(solution_type), intent(inout) :: self
-    type(error_type), allocatable, intent(out) :: error
     type(context_type) :: context
     type(result_type) :: result
 
+    !$omp critical (gestell_door)
     if (.not. allocated(self%told)) then
       associate (configuration => self%context%configuration)
         if (self%context%reports) then
           result = self%result
         else
           call solve_tasks(configuration%document, configuration%schema, .true., context, result, error)
-          if (allocated(error)) return
         end if
-        call result%lead()
-        self%told = report_machine(configuration, self%context%head%input) // result%report // result%in_short()
+        if (.not. allocated(error)) then
+          call result%lead()
+          self%told = report_machine(configuration, self%context%head%input) // result%report // result%in_short()
+        end if
       end associate
     end if
-  end subroutine find_report
+    if (allocated(self%told)) lines = self%told
+    !$omp end critical (gestell_door)
+  end subroutine report
 
   !> Writes the program's files into `folder`: tables and the scripts of their pictures; with `pictures` these too, by gnuplot.
   !> Errors: they cannot be written; there is no gnuplot, and all but the pictures is written.
@@ -141,34 +135,28 @@ contains
     type(error_type), allocatable, intent(out) :: error
     logical, intent(in), optional :: pictures
 
-    !$omp critical (gestell_door)
-    call publish_files(self, folder, error, pictures)
-    !$omp end critical (gestell_door)
-  end subroutine write_files
-
-  subroutine publish_files(self, folder, error, pictures)
-    class(solution_type), intent(in) :: self
-    character(len=*), intent(in) :: folder
-    type(error_type), allocatable, intent(out) :: error
-    logical, intent(in), optional :: pictures
     type(staging_type) :: staging
     type(error_type), allocatable :: undrawn
     character(len=:), allocatable :: drawn
+    logical :: draws
 
+    draws = .false.
+    if (present(pictures)) draws = pictures
+    !$omp critical (gestell_door)
     call open_staging(staging, folder, all_tables(), error, self%context%configuration%document%path)
-    if (allocated(error)) return
-    call self%result%write(staging%path, self%context%head, error)
-    if (present(pictures) .and. .not. allocated(error)) then
-      if (pictures) call draw_pictures(staging%path, folder, self%result%figures, drawn, undrawn)
-    end if
-    if (allocated(error)) then
-      call staging%retell(error)
-      call staging%discard()
-    else
-      call staging%publish(self%result%left(), error)
+    if (.not. allocated(error)) then
+      call self%result%write(staging%path, self%context%head, error)
+      if (allocated(error)) then
+        call staging%retell(error)
+        call staging%discard()
+      else
+        if (draws) call draw_pictures(staging%path, folder, self%result%figures, drawn, undrawn)
+        call staging%publish(self%result%left(), error)
+      end if
     end if
     if (allocated(undrawn) .and. .not. allocated(error)) call move_alloc(undrawn, error)
-  end subroutine publish_files
+    !$omp end critical (gestell_door)
+  end subroutine write_files
 
   !> The worst of all verdicts: stable, undamped, undecided, unstable; empty where nothing was asked for that has a verdict.
   pure character(len=verdict_length) function verdict(self)
@@ -196,39 +184,32 @@ contains
     type(response_type), intent(out) :: found
     type(error_type), allocatable, intent(out) :: error
 
-    !$omp critical (gestell_door)
-    call find_response(self, name, found, error)
-    !$omp end critical (gestell_door)
-  end subroutine response
-
-  subroutine find_response(self, name, found, error)
-    class(solution_type), intent(inout), target :: self
-    character(len=*), intent(in) :: name
-    type(response_type), intent(out) :: found
-    type(error_type), allocatable, intent(out) :: error
     type(quantity_type) :: quantity
     type(statistics_type) :: statistics
     integer :: k
 
+    !$omp critical (gestell_door)
     associate (configuration => self%context%configuration, analysis => self%context%analysis)
-      if (.not. allocated(analysis%vibration)) then
+      if (allocated(analysis%vibration)) then
+        call find_quantity(analysis%frame, configuration%probes, name, quantity, error)
+        if (.not. allocated(error)) call hold(self, quantity%rows(), error)
+        if (.not. allocated(error)) call take_statistics(analysis%vibration, quantity, statistics, error)
+        if (.not. allocated(error)) call history_of(analysis%vibration, quantity, found%history, error)
+      else
         call fatal_error(error, "no task of these computes the vibration; order 'response'", invalid_input)
-        return
       end if
-      call find_quantity(analysis%frame, configuration%probes, name, quantity, error)
-      if (.not. allocated(error)) call hold(self, quantity%rows(), error)
-      if (.not. allocated(error)) call take_statistics(analysis%vibration, quantity, statistics, error)
-      if (.not. allocated(error)) call history_of(analysis%vibration, quantity, found%history, error)
-      if (allocated(error)) return
-      found%name = name
-      found%unit = trim(quantity%unit)
-      found%peak = statistics%peak
-      found%peak_error = statistics%peak_error
-      found%rms = statistics%rms
-      found%rms_error = statistics%error
-      found%amplitudes = [(statistics%amplitude(k), k = 1, configuration%analysis%harmonics)]
+      if (.not. allocated(error)) then
+        found%name = name
+        found%unit = trim(quantity%unit)
+        found%peak = statistics%peak
+        found%peak_error = statistics%peak_error
+        found%rms = statistics%rms
+        found%rms_error = statistics%error
+        found%amplitudes = [(statistics%amplitude(k), k = 1, configuration%analysis%harmonics)]
+      end if
     end associate
-  end subroutine find_response
+    !$omp end critical (gestell_door)
+  end subroutine response
 
   !> The vibration with `rows` of its motion at least. Error: it cannot be computed.
   subroutine hold(solution, rows, error)

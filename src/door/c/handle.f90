@@ -1,24 +1,16 @@
 !> What the functions for C are made of: handles, texts, errors.
 module gestell_door_c_handle
-  use gestell_base_error, only: error_type, wrong_usage
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_null_char, c_ptr, c_size_t
+  use gestell_base_error, only: error_type, fatal_error, wrong_usage
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_null_char, c_ptr
   implicit none (type, external)
   private
 
-  public :: code_of, give_count, give_text, no_handle, text_of, too_small
+  public :: code_of, give_count, give_text, no_handle, too_small
 
   !> What is behind a handle of an error: the last that was reported to it.
   type, public :: c_error_type
     type(error_type), allocatable :: error
   end type c_error_type
-
-  interface
-    pure integer(c_size_t) function strlen(text) bind(c, name="strlen")
-      import :: c_ptr, c_size_t
-      implicit none (type, external)
-      type(c_ptr), value :: text
-    end function strlen
-  end interface
 
 contains
 
@@ -40,9 +32,7 @@ contains
     character(len=*), intent(in) :: what
     type(error_type), allocatable, intent(out) :: error
 
-    allocate(error)
-    error%code = wrong_usage
-    error%message = what // " is a null pointer"
+    call fatal_error(error, what // " is a null pointer", wrong_usage)
   end subroutine no_handle
 
   !> Gives a number that is asked for, unless there is an error. Error: nobody takes it.
@@ -67,25 +57,8 @@ contains
     character(len=60) :: numbers
 
     write(numbers, "(a, i0, a, i0)") ": there are ", needed, " elements, not ", given
-    allocate(error)
-    error%code = wrong_usage
-    error%message = what // trim(numbers)
+    call fatal_error(error, what // trim(numbers), wrong_usage)
   end subroutine too_small
-
-  !> The text at `pointer`, which ends with a zero, and is not null.
-  subroutine text_of(pointer, text)
-    type(c_ptr), intent(in) :: pointer
-    character(len=:), allocatable, intent(out) :: text
-    character(kind=c_char), pointer :: characters(:)
-    integer :: i, n
-
-    n = int(strlen(pointer))
-    call c_f_pointer(pointer, characters, [n])
-    allocate(character(len=n) :: text)
-    do i = 1, n
-      text(i:i) = characters(i)
-    end do
-  end subroutine text_of
 
   !> Puts `text` with a zero behind it into the `size` characters at `pointer`. Error: they are too few, or none.
   subroutine give_text(text, size, pointer, error)

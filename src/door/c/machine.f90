@@ -2,9 +2,10 @@
 !> for what it is: an error.
 module gestell_door_c_machine
   use gestell_base_error, only: error_type
+  use gestell_base_files, only: copy_text
   use gestell_base_kinds, only: dp
   use gestell_base_version, only: version
-  use gestell_door_c_handle, only: c_error_type, code_of, give_count, give_text, no_handle, text_of, too_small
+  use gestell_door_c_handle, only: c_error_type, code_of, give_count, give_text, no_handle, too_small
   use gestell_door_machine, only: machine_type
   use gestell_door_solution, only: solution_type
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr
@@ -186,27 +187,22 @@ contains
     character(len=:), allocatable :: names
     type(error_type), allocatable :: error
 
-    if (present(found)) then
-      found = c_null_ptr
-    else
+    if (.not. present(found)) then
       call no_handle("the place for the solution", error)
-    end if
-    if (allocated(error)) then
       code = code_of(error, failure)
       return
-    else if (c_associated(tasks)) then
+    end if
+    found = c_null_ptr
+    if (c_associated(tasks)) then
       call take(handle, machine, tasks, "tasks", names, error)
     else
       call take_machine(handle, machine, error)
     end if
     if (.not. allocated(error)) then
       allocate(solution)
-        if (allocated(names)) then
-        call machine%solve(solution, error, names)
-      else
-        call machine%solve(solution, error)
-      end if
-        if (allocated(error)) then
+      ! without `names`, which is not allocated then: the tasks of the input
+      call machine%solve(solution, error, names)
+      if (allocated(error)) then
         deallocate(solution)
       else
         found = c_loc(solution)
@@ -226,7 +222,7 @@ contains
     call take_machine(handle, machine, error)
     if (allocated(error)) return
     if (c_associated(pointer)) then
-      call text_of(pointer, text)
+      call copy_text(pointer, text)
     else
       call no_handle(what, error)
     end if

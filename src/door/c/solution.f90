@@ -1,8 +1,9 @@
 !> Solutions for C (include/gestell.h): texts, multipliers, vibrations of quantities.
 module gestell_door_c_solution
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
+  use gestell_base_files, only: copy_text
   use gestell_base_kinds, only: dp
-  use gestell_door_c_handle, only: code_of, give_count, give_text, no_handle, text_of, too_small
+  use gestell_door_c_handle, only: code_of, give_count, give_text, no_handle, too_small
   use gestell_door_solution, only: response_type, solution_type
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_null_ptr, c_ptr
   implicit none (type, external)
@@ -217,7 +218,7 @@ contains
       call no_handle(what, error)
     else
       call c_f_pointer(handle, solution)
-      call text_of(pointer, name)
+      call copy_text(pointer, name)
     end if
   end subroutine take_solution
 

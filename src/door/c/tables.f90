@@ -108,8 +108,7 @@ contains
     type(column_type), pointer :: column
     type(error_type), allocatable :: error
 
-    call find_values(handle, name, index, rows, values, column, error)
-    if (.not. allocated(error)) call require(allocated(column%numbers), "numbers", error)
+    call find_values(handle, name, index, rows, values, numbers_kind, column, error)
     if (.not. allocated(error)) then
       call c_f_pointer(values, place, [rows])
       place = column%numbers
@@ -126,8 +125,7 @@ contains
     type(column_type), pointer :: column
     type(error_type), allocatable :: error
 
-    call find_values(handle, name, index, rows, values, column, error)
-    if (.not. allocated(error)) call require(allocated(column%integers), "integers", error)
+    call find_values(handle, name, index, rows, values, integers_kind, column, error)
     if (.not. allocated(error)) then
       call c_f_pointer(values, place, [rows])
       place = column%integers
@@ -146,8 +144,7 @@ contains
     character(len=:), allocatable :: word
     integer :: i, k, longest
 
-    call find_values(handle, name, index, rows, values, column, error)
-    if (.not. allocated(error)) call require(allocated(column%words), "words", error)
+    call find_values(handle, name, index, rows, values, words_kind, column, error)
     if (.not. allocated(error)) then
       longest = room_for_words(column, int(rows))
       if (width < longest) call too_small("the place for a word", int(width), longest, error)
@@ -181,27 +178,28 @@ contains
     !$omp end critical (gestell_door)
   end function room_for_words
 
-  !> Error: the column does not hold `what`.
-  pure subroutine require(holds, what, error)
-    logical, intent(in) :: holds
-    character(len=*), intent(in) :: what
-    type(error_type), allocatable, intent(out) :: error
-
-    if (.not. holds) call fatal_error(error, "the column holds no " // what, wrong_usage)
-  end subroutine require
-
-  !> The column whose `rows` values are wanted at `values`. Error: as of `find_column`; a null pointer, another number of rows.
-  subroutine find_values(handle, name, index, rows, values, column, error)
+  !> The column whose `rows` values of this `kind` are wanted at `values`. Error: as of `find_column`; a null pointer, another
+  !> number of rows, no values of this kind.
+  subroutine find_values(handle, name, index, rows, values, kind, column, error)
     type(c_ptr), intent(in) :: handle, name, values
     integer(c_int), intent(in) :: index, rows
+    integer, intent(in) :: kind
     type(column_type), pointer, intent(out) :: column
     type(error_type), allocatable, intent(out) :: error
+    character(len=*), parameter :: kinds(0:2) = [character(len=8) :: "numbers", "integers", "words"]
+    logical :: holds(0:2)
     integer :: there
 
     call find_column(handle, name, index, column, there, error)
     if (allocated(error)) return
-    if (.not. c_associated(values)) call no_handle("the place for a column", error)
-    if (.not. allocated(error) .and. rows /= there) call too_small("the place for a column", int(rows), there, error)
+    holds = [allocated(column%numbers), allocated(column%integers), allocated(column%words)]
+    if (.not. c_associated(values)) then
+      call no_handle("the place for a column", error)
+    else if (rows /= there) then
+      call too_small("the place for a column", int(rows), there, error)
+    else if (.not. holds(kind)) then
+      call fatal_error(error, "the column holds no " // trim(kinds(kind)), wrong_usage)
+    end if
   end subroutine find_values
 
   subroutine find_column(handle, name, index, column, rows, error)
