@@ -2,7 +2,7 @@
 program main
   use gestell_run_command_line, only: command_line
   use gestell_run_console, only: tell
-  use gestell_run_execution, only: execute
+  use gestell_run, only: execute
   use gestell_base_error, only: error_type
   use gestell_run_terminal, only: terminal_type
   use gestell_task_common_executor, only: executor_type

@@ -72,7 +72,7 @@ contains
     if (.not. allocated(failure)) call check_document(doc, schema, failure)
     if (.not. allocated(failure)) call read_configuration(doc, configuration, failure)
     if (.not. allocated(failure)) call new_document_family(family, configuration%document, configuration%schema, &
-      & configuration%units, paths, start, failure)
+      & configuration%units, paths, failure, start)
     call check_success(error, failure)
     if (allocated(error)) return
     options%probes = configuration%probes

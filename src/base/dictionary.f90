@@ -49,7 +49,7 @@ contains
     do while (self%slots(i) > 0)
       position = self%slots(i)
       if (self%text(self%ends(position) + 1:self%ends(position + 1)) == word) return
-      i = next_slot(self%slots, i)
+      i = 1 + mod(i, size(self%slots))
     end do
     position = 0
   end function position
@@ -86,7 +86,7 @@ contains
 
     i = first_slot(slots, word)
     do while (slots(i) > 0)
-      i = next_slot(slots, i)
+      i = 1 + mod(i, size(slots))
     end do
   end function free_slot
 
@@ -99,11 +99,5 @@ contains
     call mix_text(hash, trim(word))
     first_slot = 1 + int(modulo(hash, size(slots, kind=int64)))
   end function first_slot
-
-  pure integer function next_slot(slots, i)
-    integer, intent(in) :: slots(:), i
-
-    next_slot = merge(1, i + 1, i == size(slots))
-  end function next_slot
 
 end module gestell_base_dictionary

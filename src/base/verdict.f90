@@ -99,22 +99,14 @@ contains
   elemental type(verdict_type) function verdict_named(word) result(verdict)
     character(len=*), intent(in) :: word
 
-    integer :: k
-
-    do k = 1, ubound(words, 1)
-      if (word == words(k)) verdict%severity = k
-    end do
+    verdict = verdict_type(findloc(words(1:) == word, .true., dim=1))
   end function verdict_named
 
   !> The verdict with this number in binary files; `not_judged` for any other number.
   elemental type(verdict_type) function verdict_numbered(number) result(verdict)
     integer, intent(in) :: number
 
-    integer :: k
-
-    do k = 1, ubound(numbers, 1)
-      if (number == numbers(k)) verdict%severity = k
-    end do
+    verdict = verdict_type(findloc(numbers(1:), number, dim=1))
   end function verdict_numbered
 
   !> True if the verdict is one on a vibration; false if there is no vibration, or nothing was judged.

@@ -6,6 +6,7 @@ module gestell_door_guarded
   use gestell_door_roughness, only: describe_roughness, rows, watched
   use gestell_floquet_period_survey, only: survey, survey_type
   use gestell_math_lapack, only: factorise
+  use gestell_math_root_search, only: root_search_type
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: second_order_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -45,9 +46,10 @@ module gestell_door_guarded
   integer, parameter :: many_calls = 60000
   !> A free motion that advances by more than this within the period (rad) suggests that the period is in another unit.
   real(dp), parameter :: absurd_advance = 1.0e5_dp
-  !> Times at which the mass matrix is looked at; a determinant below this part of the greatest counts as zero.
+  !> Times at which the mass matrix is looked at; a determinant below this part of the greatest counts as zero; to what a phase is
+  !> found at which it vanishes.
   integer, parameter :: mass_points = 512
-  real(dp), parameter :: no_mass = 1.0e-12_dp
+  real(dp), parameter :: no_mass = 1.0e-12_dp, precision_of_phase = 5.0e-10_dp
 
 contains
 
@@ -120,7 +122,8 @@ contains
     class(periodic_system), intent(in) :: system
     type(watch_type), intent(inout) :: watch
     real(dp), dimension(system%states / 2, system%states / 2) :: m, b, c
-    real(dp) :: determinants(0:mass_points), greatest(system%states / 2), phase, low, high, middle
+    real(dp) :: determinants(0:mass_points), greatest(system%states / 2), phase
+    type(root_search_type) :: search
     integer :: k
 
     select type (system)
@@ -146,18 +149,13 @@ contains
       if (abs(determinants(k)) <= no_mass * maxval(abs(determinants))) phase = real(k, dp) / mass_points
       do k = 1, mass_points
         if (phase >= 0 .or. determinants(k - 1) * determinants(k) >= 0) cycle
-        low = real(k - 1, dp) / mass_points
-        high = real(k, dp) / mass_points
-        do while (high - low > 1.0e-9_dp)
-          middle = (low + high) / 2
+        call search%start(real(k - 1, dp) / mass_points, determinants(k - 1), real(k, dp) / mass_points, determinants(k))
+        do while (.not. search%found(precision_of_phase))
+          phase = search%next(precision_of_phase)
           watch%calls = watch%calls + 1
-          if (mass_determinant(system, middle, greatest) * determinants(k) > 0) then
-            high = middle
-          else
-            low = middle
-          end if
+          call search%take(phase, mass_determinant(system, phase, greatest))
         end do
-        phase = middle
+        phase = search%root()
       end do
       if (phase >= 0) watch%reason = "the mass matrix is singular at the time " // concise(phase * system%period, 6) // ", " &
         & // concise(phase, 6) // " of the period"

@@ -2,7 +2,7 @@
 module gestell_door_machine
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
-  use gestell_door_solution, only: order_type, solution_type, solve_order
+  use gestell_door_solution, only: solution_type, solve_document
   use gestell_input_namelist, only: parse_document, read_document
   use gestell_input_namelist_document, only: document_type, group_type
   use gestell_input_schema, only: find_group_rule, schema_type
@@ -55,7 +55,6 @@ contains
     class(machine_type), intent(out) :: self
     character(len=*), intent(in) :: file
     type(error_type), allocatable, intent(out) :: error
-
     type(document_type) :: document
 
     !$omp critical (gestell_door)
@@ -69,7 +68,6 @@ contains
     class(machine_type), intent(out) :: self
     character(len=*), intent(in) :: text
     type(error_type), allocatable, intent(out) :: error
-
     type(document_type) :: document
 
     !$omp critical (gestell_door)
@@ -185,7 +183,6 @@ contains
     character(len=*), intent(in) :: path
     real(dp), intent(in) :: value
     type(error_type), allocatable, intent(out) :: error
-
     character(len=24) :: digits
 
     if (abs(value - aint(value)) <= 0 .and. abs(value) < longest_whole) then
@@ -258,20 +255,16 @@ contains
     type(error_type), allocatable, intent(out) :: error
     character(len=*), intent(in), optional :: tasks
     real(dp), intent(in), optional :: tolerance
-    type(order_type) :: order
+    type(document_type) :: document
     !$ integer :: status
 
     !$omp critical (gestell_door)
-    call put_together(self, order%document, error)
-    if (.not. allocated(error)) then
-      order%schema = self%schema
-      order%settings = self%settings
-      if (present(tasks)) call set_path_text(order%document, order%schema, "case.tasks", tasks, error)
-    end if
-    if (present(tolerance) .and. .not. allocated(error)) call set_path_real(order%document, order%schema, "accuracy.tolerance", &
+    call put_together(self, document, error)
+    if (present(tasks) .and. .not. allocated(error)) call set_path_text(document, self%schema, "case.tasks", tasks, error)
+    if (present(tolerance) .and. .not. allocated(error)) call set_path_real(document, self%schema, "accuracy.tolerance", &
       & tolerance, error)
-    if (.not. (allocated(error) .or. self%checked)) call check_document(order%document, order%schema, error)
-    if (.not. allocated(error)) call solve_order(order, solution, error)
+    if (.not. (allocated(error) .or. self%checked)) call check_document(document, self%schema, error)
+    if (.not. allocated(error)) call solve_document(document, self%schema, self%settings, solution, error)
     ! Threads do not survive fork, and a child that has inherited a team would wait for its threads for ever. So none is kept.
     !$ status = omp_pause_resource_all(omp_pause_soft)
     !$omp end critical (gestell_door)

@@ -24,14 +24,7 @@ module gestell_door_solution
   implicit none (type, external)
   private
 
-  public :: solve_order
-
-  !> What is to be solved: a checked document, and what of it was set from outside.
-  type, public :: order_type
-    type(document_type) :: document
-    type(schema_type) :: schema
-    type(setting_type), allocatable :: settings(:)
-  end type order_type
+  public :: solve_document
 
   !> What was asked for; see `verdict`, `multipliers`, `response`, `table`.
   type, public :: solution_type
@@ -59,18 +52,19 @@ module gestell_door_solution
 
 contains
 
-  !> Runs the tasks of an order. Where all are about the input's own machine the report, which costs more than the verdict, waits
-  !> until it is asked for.
+  !> Runs the tasks of a checked document; `settings`: what of it was set from outside. Where all are about the input's own machine
+  !> the report, which costs more than the verdict, waits until it is asked for.
   !> Errors: the machine makes no sense or cannot turn; nothing could be computed.
-  subroutine solve_order(order, solution, error)
-    type(order_type), intent(in) :: order
+  subroutine solve_document(document, schema, settings, solution, error)
+    type(document_type), intent(in) :: document
+    type(schema_type), intent(in) :: schema
+    type(setting_type), intent(in) :: settings(:)
     type(solution_type), intent(out) :: solution
     type(error_type), allocatable, intent(out) :: error
 
-    call solve_tasks(order%document, order%schema, .false., solution%context, solution%result, error)
-    if (allocated(error)) return
-    call solution%context%entitle(order%document%file, order%settings)
-  end subroutine solve_order
+    call solve_tasks(document, schema, .false., solution%context, solution%result, error)
+    if (.not. allocated(error)) call solution%context%entitle(document%file, settings)
+  end subroutine solve_document
 
   !> `reports`: what people read is wanted too. Errors: as above.
   subroutine solve_tasks(document, schema, reports, context, result, error)

@@ -1,6 +1,7 @@
 !> Small helpers for the text of messages.
 module gestell_input_wording
   use gestell_base_text, only: text
+  use gestell_base_words, only: continues
   implicit none (type, external)
   private
 
@@ -20,7 +21,7 @@ contains
     n = len(text)
     if (n > longest_shown) then
       n = longest_shown - 3
-      do while (n > longest_shown - 6 .and. iand(ichar(text(n+1:n+1)), 192) == 128)
+      do while (n > longest_shown - 6 .and. continues(text(n+1:n+1)))
         n = n - 1
       end do
       short = text(:n) // "..."

@@ -87,19 +87,14 @@ contains
     type(any_task_type), intent(in) :: tasks(:)
     logical, intent(in) :: chosen(:)
     character(len=:), allocatable :: words
-    character(len=11) :: names(size(tasks))
-    integer :: i, n, k
+    character(len=11), allocatable :: names(:)
+    integer :: i
 
-    names = [(tasks(i)%task%name, i = 1, size(tasks))]
-    n = count([(chosen(i) .and. all(names(:i - 1) /= names(i)), i = 1, size(tasks))])
-    words = ""
-    k = 0
-    do i = 1, size(tasks)
-      if (.not. chosen(i) .or. any(names(:i - 1) == names(i))) cycle
-      k = k + 1
-      words = words // "'" // trim(names(i)) // "'"
-      if (k == n - 1) words = words // " or "
-      if (k < n - 1) words = words // ", "
+    names = pack([(tasks(i)%task%name, i = 1, size(tasks))], chosen)
+    names = pack(names, [(all(names(:i - 1) /= names(i)), i = 1, size(names))])
+    words = "'" // trim(names(1)) // "'"
+    do i = 2, size(names)
+      words = words // trim(merge(" or", ",  ", i == size(names))) // " '" // trim(names(i)) // "'"
     end do
   end function one_of
 

@@ -86,24 +86,24 @@ contains
     character(len=*), intent(in) :: name
     character(len=32) :: value
     character(len=:), allocatable :: reason
+    character :: unit
     integer :: n, status
 
     kilobytes = -1
     call get_environment_variable(name, value, status=status)
+    if (status /= 0 .or. value == "") return
     n = len_trim(value)
-    if (status /= 0 .or. n == 0) return
-    if (scan(lower(value(n:n)), "bkmg") == 1) n = n - 1
+    unit = "k"
+    if (scan(lower(value(n:n)), "bkmg") == 1) then
+      unit = lower(value(n:n))
+      n = n - 1
+    end if
     call read_integer(trim(adjustl(value(:n))), kilobytes, reason)
-    if (reason /= "" .or. kilobytes < 0) kilobytes = -1
-    if (n == len_trim(value) .or. kilobytes < 0) return
-    select case (lower(value(n + 1:n + 1)))
-    case ("b")
+    if (reason /= "" .or. kilobytes < 0 .or. kilobytes > 0 .and. scan(unit, "mg") == 1) then
+      kilobytes = -1
+    else if (unit == "b") then
       kilobytes = kilobytes / 1024
-    case ("m", "g")
-      if (kilobytes > 0) kilobytes = -1
-    case default
-      return
-    end select
+    end if
   end function kilobytes
 
 end module gestell_run_process

@@ -1,10 +1,12 @@
-!> What the program does with an input file.
+!> A run of the program: from the words of its command line to its exit code, and what it does with an input file.
 module gestell_run
-  use gestell_run_command_line, only: options_type
-  use gestell_run_console, only: console_type, tell
+  use gestell_run_command_line, only: help_text, options_type, parse, word_type
+  use gestell_run_console, only: console_type, print_out, tell
   use gestell_run_files, only: write_files
   use gestell_run_input, only: check_folder, check_options, folder_name, read_input
   use gestell_base_error, only: error_type
+  use gestell_base_version, only: version
+  use gestell_input_schema_help, only: help_on
   use gestell_output_file_staging, only: open_staging, staging_type
   use gestell_output_result, only: result_type
   use gestell_task_common_task, only: any_task_type
@@ -13,12 +15,12 @@ module gestell_run
   use gestell_task_drawing_report, only: report_mechanism
   use gestell_task_machine_frequencies, only: list_frequencies
   use gestell_task_machine_report, only: report_machine, slips_of, warn_of_slips
-  use gestell_task_registry, only: all_tables
+  use gestell_task_registry, only: all_tables, input_schema
   use gestell_task_registry_run, only: run_tasks
   implicit none (type, external)
   private
 
-  public :: run
+  public :: execute, run
 
   !> Exit code of a run with --fail-if-unstable whose verdict is not stable.
   integer, parameter, public :: not_stable = 10
@@ -26,6 +28,34 @@ module gestell_run
   character, parameter :: newline = new_line("a")
 
 contains
+
+  !> Does what the words ask for; an error becomes one line on standard error. `executor`: who does the work.
+  subroutine execute(words, code, executor)
+    type(word_type), intent(in) :: words(:)
+    integer, intent(out) :: code
+    class(executor_type), allocatable, intent(inout), optional :: executor
+    type(options_type) :: options
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: text
+
+    code = 0
+    call parse(words, options, error)
+    if (.not. allocated(error)) then
+      if (allocated(options%topic)) then
+        call help_on(input_schema(), options%topic, text, error)
+        if (.not. allocated(error)) call print_out(text, error)
+      else if (options%has("--help")) then
+        call print_out(help_text() // new_line("a"), error)
+      else if (options%has("--version")) then
+        call print_out("gestell " // version // new_line("a"), error)
+      else
+        call run(options, code, error, executor)
+      end if
+    end if
+    if (.not. allocated(error)) return
+    call tell(error%message)
+    code = error%code
+  end subroutine execute
 
   !> Reads, computes, reports and writes what the options and the input ask for. `code` is 0 or `not_stable`. The files are
   !> published together, in the end; where the computation failed, those of what was computed before. `executor`: who does the

@@ -1,7 +1,7 @@
 !> A run of the program in a process of its own (Linux): whatever it does, the fuzzer goes on.
 module fuzz_process
   use gestell_run_command_line, only: word_type
-  use gestell_run_execution, only: execute
+  use gestell_run, only: execute
   use gestell_base_kinds, only: dp
   use gestell_run_process, only: prepare_process
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_intptr_t, c_long, c_null_char

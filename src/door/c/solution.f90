@@ -9,8 +9,8 @@ module gestell_door_c_solution
   implicit none (type, external)
   private
 
-  public :: count_multipliers, delete_solution, describe_response, get_multipliers, get_response, get_text, size_text, &
-    & take_solution, write_files
+  public :: count_multipliers, delete_solution, describe_response, find_solution, get_multipliers, get_response, get_text, &
+    & size_text, take_solution, write_files
 
 contains
 
@@ -116,16 +116,12 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(solution_type), pointer :: solution
 
-    if (.not. c_associated(handle)) then
-      call no_handle("the solution", error)
-      allocate(rho(0))
-      return
+    call find_solution(handle, solution, error)
+    if (.not. allocated(error)) then
+      call solution%multipliers(rho, errors)
+      if (.not. allocated(rho)) call fatal_error(error, "no task of these computes multipliers; order 'stability'", wrong_usage)
     end if
-    call c_f_pointer(handle, solution)
-    call solution%multipliers(rho, errors)
-    if (allocated(rho)) return
-    call fatal_error(error, "no task of these computes multipliers; order 'stability'", wrong_usage)
-    allocate(rho(0))
+    if (.not. allocated(rho)) allocate(rho(0))
   end subroutine find_multipliers
 
   !> How many orders and points there are of the vibration of `quantity`, and its unit, which takes `size` characters.
@@ -211,15 +207,27 @@ contains
     character(len=:), allocatable, intent(out) :: name
     type(error_type), allocatable, intent(out) :: error
 
-    nullify(solution)
-    if (.not. c_associated(handle)) then
-      call no_handle("the solution", error)
-    else if (.not. c_associated(pointer)) then
-      call no_handle(what, error)
-    else
-      call c_f_pointer(handle, solution)
+    call find_solution(handle, solution, error)
+    if (allocated(error)) return
+    if (c_associated(pointer)) then
       call copy_text(pointer, name)
+    else
+      call no_handle(what, error)
     end if
   end subroutine take_solution
+
+  !> The solution behind its handle. Error: that is null.
+  subroutine find_solution(handle, solution, error)
+    type(c_ptr), intent(in) :: handle
+    type(solution_type), pointer, intent(out) :: solution
+    type(error_type), allocatable, intent(out) :: error
+
+    nullify(solution)
+    if (c_associated(handle)) then
+      call c_f_pointer(handle, solution)
+    else
+      call no_handle("the solution", error)
+    end if
+  end subroutine find_solution
 
 end module gestell_door_c_solution

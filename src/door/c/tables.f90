@@ -3,7 +3,7 @@ module gestell_door_c_tables
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_text, only: text
   use gestell_door_c_handle, only: code_of, give_count, give_text, no_handle, too_small
-  use gestell_door_c_solution, only: take_solution
+  use gestell_door_c_solution, only: find_solution, take_solution
   use gestell_door_solution, only: solution_type
   use gestell_output_table, only: column_type, table_type
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_null_char, c_ptr
@@ -25,12 +25,8 @@ contains
     integer :: found
 
     found = 0
-    if (c_associated(handle)) then
-      call c_f_pointer(handle, solution)
-      found = size(solution%result%tables)
-    else
-      call no_handle("the solution", error)
-    end if
+    call find_solution(handle, solution, error)
+    if (.not. allocated(error)) found = size(solution%result%tables)
     call give_count(found, error, count)
     code = code_of(error, failure)
   end function count_tables

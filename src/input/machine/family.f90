@@ -21,7 +21,7 @@ module gestell_input_machine_family
   implicit none (type, external)
   private
 
-  public :: new_document_family, new_relative_family
+  public :: new_document_family
 
   !> A number of the document that a parameter stands for.
   type :: location_type
@@ -54,62 +54,24 @@ module gestell_input_machine_family
 
 contains
 
-  !> The family of a checked document in which `paths`, known to be sound, become parameters; `start` is any sound value of
-  !> each. Errors: a path that takes more than one number; a mechanism that makes no sense.
-  subroutine new_document_family(family, doc, schema, units, paths, start, error)
-    type(document_family_type), intent(out) :: family
-    type(document_type), intent(in) :: doc
-    type(schema_type), intent(in) :: schema
-    type(units_type), intent(in) :: units
-    character(len=*), intent(in) :: paths(:)
-    real(dp), intent(in) :: start(:)
-    type(error_type), allocatable, intent(out) :: error
-    integer :: k
-
-    call begin(family, doc, schema, units, paths, error)
-    if (allocated(error)) return
-    do k = 1, size(paths)
-      call set_path_real(family%doc, schema, trim(paths(k)), start(k), error)
-      if (allocated(error)) return
-    end do
-    do k = 1, size(paths)
-      call add_locations(family, schema, k, trim(paths(k)), error)
-      if (allocated(error)) return
-    end do
-  end subroutine new_document_family
-
-  !> The family in which each parameter is the relative change of all numbers that its path names: 0 is the document's own
-  !> machine. Numbers that the document does not give stay as they are. Errors: a path that names nothing; a mechanism that
-  !> makes no sense.
-  subroutine new_relative_family(family, doc, schema, units, paths, error)
+  !> The family of a checked document in which `paths` become parameters: with `start`, any sound value of each, the numbers that
+  !> the paths name. Without `start` each parameter is the relative change of all numbers that its path names: 0 is the document's
+  !> own machine, and numbers that the document does not give stay as they are. Errors: a path that names nothing, or with `start`
+  !> more than one number; a mechanism that makes no sense.
+  subroutine new_document_family(family, doc, schema, units, paths, error, start)
     type(document_family_type), intent(out) :: family
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
     type(units_type), intent(in) :: units
     character(len=*), intent(in) :: paths(:)
     type(error_type), allocatable, intent(out) :: error
-    integer :: k
-
-    call begin(family, doc, schema, units, paths, error)
-    family%relative = .true.
-    do k = 1, size(paths)
-      if (.not. allocated(error)) call add_locations(family, schema, k, trim(paths(k)), error)
-    end do
-  end subroutine new_relative_family
-
-  !> What is the same in both: the groups that are read again, and the mechanism where it stays.
-  subroutine begin(family, doc, schema, units, paths, error)
-    type(document_family_type), intent(inout) :: family
-    type(document_type), intent(in) :: doc
-    type(schema_type), intent(in) :: schema
-    type(units_type), intent(in) :: units
-    character(len=*), intent(in) :: paths(:)
-    type(error_type), allocatable, intent(out) :: error
+    real(dp), intent(in), optional :: start(:)
     integer :: k
     logical :: moves
 
     family%units = units
     family%paths = paths
+    family%relative = .not. present(start)
     allocate(family%locations(8))
     call joint_forms(family%forms)
     moves = any([(about(schema, lower(paths(k)(:scan(paths(k) // ".", "(.") - 1))) == mechanism_group, k = 1, size(paths))])
@@ -123,7 +85,17 @@ contains
       end if
     end if
     call select_groups(doc, schema, moves, family%doc)
-  end subroutine begin
+    if (present(start)) then
+      do k = 1, size(paths)
+        call set_path_real(family%doc, schema, trim(paths(k)), start(k), error)
+        if (allocated(error)) return
+      end do
+    end if
+    do k = 1, size(paths)
+      call add_locations(family, schema, k, error)
+      if (allocated(error)) return
+    end do
+  end subroutine new_document_family
 
   !> What a group is about.
   pure integer function about(schema, group)
@@ -162,16 +134,15 @@ contains
   end subroutine select_groups
 
   !> The locations of the numbers that path `k` names; they are all there.
-  pure subroutine add_locations(family, schema, k, path, error)
+  pure subroutine add_locations(family, schema, k, error)
     type(document_family_type), intent(inout) :: family
     type(schema_type), intent(in) :: schema
     integer, intent(in) :: k
-    character(len=*), intent(in) :: path
     type(error_type), allocatable, intent(out) :: error
     type(target_type) :: target
     integer :: i, e, v
 
-    call find_target(family%doc, schema, path, "", target, error)
+    call find_target(family%doc, schema, trim(family%paths(k)), "", target, error)
     if (allocated(error)) return
     do i = 1, size(target%groups)
       e = find_entry(family%doc%groups(target%groups(i)), target%key)

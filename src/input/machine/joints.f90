@@ -33,13 +33,11 @@ contains
   function joint_keys() result(keys)
     type(key_type), allocatable :: keys(:)
     type(form_type), allocatable :: forms(:)
-    character(len=8), allocatable :: names(:)
     integer :: f, i, k
 
     call joint_forms(forms)
-    names = forms%name
     keys = common_keys
-    keys(2)%words = joined(names)
+    keys(2)%words = joined((forms%name))
     do f = 1, size(forms)
       do i = 1, size(forms(f)%keys)
         associate (key => forms(f)%keys(i))
@@ -90,14 +88,11 @@ contains
     integer, intent(out) :: number
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: type
-    character(len=8), allocatable :: names(:)
 
     call read(group, common_keys, "type", type, error)
     if (allocated(error)) return
     number = findloc(forms%name == type, .true., dim=1)
-    if (number > 0) return
-    names = forms%name
-    call input_error(group, "type", "unknown" // suggestion(type, names), error)
+    if (number == 0) call input_error(group, "type", "unknown" // suggestion(type, (forms%name)), error)
   end subroutine type_of_joint
 
   !> Adds joint `i` of `joints`, whose names are `names`, to the linkage, built on those before it, where its mechanism stands.

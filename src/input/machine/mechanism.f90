@@ -9,7 +9,7 @@ module gestell_input_machine_mechanism
   use gestell_input_schema_read, only: count_values, read
   use gestell_input_machine_joints, only: check_known, read_joint, type_of_joint
   use gestell_input_machine_copies, only: members_type
-  use gestell_input_machine_mechanisms, only: membership_key, read_parts
+  use gestell_input_machine_mechanisms, only: claim_name, membership_key, read_parts
   use gestell_input_namelist_message, only: in_group, input_error, location
   use gestell_input_schema_units, only: units_type
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
@@ -145,10 +145,14 @@ contains
         & "required", invalid_input)
       return
     end if
-    call take_names(joints%groups, names, error)
-    if (allocated(error)) return
-    call take_names(links%groups, link_names, error)
-    if (allocated(error)) return
+    do i = 1, size(joints%groups)
+      call claim_name(joints%groups(i), names, error)
+      if (allocated(error)) return
+    end do
+    do i = 1, size(links%groups)
+      call claim_name(links%groups(i), link_names, error)
+      if (allocated(error)) return
+    end do
     do i = 1, size(placements)
       call check_crank(joints, i, forms, error)
       if (allocated(error)) return
@@ -196,26 +200,6 @@ contains
     end associate
   end function group_of_ratio
 
-  !> The names of joints or links, in their order. Errors: an empty name; one that is taken.
-  subroutine take_names(groups, names, error)
-    type(group_type), intent(in) :: groups(:)
-    type(dictionary_type), intent(out) :: names
-    type(error_type), allocatable, intent(out) :: error
-    character(len=:), allocatable :: name
-    integer :: i
-
-    do i = 1, size(groups)
-      name = name_of(groups(i))
-      if (name == "") then
-        call input_error(groups(i), "name", "must not be empty", error)
-      else if (names%position(name) > 0) then
-        call input_error(groups(i), "name", "is taken already", error)
-      end if
-      if (allocated(error)) return
-      call names%add(name)
-    end do
-  end subroutine take_names
-
   !> Error: mechanism number `mechanism` has no crank.
   subroutine check_crank(joints, mechanism, forms, error)
     type(members_type), intent(in) :: joints
@@ -251,14 +235,10 @@ contains
     call read(group, link_keys, "to", to, error)
     if (allocated(error)) return
     if (has(group, "to")) call check_known(group, "to", [to], joints, names, size(joints), error)
-    if (allocated(error)) return
-    if (to == from) then
-      call input_error(group, "to", "is the joint of from, needs another one", error)
-      return
-    end if
+    if (.not. allocated(error) .and. to == from) call input_error(group, "to", "is the joint of from, needs another one", error)
     call read(group, link_keys, "mass", mass, error, units)
     n = min(3, max(1, count_values(group, "inertia")))
-    if (n == 2) call input_error(group, "inertia", "needs 1 value, or 3, has 2", error)
+    if (.not. allocated(error) .and. n == 2) call input_error(group, "inertia", "needs 1 value, or 3, has 2", error)
     call read(group, link_keys, "inertia", inertia(:n), error, units)
     call read(group, link_keys, "center", center, error, units)
     call read(group, link_keys, "z", z, error, units)
@@ -266,10 +246,8 @@ contains
     if (n == 1) inertia = [0.0_dp, inertia(1), inertia(1)]
     if (.not. has(group, "to")) center = placement%vector(center)
     call linkage%link(name_of(group), from, to, mass, inertia(3), center, error)
-    if (allocated(error)) then
-      call in_group(group, error)
-      return
-    end if
+    if (allocated(error)) call in_group(group, error)
+    if (allocated(error)) return
     associate (link => linkage%links(size(linkage%links)))
       link%z = placement%z + z
       link%own_z = z

@@ -18,7 +18,7 @@ module gestell_input_machine_mechanisms
   implicit none (type, external)
   private
 
-  public :: read_parts, read_planes
+  public :: claim_name, read_parts, read_planes
 
   character(len=*), parameter :: as_there = "as there"
 
@@ -76,15 +76,13 @@ contains
     type(group_type), allocatable :: mechanisms(:), copies(:)
     type(part_type), allocatable :: parts(:)
     type(members_type) :: originals
-    character(len=word_length), allocatable :: names(:)
-    integer :: i, n
+    integer :: i
 
     call read_all_parts(doc, units, mechanisms, copies, parts, error)
     if (allocated(error)) return
-    n = size(mechanisms)
     call take_joints(groups_named(doc, "joint"), mechanisms, joints, error)
     if (allocated(error)) return
-    do i = 1, n
+    do i = 1, size(mechanisms)
       if (any(joints%mechanism == i)) cycle
       call input_error(mechanisms(i), "name", "no joint belongs to it", error)
       return
@@ -92,15 +90,11 @@ contains
     allocate(links%groups, source=groups_named(doc, "link"))
     call take_links(joints, links)
     originals = joints
-    allocate(names(size(parts)))
-    do i = 1, size(parts)
-      names(i) = parts(i)%name
-    end do
-    call add_copies(links, names, (parts%original), originals, copies, error)
-    if (.not. allocated(error)) call add_copies(joints, names, (parts%original), originals, copies, error)
+    call add_copies(links, (parts%name), (parts%original), originals, copies, error)
+    if (.not. allocated(error)) call add_copies(joints, (parts%name), (parts%original), originals, copies, error)
     if (allocated(error)) return
     call take_links(joints, links)
-    call check_links(links, names, error)
+    call check_links(links, (parts%name), error)
     if (allocated(error)) return
     placements = parts%placement
   end subroutine read_parts
@@ -137,29 +131,26 @@ contains
     type(group_type), allocatable, intent(out) :: mechanisms(:), copies(:)
     type(part_type), allocatable, intent(out) :: parts(:)
     type(error_type), allocatable, intent(out) :: error
-    character(len=word_length), allocatable :: names(:)
+    type(dictionary_type) :: names
     integer :: i, n, planes
 
     mechanisms = groups_named(doc, "mechanism")
     copies = groups_named(doc, "repeat")
     n = size(mechanisms)
-    allocate(parts(max(1, n) + size(copies)), names(max(1, n) + size(copies)))
-    names = ""
+    allocate(parts(max(1, n) + size(copies)))
     parts(1)%original = 1
     do i = 1, n
-      call check_name(mechanisms(i), names(:i - 1), error)
+      call claim_name(mechanisms(i), names, error)
       if (allocated(error)) return
-      names(i) = name_of(mechanisms(i))
-      parts(i)%name = names(i)
+      parts(i)%name = name_of(mechanisms(i))
       parts(i)%original = i
       call read_placement(mechanisms(i), mechanism_keys, units, parts(i), error)
       if (allocated(error)) return
     end do
     do i = 1, size(copies)
-      call check_name(copies(i), names(:n + i - 1), error)
+      call claim_name(copies(i), names, error)
       if (.not. allocated(error)) call read_copy(copies(i), units, parts(:n + i - 1), parts(max(1, n) + i), error)
       if (allocated(error)) return
-      names(max(1, n) + i) = name_of(copies(i))
     end do
     ! what stands in a plane of its own has its origin there
     planes = 0
@@ -197,18 +188,20 @@ contains
     axes(:, 3) = n
   end function plane_axes
 
-  !> Error: the group's name is empty, or one of those `taken`.
-  subroutine check_name(group, taken, error)
+  !> Adds the group's name to `names`. Error: it is empty, or there already.
+  subroutine claim_name(group, names, error)
     type(group_type), intent(in) :: group
-    character(len=*), intent(in) :: taken(:)
+    type(dictionary_type), intent(inout) :: names
     type(error_type), allocatable, intent(out) :: error
 
     if (name_of(group) == "") then
       call input_error(group, "name", "must not be empty", error)
-    else if (any(taken == name_of(group))) then
+    else if (names%position(name_of(group)) > 0) then
       call input_error(group, "name", "is taken already", error)
+    else
+      call names%add(name_of(group))
     end if
-  end subroutine check_name
+  end subroutine claim_name
 
   !> The keys that are given; the others stay. Errors: axes that are none.
   subroutine read_placement(group, keys, units, part, error)

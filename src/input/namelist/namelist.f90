@@ -1,19 +1,22 @@
 !> Namelist files: text to groups, keys and values, each with its line.
 module gestell_input_namelist
   use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_files, only: close_file, is_there, last_reason, open_to_read, read_some
   use gestell_base_paths, only: full_path
   use gestell_base_text, only: text
   use gestell_input_namelist_document, only: document_type, group_type, entry_type
   use gestell_input_namelist_entry, only: parse_entry, is_name
   use gestell_input_namelist_message, only: label, location
   use gestell_input_namelist_scanner, only: scanner_type, token_type, next_token, skip_blanks, bare, mark, end_of_text
-  use gestell_input_namelist_source, only: read_text
   use gestell_input_wording, only: shown, lower
+  use, intrinsic :: iso_c_binding, only: c_int
   implicit none (type, external)
   private
 
   public :: read_document, parse_document
 
+  !> Bytes; larger files are no input files.
+  integer, parameter :: largest = 100000000
   !> The three bytes some editors put before UTF-8 text.
   character(len=*), parameter :: byte_order_mark = char(239) // char(187) // char(191)
 
@@ -31,6 +34,46 @@ contains
     call parse_document(text, file, doc, error)
     doc%path = full_path(file)
   end subroutine read_document
+
+  !> Reads all bytes of a file. Errors: no such file, a directory, not readable, too large.
+  subroutine read_text(file, content, error)
+    character(len=*), intent(in) :: file
+    character(len=:), allocatable, intent(out) :: content
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: buffer
+    character(len=65536) :: piece
+    integer(c_int) :: handle
+    integer :: n, length
+    logical :: is_folder, closed
+
+    handle = -1
+    inquire(file=file // "/.", exist=is_folder)
+    if (.not. is_there(file)) then
+      call fatal_error(error, file // ": there is no such file", invalid_input)
+    else if (is_folder) then
+      call fatal_error(error, file // ": is a directory, not a file", invalid_input)
+    else
+      call open_to_read(file, handle)
+      if (handle < 0) call fatal_error(error, file // ": cannot be read: " // last_reason(), invalid_input)
+    end if
+    if (allocated(error)) return
+    allocate(character(len=len(piece)) :: buffer)
+    length = 0
+    do
+      call read_some(handle, piece, n)
+      if (n <= 0 .or. length + n >= largest) exit
+      if (length + n > len(buffer)) buffer = buffer // repeat(" ", len(buffer) + n)
+      buffer(length + 1:length + n) = piece(:n)
+      length = length + n
+    end do
+    if (n < 0) then
+      call fatal_error(error, file // ": cannot be read: " // last_reason(), invalid_input)
+    else if (n > 0) then
+      call fatal_error(error, file // ": is larger than " // text(largest / 1000000) // " MB", invalid_input)
+    end if
+    call close_file(handle, closed)
+    content = buffer(:length)
+  end subroutine read_text
 
   !> Reads a namelist file's content, its lines divided by new_line('a'); `file` is its name in messages.
   pure subroutine parse_document(text, file, doc, error)
@@ -62,10 +105,8 @@ contains
       call parse_group(scanner, file, groups(n), error)
       if (allocated(error)) return
     end do
-    if (n == 0) then
-      call fatal_error(error, file // ": has no group &name ... /", invalid_input)
-      return
-    end if
+    if (n == 0) call fatal_error(error, file // ": has no group &name ... /", invalid_input)
+    if (allocated(error)) return
     doc%groups = groups(:n)
     doc%text = text
   end subroutine parse_document
@@ -111,16 +152,14 @@ contains
     group%line = token%line
     group%file = file
     call next_token(scanner, token)
-    if (token%kind /= bare .or. .not. is_name(token%text)) then
-      call fatal_error(error, location(file, group%line) // "a group's name must follow the &", invalid_input)
-      return
-    end if
     group%name = lower(token%text)
     allocate(group%entries(0))
-    if (group%name == "end") then
+    if (token%kind /= bare .or. .not. is_name(token%text)) then
+      call fatal_error(error, location(file, group%line) // "a group's name must follow the &", invalid_input)
+    else if (group%name == "end") then
       call fatal_error(error, location(file, group%line) // "&end without a group before it", invalid_input)
-      return
     end if
+    if (allocated(error)) return
 
     allocate(entries(8))
     n = 0
@@ -137,11 +176,11 @@ contains
       ! from here on messages call the group by its name
       if (entries(n)%key == "name" .and. size(group%entries) == 0) group%entries = entries(n:n)
     end do
-    if (token%kind /= mark .or. token%text /= "/") then
+    if (token%kind == mark .and. token%text == "/") then
+      group%entries = entries(:n)
+    else
       call refuse_end(scanner, group, token, error)
-      return
     end if
-    group%entries = entries(:n)
   end subroutine parse_group
 
   !> Says why a group does not end with a /.

@@ -2,7 +2,7 @@
 module gestell_input_schema_check
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_text, only: text
-  use gestell_input_namelist_document, only: count_groups, document_type, group_type, has
+  use gestell_input_namelist_document, only: count_groups, document_type, has
   use gestell_input_schema_merge, only: merge_entries
   use gestell_input_namelist_message, only: input_error, location
   use gestell_input_schema, only: schema_type, find_group_rule
@@ -21,7 +21,7 @@ contains
     type(document_type), intent(inout) :: doc
     type(schema_type), intent(in) :: schema
     type(error_type), allocatable, intent(out) :: error
-    integer :: i
+    integer :: i, k
 
     call normalise(doc, schema, error)
     if (allocated(error)) return
@@ -33,8 +33,12 @@ contains
       end if
     end do
     do i = 1, size(doc%groups)
-      call check_required(doc%groups(i), schema, error)
-      if (allocated(error)) return
+      do k = 1, size(schema%keys)
+        if (schema%keys(k)%group /= doc%groups(i)%name .or. .not. schema%keys(k)%required) cycle
+        if (has(doc%groups(i), trim(schema%keys(k)%name))) cycle
+        call input_error(doc%groups(i), trim(schema%keys(k)%name), "must be given", error)
+        return
+      end do
     end do
   end subroutine check_document
 
@@ -108,21 +112,5 @@ contains
       message = message // ": allowed are " // listed((schema%groups%name), "&", "")
     end if
   end function unknown_group
-
-  pure subroutine check_required(group, schema, error)
-    type(group_type), intent(in) :: group
-    type(schema_type), intent(in) :: schema
-    type(error_type), allocatable, intent(out) :: error
-    integer :: i
-
-    do i = 1, size(schema%keys)
-      associate (rule => schema%keys(i))
-        if (rule%group /= group%name .or. .not. rule%required) cycle
-        if (has(group, trim(rule%name))) cycle
-        call input_error(group, trim(rule%name), "must be given", error)
-        return
-      end associate
-    end do
-  end subroutine check_required
 
 end module gestell_input_schema_check

@@ -40,7 +40,10 @@ contains
     text = ""
     message = ""
     if (word == "groups") then
-      text = all_groups(schema)
+      text = "Groups of an input; --help GROUP tells their keys, --help GROUP.KEY one of them." // newline // newline
+      do i = 1, size(schema%groups)
+        text = text // entry("&" // trim(schema%groups(i)%name), trim(schema%groups(i)%meaning) // " (" // times(schema, i) // ")")
+      end do
     else if (word == "tables") then
       text = key_tables(schema)
     else if (dot <= len(word)) then
@@ -85,17 +88,6 @@ contains
       hint = "; the groups are " // listed((schema%groups%name), "", "")
     end if
   end function near
-
-  pure function all_groups(schema) result(text)
-    type(schema_type), intent(in) :: schema
-    character(len=:), allocatable :: text
-    integer :: i
-
-    text = "Groups of an input; --help GROUP tells their keys, --help GROUP.KEY one of them." // newline // newline
-    do i = 1, size(schema%groups)
-      text = text // entry("&" // trim(schema%groups(i)%name), trim(schema%groups(i)%meaning) // " (" // times(schema, i) // ")")
-    end do
-  end function all_groups
 
   !> How often a group may stand in a file.
   pure function times(schema, group) result(words)
@@ -169,14 +161,17 @@ contains
     character(len=*), intent(in) :: words
     integer, intent(in) :: indent
     character(len=:), allocatable :: text, word
-    integer :: first, last, column
+    integer :: first, last, column, i
 
     text = repeat(" ", indent)
     column = indent
     first = 1
     do while (first <= len_trim(words))
       last = first + index(words(first:) // " ", " ") - 2
-      word = without_marks(words(first:last))
+      word = ""
+      do i = first, last
+        if (words(i:i) /= "`") word = word // words(i:i)
+      end do
       if (column > indent .and. column + 1 + len(word) > widest) then
         text = text // newline // repeat(" ", indent)
         column = indent
@@ -191,22 +186,12 @@ contains
     text = text // newline
   end function paragraph
 
-  pure function without_marks(words) result(plain)
-    character(len=*), intent(in) :: words
-    character(len=:), allocatable :: plain
-    integer :: i
-
-    plain = ""
-    do i = 1, len(words)
-      if (words(i:i) /= "`") plain = plain // words(i:i)
-    end do
-  end function without_marks
-
   !> The values that a key takes, in words and Markdown.
   pure function values_of(key) result(words)
     type(key_type), intent(in) :: key
     character(len=:), allocatable :: words
     character(len=:), allocatable :: unit, noun
+    integer :: n
 
     noun = "number"
     if (key%kind == integer_key) noun = "whole number"
@@ -216,11 +201,10 @@ contains
       if (key%most > 1) words = "some of " // quoted(key%words)
       return
     end if
-    if (key%rank == 2 .and. key%shorter > 0) then
-      words = decimal(nint(sqrt(real(key%shorter, dp)))) // " x " // decimal(nint(sqrt(real(key%shorter, dp)))) // " or " &
-        & // decimal(key%rows) // " x " // decimal(key%most / key%rows) // " " // noun // "s"
-    else if (key%rank == 2) then
+    if (key%rank == 2) then
       words = decimal(key%rows) // " x " // decimal(key%most / key%rows) // " " // noun // "s"
+      n = nint(sqrt(real(key%shorter, dp)))
+      if (n > 0) words = decimal(n) // " x " // decimal(n) // " or " // words
     else if (key%shorter > 0) then
       words = decimal(key%shorter) // " or " // decimal(key%most) // " " // noun // "s"
     else if (key%most == 1) then
@@ -299,6 +283,7 @@ contains
   pure function key_tables(schema) result(text)
     type(schema_type), intent(in) :: schema
     character(len=:), allocatable :: text
+    type(variant_type), allocatable :: variants(:)
     integer :: g, i
 
     text = ""
@@ -311,23 +296,16 @@ contains
             & // default_of(key) // " | " // trim(key%meaning) // " |" // newline
         end associate
       end do
-      text = text // newline // variant_table(pack(schema%variants, schema%variants%group == schema%groups(g)%name))
+      text = text // newline
+      variants = pack(schema%variants, schema%variants%group == schema%groups(g)%name)
+      if (size(variants) == 0) cycle
+      text = text // "| `" // trim(variants(1)%key) // "` | keys | meaning |" // newline // "|---|---|---|" // newline
+      do i = 1, size(variants)
+        text = text // "| `'" // trim(variants(i)%name) // "'` | " // trim(variants(i)%keys) // " | " &
+          & // trim(variants(i)%meaning) // " |" // newline
+      end do
+      text = text // newline
     end do
   end function key_tables
-
-  pure function variant_table(variants) result(text)
-    type(variant_type), intent(in) :: variants(:)
-    character(len=:), allocatable :: text
-    integer :: i
-
-    text = ""
-    if (size(variants) == 0) return
-    text = "| `" // trim(variants(1)%key) // "` | keys | meaning |" // newline // "|---|---|---|" // newline
-    do i = 1, size(variants)
-      text = text // "| `'" // trim(variants(i)%name) // "'` | " // trim(variants(i)%keys) // " | " &
-        & // trim(variants(i)%meaning) // " |" // newline
-    end do
-    text = text // newline
-  end function variant_table
 
 end module gestell_input_schema_help

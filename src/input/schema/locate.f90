@@ -49,21 +49,17 @@ contains
     integer :: group
 
     call read_path(trim(adjustl(text)), path, reason)
-    if (reason /= "") then
-      call fatal_error(error, prefix // reason, wrong_usage)
-      return
-    end if
+    if (reason /= "") call fatal_error(error, prefix // reason, wrong_usage)
+    if (allocated(error)) return
     target%key = path%key
     group = find_group_rule(schema, path%group)
+    target%rule = find_key_rule(schema, path%group, path%key)
     if (group == 0) then
       call fatal_error(error, prefix // unknown_group(path%group, schema), invalid_input)
-      return
-    end if
-    target%rule = find_key_rule(schema, path%group, path%key)
-    if (target%rule == 0) then
+    else if (target%rule == 0) then
       call fatal_error(error, prefix // unknown_key(path%key, schema, path%group), invalid_input)
-      return
     end if
+    if (allocated(error)) return
     if (size(path%subscript) > 0) then
       associate (rule => schema%keys(target%rule))
         target%element = element_of(path%subscript, rule)

@@ -107,14 +107,12 @@ contains
     if (rule%shorter > 0 .and. all(nint(min(total, 1.0e6_dp)) /= [rule%shorter, rule%most])) then
       call refuse_entry(group, entry, "takes " // text(rule%shorter) // " or " // text(rule%most) // " values, has " &
         // text(nint(min(total, 1.0e6_dp))) // slip_hint(entry, rule), error)
-      return
     else if (total > rule%most) then
       call refuse_entry(group, entry, values_words(rule, total) // slip_hint(entry, rule), error)
-      return
     else if (total < rule%least .and. rule%shorter == 0) then
       call refuse_entry(group, entry, values_words(rule, total), error)
-      return
     end if
+    if (allocated(error)) return
     call start(entry, rule, merge(rule%most, nint(total), rule%shorter > 0), merged)
     n = 0
     do i = 1, size(entry%values)

@@ -29,11 +29,11 @@ contains
 
     origin = "--set " // shown(trim(assignment))
     equals = position_of_equals(assignment)
-    if (equals == 0) then
+    if (equals > 0) then
+      call assign(doc, schema, assignment(:equals-1), assignment(equals+1:), origin, error)
+    else
       call fatal_error(error, origin // ": must be PATH=VALUE, as in drive.speed_rpm=240", wrong_usage)
-      return
     end if
-    call assign(doc, schema, assignment(:equals-1), assignment(equals+1:), origin, error)
   end subroutine set_value
 
   !> Sets a path to a number, to all its digits.
@@ -98,6 +98,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(target_type) :: target
     type(group_type) :: group
+    type(group_type), allocatable :: groups(:)
     type(key_type) :: rule
     type(entry_type) :: given, entry
     integer :: i, room
@@ -128,7 +129,13 @@ contains
       call fatal_error(error, entry%values(1)%origin // ": needs the element before it too", invalid_input)
       return
     end if
-    if (size(target%groups) == 0) call add_group(doc, trim(rule%group), target)
+    if (size(target%groups) == 0) then
+      allocate(groups(size(doc%groups) + 1))
+      groups(:size(doc%groups)) = doc%groups
+      groups(size(groups)) = group
+      call move_alloc(groups, doc%groups)
+      target%groups = [size(doc%groups)]
+    end if
     do i = 1, size(target%groups)
       call put(doc%groups(target%groups(i)), entry, schema%keys(target%rule), target%element, size(given%values) == 1)
     end do
@@ -187,24 +194,6 @@ contains
     end if
     group%entries(i)%values(element) = entry%values(1)
   end subroutine put
-
-  !> Adds an empty group to the document.
-  pure subroutine add_group(doc, name, target)
-    type(document_type), intent(inout) :: doc
-    character(len=*), intent(in) :: name
-    type(target_type), intent(inout) :: target
-    type(group_type), allocatable :: groups(:)
-    integer :: n
-
-    n = size(doc%groups)
-    allocate(groups(n + 1))
-    groups(:n) = doc%groups
-    groups(n+1)%name = name
-    groups(n+1)%file = doc%file
-    allocate(groups(n+1)%entries(0))
-    call move_alloc(groups, doc%groups)
-    target%groups = [n + 1]
-  end subroutine add_group
 
   !> The values of a text between commas; a key that takes one text takes it whole.
   pure subroutine split(text, rule, key, origin, entry, error)

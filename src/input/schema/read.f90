@@ -16,9 +16,9 @@ module gestell_input_schema_read
 
   !> call read(group, keys, name, value, error, units, default): the value of a group's key, whose record stands in `keys`.
   !> Numbers, vectors and matrices come in SI, with `units`, or as typed without. Where the key is missing its default stands
-  !> for it, the one given here first; for vectors and matrices for every element not given. Of a matrix with more rows the first
-  !> ones come. Errors: a value out of range, a word that is not allowed, a key without default that is missing. Where there is an
-  !> error already nothing is read and the error stays, so that a reader asks for errors once, behind its last key.
+  !> for it, the one given here first, for vectors and matrices for every element not given. Of a matrix with more rows the
+  !> first ones come. Errors: a value out of range, a word that is not allowed, a key without default that is missing. Where there
+  !> is an error already nothing is read and the error stays, so that a reader asks for errors once, behind its last key.
   interface read
     module procedure read_real
     module procedure read_vector
@@ -89,13 +89,11 @@ contains
             cycle
           end if
         end if
-        value(k) = missing
         if (.not. missing > unset) then
-          value(k) = 0
-          if (i == 0) call input_error(group, name, "must be given", error)
-          if (i > 0) call input_error(group, name, "must be given", error, k)
+          call input_error(group, name, "must be given", error, k)
           return
         end if
+        value(k) = missing
         ! defaults are in SI, but for angles
         if (present(units) .and. abs(missing) > 0) value(k) = usual_units%to_si(key, k, missing)
       end do
@@ -118,14 +116,13 @@ contains
     call read_vector(group, keys, name, value(:n), error, units)
   end subroutine read_place
 
-  pure subroutine read_matrix(group, keys, name, value, error, units, default)
+  pure subroutine read_matrix(group, keys, name, value, error, units)
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: keys(:)
     character(len=*), intent(in) :: name
     real(dp), intent(out) :: value(:, :)
     type(error_type), allocatable, intent(inout) :: error
     type(units_type), intent(in), optional :: units
-    real(dp), intent(in), optional :: default
     real(dp), allocatable :: elements(:)
     integer :: i, k, rows
 
@@ -133,7 +130,7 @@ contains
     i = find_entry(group, name)
     if (i > 0) rows = max(rows, group%entries(i)%rows)
     allocate(elements(rows * size(value, 2)))
-    call read_vector(group, keys, name, elements, error, units, default)
+    call read_vector(group, keys, name, elements, error, units)
     do k = 1, size(value, 2)
       value(:, k) = elements(1 + rows * (k - 1):size(value, 1) + rows * (k - 1))
     end do
@@ -247,8 +244,7 @@ contains
       if (most < huge(most) .and. key%kind /= integer_key .and. (value > 0 .or. .not. key%range%above_zero)) reason = &
         & "must lie between " // concise(least) // " and " // concise(most)
     end associate
-    if (key%rank == 0) call input_error(group, trim(key%name), reason, error)
-    if (key%rank > 0) call input_error(group, trim(key%name), reason, error, element)
+    call input_error(group, trim(key%name), reason, error, element)
   end subroutine check_range
 
 end module gestell_input_schema_read

@@ -35,11 +35,7 @@ contains
       if (.not. allocated(merged%values(i)%text)) cycle
       call check_kind(rule, merged%values(i), reason)
       if (reason == "") cycle
-      if (rule%rank == 0) then
-        call refuse_entry(group, merged, reason, error)
-      else
-        call refuse_entry(group, merged, reason, error, i)
-      end if
+      call refuse_entry(group, merged, reason, error, i)
       return
     end do
   end subroutine check_values

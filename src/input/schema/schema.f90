@@ -49,10 +49,7 @@ contains
     type(schema_type), intent(in) :: schema
     character(len=*), intent(in) :: name
 
-    do i = 1, size(schema%groups)
-      if (schema%groups(i)%name == name) return
-    end do
-    i = 0
+    i = findloc(schema%groups%name == name, .true., dim=1)
   end function find_group_rule
 
   !> Index of a key's rule, zero where the group has no such key.
@@ -60,10 +57,7 @@ contains
     type(schema_type), intent(in) :: schema
     character(len=*), intent(in) :: group, name
 
-    do i = 1, size(schema%keys)
-      if (schema%keys(i)%group == group .and. schema%keys(i)%name == name) return
-    end do
-    i = 0
+    i = findloc(schema%keys%group == group .and. schema%keys%name == name, .true., dim=1)
   end function find_key_rule
 
   !> The names of a group's keys.

@@ -11,6 +11,7 @@ module gestell_input_schema_units
   !> Value in SI = value * factor / divisor. Both are whole numbers where the unit allows it: 7 cm become the number that
   !> 0.07 stands for, to the last bit.
   type, public :: unit_type
+    integer :: quantity = 0
     character(len=12) :: name = ""
     real(dp) :: factor = 1, divisor = 1
   contains
@@ -19,8 +20,9 @@ module gestell_input_schema_units
 
   !> The units in use, by quantity.
   type, public :: units_type
-    type(unit_type) :: of(quantities) = [unit_type("m"), unit_type("kg"), unit_type("kg m^2"), unit_type("N/m"), unit_type("N"), &
-      & unit_type("N m"), unit_type("N s/m"), unit_type("N m s"), unit_type("deg", pi, 180.0_dp)]
+    type(unit_type) :: of(quantities) = [unit_type(of_length, "m"), unit_type(of_mass, "kg"), unit_type(of_inertia, "kg m^2"), &
+      & unit_type(of_stiffness, "N/m"), unit_type(of_force, "N"), unit_type(of_moment, "N m"), unit_type(of_damping, "N s/m"), &
+      & unit_type(of_rotary_damping, "N m s"), unit_type(of_angle, "deg", pi, 180.0_dp)]
   contains
     procedure :: to_si
   end type units_type
@@ -38,60 +40,55 @@ module gestell_input_schema_units
   integer, parameter :: stiffness_matrix(36) = [((of_stiffness + count([turns(i), turns(j)]), i = 1, 6), j = 1, 6)]
   integer, parameter :: damping_diagonal(6) = [(merge(of_rotary_damping, of_damping, turns(i)), i = 1, 6)]
 
-  !> A unit of a quantity. 1 kp = 9.80665 N.
-  type :: entry_type
-    integer :: quantity
-    type(unit_type) :: unit
-  end type entry_type
-
-  type(entry_type), parameter :: table(*) = [ &
-    & entry_type(of_length, unit_type("m")), &
-    & entry_type(of_length, unit_type("cm", 1.0_dp, 100.0_dp)), &
-    & entry_type(of_length, unit_type("mm", 1.0_dp, 1000.0_dp)), &
-    & entry_type(of_length, unit_type("in", 254.0_dp, 10000.0_dp)), &
-    & entry_type(of_mass, unit_type("kg")), &
-    & entry_type(of_mass, unit_type("g", 1.0_dp, 1000.0_dp)), &
-    & entry_type(of_mass, unit_type("t", 1000.0_dp)), &
-    & entry_type(of_mass, unit_type("kp s^2/m", 980665.0_dp, 100000.0_dp)), &
-    & entry_type(of_inertia, unit_type("kg m^2")), &
-    & entry_type(of_inertia, unit_type("kg cm^2", 1.0_dp, 10000.0_dp)), &
-    & entry_type(of_inertia, unit_type("kg mm^2", 1.0_dp, 1000000.0_dp)), &
-    & entry_type(of_inertia, unit_type("g cm^2", 1.0_dp, 10000000.0_dp)), &
-    & entry_type(of_inertia, unit_type("t m^2", 1000.0_dp)), &
-    & entry_type(of_inertia, unit_type("kp cm s^2", 980665.0_dp, 10000000.0_dp)), &
-    & entry_type(of_stiffness, unit_type("N/m")), &
-    & entry_type(of_stiffness, unit_type("N/cm", 100.0_dp)), &
-    & entry_type(of_stiffness, unit_type("N/mm", 1000.0_dp)), &
-    & entry_type(of_stiffness, unit_type("kN/m", 1000.0_dp)), &
-    & entry_type(of_stiffness, unit_type("kN/mm", 1000000.0_dp)), &
-    & entry_type(of_stiffness, unit_type("MN/m", 1000000.0_dp)), &
-    & entry_type(of_stiffness, unit_type("kp/m", 980665.0_dp, 100000.0_dp)), &
-    & entry_type(of_stiffness, unit_type("kp/cm", 980665.0_dp, 1000.0_dp)), &
-    & entry_type(of_stiffness, unit_type("kp/mm", 980665.0_dp, 100.0_dp)), &
-    & entry_type(of_force, unit_type("N")), &
-    & entry_type(of_force, unit_type("kN", 1000.0_dp)), &
-    & entry_type(of_force, unit_type("kp", 980665.0_dp, 100000.0_dp)), &
-    & entry_type(of_moment, unit_type("N m")), &
-    & entry_type(of_moment, unit_type("N cm", 1.0_dp, 100.0_dp)), &
-    & entry_type(of_moment, unit_type("N mm", 1.0_dp, 1000.0_dp)), &
-    & entry_type(of_moment, unit_type("kN m", 1000.0_dp)), &
-    & entry_type(of_moment, unit_type("kp m", 980665.0_dp, 100000.0_dp)), &
-    & entry_type(of_moment, unit_type("kp cm", 980665.0_dp, 10000000.0_dp)), &
-    & entry_type(of_damping, unit_type("N s/m")), &
-    & entry_type(of_damping, unit_type("kg/s")), &
-    & entry_type(of_damping, unit_type("N s/cm", 100.0_dp)), &
-    & entry_type(of_damping, unit_type("N s/mm", 1000.0_dp)), &
-    & entry_type(of_damping, unit_type("kN s/m", 1000.0_dp)), &
-    & entry_type(of_damping, unit_type("kp s/m", 980665.0_dp, 100000.0_dp)), &
-    & entry_type(of_damping, unit_type("kp s/cm", 980665.0_dp, 1000.0_dp)), &
-    & entry_type(of_rotary_damping, unit_type("N m s")), &
-    & entry_type(of_rotary_damping, unit_type("kg m^2/s")), &
-    & entry_type(of_rotary_damping, unit_type("N mm s", 1.0_dp, 1000.0_dp)), &
-    & entry_type(of_rotary_damping, unit_type("kN m s", 1000.0_dp)), &
-    & entry_type(of_rotary_damping, unit_type("kp m s", 980665.0_dp, 100000.0_dp)), &
-    & entry_type(of_rotary_damping, unit_type("kp cm s", 980665.0_dp, 10000000.0_dp)), &
-    & entry_type(of_angle, unit_type("deg", pi, 180.0_dp)), &
-    & entry_type(of_angle, unit_type("rad"))]
+  !> All units. 1 kp = 9.80665 N.
+  type(unit_type), parameter :: table(*) = [ &
+    & unit_type(of_length, "m"), &
+    & unit_type(of_length, "cm", 1.0_dp, 100.0_dp), &
+    & unit_type(of_length, "mm", 1.0_dp, 1000.0_dp), &
+    & unit_type(of_length, "in", 254.0_dp, 10000.0_dp), &
+    & unit_type(of_mass, "kg"), &
+    & unit_type(of_mass, "g", 1.0_dp, 1000.0_dp), &
+    & unit_type(of_mass, "t", 1000.0_dp), &
+    & unit_type(of_mass, "kp s^2/m", 980665.0_dp, 100000.0_dp), &
+    & unit_type(of_inertia, "kg m^2"), &
+    & unit_type(of_inertia, "kg cm^2", 1.0_dp, 10000.0_dp), &
+    & unit_type(of_inertia, "kg mm^2", 1.0_dp, 1000000.0_dp), &
+    & unit_type(of_inertia, "g cm^2", 1.0_dp, 10000000.0_dp), &
+    & unit_type(of_inertia, "t m^2", 1000.0_dp), &
+    & unit_type(of_inertia, "kp cm s^2", 980665.0_dp, 10000000.0_dp), &
+    & unit_type(of_stiffness, "N/m"), &
+    & unit_type(of_stiffness, "N/cm", 100.0_dp), &
+    & unit_type(of_stiffness, "N/mm", 1000.0_dp), &
+    & unit_type(of_stiffness, "kN/m", 1000.0_dp), &
+    & unit_type(of_stiffness, "kN/mm", 1000000.0_dp), &
+    & unit_type(of_stiffness, "MN/m", 1000000.0_dp), &
+    & unit_type(of_stiffness, "kp/m", 980665.0_dp, 100000.0_dp), &
+    & unit_type(of_stiffness, "kp/cm", 980665.0_dp, 1000.0_dp), &
+    & unit_type(of_stiffness, "kp/mm", 980665.0_dp, 100.0_dp), &
+    & unit_type(of_force, "N"), &
+    & unit_type(of_force, "kN", 1000.0_dp), &
+    & unit_type(of_force, "kp", 980665.0_dp, 100000.0_dp), &
+    & unit_type(of_moment, "N m"), &
+    & unit_type(of_moment, "N cm", 1.0_dp, 100.0_dp), &
+    & unit_type(of_moment, "N mm", 1.0_dp, 1000.0_dp), &
+    & unit_type(of_moment, "kN m", 1000.0_dp), &
+    & unit_type(of_moment, "kp m", 980665.0_dp, 100000.0_dp), &
+    & unit_type(of_moment, "kp cm", 980665.0_dp, 10000000.0_dp), &
+    & unit_type(of_damping, "N s/m"), &
+    & unit_type(of_damping, "kg/s"), &
+    & unit_type(of_damping, "N s/cm", 100.0_dp), &
+    & unit_type(of_damping, "N s/mm", 1000.0_dp), &
+    & unit_type(of_damping, "kN s/m", 1000.0_dp), &
+    & unit_type(of_damping, "kp s/m", 980665.0_dp, 100000.0_dp), &
+    & unit_type(of_damping, "kp s/cm", 980665.0_dp, 1000.0_dp), &
+    & unit_type(of_rotary_damping, "N m s"), &
+    & unit_type(of_rotary_damping, "kg m^2/s"), &
+    & unit_type(of_rotary_damping, "N mm s", 1.0_dp, 1000.0_dp), &
+    & unit_type(of_rotary_damping, "kN m s", 1000.0_dp), &
+    & unit_type(of_rotary_damping, "kp m s", 980665.0_dp, 100000.0_dp), &
+    & unit_type(of_rotary_damping, "kp cm s", 980665.0_dp, 10000000.0_dp), &
+    & unit_type(of_angle, "deg", pi, 180.0_dp), &
+    & unit_type(of_angle, "rad")]
 
 contains
 
@@ -151,18 +148,15 @@ contains
     integer, intent(in) :: quantity
     character(len=12), allocatable :: names(:)
 
-    allocate(names, source=pack(table%unit%name, table%quantity == quantity))
+    allocate(names, source=pack(table%name, table%quantity == quantity))
   end function unit_names
 
   !> The unit of that name.
   pure type(unit_type) function find_unit(quantity, name)
     integer, intent(in) :: quantity
     character(len=*), intent(in) :: name
-    integer :: i
 
-    do i = 1, size(table)
-      if (table(i)%quantity == quantity .and. table(i)%unit%name == name) find_unit = table(i)%unit
-    end do
+    find_unit = table(findloc(table%quantity == quantity .and. table%name == name, .true., dim=1))
   end function find_unit
 
 end module gestell_input_schema_units

@@ -173,7 +173,7 @@ contains
         plan%options%body(i) = findloc([(same_link(plan%paths(k), plan%paths(i)), k = 1, i)], .true., dim=1)
       end do
       plan%family%owner = plan%owners
-      call new_document_family(plan%family%inner, doc, schema, configuration%units, plan%all_paths, plan%start(plan%owners), error)
+      call new_document_family(plan%family%inner, doc, schema, configuration%units, plan%all_paths, error, plan%start(plan%owners))
     end associate
     if (allocated(error)) then
       call in_group(groups(1), error)

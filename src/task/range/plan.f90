@@ -114,7 +114,7 @@ contains
     if (.not. allocated(error)) call read(group, sweep_keys, "format", plan%format, error)
     if (allocated(error)) return
     first = axes(:size(groups))%from
-    call new_document_family(plan%family, doc, schema, units, plan%paths, first, error)
+    call new_document_family(plan%family, doc, schema, units, plan%paths, error, first)
     call read_base(doc, schema, plan)
     if (allocated(error)) then
       ! a mechanism has file and line, what is wrong with a path has not

@@ -4,7 +4,7 @@ module gestell_task_sensitivity_plan
   use gestell_base_words, only: word_length
   use gestell_input_namelist_document, only: count_groups, document_type, find_entry, group_type, has, name_of, &
     & the_group
-  use gestell_input_machine_family, only: document_family_type, new_relative_family
+  use gestell_input_machine_family, only: document_family_type, new_document_family
   use gestell_base_key, only: real_key
   use gestell_base_text, only: text
   use gestell_input_schema_read, only: read
@@ -53,7 +53,7 @@ contains
       call usual_paths(doc, schema, plan%paths)
     end if
     if (allocated(error)) return
-    call new_relative_family(plan%family, doc, schema, units, plan%paths, error)
+    call new_document_family(plan%family, doc, schema, units, plan%paths, error)
     if (allocated(error) .and. has(group, "parameters")) call in_group(group, error)
   end subroutine read_sensitivity
 

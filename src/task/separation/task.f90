@@ -89,7 +89,7 @@ contains
         if (allocated(error)) return
         self%speeds = configuration%speeds()
       end if
-      call new_document_family(self%family, doc, configuration%schema, configuration%units, [speed_path], self%speeds(:1), error)
+      call new_document_family(self%family, doc, configuration%schema, configuration%units, [speed_path], error, self%speeds(:1))
     end associate
   end subroutine read_separation
 
