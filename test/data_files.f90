@@ -69,7 +69,7 @@ contains
         call read(supports(i), support_keys, "angle", support%angle_deg, error, default=0.0_dp)
       end associate
     end do
-    call read(the_group(doc, "foundation"), foundation_keys, "stiffness", machine%foundation_stiffness, error, default=0.0_dp)
+    call read(the_group(doc, "foundation"), foundation_keys, "stiffness", machine%foundation_stiffness, error)
     call read(the_group(doc, "foundation"), foundation_keys, "damping", machine%foundation_damping, error, default=0.0_dp)
     call read(the_group(doc, "frame"), frame_keys, "mass", machine%frame_mass, error)
     call read(the_group(doc, "frame"), frame_keys, "inertia", machine%frame_inertia, error, units)

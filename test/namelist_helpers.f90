@@ -72,7 +72,7 @@ contains
 
   subroutine check_message(error, failure, message)
     type(test_error), allocatable, intent(inout) :: error
-    type(error_type), allocatable, intent(in) :: failure
+    type(error_type), allocatable, intent(inout) :: failure
     character(len=*), intent(in) :: message
 
     if (allocated(error)) return
@@ -81,6 +81,8 @@ contains
     else
       call test_failed(error, "no error where this was expected: " // message)
     end if
+    ! a reader that finds an error reads nothing
+    if (allocated(failure)) deallocate(failure)
   end subroutine check_message
 
   subroutine check_passed(error, failure)

@@ -12,6 +12,7 @@ module test_keys
   use gestell_input_schema_units, only: units_type
   use gestell_task_common_keys, only: accuracy_keys, response_keys
   use gestell_task_registry, only: input_schema
+  use checks, only: check_failure
   use namelist_helpers, only: check_message, nl, read_checked, rest
   use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
@@ -203,8 +204,8 @@ contains
 
     schema = input_schema()
     call help_on(schema, "suport", text, failure)
+    call check_failure(error, failure, code=wrong_usage)
     call check_message(error, failure, "--help suport: no group or key has this name; did you mean 'support'?")
-    if (.not. allocated(error)) call check(error, failure%code, wrong_usage)
     call help_on(schema, "stifness", text, failure)
     call check_message(error, failure, "--help stifness: no group or key has this name; did you mean 'stiffness'?")
     call help_on(schema, "suport.stiffness", text, failure)

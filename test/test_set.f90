@@ -1,6 +1,6 @@
 !> Values set from outside the file, and suggestions for misspelt words.
 module test_set
-  use checks, only: check_that
+  use checks, only: check_failure, check_that
   use testdrive, only: new_unittest, unittest_type, check, test_error => error_type
   use gestell_base_error, only: error_type, invalid_input, wrong_usage
   use gestell_base_key, only: positive, nonnegative
@@ -197,11 +197,12 @@ contains
     call parse_document("&joint name='A0', type='ground'/ &joint name='B', type='RRR', lengths=1,2/ " &
       // "&support/ &support/", file, doc, failure)
     call set_value(doc, input_schema(), assignment, failure)
-    call check_message(error, failure, "--set " // assignment // ": " // message)
+    call check_failure(error, failure)
     if (allocated(error)) return
     expected = invalid_input
     if (present(code)) expected = code
     call check(error, failure%code, expected)
+    call check_message(error, failure, "--set " // assignment // ": " // message)
   end subroutine not_set
 
 end module test_set
