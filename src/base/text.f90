@@ -1,5 +1,5 @@
-!> Numbers as text. No function here has a result of deferred length: gfortran keeps such a length in static memory at
-!> the place of the call, which threads then share.
+!> Numbers as text, and what texts are made with. No function here has a result of deferred length: gfortran keeps such a
+!> length in static memory at the place of the call, which threads then share.
 module gestell_base_text
   use gestell_base_decimal, only: round_to_digits, round_to_places
   use gestell_base_kinds, only: dp
@@ -8,7 +8,9 @@ module gestell_base_text
   implicit none (type, external)
   private
 
-  public :: exact, concise, fixed, text, whole_number
+  public :: concise, either, exact, fixed, text, whole_number
+
+  character, parameter, public :: newline = new_line("a")
 
   interface concise
     module procedure :: concise_6, concise_digits
@@ -18,6 +20,19 @@ module gestell_base_text
   integer, parameter :: longest = 360
 
 contains
+
+  !> The first text if the condition holds, else the second one: merge for texts of different lengths.
+  pure function either(first, second, condition) result(chosen)
+    character(len=*), intent(in) :: first, second
+    logical, intent(in) :: condition
+    character(len=merge(len(first), len(second), condition)) :: chosen
+
+    if (condition) then
+      chosen = first
+    else
+      chosen = second
+    end if
+  end function either
 
   !> The positive whole number that a text spells in digits, 0 if it spells none.
   pure integer function whole_number(digits) result(number)

@@ -1,5 +1,6 @@
 !> What heads every table: where its numbers come from.
 module gestell_output_head
+  use gestell_base_text, only: newline
   use gestell_base_version, only: version
   use gestell_base_words, only: on_one_line
   use gestell_output_report_verdict, only: verdict_line
@@ -21,16 +22,13 @@ module gestell_output_head
     procedure :: lines
   end type head_type
 
-  character, parameter :: newline = new_line("a")
-
 contains
 
   !> The # lines of a table, complete.
   pure function lines(self, table)
     class(head_type), intent(in) :: self
     type(table_type), intent(in) :: table
-    character(len=:), allocatable :: lines
-    character(len=:), allocatable :: model
+    character(len=:), allocatable :: lines, model
     integer :: i, first, last
 
     model = self%model

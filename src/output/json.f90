@@ -1,7 +1,7 @@
 !> Everything that was found as one object of JSON (RFC 8259), as doc/output.md describes it.
 module gestell_output_json
   use gestell_base_growing_text, only: growing_text_type
-  use gestell_base_text, only: text
+  use gestell_base_text, only: either, newline, text
   use gestell_base_version, only: version
   use gestell_base_words, only: printable
   use gestell_output_file_output, only: output_type
@@ -14,8 +14,6 @@ module gestell_output_json
   private
 
   public :: append_json
-
-  character, parameter :: newline = new_line("a")
 
 contains
 
@@ -32,17 +30,17 @@ contains
       & string(head%held_by)))
     call output%append("""settings"": [")
     do i = 1, size(head%settings)
-      call output%append(comma(i) // string(trim(head%settings(i)%text)))
+      call output%append(either(", ", "", i > 1) // string(trim(head%settings(i)%text)))
     end do
     call output%append("]," // newline // member("verdict", or_null(trim(result%worst%word()))) // """headlines"": [")
     do i = 1, size(result%headlines)
-      call output%append(comma(i) // "{""state"": " // string(trim(result%headlines(i)%state)) // ", ""words"": " &
+      call output%append(either(", ", "", i > 1) // "{""state"": " // string(trim(result%headlines(i)%state)) // ", ""words"": " &
         & // string(result%headlines(i)%words) // "}")
     end do
     call output%append("]," // newline // member("diagnostics", string(result%details)) // member("failure", or_null(failure)) &
       & // """tables"": {")
     do i = 1, size(result%tables)
-      call output%append(comma(i) // newline)
+      call output%append(either(", ", "", i > 1) // newline)
       call append_table(result%tables(i), output)
     end do
     call output%append("}" // newline // "}" // newline)
@@ -58,16 +56,16 @@ contains
       & // "," // newline // " ""columns"": [")
     do k = 1, size(table%columns)
       associate (column => table%columns(k))
-        call output%append(comma(k) // newline // "  {""key"": " // string(column%key) // ", ""label"": " // string(column%label) &
-          & // ", ""unit"": " // or_null(trim(column%unit%words)) // ", ""meaning"": " // string(column%meaning) &
-          & // ", ""error"": " // or_null(column%error) // "}")
+        call output%append(either(", ", "", k > 1) // newline // "  {""key"": " // string(column%key) // ", ""label"": " &
+          & // string(column%label) // ", ""unit"": " // or_null(trim(column%unit%words)) // ", ""meaning"": " &
+          & // string(column%meaning) // ", ""error"": " // or_null(column%error) // "}")
       end associate
     end do
     call output%append("]," // newline // " ""rows"": [")
     do i = 1, table%rows
-      call output%append(comma(i) // newline // "  [")
+      call output%append(either(", ", "", i > 1) // newline // "  [")
       do k = 1, size(table%columns)
-        call output%append(comma(k) // value(table%columns(k), i))
+        call output%append(either(", ", "", k > 1) // value(table%columns(k), i))
       end do
       call output%append("]")
     end do
@@ -94,7 +92,7 @@ contains
     else if (ieee_is_nan(column%numbers(i))) then
       words = "null"
     else
-      words = string(trim(merge("Infinity ", "-Infinity", column%numbers(i) > 0)))
+      words = string(either("Infinity", "-Infinity", column%numbers(i) > 0))
     end if
   end function value
 
@@ -114,20 +112,10 @@ contains
     if (words /= "") word = string(words)
   end function or_null
 
-  !> Before all but the first.
-  pure function comma(i) result(words)
-    integer, intent(in) :: i
-    character(len=:), allocatable :: words
-
-    words = ""
-    if (i > 1) words = ", "
-  end function comma
-
   !> A text in quotes; bytes that are no text are "?".
   pure function string(words) result(quoted)
     character(len=*), intent(in) :: words
-    character(len=:), allocatable :: quoted
-    character(len=:), allocatable :: safe
+    character(len=:), allocatable :: quoted, safe
     type(growing_text_type) :: pieces
     integer :: i
 

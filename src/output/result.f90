@@ -3,6 +3,7 @@ module gestell_output_result
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type
   use gestell_base_growing_text, only: growing_text_type
+  use gestell_base_text, only: either, newline
   use gestell_base_verdict, only: not_judged, operator(==), operator(>), stable, verdict_named, verdict_type, worst
   use gestell_base_words, only: character_count
   use gestell_input_wording, only: counted
@@ -10,7 +11,7 @@ module gestell_output_result
   use gestell_output_picture_script, only: figure_type, write_figure
   use gestell_output_file_result_files, only: longest_table
   use gestell_output_head, only: head_type
-  use gestell_output_report_verdict, only: alarm, judgement_type
+  use gestell_output_report_verdict, only: alarm, judgement_type, section
   use gestell_output_report_wrapping, only: widest, wrapped
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_csv, only: write_csv
@@ -60,11 +61,10 @@ module gestell_output_result
     procedure :: begin
     procedure :: has
     procedure :: left
-    procedure :: draw
     procedure :: draw_over
     procedure :: add
     procedure :: attach
-    procedure :: say
+    procedure :: say, say_section
     procedure :: detail
     procedure :: note
     procedure :: leave_room
@@ -76,8 +76,6 @@ module gestell_output_result
     procedure :: fail
     procedure :: write => write_result
   end type result_type
-
-  character, parameter :: newline = new_line("a")
 
 contains
 
@@ -115,13 +113,16 @@ contains
     names = pack(names, [(all(names(:i - 1) /= names(i)), i = 1, size(names))])
   end function left
 
-  !> A table and its picture.
+  !> A table and its picture. A table that says nothing of a verdict has that on the machine of the input.
   pure subroutine add(self, table, figure)
     class(result_type), intent(inout) :: self
     type(table_type), intent(in) :: table
     type(figure_type), intent(in), optional :: figure
 
     self%tables = [self%tables, table]
+    associate (added => self%tables(size(self%tables)))
+      if (.not. allocated(added%verdict)) added%verdict = trim(self%verdict)
+    end associate
     if (present(figure)) self%figures = [self%figures, figure]
   end subroutine add
 
@@ -136,17 +137,6 @@ contains
     self%attachments = [self%attachments, attachment]
   end subroutine attach
 
-  !> Pictures of tables that are there.
-  pure subroutine draw(self, figures)
-    class(result_type), intent(inout) :: self
-    type(figure_type), intent(in) :: figures(:)
-    integer :: i
-
-    do i = 1, size(figures)
-      self%figures = [self%figures, figures(i)]
-    end do
-  end subroutine draw
-
   !> Adds curves to the picture of that name, where its commands plot @over; nothing where there is no such picture.
   pure subroutine draw_over(self, name, curves)
     class(result_type), intent(inout) :: self
@@ -154,7 +144,7 @@ contains
     integer :: i
 
     do i = 1, size(self%figures)
-      if (self%figures(i)%name == name) self%figures(i)%lines = "over = """ // curves // """" // new_line("a") &
+      if (self%figures(i)%name == name) self%figures(i)%lines = "over = """ // curves // """" // newline &
         & // self%figures(i)%lines
     end do
   end subroutine draw_over
@@ -171,6 +161,14 @@ contains
       self%report = self%report // wrapped(lines)
     end if
   end subroutine say
+
+  !> A section of the report on the vibration of the machine of the input, with a warning where the machine leaves it.
+  pure subroutine say_section(self, heading, lines)
+    class(result_type), intent(inout) :: self
+    character(len=*), intent(in) :: heading, lines
+
+    call self%say(section(heading, self%verdict) // lines)
+  end subroutine say_section
 
   !> Lines on what the numbers rest on, which only some readers want: the report tells them if it is verbose.
   pure subroutine detail(self, lines)
@@ -219,10 +217,10 @@ contains
     line = "VERDICT  " // trim(self%verdict)
     if (over_range) then
       line = "VERDICT  " // self%judgement%words(:scan(self%judgement%words // ",", ",") - 1)
-      if (self%judgement%verdict == stable) line = line // trim(merge(" at all speeds           ", " where it could be solved", &
-        & self%all_stable))
-      if (self%verdict /= "") line = line // "; " // trim(merge("the machine of the input is", "at the speed of the input  ", &
-        & self%judgement%of_sweep)) // " " // trim(self%verdict)
+      if (self%judgement%verdict == stable) line = line // either(" at all speeds", " where it could be solved", &
+        & self%all_stable)
+      if (self%verdict /= "") line = line // "; " // either("the machine of the input is", "at the speed of the input", &
+        & self%judgement%of_sweep) // " " // trim(self%verdict)
     end if
     left = 0
     do i = merge(1, 2, self%verdict == ""), size(self%headlines)

@@ -32,7 +32,7 @@ module gestell_output_file_staging
     integer, private :: made = 0
   contains
     procedure :: publish
-    procedure :: discard
+    procedure :: discard => leave
     procedure :: retell
   end type staging_type
 
@@ -165,7 +165,9 @@ contains
       call self%discard()
       return
     end if
-    replaces = [(is_old(self%folder // "/" // trim(names(i))), i = 1, size(names))]
+    ! a link that points nowhere is replaced too
+    replaces = [(is_there(self%folder // "/" // trim(names(i))) .or. is_link(self%folder // "/" // trim(names(i))), i = 1, &
+      & size(names))]
     do i = 1, size(names)
       if (replaces(i)) call link_file(self%folder // "/" // trim(names(i)), self%path // "/" // trim(names(i)) // old, done)
     end do
@@ -188,14 +190,6 @@ contains
     if (.not. (done .or. allocated(error))) call fatal_error(error, self%path // ": cannot be removed: " // last_reason(), &
       & failed_computation)
   end subroutine publish
-
-  !> Whether something is there, a link that points nowhere too.
-  logical function is_old(name)
-    character(len=*), intent(in) :: name
-
-    is_old = is_there(name)
-    if (.not. is_old) is_old = is_link(name)
-  end function is_old
 
   !> Brings back what was there before these files; not `done` where the file system knows no second names.
   subroutine restore(staging, names, replaces, done)
@@ -235,34 +229,29 @@ contains
     end do
   end subroutine remove_old_pictures
 
-  !> Ends without moving any file.
-  subroutine discard(self)
-    class(staging_type), intent(inout) :: self
-    logical :: done
-
-    call leave(self, done)
-  end subroutine discard
-
-  !> Removes the staging folder, and that of the results where it was made for nothing.
+  !> Removes the staging folder, and that of the results where it was made for nothing: ends without moving any file. `done`: it is
+  !> gone.
   subroutine leave(staging, done)
-    type(staging_type), intent(inout) :: staging
-    logical, intent(out) :: done
+    class(staging_type), intent(inout) :: staging
+    logical, intent(out), optional :: done
     integer(c_int) :: guard
+    logical :: gone
 
     call take_turn(staging%folder, guard)
     call remove_file(staging%path // "/" // journal_name)
     call remove_file(staging%path // "/" // mark)
     ! Hundreds of files could stand there, as a rule none does.
-    call remove_folder(staging%path, done)
-    if (.not. done) then
+    call remove_folder(staging%path, gone)
+    if (.not. gone) then
       call empty(staging)
       call remove_file(staging%path // "/" // journal_name // growing)
-      call remove_folder(staging%path, done)
+      call remove_folder(staging%path, gone)
     end if
     call unlock_file(staging%handle)
     staging%handle = -1
     call unlock_file(guard)
     call remove_made(staging%folder, staging%made)
+    if (present(done)) done = gone
   end subroutine leave
 
   subroutine empty(staging)

@@ -1,13 +1,12 @@
 !> Pieces of a page of HTML.
 module gestell_output_page_html
   use gestell_base_growing_text, only: growing_text_type
+  use gestell_base_text, only: newline
   use gestell_base_words, only: printable
   implicit none (type, external)
   private
 
   public :: cell, escaped, head, row, tail
-
-  character, parameter :: newline = new_line("a")
 
   character(len=*), parameter :: style = &
     & "body{font:16px/1.5 system-ui,sans-serif;color:#222;max-width:62rem;margin:2rem auto;padding:0 1rem}" // newline // &

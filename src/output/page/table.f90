@@ -1,6 +1,6 @@
 !> A table of a page: words as they are, numbers with six digits, errors with two, units in the head.
 module gestell_output_page_table
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise, newline, text
   use gestell_output_page_html, only: cell, escaped, row
   use gestell_output_table, only: column_type, nothing, table_type
   implicit none (type, external)
@@ -12,73 +12,48 @@ module gestell_output_page_table
   integer, parameter :: most_rows = 60, most_columns = 10
   !> Tables with more rows are folded away.
   integer, parameter :: most_open = 12
-  character, parameter :: newline = new_line("a")
-
 contains
 
   !> Empty for no rows.
   pure function html_table(table) result(lines)
     type(table_type), intent(in) :: table
-    character(len=:), allocatable :: lines
-    integer :: rows
+    character(len=:), allocatable :: lines, one
+    integer :: rows, i, k
 
     lines = ""
     if (table%rows == 0) return
     rows = min(table%rows, most_rows)
-    lines = ""
     if (table%rows > most_open) lines = "<details><summary>" // text(table%rows) // " rows</summary>" // newline
     lines = lines // "<div class=""wide""><table>" // newline // "<caption>" // escaped(table%name // ".csv")
     if (table%rows > rows) lines = lines // ": the first " // text(rows) // " of " // text(table%rows) // " rows"
     lines = lines // "</caption>" // newline
     if (size(table%columns) > most_columns .and. rows < size(table%columns)) then
-      lines = lines // turned(table%columns, rows)
+      ! columns as rows: the first cell of each heads the others
+      lines = lines // "<tbody>" // newline
+      do k = 1, size(table%columns)
+        one = cell("row", head_of(table%columns(k)))
+        do i = 1, rows
+          one = one // value_cell(table%columns(k), i)
+        end do
+        lines = lines // row(one)
+      end do
     else
-      lines = lines // upright(table%columns, rows)
+      one = ""
+      do k = 1, size(table%columns)
+        one = one // cell("th", head_of(table%columns(k)))
+      end do
+      lines = lines // "<thead>" // row(one) // "</thead>" // newline // "<tbody>" // newline
+      do i = 1, rows
+        one = ""
+        do k = 1, size(table%columns)
+          one = one // value_cell(table%columns(k), i)
+        end do
+        lines = lines // row(one)
+      end do
     end if
-    lines = lines // "</table></div>" // newline
+    lines = lines // "</tbody>" // newline // "</table></div>" // newline
     if (table%rows > most_open) lines = lines // "</details>" // newline
   end function html_table
-
-  pure function upright(columns, rows) result(lines)
-    type(column_type), intent(in) :: columns(:)
-    integer, intent(in) :: rows
-    character(len=:), allocatable :: lines
-    character(len=:), allocatable :: one
-    integer :: i, k
-
-    one = ""
-    do k = 1, size(columns)
-      one = one // cell("th", head_of(columns(k)))
-    end do
-    lines = "<thead>" // row(one) // "</thead>" // newline // "<tbody>" // newline
-    do i = 1, rows
-      one = ""
-      do k = 1, size(columns)
-        one = one // value_cell(columns(k), i)
-      end do
-      lines = lines // row(one)
-    end do
-    lines = lines // "</tbody>" // newline
-  end function upright
-
-  !> Columns as rows: the first column heads the others.
-  pure function turned(columns, rows) result(lines)
-    type(column_type), intent(in) :: columns(:)
-    integer, intent(in) :: rows
-    character(len=:), allocatable :: lines
-    character(len=:), allocatable :: one
-    integer :: i, k
-
-    lines = "<tbody>" // newline
-    do k = 1, size(columns)
-      one = cell("row", head_of(columns(k)))
-      do i = 1, rows
-        one = one // value_cell(columns(k), i)
-      end do
-      lines = lines // row(one)
-    end do
-    lines = lines // "</tbody>" // newline
-  end function turned
 
   !> The label with the unit in parentheses.
   pure function head_of(column) result(words)

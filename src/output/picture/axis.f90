@@ -2,15 +2,13 @@
 module gestell_output_picture_axis
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise
+  use gestell_base_text, only: concise, either, newline
   use gestell_output_picture_script, only: quoted, span
   use gestell_study_grid, only: axis_type
   implicit none (type, external)
   private
 
   public :: coordinate, decade_lines, extent_lines, parameter_axis, with_unit
-
-  character, parameter :: newline = new_line("a")
 
 contains
 
@@ -27,11 +25,7 @@ contains
     ends = coordinate(axis, [axis%from, axis%to])
     ends = [minval(ends), maxval(ends)]
     wider = margin * (ends(2) - ends(1))
-    if (ends(2) > ends(1)) then
-      lines = "[" // concise(ends(1) - wider, 9) // ":" // concise(ends(2) + wider, 9) // "]"
-    else
-      lines = span(ends)
-    end if
+    lines = either("[" // concise(ends(1) - wider, 9) // ":" // concise(ends(2) + wider, 9) // "]", span(ends), ends(2) > ends(1))
     lines = "set " // letter // "range " // lines // newline // "set " // letter // "label " // quoted(name) // " noenhanced" &
       & // newline
     if (axis%logarithmic) then

@@ -1,7 +1,7 @@
 !> Pictures: gnuplot, run on the scripts beside the result files.
 module gestell_output_picture_gnuplot
   use gestell_base_error, only: error_type, failed_computation, fatal_error
-  use gestell_base_text, only: text
+  use gestell_base_text, only: either, text
   use gestell_base_files, only: file_size, remove_file
   use gestell_output_picture_script, only: figure_type
   implicit none (type, external)
@@ -85,14 +85,9 @@ contains
     character(len=:), allocatable :: word
     integer :: i
 
-    word = "'"
-    if (index(folder, "/") /= 1) word = "'./"
+    word = either("'", "'./", index(folder, "/") == 1)
     do i = 1, len(folder)
-      if (folder(i:i) == "'") then
-        word = word // "'\''"
-      else
-        word = word // folder(i:i)
-      end if
+      word = word // either("'\''", folder(i:i), folder(i:i) == "'")
     end do
     word = word // "'"
   end function quoted

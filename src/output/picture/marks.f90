@@ -2,7 +2,7 @@
 !> small ones are grey.
 module gestell_output_picture_marks
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise, either, newline, text
   use gestell_math_sorting, only: ascending
   use gestell_output_picture_axis, only: coordinate
   use gestell_output_picture_script, only: quoted
@@ -18,7 +18,6 @@ module gestell_output_picture_marks
     & unstable_entry = shaded_entry // "'unstable'", &
     & beyond_colour = "999999"
   character(len=*), parameter :: own_line = "lc rgb '#8E24AA' dt (7,4) lw 1.2"
-  character, parameter :: newline = new_line("a")
   !> Objects and arrows of this module have numbers from here on; intervals that are shaded, at the most.
   integer, parameter :: first_number = 100, most_shades = 200
 
@@ -35,11 +34,11 @@ contains
     real(dp), intent(in) :: range(2), input(:), at(:)
     character(len=*), intent(in) :: unit
     logical, intent(in) :: unstable(:)
+    type(marks_type) :: own
     real(dp) :: ends(2)
     integer :: i, first, n
 
     marks%lines = ""
-    marks%entries = ""
     n = 0
     first = 0
     do i = 1, size(at)
@@ -53,8 +52,9 @@ contains
       if (n <= most_shades) marks%lines = marks%lines // shade(n, ends(1), ends(2))
       first = 0
     end do
-    if (n > 0) marks%entries = unstable_entry
-    marks = joined(marks, own_marks(range, input, input, unit, "back"))
+    own = own_marks(range, input, input, unit, "back")
+    marks%lines = marks%lines // own%lines
+    marks%entries = either(unstable_entry, "", n > 0) // own%entries
   end function chart_marks
 
   !> The input's own `value` alone (none: size 0), on an axis of pictures over parameters, in front of boxes.
@@ -79,13 +79,6 @@ contains
     marks%entries = ", keyentry with lines " // own_line // " title " &
       & // quoted(trim("input: " // concise(value(1), 6) // " " // unit)) // " noenhanced"
   end function own_marks
-
-  pure type(marks_type) function joined(a, b)
-    type(marks_type), intent(in) :: a, b
-
-    joined%lines = a%lines // b%lines
-    joined%entries = a%entries // b%entries
-  end function joined
 
   pure logical function within(value, range)
     real(dp), intent(in) :: value, range(2)

@@ -3,15 +3,16 @@
 module gestell_output_picture_panels
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise, either, newline, text
+  use gestell_model_frame, only: frame_type
   use gestell_output_picture_script, only: quoted, span
   use gestell_output_picture_axis, only: extent_lines
+  use gestell_output_table, only: table_type
   implicit none (type, external)
   private
 
-  public :: height_of, history_panel, key_line, layout_line, order_axis, order_panel, turn_axis, with_rim
+  public :: bars, height_of, history_panel, key_line, layout_line, order_axis, order_panel, turn_axis, with_rim
 
-  character, parameter :: newline = new_line("a")
   !> More than these are drawn as points in place of bars.
   integer, parameter :: most_bars = 4
 
@@ -53,31 +54,25 @@ contains
     height_of = 160 + 190 * rows
   end function height_of
 
-  !> The crank angle from 0 to 360 deg, or to -360, or through so many `turns`; tics have numbers where `named`.
-  pure function turn_axis(speed, named, turns) result(lines)
-    real(dp), intent(in) :: speed
+  !> The crank angle through a period of the frame, negative for a clockwise crank; tics have numbers where `named`.
+  pure function turn_axis(frame, named) result(lines)
+    class(frame_type), intent(in) :: frame
     logical, intent(in) :: named
-    integer, intent(in), optional :: turns
     character(len=:), allocatable :: lines
     integer :: last
 
-    last = 360
-    if (present(turns)) last = 360 * turns
-    lines = "set xtics " // text(last / 4) // "; set xrange [0:" // text(nint(sign(real(last, dp), speed))) // "]" // newline &
-      & // x_names("crank angle (deg)", named)
+    last = 360 * frame%mechanism%turns
+    lines = "set xtics " // text(last / 4) // "; set xrange [0:" // text(nint(sign(real(last, dp), frame%speed))) // "]" &
+      & // newline // x_names("crank angle (deg)", named)
   end function turn_axis
 
-  !> Orders from 0 to the last of so many `harmonics` of a period of so many `turns`, one where they are missing.
+  !> Orders from 0 to the last of so many `harmonics` of a period of so many `turns`.
   pure function order_axis(harmonics, named, turns) result(lines)
-    integer, intent(in) :: harmonics
+    integer, intent(in) :: harmonics, turns
     logical, intent(in) :: named
-    integer, intent(in), optional :: turns
     character(len=:), allocatable :: lines
 
-    lines = "set xrange [-0.6:" // text(harmonics) // ".6]" // newline
-    if (present(turns)) lines = "set xrange [" // concise(-0.6_dp / turns, 6) // ":" // concise((harmonics + 0.6_dp) / turns, 6) &
-      & // "]" // newline
-    lines = lines &
+    lines = "set xrange [" // concise(-0.6_dp / turns, 6) // ":" // concise((harmonics + 0.6_dp) / turns, 6) // "]" // newline &
       & // x_names("order of the crank speed (0: magnitude of the mean)", named)
   end function order_axis
 
@@ -86,82 +81,91 @@ contains
     logical, intent(in) :: named
     character(len=:), allocatable :: line
 
-    line = "set format x ''; unset xlabel" // newline
-    if (named) line = "set format x; set xlabel '" // label // "'" // newline
+    line = either("set format x; set xlabel '" // label // "'", "set format x ''; unset xlabel", named) // newline
   end function x_names
 
-  !> What the curves are called, above the panel that comes next; `nothing`: no more.
+  !> What the curves are called, above the panel that comes next; not `shown`: no more.
   pure function key_line(shown) result(line)
     logical, intent(in) :: shown
     character(len=:), allocatable :: line
 
-    line = "set key off" // newline
-    if (shown) line = "set key on at graph 1,graph 1.01 bottom right horizontal samplen 2 width 1 font ',12'" // newline
+    line = "set key " // either("on at graph 1,graph 1.01 bottom right horizontal samplen 2 width 1 font ',12'", "off", shown) &
+      & // newline
   end function key_line
 
-  !> `factor` times the columns of `file` over its first, named by `names`, with the styles of these `numbers` where there is
-  !> not one for each.
-  pure function history_panel(file, label, factor, columns, names, numbers) result(lines)
-    character(len=*), intent(in) :: file, label, factor, names(:)
-    integer, intent(in) :: columns(:)
-    integer, intent(in), optional :: numbers(:)
+  !> `factor` times the columns of these names of `table` over its first one. `titles`: of the curves; `styles`: their numbers,
+  !> 1, 2, ... where they are missing.
+  pure function history_panel(table, label, factor, columns, titles, styles) result(lines)
+    type(table_type), intent(in) :: table
+    character(len=*), intent(in) :: label, factor, columns(:), titles(:)
+    integer, intent(in), optional :: styles(:)
     character(len=:), allocatable :: lines
     type(growing_text_type) :: curves
-    integer :: styles(size(columns)), i
+    character(len=len(factor) + 30) :: values(size(columns))
+    integer :: i, number
 
-    styles = [(i, i = 1, size(columns))]
-    if (present(numbers)) styles = numbers
-
+    values = values_of(table, factor, columns)
     do i = 1, size(columns)
+      number = i
+      if (present(styles)) number = styles(i)
       if (i > 1) call curves%append(", \" // newline // "  ")
-      call curves%append("'" // file // "' using 1:(" // factor // " * column(" // text(columns(i)) // ")) with lines lt " &
-        & // text(style(styles(i))) // " title " // quoted(trim(names(i))) // " noenhanced")
+      call curves%append("'" // table%name // ".csv' using 1:(" // trim(values(i)) // ") with lines lt " // text(style(number)) &
+        & // " title " // quoted(trim(titles(i))) // " noenhanced")
     end do
-    lines = extent_lines(file, values_of(factor, columns)) // "set yrange [low - 0.07 * (high - low):high + 0.07 * (high - low)]" &
+    lines = extent_lines(table%name // ".csv", values) // "set yrange [low - 0.07 * (high - low):high + 0.07 * (high - low)]" &
       & // newline // "set ylabel " // quoted(label) // " noenhanced" // newline // "plot " // curves%whole() // newline
   end function history_panel
 
-  !> `factor` times the amplitudes in columns of `file` over the order, on six decades.
-  pure function order_panel(file, label, factor, columns, names, turns) result(lines)
-    character(len=*), intent(in) :: file, label, factor, names(:)
-    integer, intent(in) :: columns(:)
-    integer, intent(in), optional :: turns
+  !> `factor` times the amplitudes in the columns of these names over the order, on six decades; a period has so many `turns`.
+  pure function order_panel(table, label, factor, columns, titles, turns) result(lines)
+    type(table_type), intent(in) :: table
+    character(len=*), intent(in) :: label, factor, columns(:), titles(:)
+    integer, intent(in) :: turns
     character(len=:), allocatable :: lines
     type(growing_text_type) :: curves
-    character(len=24), parameter :: fills(most_bars) = [character(len=24) :: "solid 1", "pattern 2", "solid 0.25", "pattern 5"]
+    character(len=len(factor) + 30) :: values(size(columns))
     real(dp) :: width
     integer :: i
 
-    width = 0.84_dp / size(columns)
-    if (present(turns)) width = width / turns
+    values = values_of(table, factor, columns)
+    width = 0.84_dp / size(columns) / turns
     do i = 1, size(columns)
-      if (i > 1) call curves%append(", \" // newline // "  ")
+      call curves%append(either(", \" // newline // "  ", "", i > 1) // "'" // table%name // ".csv' using ")
       if (size(columns) <= most_bars) then
-        call curves%append("'" // file // "' using (column(1) + " // concise(width * (i - 0.5_dp * (size(columns) + 1)), 3) &
-          & // "):(abs(" // factor // " * column(" // text(columns(i)) // "))) with boxes lt " // text(style(i)) &
-          & // " dt 1 lw 1 fs " // trim(fills(i)) // " border lt -1 title " // quoted(trim(names(i))) // " noenhanced")
+        call curves%append("(column(1) + " // concise(width * (i - 0.5_dp * (size(columns) + 1)), 3) // "):(abs(" &
+          & // trim(values(i)) // ")) with " // bars(i, most_bars) // " border lt -1")
       else
-        call curves%append("'" // file // "' using 1:(abs(" // factor // " * column(" // text(columns(i)) // "))) with points lt " &
-          & // text(style(i)) // " pt " // text(i) // " title " // quoted(trim(names(i))) // " noenhanced")
+        call curves%append("1:(abs(" // trim(values(i)) // ")) with points lt " // text(style(i)) // " pt " // text(i))
       end if
+      call curves%append(" title " // quoted(trim(titles(i))) // " noenhanced")
     end do
-    lines = extent_lines(file, values_of(factor, columns)) // "most = high > 0 && high > -low ? high : -low" // newline &
+    lines = extent_lines(table%name // ".csv", values) // "most = high > 0 && high > -low ? high : -low" // newline &
       & // "if (high == 1 && low == -1) { unset logscale y; set yrange [0:1]; set format y } else " &
       & // "{ set logscale y; set yrange [most * 1e-6:most * 3]; set format y '10^{%L}' }" // newline &
       & // "set boxwidth " // concise(width, 3) // newline // "set ylabel " // quoted(label) // " noenhanced" // newline &
       & // "plot " // curves%whole() // newline
   end function order_panel
 
-  pure function values_of(factor, columns) result(expressions)
-    character(len=*), intent(in) :: factor
-    integer, intent(in) :: columns(:)
+  !> Expressions of gnuplot's for `factor` times these columns.
+  pure function values_of(table, factor, columns) result(expressions)
+    type(table_type), intent(in) :: table
+    character(len=*), intent(in) :: factor, columns(:)
     character(len=len(factor) + 30) :: expressions(size(columns))
     integer :: i
 
     do i = 1, size(columns)
-      expressions(i) = factor // " * column(" // text(columns(i)) // ")"
+      expressions(i) = factor // " * column(" // text(table%number_of(columns(i))) // ")"
     end do
   end function values_of
+
+  !> The style of bars that are number `i` of several, with so many fills in turn, by which they differ in print without colours.
+  pure function bars(i, fills)
+    integer, intent(in) :: i, fills
+    character(len=:), allocatable :: bars
+    character(len=*), parameter :: all(5) = [character(len=10) :: "solid 1", "pattern 2", "solid 0.25", "pattern 5", "pattern 4"]
+
+    bars = "boxes lt " // text(i) // " dt 1 lw 1 fs " // trim(all(1 + mod(i - 1, fills)))
+  end function bars
 
   pure integer function style(i)
     integer, intent(in) :: i

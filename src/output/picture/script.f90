@@ -3,14 +3,14 @@
 module gestell_output_picture_script
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise, either, newline, text
   use gestell_base_words, only: length_of_character
   use gestell_output_file_output, only: write_file
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
-  public :: new_figure, panel_heading, pick_unit, plotted, quoted, span, tic, write_figure
+  public :: new_figure, panel_heading, pick_unit, plotted, quoted, span, tic, tics, write_figure
 
   !> The picture of the table of the same name.
   type, public :: figure_type
@@ -21,13 +21,13 @@ module gestell_output_picture_script
     integer :: pixels(2) = [800, 560]
   end type figure_type
 
-  !> A unit for an axis: `factor` times the SI value is the number in `name`.
+  !> A unit for an axis: `factor`, in words for gnuplot, times the SI value is the number in the unit `name`.
   type, public :: axis_unit_type
-    character(len=4) :: factor = "1"
+    character(len=4) :: words = "1"
+    real(dp) :: factor = 1
     character(len=5) :: name = ""
   end type axis_unit_type
 
-  character, parameter :: newline = new_line("a")
   !> Longest title of a picture, in characters.
   integer, parameter :: longest_title = 84
 
@@ -51,9 +51,12 @@ contains
     character(len=*), intent(in) :: folder, title, alarm
     type(figure_type), intent(in) :: figure
     type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: heading
 
-    call write_file(folder // "/" // figure%name // ".gp", head(figure%name, figure%pixels) // "heading = " &
-      & // heading(title, alarm, figure%shown) // newline // figure%lines // newline // "unset output" // newline, error)
+    heading = quoted(alarm // figure%shown)
+    if (title /= "") heading = quoted(title) // " . ""\n"" . " // heading
+    call write_file(folder // "/" // figure%name // ".gp", head(figure%name, figure%pixels) // "heading = " // heading // newline &
+      & // figure%lines // newline // "unset output" // newline, error)
   end subroutine write_figure
 
   !> A script that runs itself for each format; then what all pictures share. Colours of Okabe and Ito; the lines differ in
@@ -94,15 +97,6 @@ contains
       & // "set tics nomirror" // newline &
       & // "set style fill solid 1 noborder" // newline
   end function head
-
-  !> The words above a picture as gnuplot's expression: the input's title, and below it what is shown behind the `alarm`.
-  pure function heading(title, alarm, shown) result(expression)
-    character(len=*), intent(in) :: title, alarm, shown
-    character(len=:), allocatable :: expression
-
-    expression = quoted(alarm // shown)
-    if (title /= "") expression = quoted(title) // " . ""\n"" . " // expression
-  end function heading
 
   !> The lines that head a panel of several.
   pure function panel_heading(shown) result(line)
@@ -161,6 +155,19 @@ contains
     string = doubled(quoted(words), "\045")
   end function tic
 
+  !> The labels of the tics of an axis: these names at `first`, `first` + 1, ...
+  pure function tics(names, first) result(list)
+    character(len=*), intent(in) :: names(:)
+    integer, intent(in) :: first
+    character(len=:), allocatable :: list
+    integer :: i
+
+    list = ""
+    do i = 1, size(names)
+      list = list // either(", ", "", i > 1) // tic(trim(names(i))) // " " // text(first + i - 1)
+    end do
+  end function tics
+
   !> The same for a text that is plotted `with labels`, whose escapes gnuplot reads once more.
   pure function plotted(words) result(string)
     character(len=*), intent(in) :: words
@@ -172,8 +179,7 @@ contains
   !> A text in which `sign` stands twice wherever it stood once.
   pure function doubled(words, sign) result(string)
     character(len=*), intent(in) :: words, sign
-    character(len=:), allocatable :: string
-    character(len=:), allocatable :: rest
+    character(len=:), allocatable :: string, rest
     integer :: i
 
     rest = words
@@ -222,19 +228,19 @@ contains
     character(len=*), intent(in) :: si
     real(dp), intent(in) :: greatest
 
-    unit = axis_unit_type("1", si)
+    unit = axis_unit_type(name=si)
     select case (si)
     case ("m", "rad")
       if (greatest < 1.0e-5_dp .and. greatest > 0) then
-        unit = axis_unit_type("1e6", "µ" // si)
+        unit = axis_unit_type("1e6", 1.0e6_dp, "µ" // si)
       else if (greatest < 1) then
-        unit = axis_unit_type("1e3", "m" // si)
+        unit = axis_unit_type("1e3", 1.0e3_dp, "m" // si)
       end if
     case ("N", "N m")
       if (greatest >= 1.0e7_dp) then
-        unit = axis_unit_type("1e-6", "M" // si)
+        unit = axis_unit_type("1e-6", 1.0e-6_dp, "M" // si)
       else if (greatest >= 1.0e4_dp) then
-        unit = axis_unit_type("1e-3", "k" // si)
+        unit = axis_unit_type("1e-3", 1.0e-3_dp, "k" // si)
       end if
     case default
       return

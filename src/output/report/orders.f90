@@ -1,7 +1,7 @@
 !> Orders of the drive's speed in words.
 module gestell_output_report_orders
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise, either, text
   use gestell_math_rational, only: greatest_divisor
   implicit none (type, external)
   private
@@ -15,11 +15,7 @@ contains
     integer, intent(in) :: k, turns
     character(len=:), allocatable :: words
 
-    if (modulo(k, turns) == 0) then
-      words = text(k / turns)
-    else
-      words = concise(real(k, dp) / turns, 4)
-    end if
+    words = either(text(k / turns), concise(real(k, dp) / turns, 4), modulo(k, turns) == 0)
   end function order_of
 
   !> The same for the name of a column: "1", "1/2".
@@ -38,8 +34,7 @@ contains
     integer, intent(in) :: highest, turns
     character(len=:), allocatable :: words
 
-    words = "1 to " // text(highest)
-    if (turns > 1) words = "up to " // text(highest)
+    words = either("up to ", "1 to ", turns > 1) // text(highest)
   end function range_of
 
   !> "a turn", "2 turns".
@@ -47,8 +42,7 @@ contains
     integer, intent(in) :: turns
     character(len=:), allocatable :: words
 
-    words = "a turn"
-    if (turns > 1) words = text(turns) // " turns"
+    words = either(text(turns) // " turns", "a turn", turns > 1)
   end function turns_in_words
 
 end module gestell_output_report_orders

@@ -1,7 +1,7 @@
 !> Slips of whoever typed the input: what no machine has, or hardly any. As a rule a unit, a power of ten or a name is wrong.
 module gestell_output_report_plausibility
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_text, only: concise
+  use gestell_base_text, only: concise, either, newline
   use gestell_model_frame, only: frame_type
   use gestell_model_joints_joint, only: form_type, point_type
   use gestell_model_joints_types_follower, only: follower_joint
@@ -12,7 +12,6 @@ module gestell_output_report_plausibility
 
   public :: slips
 
-  character, parameter :: newline = new_line("a")
   !> m/s: a ring of steel that turns so fast bears rho v^2 = 2 GPa, more than it can.
   real(dp), parameter :: fastest = 500
   !> m/s^2, ten thousand times that of a fall.
@@ -56,7 +55,7 @@ contains
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines
     type(extremes_type) :: found
-    real(dp) :: extent, size_of_machine
+    real(dp) :: extent, size_of_machine, low(3), high(3)
     integer :: i
 
     lines = ""
@@ -75,7 +74,20 @@ contains
         & // units // newline
       if (extent < narrowest) lines = lines // "the mechanism is " // concise(extent, 3) // " m wide, below " &
         & // concise(narrowest) // units // newline
-      size_of_machine = size_with_supports(frame, found)
+      ! the diagonal of the box about the mechanism, the frame's centre of mass and the heads of the supports
+      low = [min(found%low + frame%origin, 0.0_dp), 0.0_dp]
+      high = [max(found%high + frame%origin, 0.0_dp), 0.0_dp]
+      do i = 1, size(frame%supports)
+        low(:2) = min(low(:2), frame%supports(i)%position)
+        high(:2) = max(high(:2), frame%supports(i)%position)
+      end do
+      if (allocated(frame%space)) then
+        do i = 1, size(frame%space%supports)
+          low = min(low, frame%space%supports(i)%position)
+          high = max(high, frame%space%supports(i)%position)
+        end do
+      end if
+      size_of_machine = norm2(high - low)
       lines = lines // frame_slip(frame, mechanism%mass, size_of_machine)
       lines = lines // mounting_slips(frame, frame%mass + mechanism%mass, size_of_machine)
       do i = 1, size(mechanism%links)
@@ -95,31 +107,8 @@ contains
     real(dp), intent(in) :: value
     character(len=:), allocatable :: words
 
-    words = "up to " // concise(value, 3)
-    if (value > huge(value)) words = "more than " // concise(huge(value), 3)
+    words = either("more than ", "up to ", value > huge(value)) // concise(min(value, huge(value)), 3)
   end function up_to
-
-  !> The diagonal of the box about the mechanism, the frame's centre of mass and the heads of the supports (m).
-  pure real(dp) function size_with_supports(frame, found) result(size_of)
-    class(frame_type), intent(in) :: frame
-    type(extremes_type), intent(in) :: found
-    real(dp) :: low(3), high(3)
-    integer :: i
-
-    low = [min(found%low + frame%origin, 0.0_dp), 0.0_dp]
-    high = [max(found%high + frame%origin, 0.0_dp), 0.0_dp]
-    do i = 1, size(frame%supports)
-      low(:2) = min(low(:2), frame%supports(i)%position)
-      high(:2) = max(high(:2), frame%supports(i)%position)
-    end do
-    if (allocated(frame%space)) then
-      do i = 1, size(frame%space%supports)
-        low = min(low, frame%space%supports(i)%position)
-        high = max(high, frame%space%supports(i)%position)
-      end do
-    end if
-    size_of = norm2(high - low)
-  end function size_with_supports
 
   !> Mass and radius of gyration of the frame.
   pure function frame_slip(frame, moving, size_of_machine) result(line)

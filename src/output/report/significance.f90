@@ -1,7 +1,7 @@
 !> What is told of numbers that are no more than their errors, and of orders beside the whole.
 module gestell_output_report_significance
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise
   use gestell_output_report_orders, only: order_of
   implicit none (type, external)
   private
@@ -23,16 +23,13 @@ contains
 
   !> An order and what it has of the mean square of the whole, by Parseval's theorem never more than all: "2 (91.3 %)". Its
   !> amplitude, of a vector the root of the sum of its components' squares, would not do: it can exceed the peak.
-  !> `turns`: in the period, of which the order is a multiple; one where it is missing.
+  !> `turns`: in the period, of which the order is a multiple.
   pure function order_words(order, amplitude, rms, turns) result(words)
-    integer, intent(in) :: order
+    integer, intent(in) :: order, turns
     real(dp), intent(in) :: amplitude, rms
-    integer, intent(in), optional :: turns
     character(len=:), allocatable :: words
 
-    words = text(order)
-    if (present(turns)) words = order_of(order, turns)
-    words = words // " (" // concise(50 * min(amplitude / max(rms, tiny(rms)), sqrt(2.0_dp))**2, 3) // " %)"
+    words = order_of(order, turns) // " (" // concise(50 * min(amplitude / max(rms, tiny(rms)), sqrt(2.0_dp))**2, 3) // " %)"
   end function order_words
 
 end module gestell_output_report_significance

@@ -1,7 +1,8 @@
 !> The verdict in the words that stand wherever a vibration is reported: one that the machine leaves is of no use to anybody who
 !> does not know it.
 module gestell_output_report_verdict
-  use gestell_base_verdict, only: verdict_type
+  use gestell_base_text, only: either, newline
+  use gestell_base_verdict, only: has_vibration, operator(>), stable, verdict_named, verdict_type
   use gestell_input_wording, only: lower
   implicit none (type, external)
   private
@@ -16,25 +17,27 @@ module gestell_output_report_verdict
     logical :: of_sweep = .false.
   end type judgement_type
 
-  character, parameter :: newline = new_line("a")
-
 contains
 
   !> What a vibration of a machine with that verdict is worth; empty of a stable one, and where there is no verdict.
   pure function judged(verdict) result(words)
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: words
+    type(verdict_type) :: on_machine
 
     select case (verdict)
     case ("unstable")
-      words = "UNSTABLE: the machine leaves this vibration"
+      words = "the machine leaves this vibration"
     case ("undamped")
-      words = "UNDAMPED: free vibrations neither grow nor decay, so the machine does not settle on this vibration"
+      words = "free vibrations neither grow nor decay, so the machine does not settle on this vibration"
     case ("undecided")
-      words = "UNDECIDED: whether the machine keeps to this vibration cannot be told"
+      words = "whether the machine keeps to this vibration cannot be told"
     case default
       words = ""
+      return
     end select
+    on_machine = verdict_named(verdict)
+    words = trim(on_machine%alarm()) // ": " // words
   end function judged
 
   !> The heading of a section of the report on a vibration.
@@ -43,7 +46,7 @@ contains
     character(len=:), allocatable :: line
 
     line = newline // heading // newline
-    if (judged(verdict) /= "") line = newline // heading // newline // "  " // judged(verdict) // newline
+    if (judged(verdict) /= "") line = line // "  " // judged(verdict) // newline
   end function section
 
   !> The line that heads a file about the vibration of a machine with that verdict, which may be a sentence, or the state 'ok';
@@ -64,18 +67,17 @@ contains
   !> What has to stand before the title of a picture of such a file; empty of a stable machine.
   pure function alarm(verdict) result(word)
     character(len=*), intent(in) :: verdict
-    character(len=:), allocatable :: word
-    character(len=:), allocatable :: line
-    character(len=*), parameter :: words(3) = [character(len=9) :: "UNSTABLE", "UNDECIDED", "UNDAMPED"]
-    integer :: i
+    character(len=:), allocatable :: word, line
+    type(verdict_type) :: on_machine
+    integer :: first
 
     line = verdict_line(verdict)
+    line = line(len("verdict: ") + 1:)
+    first = scan(line // " ", " :") - 1
+    on_machine = verdict_named(line(:first))
     word = ""
-    do i = 1, size(words)
-      if (index(line, "verdict: " // lower(trim(words(i)))) /= 1) cycle
-      word = trim(words(i)) // ": "
-      if (index(line, "verdict: " // lower(trim(words(i))) // " at ") == 1) word = trim(words(i)) // " IN PART: "
-    end do
+    if (on_machine > stable .and. has_vibration(on_machine)) word = trim(on_machine%alarm()) &
+      & // either(" IN PART: ", ": ", index(line(first + 1:), " at ") == 1)
   end function alarm
 
 end module gestell_output_report_verdict

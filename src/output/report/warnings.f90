@@ -1,7 +1,7 @@
 !> What stands beside vibrations that no machine has: those that it leaves, and those too great for linear equations.
 module gestell_output_report_warnings
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise, newline, text
   use gestell_base_verdict, only: not_judged, operator(==), stable, undecided, unstable, verdict_type, worst
   use gestell_output_report_verdict, only: judgement_type
   use gestell_study_vibration_small_motion, only: moved_type, small_part, small_turn
@@ -10,7 +10,6 @@ module gestell_output_report_warnings
 
   public :: beyond_small, judge_range, small_motion_limits
 
-  character, parameter :: newline = new_line("a")
   !> Intervals that are listed, at the most.
   integer, parameter :: most_listed = 6
 

@@ -1,6 +1,7 @@
 !> Lines of a report no wider than a terminal.
 module gestell_output_report_wrapping
   use gestell_base_growing_text, only: growing_text_type
+  use gestell_base_text, only: newline
   use gestell_base_words, only: character_count, continues
   implicit none (type, external)
   private
@@ -18,7 +19,6 @@ contains
   pure function wrapped(lines) result(text)
     character(len=*), intent(in) :: lines
     character(len=:), allocatable :: text
-    character, parameter :: newline = new_line("a")
     type(growing_text_type) :: all
     integer :: first, last
 
@@ -48,7 +48,7 @@ contains
       i = i + 1
       if (.not. continues(line(i:i))) column = column + 1
       if (column > widest .and. at > 0) then
-        call text%append(trim(line(start:at)) // new_line("a") // repeat(" ", margin))
+        call text%append(trim(line(start:at)) // newline // repeat(" ", margin))
         start = at + verify(line(at + 1:), " ")
         column = margin + character_count(line(start:i))
         at = 0

@@ -1,7 +1,7 @@
 !> Tables as comma separated values: # lines, one header line, numbers with 17 significant digits.
 module gestell_output_table_csv
   use gestell_base_error, only: error_type
-  use gestell_base_text, only: text
+  use gestell_base_text, only: either, newline, text
   use gestell_output_file_output, only: open_output, output_type
   use gestell_output_table, only: column_type, nothing, table_type
   use gestell_output_table_scientific, only: number_width, put_number
@@ -10,7 +10,6 @@ module gestell_output_table_csv
 
   public :: append_rows, field, write_csv
 
-  character, parameter :: newline = new_line("a")
   !> Rows that are given to the file at once.
   integer, parameter :: piece = 100
 
@@ -33,25 +32,16 @@ contains
   subroutine append_rows(table, output)
     type(table_type), intent(in) :: table
     type(output_type), intent(inout) :: output
-    integer :: i
+    integer :: i, k
 
-    call append_header(table, output)
+    do k = 1, size(table%columns)
+      call output%append(either(",", "", k > 1) // field(table%columns(k)%key))
+    end do
+    call output%append(newline)
     do i = 1, table%rows, piece
       call output%append(rows(table, i, min(i + piece - 1, table%rows)))
     end do
   end subroutine append_rows
-
-  subroutine append_header(table, output)
-    type(table_type), intent(in) :: table
-    type(output_type), intent(inout) :: output
-    integer :: k
-
-    do k = 1, size(table%columns)
-      if (k > 1) call output%append(",")
-      call output%append(field(table%columns(k)%key))
-    end do
-    call output%append(newline)
-  end subroutine append_header
 
   pure function rows(table, first, last) result(lines)
     type(table_type), intent(in) :: table
@@ -100,8 +90,7 @@ contains
   !> an apostrophe before it.
   pure function field(words) result(word)
     character(len=*), intent(in) :: words
-    character(len=:), allocatable :: word
-    character(len=:), allocatable :: safe
+    character(len=:), allocatable :: word, safe
     integer :: i
 
     safe = words

@@ -29,7 +29,8 @@ module gestell_output_table
     character(len=:), allocatable :: name
     !> What stands above it, and what its picture shows.
     character(len=:), allocatable :: heading, caption
-    !> Complete lines that are told before the header, and the verdict that heads it (gestell_output_report_verdict); empty: none.
+    !> Complete lines that are told before the header, and the verdict that heads it (gestell_output_report_verdict); empty: none;
+    !> not allocated: that on the machine of the input.
     character(len=:), allocatable :: remarks, verdict
     !> The frame's model where it is not that of the run; empty otherwise.
     character(len=:), allocatable :: model
@@ -49,6 +50,7 @@ module gestell_output_table
     procedure, private :: add_flags
     procedure :: expect
     procedure :: join
+    procedure :: number_of, key_of => key_of_column
     generic :: add => add_numbers, add_integers, add_words, add_flags
   end type table_type
 
@@ -59,32 +61,37 @@ contains
 
   !> A table without columns.
   pure type(table_type) function new_table(name, heading, caption, verdict, shown) result(table)
-    character(len=*), intent(in) :: name, heading, caption, verdict
+    character(len=*), intent(in) :: name, heading, caption
+    character(len=*), intent(in), optional :: verdict
     logical, intent(in), optional :: shown
 
     table%name = name
     table%heading = heading
     table%caption = caption
-    table%verdict = trim(verdict)
+    if (present(verdict)) table%verdict = trim(verdict)
     if (present(shown)) table%shown = shown
     table%model = ""
     table%remarks = ""
     allocate(table%columns(0))
   end function new_table
 
-  !> A further column of numbers in `unit`, whose error stands in the column `error`.
-  pure subroutine add_numbers(self, name, unit, meaning, values, error)
+  !> A further column of numbers in `unit`, whose error stands in the column `error`; or, with `bounds`, in a column NAME_error
+  !> that is added behind it.
+  pure subroutine add_numbers(self, name, unit, meaning, values, error, bounds)
     class(table_type), intent(inout) :: self
     character(len=*), intent(in) :: name, meaning
     type(unit_type), intent(in) :: unit
     real(dp), intent(in) :: values(:)
     character(len=*), intent(in), optional :: error
+    real(dp), intent(in), optional :: bounds(:)
     type(column_type) :: column
 
     column%numbers = values
     column%error = ""
-    if (present(error)) column%error = trim(key_of(error, unit))
+    if (present(error)) column%error = trim(new_key(error, unit))
+    if (present(bounds)) column%error = trim(new_key(trim(name) // "_error", unit))
     call append(self, column, name, unit, meaning, size(values))
+    if (present(bounds)) call self%add(trim(name) // "_error", unit, "bound on its error", bounds)
   end subroutine add_numbers
 
   !> Word of row `i`.
@@ -141,7 +148,7 @@ contains
     integer, intent(in) :: rows
     integer :: k
 
-    column%key = trim(key_of(name, unit))
+    column%key = trim(new_key(name, unit))
     column%label = trim(name)
     do k = 1, len(column%label)
       if (column%label(k:k) == "_") column%label(k:k) = " "
@@ -155,6 +162,27 @@ contains
     if (table%filled == size(table%room)) call move_alloc(table%room, table%columns)
     table%rows = rows
   end subroutine append
+
+  !> Number of the column of this name, given with or without its unit; 0: there is none.
+  pure integer function number_of(self, name) result(number)
+    class(table_type), intent(in) :: self
+    character(len=*), intent(in) :: name
+
+    do number = size(self%columns), 1, -1
+      associate (column => self%columns(number))
+        if (column%key == name .or. column%key == new_key(name, column%unit)) return
+      end associate
+    end do
+  end function number_of
+
+  !> Key of the column of this name, which must be there.
+  pure function key_of_column(self, name) result(key)
+    class(table_type), intent(in) :: self
+    character(len=*), intent(in) :: name
+    character(len=:), allocatable :: key
+
+    key = self%columns(self%number_of(name))%key
+  end function key_of_column
 
   !> `more` columns are to be added, and seen when the last of them is there: each by itself would move all that were before.
   pure subroutine expect(self, more)
@@ -202,13 +230,13 @@ contains
     if (allocated(from%words)) call move_alloc(from%words, to%words)
   end subroutine move_column
 
-  pure function key_of(name, unit) result(key)
+  pure function new_key(name, unit) result(key)
     character(len=*), intent(in) :: name
     type(unit_type), intent(in) :: unit
     character(len=len_trim(name) + len(unit%suffix) + 1) :: key
 
     key = name
     if (unit%suffix /= "") key = trim(name) // "_" // unit%suffix
-  end function key_of
+  end function new_key
 
 end module gestell_output_table

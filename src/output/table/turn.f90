@@ -2,45 +2,37 @@
 module gestell_output_table_turn
   use gestell_base_kinds, only: dp
   use gestell_math_series_fourier, only: fourier_type
+  use gestell_model_frame, only: frame_type
   use gestell_output_table, only: table_type
   use gestell_output_table_unit, only: degree, hertz, plain, radian, second, unit_type
   implicit none (type, external)
   private
 
-  public :: add_harmonics, add_order_column, add_orders, add_turn
+  public :: add_harmonics, add_order_column, add_orders, add_turn, amplitude_of
 
 contains
 
-  !> Crank angle and time of `points` + 1 rows; `speed` in rad/s, `period` in s, which is so many turns of the drive, one where they
-  !> are missing.
-  pure subroutine add_turn(table, speed, period, points, turns)
+  !> Crank angle and time of `points` + 1 rows over the period of the frame.
+  pure subroutine add_turn(table, frame, points)
     type(table_type), intent(inout) :: table
-    real(dp), intent(in) :: speed, period
+    class(frame_type), intent(in) :: frame
     integer, intent(in) :: points
-    integer, intent(in), optional :: turns
-    integer :: k, angle
+    integer :: k
 
-    angle = 360
-    if (present(turns)) angle = 360 * turns
-
-    call table%add("crank", degree, "crank angle, negative for a clockwise crank", [(sign(real(angle, dp), speed) * k / points, &
-      & k = 0, points)])
-    call table%add("t", second, "time", [(period * k / points, k = 0, points)])
+    call table%add("crank", degree, "crank angle, negative for a clockwise crank", [(sign(real(360 * frame%mechanism%turns, dp), &
+      & frame%speed) * k / points, k = 0, points)])
+    call table%add("t", second, "time", [(frame%period * k / points, k = 0, points)])
   end subroutine add_turn
 
-  !> The first `last` orders of the crank after 0, the mean, and their frequencies; of a period of so many `turns` they are 1/turns,
-  !> 2/turns, ...
-  pure subroutine add_orders(table, period, last, turns)
+  !> The first `last` harmonics of the period of the frame after 0, the mean, as orders of the drive, and their frequencies.
+  pure subroutine add_orders(table, frame, last)
     type(table_type), intent(inout) :: table
-    real(dp), intent(in) :: period
+    class(frame_type), intent(in) :: frame
     integer, intent(in) :: last
-    integer, intent(in), optional :: turns
-    integer :: k, parts
+    integer :: k
 
-    parts = 1
-    if (present(turns)) parts = turns
-    call add_order_column(table, "order", "order of the crank; 0: the mean", [(k, k = 0, last)], parts)
-    call table%add("frequency", hertz, "of the order", [(k / period, k = 0, last)])
+    call add_order_column(table, "order", "order of the crank; 0: the mean", [(k, k = 0, last)], frame%mechanism%turns)
+    call table%add("frequency", hertz, "of the order", [(k / frame%period, k = 0, last)])
   end subroutine add_orders
 
   !> The harmonics `k` of a period of so many turns as orders of the drive: whole numbers where they are.
@@ -72,9 +64,18 @@ contains
     amplitude(0) = series%mean
     amplitude(1:n) = series%amplitude(:n)
     phase(1:n) = series%phase(:n)
-    call table%add(trim(name) // "_" // trim(unit%suffix) // "_amplitude", unit_type(words=unit%words), &
+    call table%add(amplitude_of(name, unit), unit_type(words=unit%words), &
       & "amplitude of amplitude cos(2 pi order t / T + phase)", amplitude)
     call table%add(trim(name) // "_" // trim(unit%suffix) // "_phase", radian, "phase of the same", phase)
   end subroutine add_harmonics
+
+  !> The name of the column with the amplitudes.
+  pure function amplitude_of(name, unit) result(column)
+    character(len=*), intent(in) :: name
+    type(unit_type), intent(in) :: unit
+    character(len=:), allocatable :: column
+
+    column = trim(name) // "_" // trim(unit%suffix) // "_amplitude"
+  end function amplitude_of
 
 end module gestell_output_table_turn

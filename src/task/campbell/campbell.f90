@@ -18,7 +18,7 @@ module gestell_task_campbell
   implicit none (type, external)
   private
 
-  public :: base_frequency, check_campbell_options, solve_campbell, solve_tracked
+  public :: base_frequency, check_campbell_options, solve_campbell, solve_point
 
   !> What is ordered.
   type, public :: campbell_options
@@ -57,6 +57,8 @@ module gestell_task_campbell
     type(campbell_point_type), allocatable :: points(:)
     !> Solutions in all.
     integer :: solutions = 0
+  contains
+    procedure :: ends
   end type campbell_type
 
   !> A piece is a speed.
@@ -89,7 +91,9 @@ contains
     class(executor_type), intent(inout), optional :: executor
     type(speeds_type) :: work
     type(campbell_point_type), allocatable :: known(:)
+    type(campbell_point_type) :: point, last
     real(dp), allocatable :: wanted(:)
+    integer :: i
 
     call check_speeds(speeds, error)
     if (.not. allocated(error)) call check_campbell_options(options, error)
@@ -106,7 +110,18 @@ contains
       call spread_over(work, size(wanted), error, executor)
       if (allocated(error)) return
       known = [known, work%points]
-      call follow_modes(known, size(speeds), campbell, wanted)
+      ! Follow the modes over the points at `speeds` by the others that are known between them where need be, and collect the
+      ! speeds of those that are needed and not known.
+      campbell = campbell_type(points=[campbell_point_type ::], free=[integer ::])
+      wanted = [real(dp) ::]
+      last = campbell_point_type()
+      do i = 1, size(speeds)
+        point = known(i)
+        call count_in(point, campbell)
+        if (point%solved .and. last%solved) call connect(known, last, point, most_halvings, campbell, wanted)
+        campbell%points = [campbell%points, point]
+        if (point%solved) call remember(point, last)
+      end do
     end do
     call number_modes(campbell)
   end subroutine solve_campbell
@@ -155,26 +170,6 @@ contains
       sought = [(k, k = 1, self%orders)]
     end if
   end function sought
-
-  !> Follows the modes over the first `ordered` points that are `known`, by others that are known between them where need be.
-  !> `wanted`: the speeds of those that are needed and not known.
-  pure subroutine follow_modes(known, ordered, campbell, wanted)
-    type(campbell_point_type), intent(in) :: known(:)
-    integer, intent(in) :: ordered
-    type(campbell_type), intent(out) :: campbell
-    real(dp), allocatable, intent(out) :: wanted(:)
-    type(campbell_point_type) :: point, last
-    integer :: i
-
-    allocate(wanted(0), campbell%points(0), campbell%free(0))
-    do i = 1, ordered
-      point = known(i)
-      call count_in(point, campbell)
-      if (point%solved .and. last%solved) call connect(known, last, point, most_halvings, campbell, wanted)
-      campbell%points = [campbell%points, point]
-      if (point%solved) call remember(point, last)
-    end do
-  end subroutine follow_modes
 
   !> Counts a solution, which tells the degrees of freedom too.
   pure subroutine count_in(point, campbell)
@@ -266,23 +261,13 @@ contains
     point%solved = any(modes%identified)
   end subroutine solve_point
 
-  !> The modes at another `speed`, numbered as those at `near`. `point` is not solved where there is no machine.
-  !> Error: as of `solve_campbell`.
-  subroutine solve_tracked(family, speed, options, near, point, error)
-    class(family_type), intent(in) :: family
-    real(dp), intent(in) :: speed
-    type(campbell_options), intent(in) :: options
-    type(campbell_point_type), intent(in) :: near
-    type(campbell_point_type), intent(out) :: point
-    type(error_type), allocatable, intent(out) :: error
-    logical :: like
+  !> The first speed and the last (1/min).
+  pure function ends(self) result(speeds)
+    class(campbell_type), intent(in) :: self
+    real(dp) :: speeds(2)
 
-    call solve_point(family, speed, options, point, error)
-    if (allocated(error) .or. .not. point%solved) return
-    associate (f => point%dofs)
-      call track(near%modes(:f), point%mass(:f, :f), base_frequency(point), point%modes(:f), like, point%unambiguous)
-    end associate
-  end subroutine solve_tracked
+    speeds = self%points([1, size(self%points)])%speed
+  end function ends
 
   !> By the frequencies at the lowest speed at which all are identified.
   pure subroutine number_modes(campbell)

@@ -4,8 +4,9 @@ module gestell_task_campbell_crossings
   use gestell_base_kinds, only: dp
   use gestell_math_root_search, only: root_search_type
   use gestell_task_campbell, only: campbell_options, campbell_point_type, campbell_type, check_campbell_options, &
-    & base_frequency, solve_tracked
+    & base_frequency, solve_point
   use gestell_system_family, only: family_type
+  use gestell_study_mode_tracking, only: track
   use gestell_study_mode_type, only: mode_type
   use gestell_task_common_executor, only: executor_type, spread_over, work_type
   use gestell_task_common_record, only: record_type
@@ -45,7 +46,7 @@ module gestell_task_campbell_crossings
     integer :: point = 0
     type(campbell_point_type) :: sides(2)
   contains
-    procedure :: point_at
+    procedure :: point_at, knows, locks, value
   end type search_type
 
   !> A piece is a search.
@@ -81,7 +82,10 @@ contains
     type(error_type), allocatable, intent(out) :: error
     class(executor_type), intent(inout), optional :: executor
     type(searches_type) :: work
+    type(campbell_point_type), allocatable :: points(:)
+    type(campbell_point_type) :: sides(2)
     integer, allocatable :: harmonics(:)
+    logical :: new(2)
     integer :: round, i, halves
 
     allocate(crossings(0))
@@ -112,8 +116,16 @@ contains
           crossings = [crossings, search%crossings]
           campbell%solutions = campbell%solutions + search%solutions
           ! With the sides of a jump among the points the search begins anew.
-          if (search%jump) call insert(search%sides, search%point, campbell)
-          if (search%jump) exit
+          if (search%jump) then
+            points = campbell%points
+            new = abs(search%sides%speed - points(search%point - 1)%speed) > 0 &
+              & .and. abs(search%sides%speed - points(search%point)%speed) > 0
+            sides = search%sides
+            sides%ordered = .false.
+            sides%unambiguous = .false.
+            campbell%points = [points(:search%point - 1), pack(sides, new), points(search%point:)]
+            exit
+          end if
         end associate
       end do
       if (i > size(work%searches)) return
@@ -158,7 +170,8 @@ contains
     end associate
   end subroutine exchange
 
-  !> The modes at another `speed`, numbered as those at `near`. Error: as of `solve_campbell`.
+  !> The modes at another `speed`, numbered as those at `near`. `point` is not solved where there is no machine.
+  !> Error: as of `solve_campbell`.
   subroutine point_at(self, speed, near, point, error)
     class(search_type), intent(inout) :: self
     real(dp), intent(in) :: speed
@@ -166,8 +179,14 @@ contains
     type(campbell_point_type), intent(out) :: point
     type(error_type), allocatable, intent(out) :: error
 
-    call solve_tracked(self%family, speed, self%options, near, point, error)
-    if (point%dofs > 0) self%solutions = self%solutions + 1
+    logical :: like
+
+    call solve_point(self%family, speed, self%options, point, error)
+    associate (f => point%dofs)
+      if (f > 0) self%solutions = self%solutions + 1
+      if (allocated(error) .or. .not. point%solved) return
+      call track(near%modes(:f), point%mass(:f, :f), base_frequency(point), point%modes(:f), like, point%unambiguous)
+    end associate
   end subroutine point_at
 
   !> The crossing from point `first` on, if there is one before the next point; `first` moves on. A `jump` of the frequency across
@@ -179,27 +198,25 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(campbell_point_type) :: l, r, within
     type(crossing_type) :: crossing
-    real(dp) :: f(2), multiple
-    integer :: last, mode
+    real(dp) :: f(2), mean
+    integer :: last
 
-    mode = search%mode
-    multiple = search%multiple
     l = points(first)
     r = points(first + 1)
     last = first + 1
     first = last
-    if (.not. (known(l, mode) .and. known(r, mode))) return
-    crossing%mode = mode
-    crossing%order = multiple / l%turns
+    if (.not. (search%knows(l) .and. search%knows(r))) return
+    crossing%mode = search%mode
+    crossing%order = search%multiple / l%turns
     crossing%harmonic = search%harmonic
-    f = [value_of(l, mode, multiple, detuning), value_of(r, mode, multiple, detuning)]
-    if (is_locked(l, mode, multiple)) then
+    f = [search%value(l, detuning), search%value(r, detuning)]
+    if (search%locks(l)) then
       ! From the start of the range or after a gap; else it was dealt with before.
       within = l
       if (last > 2) then
-        if (known(points(last - 2), mode)) return
+        if (search%knows(points(last - 2))) return
       end if
-    else if (is_locked(r, mode, multiple)) then
+    else if (search%locks(r)) then
       within = r
     else if (f(1) * f(2) > 0) then
       return
@@ -207,55 +224,33 @@ contains
       if (abs(r%speed - l%speed) <= 4 * exact * abs(l%speed)) return
       call find_root(search, detuning, l, r, within, crossing%error, error)
       if (allocated(error) .or. .not. within%solved) return
-      search%jump = abs(value_of(within, mode, multiple, detuning)) > jumping * base_frequency(within) &
-        & .and. .not. is_locked(within, mode, multiple)
+      search%jump = abs(search%value(within, detuning)) > jumping * base_frequency(within) &
+        & .and. .not. search%locks(within)
       search%point = last
       if (search%jump) return
-      if (.not. is_locked(within, mode, multiple)) then
+      if (.not. search%locks(within)) then
         if (crossing%harmonic == 0) return
         crossing%speed = within%speed
         crossing%ends = within%speed
-        crossing%at = within%modes(mode)
+        crossing%at = within%modes(search%mode)
         search%crossings = [search%crossings, crossing]
         return
       end if
     end if
 
     ! The other end of the interval.
-    do while (last < size(points) .and. is_locked(r, mode, multiple))
-      if (.not. known(points(last + 1), mode)) exit
+    do while (last < size(points) .and. search%locks(r))
+      if (.not. search%knows(points(last + 1))) exit
       last = last + 1
       r = points(last)
     end do
     call find_interval(search, l, within, r, crossing, error)
     if (allocated(error)) return
-    if (crossing%harmonic == 0 .and. .not. weakens(crossing%at)) return
+    ! what was not sought is listed where two real multipliers are so far apart that at least half of the mode's damping is lost
+    mean = (crossing%at%growth + crossing%at%partner_growth) / 2
+    if (crossing%harmonic == 0 .and. .not. crossing%at%growth - mean > max(abs(mean) / 2, crossing%at%error)) return
     search%crossings = [search%crossings, crossing]
   end subroutine next_crossing
-
-  !> Puts the points in before point `point`, unless they are there.
-  subroutine insert(sides, point, campbell)
-    type(campbell_point_type), intent(in) :: sides(2)
-    integer, intent(in) :: point
-    type(campbell_type), intent(inout) :: campbell
-    type(campbell_point_type), allocatable :: points(:)
-    logical :: new(2)
-
-    points = campbell%points
-    new = abs(sides%speed - points(point - 1)%speed) > 0 .and. abs(sides%speed - points(point)%speed) > 0
-    campbell%points = [points(:point - 1), pack(sides, new), points(point:)]
-    campbell%points(point:point - 1 + count(new))%ordered = .false.
-    campbell%points(point:point - 1 + count(new))%unambiguous = .false.
-  end subroutine insert
-
-  !> Whether two real multipliers are so far apart that at least half of the mode's damping is lost.
-  pure logical function weakens(mode)
-    type(mode_type), intent(in) :: mode
-
-    associate (mean => (mode%growth + mode%partner_growth) / 2)
-      weakens = mode%growth - mean > max(abs(mean) / 2, mode%error)
-    end associate
-  end function weakens
 
   !> The ends of the interval of speeds about `within`, between l and r, in which a mode is locked, and the mode at its middle.
   subroutine find_interval(search, l, within, r, crossing, error)
@@ -268,23 +263,21 @@ contains
 
     crossing%ends = [l%speed, r%speed]
     doubt = 0
-    associate (mode => crossing%mode, multiple => search%multiple)
-      if (.not. is_locked(l, mode, multiple)) then
-        call find_root(search, discriminant, l, within, edge, doubt(1), error)
-        if (allocated(error)) return
-        crossing%ends(1) = edge%speed
-      end if
-      if (.not. is_locked(r, mode, multiple)) then
-        call find_root(search, discriminant, within, r, edge, doubt(2), error)
-        if (allocated(error)) return
-        crossing%ends(2) = edge%speed
-      end if
-      crossing%speed = sum(crossing%ends) / 2
-      crossing%error = maxval(doubt)
-      crossing%locked = abs(crossing%ends(2) - crossing%ends(1)) > 2 * crossing%error
-      call search%point_at(crossing%speed, within, edge, error)
-      crossing%at = edge%modes(mode)
-    end associate
+    if (.not. search%locks(l)) then
+      call find_root(search, discriminant, l, within, edge, doubt(1), error)
+      if (allocated(error)) return
+      crossing%ends(1) = edge%speed
+    end if
+    if (.not. search%locks(r)) then
+      call find_root(search, discriminant, within, r, edge, doubt(2), error)
+      if (allocated(error)) return
+      crossing%ends(2) = edge%speed
+    end if
+    crossing%speed = sum(crossing%ends) / 2
+    crossing%error = maxval(doubt)
+    crossing%locked = abs(crossing%ends(2) - crossing%ends(1)) > 2 * crossing%error
+    call search%point_at(crossing%speed, within, edge, error)
+    crossing%at = edge%modes(search%mode)
   end subroutine find_interval
 
   !> A zero of `kind` between two points where its signs differ; the points on both sides of it in the end are the search's. A
@@ -299,13 +292,11 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(root_search_type) :: search
     type(campbell_point_type) :: ends(2), new
-    real(dp) :: next, noise, f, tolerance, multiple
-    integer :: k, mode
+    real(dp) :: next, noise, f, tolerance
+    integer :: k
 
-    mode = own%mode
-    multiple = own%multiple
     ends = [r, l]
-    call search%start(r%speed, value_of(r, mode, multiple, kind), l%speed, value_of(l, mode, multiple, kind))
+    call search%start(r%speed, own%value(r, kind), l%speed, own%value(l, kind))
     doubt = search%width()
     do k = 1, most_steps
       own%sides = ends
@@ -313,8 +304,8 @@ contains
       root = ends(minloc(abs(search%f), dim=1))
       tolerance = exact * abs(root%speed)
       ! What the error of the frequency, or of the difference of the exponents, makes of the zero.
-      noise = root%modes(mode)%error
-      if (kind == discriminant) noise = 2 * noise * sqrt(abs(value_of(root, mode, multiple, kind))) + noise**2
+      noise = root%modes(own%mode)%error
+      if (kind == discriminant) noise = 2 * noise * sqrt(abs(own%value(root, kind))) + noise**2
       associate (rise => abs(search%f(1) - search%f(2)))
         doubt = max(search%width() * min(1.0_dp, noise / max(rise, tiny(noise))), min(tolerance, search%width()))
         if (search%found(tolerance) .or. noise > rise) return
@@ -324,15 +315,15 @@ contains
         call own%point_at(next, ends(nearer), new, error)
       end associate
       if (allocated(error)) return
-      if (.not. known(new, mode)) then
+      if (.not. own%knows(new)) then
         root%solved = .false.
         return
       end if
-      if (kind == detuning .and. is_locked(new, mode, multiple)) then
+      if (kind == detuning .and. own%locks(new)) then
         root = new
         return
       end if
-      f = value_of(new, mode, multiple, kind)
+      f = own%value(new, kind)
       if (.not. search%replaces(f)) ends(2) = ends(1)
       ends(1) = new
       call search%take(new%speed, f)
@@ -340,38 +331,38 @@ contains
   end subroutine find_root
 
   !> What is sought to be zero.
-  pure real(dp) function value_of(point, mode, multiple, kind) result(value)
+  pure real(dp) function value(self, point, kind)
+    class(search_type), intent(in) :: self
     type(campbell_point_type), intent(in) :: point
-    integer, intent(in) :: mode, kind
-    real(dp), intent(in) :: multiple
+    integer, intent(in) :: kind
 
-    associate (m => point%modes(mode))
-      value = m%frequency() - multiple * base_frequency(point)
+    associate (m => point%modes(self%mode))
+      value = m%frequency() - self%multiple * base_frequency(point)
       if (kind == detuning) return
       value = -value**2
-      if (is_locked(point, mode, multiple)) value = ((m%growth - m%partner_growth) / 2)**2
+      if (self%locks(point)) value = ((m%growth - m%partner_growth) / 2)**2
     end associate
-  end function value_of
+  end function value
 
-  pure logical function known(point, mode)
+  !> Whether the mode is identified at a point.
+  pure logical function knows(self, point)
+    class(search_type), intent(in) :: self
     type(campbell_point_type), intent(in) :: point
-    integer, intent(in) :: mode
 
-    known = point%solved .and. point%modes(mode)%identified
-  end function known
+    knows = point%solved .and. point%modes(self%mode)%identified
+  end function knows
 
-  !> Whether two real multipliers lock a mode to a multiple of the period's frequency. They must differ by more than their errors:
-  !> at an ordinary crossing both are equal, and rounding alone can make them real.
-  pure logical function is_locked(point, mode, multiple)
+  !> Whether two real multipliers lock the mode to the multiple of the period's frequency. They must differ by more than their
+  !> errors: at an ordinary crossing both are equal, and rounding alone can make them real.
+  pure logical function locks(self, point)
+    class(search_type), intent(in) :: self
     type(campbell_point_type), intent(in) :: point
-    integer, intent(in) :: mode
-    real(dp), intent(in) :: multiple
     real(dp), parameter :: rounding = 1.0e-6_dp
 
-    associate (base => base_frequency(point), m => point%modes(mode))
-      is_locked = m%real_pair .and. abs(m%frequency() - multiple * base) < rounding * base &
+    associate (base => base_frequency(point), m => point%modes(self%mode))
+      locks = m%real_pair .and. abs(m%frequency() - self%multiple * base) < rounding * base &
         & .and. abs(m%growth - m%partner_growth) > 2 * m%error
     end associate
-  end function is_locked
+  end function locks
 
 end module gestell_task_campbell_crossings

@@ -1,7 +1,7 @@
 !> Pictures of the modes over the speed: Campbell diagram and crossings.
 module gestell_task_campbell_plot
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise, either, newline, text
   use gestell_math_sorting, only: ascending
   use gestell_output_picture_script, only: figure_type, new_figure, span
   use gestell_output_picture_marks, only: apart, chart_marks, marks_type, with_room
@@ -13,7 +13,6 @@ module gestell_task_campbell_plot
 
   public :: count_or_no, marks_of, plot_campbell, plot_crossings
 
-  character, parameter :: newline = new_line("a")
   !> Lines of orders with a number, at the most.
   integer, parameter :: most_named = 12
   !> Width of a name as a share of the axis.
@@ -32,10 +31,10 @@ contains
     real(dp), intent(in) :: input(:)
     type(figure_type) :: figure
     type(marks_type) :: marks
-    character(len=:), allocatable :: lines, frequencies, dampings
+    character(len=:), allocatable :: lines, frequencies, dampings, curve, style, range
     real(dp), allocatable :: damping(:), shown(:)
     real(dp) :: speeds(size(campbell%points)), top
-    logical :: identified(campbell%modes)
+    logical :: identified(campbell%modes), wide(size(crossings))
     integer :: i, k
 
     speeds = campbell%points%speed
@@ -69,16 +68,24 @@ contains
     end do
     do k = 1, campbell%modes
       if (.not. identified(k)) cycle
-      frequencies = frequencies // curve(k, campbell%modes, "column('frequency_Hz')", .true.)
-      dampings = dampings // curve(k, campbell%modes, "100 * column('damping_ratio')", .false.)
+      ! every so many rows belong to one mode
+      curve = ", 'campbell.csv' every " // text(campbell%modes) // "::" // text(k - 1) // " using 1:("
+      style = ") with lines lt " // text(k) // " lw 2.5 "
+      frequencies = frequencies // curve // "column('frequency_Hz')" // style // "title 'mode " // text(k) // "'"
+      dampings = dampings // curve // "100 * column('damping_ratio')" // style // "notitle"
     end do
-    if (any([(widely_locked(crossings(i)), i = 1, size(crossings))])) frequencies = frequencies &
+    ! Is an interval in which a mode is locked noticeable beside the half width of a resonance of its damping?
+    wide = [(crossings(i)%locked .and. abs(crossings(i)%ends(2) - crossings(i)%ends(1)) > noticeable &
+      & * abs(crossings(i)%at%growth) * 30 / (pi * crossings(i)%order), i = 1, size(crossings))]
+    if (any(wide)) frequencies = frequencies &
       & // ", 'crossings.csv' using (wide(" // concise(noticeable, 3) // ") ? column('from_rpm') : NaN):'frequency_Hz':" &
       & // "(column('to_rpm') - column('from_rpm')):(0) with vectors nohead lt 2 dt 1 lw 6 title 'locked to an order'"
     if (size(crossings) > 0) frequencies = frequencies // ", 'crossings.csv' using 'speed_rpm':'frequency_Hz' with points lt 7 " &
       & // "pt 6 ps 1 title 'crossing'"
-    marks = marks_of(campbell, [speeds(1), speeds(size(speeds))], input)
-    lines = layout_line(3, 1) // marks%lines // "set xrange " // sweep_of(speeds) // newline &
+    marks = marks_of(campbell, campbell%ends(), input)
+    range = either("[" // concise(speeds(1), 9) // ":" // concise(speeds(size(speeds)), 9) // "]", span(speeds), &
+      & maxval(speeds) > minval(speeds))
+    lines = layout_line(3, 1) // marks%lines // "set xrange " // range // newline &
       & // "wide(part) = column('locked') > 0 && abs(column('to_rpm') - column('from_rpm')) > " &
       & // "part * abs(column('growth_1_per_s')) * 30 / (pi * column('order'))" // newline &
       & // "set lmargin screen 0.13; set rmargin screen 0.94; set tmargin screen 0.84; set bmargin screen 0.42" // newline &
@@ -95,30 +102,6 @@ contains
     figure = new_figure("campbell", "Campbell diagram", lines, width=820, height=680)
   end function plot_campbell
 
-  !> Every so many rows belong to one mode.
-  pure function curve(mode, modes, value, named) result(words)
-    integer, intent(in) :: mode, modes
-    character(len=*), intent(in) :: value
-    logical, intent(in) :: named
-    character(len=:), allocatable :: words
-
-    words = ", 'campbell.csv' every " // text(modes) // "::" // text(mode - 1) // " using 1:(" // value // ") with lines lt " &
-      & // text(mode) // " lw 2.5 "
-    if (named) then
-      words = words // "title 'mode " // text(mode) // "'"
-    else
-      words = words // "notitle"
-    end if
-  end function curve
-
-  !> Whether the interval in which a mode is locked is noticeable beside the half width of a resonance of its damping.
-  pure logical function widely_locked(crossing) result(wide)
-    type(crossing_type), intent(in) :: crossing
-
-    wide = crossing%locked .and. abs(crossing%ends(2) - crossing%ends(1)) > noticeable * abs(crossing%at%growth) * 30 &
-      & / (pi * crossing%order)
-  end function widely_locked
-
   !> A range from zero, or from below it where there are values.
   pure function from_zero(values) result(range)
     real(dp), intent(in) :: values(:)
@@ -130,18 +113,6 @@ contains
     if (.not. high > low) high = 1
     range = "[" // concise(1.1_dp * low, 6) // ":" // concise(1.1_dp * high, 6) // "]"
   end function from_zero
-
-  !> The range of the speeds, from the first to the last.
-  pure function sweep_of(speeds) result(range)
-    real(dp), intent(in) :: speeds(:)
-    character(len=:), allocatable :: range
-
-    if (maxval(speeds) > minval(speeds)) then
-      range = "[" // concise(speeds(1), 9) // ":" // concise(speeds(size(speeds)), 9) // "]"
-    else
-      range = span(speeds)
-    end if
-  end function sweep_of
 
   !> The input's speed, and where a free vibration grows.
   pure type(marks_type) function marks_of(campbell, range, input) result(marks)
@@ -203,9 +174,7 @@ contains
     integer :: i, k
 
     frequencies = [(crossings(i)%at%frequency() / (2 * pi), i = 1, size(crossings))]
-    associate (points => campbell%points)
-      range = [points(1)%speed, points(size(points))%speed]
-    end associate
+    range = campbell%ends()
     marks = marks_of(campbell, range, input)
     lines = "set title heading noenhanced" // newline // "set xrange " // with_rim(range(1), range(2)) // newline &
       & // "set yrange " // from_zero([1.0_dp, 1.1_dp * frequencies]) // newline &
@@ -238,8 +207,7 @@ contains
     integer, intent(in) :: number
     character(len=:), allocatable :: words
 
-    words = text(number)
-    if (number == 0) words = "no"
+    words = either("no", text(number), number == 0)
   end function count_or_no
 
 end module gestell_task_campbell_plot

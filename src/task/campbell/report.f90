@@ -1,13 +1,13 @@
 !> The report on modes over the speed for people.
 module gestell_task_campbell_report
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_text, only: concise, fixed, text
+  use gestell_base_text, only: concise, either, fixed, newline, text
   use gestell_base_verdict, only: operator(>), stable, undamped, undecided, unstable, verdict_type
   use gestell_input_wording, only: counted
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_verdict, only: judgement_type
   use gestell_output_report_warnings, only: judge_range
-  use gestell_task_campbell, only: campbell_point_type, campbell_type
+  use gestell_task_campbell, only: campbell_type
   use gestell_task_campbell_crossings, only: crossing_type
   use gestell_study_mode_type, only: mode_type
   implicit none (type, external)
@@ -15,7 +15,6 @@ module gestell_task_campbell_report
 
   public :: campbell_verdict, report_campbell
 
-  character, parameter :: newline = new_line("a")
   !> Maximum number of lines in a table.
   integer, parameter, public :: most_listed = 60
   !> Intervals that are wider, relative to the speed, are told by their ends.
@@ -27,10 +26,11 @@ contains
   pure function report_campbell(campbell, crossings) result(report)
     type(campbell_type), intent(in) :: campbell
     type(crossing_type), intent(in) :: crossings(:)
-    character(len=:), allocatable :: report, rows
+    character(len=:), allocatable :: report, rows, list
     type(judgement_type) :: judgement
     logical, allocatable :: solved(:)
-    integer :: first, last, k
+    integer, parameter :: most_named = 5
+    integer :: first, last, named, k
 
     report = newline // "CAMPBELL DIAGRAM  of " // counted(campbell%modes, "mode") // " at " &
       & // counted(count(campbell%points%ordered), "speed") // ", about rest" // newline
@@ -53,7 +53,16 @@ contains
     end associate
     if (.not. all(solved)) report = report // "  note: at " // counted(count(.not. solved), "speed") &
       & // " there is no machine or no mode can be identified" // newline
-    if (.not. all(campbell%points%unambiguous)) report = report // "  note: about " // ambiguous(campbell%points) &
+    ! the first speeds at which modes cannot be told from each other
+    list = ""
+    named = 0
+    do k = 1, size(campbell%points)
+      if (campbell%points(k)%unambiguous) cycle
+      if (.not. campbell%points(max(k - 1, 1))%unambiguous .and. k > 1) cycle
+      named = named + 1
+      if (named <= most_named) list = list // ", " // concise(campbell%points(k)%speed, 5)
+    end do
+    if (named > 0) report = report // "  note: about " // list(3:) // either(", ...", "", named > most_named) &
       & // " rpm modes mix: which is which is not certain" // newline
     report = report // crossing_lines(crossings)
   end function report_campbell
@@ -63,11 +72,8 @@ contains
     type(mode_type), intent(in) :: mode
     character(len=:), allocatable :: words
 
-    if (.not. mode%identified) then
-      words = "-" // tab // "-"
-    else
-      words = concise(mode%frequency() / (2 * pi), 6) // tab // ratio(mode)
-    end if
+    words = "-" // tab // "-"
+    if (mode%identified) words = concise(mode%frequency() / (2 * pi), 6) // tab // ratio(mode)
   end function words
 
   !> The damping ratio, 0 where it is less than its error.
@@ -78,28 +84,6 @@ contains
     ratio = "0"
     if (abs(mode%growth) > mode%error) ratio = concise(mode%damping_ratio(), 4)
   end function ratio
-
-  !> The first speeds at which modes cannot be told from each other.
-  pure function ambiguous(points) result(list)
-    type(campbell_point_type), intent(in) :: points(:)
-    character(len=:), allocatable :: list
-    integer, parameter :: most = 5
-    integer :: i, named
-    logical :: before
-
-    list = ""
-    named = 0
-    before = .false.
-    do i = 1, size(points)
-      if (.not. points(i)%unambiguous .and. .not. before) then
-        named = named + 1
-        if (named > 1 .and. named <= most) list = list // ", "
-        if (named <= most) list = list // concise(points(i)%speed, 5)
-      end if
-      before = .not. points(i)%unambiguous
-    end do
-    if (named > most) list = list // ", ..."
-  end function ambiguous
 
   pure function crossing_lines(crossings) result(report)
     type(crossing_type), intent(in) :: crossings(:)
@@ -116,7 +100,7 @@ contains
         rows = rows // text(c%mode) // tab // concise(c%order, 4) // tab // fixed(c%speed, 5) // tab &
           & // fixed(c%at%frequency() / (2 * pi), 4) // tab // ratio(c%at) // tab
         if (.not. noticeably_locked(c)) then
-          rows = rows // trim(merge("unstable", "        ", c%at%growth > c%at%error))
+          rows = rows // either("unstable", "", c%at%growth > c%at%error)
         else if (abs(c%ends(2) - c%ends(1)) > wide * abs(c%speed)) then
           rows = rows // "locked from " // concise(c%ends(1), 7) // " to " // concise(c%ends(2), 7)
         else

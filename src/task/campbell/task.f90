@@ -57,20 +57,33 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(diagram_type) :: diagram
     type(judgement_type) :: judgement
+    type(table_type) :: table
+    integer :: i, n
 
     call follow_modes(context, diagram, error)
     if (allocated(error)) return
     judgement = campbell_verdict(diagram%campbell)
     call result%add(campbell_table(diagram%campbell, judgement%words), plot_campbell(diagram%campbell, diagram%crossings, &
       & context%configuration%orders, context%configuration%plan%base))
-    call result%add(crossings_table(diagram%crossings, judgement%words), plot_crossings(diagram%crossings, diagram%campbell, &
-      & context%configuration%plan%base))
+    associate (crossings => diagram%crossings, unused => self)
+      n = size(crossings)
+      table = new_table("crossings", "Crossings", "", judgement%words, shown=.true.)
+      table%model = model_of_modes
+      call table%add("mode", "its number", (crossings%mode))
+      call table%add("order", plain, "multiple of the crank speed", (crossings%order))
+      call table%add("speed", rpm, "of the crossing", (crossings%speed), bounds=(crossings%error))
+      call table%add("from", rpm, "where the interval of locking begins", [(crossings(i)%ends(1), i = 1, n)])
+      call table%add("to", rpm, "where it ends", [(crossings(i)%ends(2), i = 1, n)])
+      call table%add("frequency", hertz, "of the mode there", [(crossings(i)%at%frequency() / (2 * pi), i = 1, n)])
+      call table%add("growth", per_second, "of the mode there", [(crossings(i)%at%growth, i = 1, n)])
+      call table%add("damping_ratio", plain, "of the mode there", [(crossings(i)%at%damping_ratio(), i = 1, n)])
+      call table%add("locked", "1: the mode is locked to the order", (crossings%locked))
+      call result%add(table, plot_crossings(crossings, diagram%campbell, context%configuration%plan%base))
+    end associate
     call result%judge(judgement)
     call result%warn("", "Campbell diagram: " // counted(diagram%campbell%modes, "mode") // ", " &
       & // counted(size(diagram%crossings), "crossing") // " with orders of the crank")
     call result%say(report_campbell(diagram%campbell, diagram%crossings))
-    associate (unused_task => self)
-    end associate
   end subroutine run
 
   !> Modes and crossings over the speeds of the sweep, found once for all tasks that need them.
@@ -155,26 +168,5 @@ contains
       & mode%error / (2 * pi), mode%error]
     row(8:) = [(real(all(k)), aimag(all(k)), k = 1, most_dofs)]
   end function numbers
-
-  !> crossings.csv.
-  pure type(table_type) function crossings_table(crossings, verdict) result(table)
-    type(crossing_type), intent(in) :: crossings(:)
-    character(len=*), intent(in) :: verdict
-    integer :: i, n
-
-    n = size(crossings)
-    table = new_table("crossings", "Crossings", "", verdict, shown=.true.)
-    table%model = model_of_modes
-    call table%add("mode", "its number", (crossings%mode))
-    call table%add("order", plain, "multiple of the crank speed", (crossings%order))
-    call table%add("speed", rpm, "of the crossing", (crossings%speed), error="speed_error")
-    call table%add("speed_error", rpm, "bound on its error", (crossings%error))
-    call table%add("from", rpm, "where the interval of locking begins", [(crossings(i)%ends(1), i = 1, n)])
-    call table%add("to", rpm, "where it ends", [(crossings(i)%ends(2), i = 1, n)])
-    call table%add("frequency", hertz, "of the mode there", [(crossings(i)%at%frequency() / (2 * pi), i = 1, n)])
-    call table%add("growth", per_second, "of the mode there", [(crossings(i)%at%growth, i = 1, n)])
-    call table%add("damping_ratio", plain, "of the mode there", [(crossings(i)%at%damping_ratio(), i = 1, n)])
-    call table%add("locked", "1: the mode is locked to the order", (crossings%locked))
-  end function crossings_table
 
 end module gestell_task_campbell_task

@@ -95,7 +95,6 @@ contains
     type(error_type), allocatable, intent(out) :: error
     class(executor_type), intent(inout), optional :: executor
     type(searches_type) :: work
-    integer :: i
 
     call check_campbell_options(options, error)
     if (allocated(error)) return
@@ -110,17 +109,77 @@ contains
     call spread_over(work, size(work%crossings), error, executor)
     if (allocated(error)) return
     call move_alloc(work%critical, critical)
-    do i = 1, size(critical)
-      call give_away(critical, i)
-    end do
+    call give_away(critical)
   end subroutine find_critical
 
+  !> The peaks about crossing number `k`.
   recursive subroutine compute(self, k, error)
     class(searches_type), intent(inout) :: self
     integer, intent(in) :: k
     type(error_type), allocatable, intent(out) :: error
+    !> How far beside an undamped crossing the machine is looked at, relative to the speed.
+    real(dp), parameter :: aside = 1.0e-3_dp
+    type(curve_points_type) :: curve
+    type(maximum_type) :: tops(2)
+    type(speed_point_type), allocatable :: points(:)
+    type(speed_point_type) :: beside
+    real(dp), allocatable :: speeds(:)
+    real(dp) :: half, step(2), won
+    integer :: i, round, quantity
 
-    call search(self%family, self%options, self%crossings(k), self%critical(k), error)
+    associate (options => self%options, crossing => self%crossings(k), critical => self%critical(k))
+      critical%crossing = crossing
+      associate (mode => crossing%at)
+        critical%half_width = 60 / (2 * pi) * max(abs(mode%growth), abs(mode%partner_growth)) / crossing%order
+        if (mode%growth > mode%error) critical%outcome = self_excited
+        if (max(abs(mode%growth), abs(mode%partner_growth)) <= mode%error) critical%outcome = unbounded
+        if (critical%outcome == self_excited) critical%verdict = unstable
+        if (critical%outcome == unbounded) critical%verdict = merge(undamped, undecided, mode%neutral)
+        if (critical%outcome == unbounded) then
+          ! an order that does not excite the mode just beside an undamped crossing has no peak there
+          call respond(self%family, options, crossing%speed * (1 + aside), crossing%harmonic, beside, error)
+          if (.not. allocated(error) .and. has_vibration(beside%state)) then
+            if (beside%values(part_of_order, amplitude) < options%accuracy%tolerance) critical%outcome = no_peak
+          end if
+        end if
+        if (critical%outcome /= no_peak .or. critical%verdict /= not_judged) return
+      end associate
+      half = reach * critical%half_width + abs(crossing%ends(2) - crossing%ends(1)) / 2
+      half = min(max(half, reach * crossing%error), most_reach * abs(crossing%speed))
+      allocate(curve%points(0))
+      speeds = [(crossing%speed + half * (2.0_dp * (i - 1) / (samples - 1) - 1), i = 1, samples)]
+      do round = 1, most_rounds
+        allocate(points(size(speeds)))
+        do i = 1, size(speeds)
+          call respond(self%family, options, speeds(i), crossing%harmonic, points(i), error)
+          if (allocated(error)) return
+        end do
+        call curve%insert(points, refined=.false.)
+        deallocate(points)
+        if (any(curve%points%state == in_resonance)) then
+          critical%outcome = unbounded
+          critical%verdict = undecided
+          return
+        end if
+        step = 0
+        do quantity = amplitude, force
+          call nearest_top(curve, quantity, critical, 2 * half / (samples - 1), tops(quantity))
+          associate (i => tops(quantity)%point, enough => exact * critical%half_width)
+            if (i == 0) cycle
+            if (curve%points(i + 1)%speed - curve%points(i - 1)%speed <= 2 * enough) cycle
+            call step_to_top(curve, tops(quantity), step(quantity), won)
+            ! A parabola through points far apart tells the top less exactly.
+            if (abs(step(quantity)) <= enough / 4) step(quantity) = 0
+          end associate
+        end do
+        call curve%new_ones(pack(tops%speed + step, abs(step) > 0), same, speeds)
+        if (size(speeds) == 0) exit
+      end do
+      do quantity = amplitude, force
+        if (tops(quantity)%point > 0) call take_top(curve%points(tops(quantity)%point), tops(quantity), options, critical)
+      end do
+      critical%outcome = merge(peak, no_peak, critical%found(amplitude))
+    end associate
   end subroutine compute
 
   subroutine exchange(self, k, record)
@@ -135,26 +194,28 @@ contains
   end subroutine exchange
 
   !> A peak that another crossing is nearer to, in half widths, is that one's.
-  pure subroutine give_away(critical, i)
+  pure subroutine give_away(critical)
     type(critical_type), intent(inout) :: critical(:)
-    integer, intent(in) :: i
-    integer :: k, quantity
+    integer :: i, k, quantity
 
-    do quantity = 1, 2
-      do k = 1, size(critical)
-        if (k == i .or. .not. (critical(k)%found(quantity) .and. critical(i)%found(quantity))) cycle
-        if (quantity == amplitude .and. abs(critical(k)%crossing%order - critical(i)%crossing%order) > 0) cycle
-        if (abs(critical(k)%speed(quantity) - critical(i)%speed(quantity)) &
-          & > 2 * (critical(k)%error(quantity) + critical(i)%error(quantity))) cycle
-        if (distance(critical(k), quantity) >= distance(critical(i), quantity)) cycle
-        critical(i)%found(quantity) = .false.
-        critical(i)%speed(quantity) = 0
-        critical(i)%error(quantity) = 0
-        critical(i)%height(quantity) = 0
-        critical(i)%prominence(quantity) = 0
-        if (quantity == force) cycle
-        critical(i)%outcome = no_peak
-        critical(i)%share = 0
+    do i = 1, size(critical)
+      do quantity = 1, 2
+        do k = 1, size(critical)
+          associate (own => critical(i), other => critical(k))
+            if (k == i .or. .not. (other%found(quantity) .and. own%found(quantity))) cycle
+            if (quantity == amplitude .and. abs(other%crossing%order - own%crossing%order) > 0) cycle
+            if (abs(other%speed(quantity) - own%speed(quantity)) > 2 * (other%error(quantity) + own%error(quantity))) cycle
+            if (distance(other, quantity) >= distance(own, quantity)) cycle
+            own%found(quantity) = .false.
+            own%speed(quantity) = 0
+            own%error(quantity) = 0
+            own%height(quantity) = 0
+            own%prominence(quantity) = 0
+            if (quantity == force) cycle
+            own%outcome = no_peak
+            own%share = 0
+          end associate
+        end do
       end do
     end do
 
@@ -168,75 +229,6 @@ contains
     end function distance
 
   end subroutine give_away
-
-  !> The peaks about a crossing.
-  subroutine search(family, options, crossing, critical, error)
-    class(family_type), intent(in) :: family
-    type(campbell_options), intent(in) :: options
-    type(crossing_type), intent(in) :: crossing
-    type(critical_type), intent(out) :: critical
-    type(error_type), allocatable, intent(out) :: error
-    type(curve_points_type) :: curve
-    type(maximum_type) :: tops(2)
-    real(dp), allocatable :: speeds(:)
-    real(dp) :: half, step(2), won
-    integer :: i, round, quantity
-
-    critical%crossing = crossing
-    associate (mode => crossing%at)
-      critical%half_width = 60 / (2 * pi) * max(abs(mode%growth), abs(mode%partner_growth)) / crossing%order
-      if (mode%growth > mode%error) critical%outcome = self_excited
-      if (max(abs(mode%growth), abs(mode%partner_growth)) <= mode%error) critical%outcome = unbounded
-      if (critical%outcome == self_excited) critical%verdict = unstable
-      if (critical%outcome == unbounded) critical%verdict = merge(undamped, undecided, mode%neutral)
-      if (critical%outcome == unbounded) call look_beside(family, options, critical, error)
-      if (critical%outcome /= no_peak .or. critical%verdict /= not_judged) return
-    end associate
-    half = reach * critical%half_width + abs(crossing%ends(2) - crossing%ends(1)) / 2
-    half = min(max(half, reach * crossing%error), most_reach * abs(crossing%speed))
-    allocate(curve%points(0))
-    speeds = [(crossing%speed + half * (2.0_dp * (i - 1) / (samples - 1) - 1), i = 1, samples)]
-    do round = 1, most_rounds
-      call add_points(family, options, speeds, crossing%harmonic, curve, error)
-      if (allocated(error)) return
-      if (any(curve%points%state == in_resonance)) then
-        critical%outcome = unbounded
-        critical%verdict = undecided
-        return
-      end if
-      step = 0
-      do quantity = amplitude, force
-        call nearest_top(curve, quantity, critical, 2 * half / (samples - 1), tops(quantity))
-        associate (i => tops(quantity)%point, enough => exact * critical%half_width)
-          if (i == 0) cycle
-          if (curve%points(i + 1)%speed - curve%points(i - 1)%speed <= 2 * enough) cycle
-          call step_to_top(curve, tops(quantity), step(quantity), won)
-          ! A parabola through points far apart tells the top less exactly.
-          if (abs(step(quantity)) <= enough / 4) step(quantity) = 0
-        end associate
-      end do
-      call curve%new_ones(pack(tops%speed + step, abs(step) > 0), same, speeds)
-      if (size(speeds) == 0) exit
-    end do
-    do quantity = amplitude, force
-      if (tops(quantity)%point > 0) call take_top(curve%points(tops(quantity)%point), tops(quantity), options, critical)
-    end do
-    critical%outcome = merge(peak, no_peak, critical%found(amplitude))
-  end subroutine search
-
-  !> Discards an undamped crossing if the order does not excite the mode just beside it.
-  subroutine look_beside(family, options, critical, error)
-    class(family_type), intent(in) :: family
-    type(campbell_options), intent(in) :: options
-    type(critical_type), intent(inout) :: critical
-    type(error_type), allocatable, intent(out) :: error
-    real(dp), parameter :: aside = 1.0e-3_dp
-    type(speed_point_type) :: point
-
-    call respond(family, options, critical%crossing%speed * (1 + aside), critical%crossing%harmonic, point, error)
-    if (allocated(error) .or. .not. has_vibration(point%state)) return
-    if (point%values(part_of_order, amplitude) < options%accuracy%tolerance) critical%outcome = no_peak
-  end subroutine look_beside
 
   !> The maximum of a quantity that is near enough to the crossing, about which samples are `apart`, and nearest to it; point 0:
   !> none.
@@ -287,25 +279,6 @@ contains
     critical%moved%displacement = max(critical%moved%displacement, point%moved%displacement)
     critical%moved%size = point%moved%size
   end subroutine take_top
-
-  !> Adds what the machine tells of the harmonic `multiple` at more speeds, in the direction of the points. Error: the machine is
-  !> not sound.
-  subroutine add_points(family, options, speeds, multiple, curve, error)
-    class(family_type), intent(in) :: family
-    type(campbell_options), intent(in) :: options
-    real(dp), intent(in) :: speeds(:)
-    integer, intent(in) :: multiple
-    type(curve_points_type), intent(inout) :: curve
-    type(error_type), allocatable, intent(out) :: error
-    type(speed_point_type) :: points(size(speeds))
-    integer :: i
-
-    do i = 1, size(speeds)
-      call respond(family, options, speeds(i), multiple, points(i), error)
-      if (allocated(error)) return
-    end do
-    call curve%insert(points, refined=.false.)
-  end subroutine add_points
 
   subroutine respond(family, options, speed, multiple, point, error)
     class(family_type), intent(in) :: family

@@ -1,7 +1,7 @@
 !> The picture of critical speeds.
 module gestell_task_critical_plot
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise, either, newline, text
   use gestell_output_picture_script, only: figure_type, new_figure, axis_unit_type, pick_unit
   use gestell_output_picture_marks, only: apart, beyond_colour, marks_type
   use gestell_output_picture_panels, only: height_of, key_line, layout_line, with_rim
@@ -13,7 +13,6 @@ module gestell_task_critical_plot
 
   public :: plot_critical
 
-  character, parameter :: newline = new_line("a")
   !> Maximum number of peaks with a name, and the width of an upright name as a share of the axis.
   integer, parameter :: most_peaks = 20
   real(dp), parameter :: upright = 0.024_dp
@@ -35,9 +34,7 @@ contains
     logical :: descends
     integer :: i
 
-    associate (points => campbell%points)
-      speeds = [points(1)%speed, points(size(points))%speed]
-    end associate
+    speeds = campbell%ends()
     marks = marks_of(campbell, speeds, input)
     descends = speeds(2) < speeds(1)
     do i = 1, size(critical)
@@ -64,7 +61,7 @@ contains
     character(len=*), intent(in) :: si, entries
     character(len=:), allocatable :: lines, drawn
     type(axis_unit_type) :: unit
-    real(dp) :: heights(size(critical)), factor, lowest
+    real(dp) :: heights(size(critical)), lowest
     real(dp), allocatable :: spaced(:)
     integer, allocatable :: shown(:), named(:)
     integer :: i
@@ -75,14 +72,13 @@ contains
     end do
     shown = pack([(i, i = 1, size(critical))], heights > least * maxval([0.0_dp, heights]))
     unit = pick_unit(si, maxval([0.0_dp, heights]))
-    lines = "set ylabel '" // trim(merge("amplitude", "force    ", which == amplitude)) // " (" // trim(unit%name) // ")'" &
+    lines = "set ylabel '" // either("amplitude", "force", which == amplitude) // " (" // trim(unit%name) // ")'" &
       & // newline
     if (size(shown) == 0) then
       lines = lines // "unset logscale y; set yrange [0:1]; set format y; plot NaN notitle" // entries // newline
       return
     end if
-    read (unit%factor, *) factor
-    lowest = factor * minval(heights(shown)) / 4
+    lowest = unit%factor * minval(heights(shown)) / 4
     named = shown
     do while (size(named) > most_peaks)
       i = minloc(heights(named), dim=1)
@@ -92,16 +88,16 @@ contains
     do i = 1, size(named)
       associate (one => critical(named(i)))
         lines = lines // "set label " // text(i) // " '" // text(one%crossing%mode) // ": " // concise(one%crossing%order, 4) &
-          & // "×' at " // concise(spaced(i), 9) // "," // concise(factor * one%height(which), 6) &
+          & // "×' at " // concise(spaced(i), 9) // "," // concise(unit%factor * one%height(which), 6) &
           & // " rotate by 90 left offset 0,0.6 font ',11'" // newline
       end associate
     end do
-    drawn = trim(merge("      ", "force_", which == amplitude))
-    drawn = "'critical.csv' using '" // drawn // "speed_rpm':(shown(" // trim(unit%factor) // " * column('" &
-      & // trim(merge("amplitude_m", "force_N    ", which == amplitude)) // "'))):(tint(0)) with "
+    drawn = either("", "force_", which == amplitude)
+    drawn = "'critical.csv' using '" // drawn // "speed_rpm':(shown(" // trim(unit%words) // " * column('" &
+      & // either("amplitude_m", "force_N", which == amplitude) // "'))):(tint(0)) with "
     lines = lines // "shown(v) = v > " // concise(3.9_dp * lowest, 6) // " ? v : NaN" // newline &
       & // "set logscale y; set format y '10^{%L}'; set yrange [" // concise(lowest, 6) // ":" &
-      & // concise(4 * factor * maxval(heights) * (factor * maxval(heights) / lowest)**0.45_dp, 6) // "]" // newline &
+      & // concise(4 * unit%factor * maxval(heights) * (unit%factor * maxval(heights) / lowest)**0.45_dp, 6) // "]" // newline &
       & // "plot " // drawn // "impulses lt 1 lw 2 lc rgb variable notitle, " // drawn &
       & // "points lt 1 ps 1 lc rgb variable notitle" // entries // newline
   end function panel

@@ -1,7 +1,7 @@
 !> The report on critical speeds for people.
 module gestell_task_critical_report
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, fixed, text
+  use gestell_base_text, only: concise, fixed, newline, text
   use gestell_base_verdict, only: operator(/=), operator(>), stable
   use gestell_input_wording, only: counted
   use gestell_output_report_orders, only: range_of
@@ -16,7 +16,6 @@ module gestell_task_critical_report
 
   public :: critical_verdict, report_critical
 
-  character, parameter :: newline = new_line("a")
   !> Peaks of an order with a smaller share of the vibration are not listed.
   real(dp), parameter :: least_share = 0.01_dp
 

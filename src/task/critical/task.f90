@@ -48,7 +48,8 @@ contains
     type(critical_type), allocatable :: critical(:)
     type(judgement_type) :: judgement
     character(len=:), allocatable :: warning
-    integer :: i, turns
+    logical, allocatable :: found(:)
+    integer :: greatest, i, turns
 
     call follow_modes(context, diagram, error)
     call context%members(context%configuration%plan%family, family, model_of_modes)
@@ -63,30 +64,18 @@ contains
     warning = beyond_small(pack([(critical(i)%moved, i = 1, size(critical))], [(any(critical(i)%found), i = 1, size(critical))]), &
       & model_of_modes)
     call result%warn("undecided", warning)
-    call result%warn("", greatest_peak(critical))
-    call result%say(report_critical(critical, context%configuration%orders, turns, judgement%words, warning))
-    associate (unused_task => self)
-    end associate
-  end subroutine run
-
-  !> The greatest of all peaks; empty without one.
-  pure function greatest_peak(critical) result(line)
-    type(critical_type), intent(in) :: critical(:)
-    character(len=:), allocatable :: line
-    logical :: found(size(critical))
-    integer :: i, greatest
-
-    line = ""
     found = [(critical(i)%found(amplitude), i = 1, size(critical))]
     greatest = maxloc([(critical(i)%height(amplitude), i = 1, size(critical))], dim=1, mask=found)
-    if (greatest == 0) return
-    associate (peak => critical(greatest))
-      line = "Critical speeds: " // counted(count(found), "peak") // ", the greatest amplitude at " &
-        & // concise(peak%speed(amplitude), 6) // " rpm, " &
-        & // concise(1000 * peak%height(amplitude), 4) // " mm (mode " // text(peak%crossing%mode) // ", order " &
-        & // concise(peak%crossing%order, 4) // ")"
-    end associate
-  end function greatest_peak
+    if (greatest > 0) then
+      associate (peak => critical(greatest), unused => self)
+        call result%warn("", "Critical speeds: " // counted(count(found), "peak") // ", the greatest amplitude at " &
+          & // concise(peak%speed(amplitude), 6) // " rpm, " // concise(1000 * peak%height(amplitude), 4) // " mm (mode " &
+          & // text(peak%crossing%mode) // ", order " &
+          & // concise(peak%crossing%order, 4) // ")")
+      end associate
+    end if
+    call result%say(report_critical(critical, context%configuration%orders, turns, judgement%words, warning))
+  end subroutine run
 
   !> critical.csv; so many turns of the drive are a period.
   pure type(table_type) function table_of(critical, turns, verdict) result(table)
@@ -121,8 +110,7 @@ contains
       type(unit_type), intent(in) :: unit
 
       call table%add(prefix // "speed", rpm, "where the peak lies", shown(which, [(critical(i)%speed(which), i = 1, n)]), &
-        & error=prefix // "speed_error")
-      call table%add(prefix // "speed_error", rpm, "bound on its error", shown(which, [(critical(i)%error(which), i = 1, n)]))
+        & bounds=shown(which, [(critical(i)%error(which), i = 1, n)]))
       call table%add(name, unit, "of the order at the peak", shown(which, [(critical(i)%height(which), i = 1, n)]))
       call table%add(prefix // "prominence", plain, "height over the greater of the dips beside it", shown(which, &
         & [(critical(i)%prominence(which), i = 1, n)]))

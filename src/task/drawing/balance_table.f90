@@ -1,7 +1,7 @@
 !> The balance table: shaking forces and couples of all mechanisms of a frame in space, by their orders, for people.
 module gestell_task_drawing_balance_table
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise
+  use gestell_base_text, only: concise, newline
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_shaking, only: shaking_in_space, space_shaking_type
   use gestell_output_report_orders, only: order_of
@@ -13,7 +13,6 @@ module gestell_task_drawing_balance_table
 
   public :: balance_table
 
-  character, parameter :: newline = new_line("a")
   !> Orders of the drive's speed that are told.
   integer, parameter :: highest = 8
 
@@ -22,7 +21,7 @@ contains
   !> Amplitudes along the axes, then what turns with the crank and against it.
   function balance_table(frame) result(lines)
     class(frame_type), intent(in) :: frame
-    character(len=:), allocatable :: lines, rows, turning
+    character(len=:), allocatable :: lines, rows, turning, shaft
     type(space_shaking_type) :: found
     logical :: nothing
     integer :: k, i
@@ -48,7 +47,11 @@ contains
     rows = rows // "peak" // cells(found%peak, found%noise) // newline // "rms" // cells(found%rms, found%noise) // newline
     lines = lines // ", amplitudes" // newline // tabulated("rrrrrrr", "order,fx,fy,fz,mx,my,mz" // newline &
       & // ",N,N,N,N m,N m,N m", rows) // "  couples about O; orders are multiples of the crank's speed" // newline
-    if (turning /= "") lines = lines // wrapped("  across the shaft" // direction(found%shaft) // ", as vectors that turn with " &
+    ! shafts commonly lie along zeta
+    shaft = ""
+    if (found%shaft(3) < 1) shaft = " (" // concise(found%shaft(1), 3) // ", " // concise(found%shaft(2), 3) // ", " &
+      & // concise(found%shaft(3), 3) // ")"
+    if (turning /= "") lines = lines // wrapped("  across the shaft" // shaft // ", as vectors that turn with " &
       & // "the crank and against it:" // newline) // tabulated("rrrrr", "order,force with,against,couple with,against" // newline &
       & // ",N,N,N m,N m", turning)
   end function balance_table
@@ -64,14 +67,5 @@ contains
       words = words // tab // concise(merge(0.0_dp, values(i), values(i) <= noise(i)), 5)
     end do
   end function cells
-
-  !> Nothing for zeta, along which shafts commonly lie.
-  pure function direction(shaft) result(words)
-    real(dp), intent(in) :: shaft(3)
-    character(len=:), allocatable :: words
-
-    words = ""
-    if (shaft(3) < 1) words = " (" // concise(shaft(1), 3) // ", " // concise(shaft(2), 3) // ", " // concise(shaft(3), 3) // ")"
-  end function direction
 
 end module gestell_task_drawing_balance_table

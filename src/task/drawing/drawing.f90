@@ -14,6 +14,7 @@ module gestell_task_drawing
   use gestell_task_common_task, only: longest_table, task_type
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_common_context, only: context_type
+  use gestell_task_drawing_elements, only: axes
   use gestell_task_drawing_placed, only: place_in_space, placed_type
   use gestell_task_drawing_plot, only: plot_mechanism
   use gestell_task_drawing_views, only: plot_views
@@ -63,6 +64,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(diagram_type) :: diagram
     type(placed_type) :: placed
+    type(table_type) :: table
     integer :: i, k
 
     associate (frame => context%configuration%frame, unused => self)
@@ -71,16 +73,16 @@ contains
         call trace_diagram(mechanism, [(sign(2 * pi, frame%speed) * k / rows, k = 0, rows)], diagram)
         if (allocated(frame%space)) then
           call place_in_space(frame, mechanism, diagram, placed)
-          call result%add(table_of(frame, mechanism, placed%joints, placed%centers), plot_views(frame, mechanism, diagram, placed, &
-            & context%configuration%probes))
+          table = table_of(frame, mechanism, placed%joints, placed%centers)
+          call result%add(table, plot_views(table, frame, mechanism, diagram, placed, context%configuration%probes))
           return
         end if
         do i = 1, 2
           diagram%joints(i, :, :) = diagram%joints(i, :, :) + frame%origin(i)
           diagram%centers(i, :, :) = diagram%centers(i, :, :) + frame%origin(i)
         end do
-        call result%add(table_of(frame, mechanism, diagram%joints, diagram%centers), plot_mechanism(frame, mechanism, diagram, &
-          & context%configuration%probes))
+        table = table_of(frame, mechanism, diagram%joints, diagram%centers)
+        call result%add(table, plot_mechanism(table, frame, mechanism, diagram, context%configuration%probes))
       end select
     end associate
   end subroutine run
@@ -90,7 +92,6 @@ contains
     class(frame_type), intent(in) :: frame
     class(linkage_type), intent(in) :: linkage
     real(dp), intent(in) :: joints(:, :, :), centers(:, :, :)
-    character(len=*), parameter :: axes(3) = ["x", "y", "z"]
     integer :: i, k
 
     table = new_table("mechanism", "The machine", "The mechanism through " &

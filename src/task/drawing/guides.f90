@@ -1,25 +1,16 @@
 !> Guides and sliders of the mechanism's picture, as elements of a plot of mechanism.csv.
 module gestell_task_drawing_guides
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise, newline, text
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_linkage_diagram, only: diagram_type
+  use gestell_task_drawing_elements, only: columns_type, element, point_columns
   implicit none (type, external)
   private
 
-  public :: body_functions, element, guides, sliders
-
-  character, parameter :: newline = new_line("a")
+  public :: body_functions, guides, sliders
 
 contains
-
-  !> One line from the file, at the bold position or at the faint ones.
-  pure function element(positions, columns, style) result(words)
-    character(len=*), intent(in) :: positions, columns, style
-    character(len=:), allocatable :: words
-
-    words = ", \" // newline // "  'mechanism.csv' every " // positions // " using " // columns // " with " // style
-  end function element
 
   !> Points and directions in the system of a body: its first axis from the joint in columns p, p + 1 to that in q, q + 1.
   pure function body_functions() result(lines)
@@ -33,8 +24,9 @@ contains
   end function body_functions
 
   !> Guides as far as their sliders go, and somewhat farther.
-  pure function guides(diagram, origin, extent) result(words)
+  pure function guides(diagram, columns, origin, extent) result(words)
     type(diagram_type), intent(in) :: diagram
+    type(columns_type), intent(in) :: columns
     real(dp), intent(in) :: origin(2), extent
     character(len=:), allocatable :: words
     real(dp) :: travel(2)
@@ -44,15 +36,16 @@ contains
     do i = 1, size(diagram%sliders)
       travel = diagram%sliders(i)%travel + [-0.05_dp, 0.05_dp] * extent
       associate (guide => diagram%sliders(i)%guide)
-        words = words // element("::row::row", place_on(guide, origin, travel(1)) // ":" // step_along(guide, travel(2) &
-          & - travel(1)), "vectors nohead lt 1 dt 1 lw 7 lc rgb '#B5BFC8' notitle")
+        words = words // element("::row::row", place_on(guide, columns, origin, travel(1)) // ":" &
+          & // step_along(guide, columns, travel(2) - travel(1)), "vectors nohead lt 1 dt 1 lw 7 lc rgb '#B5BFC8' notitle")
       end associate
     end do
   end function guides
 
   !> Blocks on the guides.
-  pure function sliders(diagram, extent) result(words)
+  pure function sliders(diagram, columns, extent) result(words)
     type(diagram_type), intent(in) :: diagram
+    type(columns_type), intent(in) :: columns
     real(dp), intent(in) :: extent
     character(len=:), allocatable :: words, half
     integer :: i, colon
@@ -60,62 +53,59 @@ contains
     words = ""
     do i = 1, size(diagram%sliders)
       associate (slider => diagram%sliders(i))
-        half = step_along(slider%guide, 0.025_dp * extent)
+        half = step_along(slider%guide, columns, 0.025_dp * extent)
         colon = index(half, ":")
-        words = words // element("::row::row", "($" // text(2 * slider%joint) // " - " // half(2:colon - 1) // ":($" &
-          & // text(2 * slider%joint + 1) // " - " // half(colon + 2:) // ":" // step_along(slider%guide, 0.05_dp * extent), &
+        words = words // element("::row::row", "($" // text(columns%joints(1, slider%joint)) // " - " // half(2:colon - 1) &
+          & // ":($" // text(columns%joints(2, slider%joint)) // " - " // half(colon + 2:) // ":" &
+          & // step_along(slider%guide, columns, 0.05_dp * extent), &
           & "vectors nohead lt 1 dt 1 lw 11 lc rgb '#444444' notitle")
       end associate
     end do
   end function sliders
 
   !> The columns of a guide's point, so far (m) along it.
-  pure function place_on(guide, origin, travel) result(words)
+  pure function place_on(guide, columns, origin, travel) result(words)
     type(guide_type), intent(in) :: guide
+    type(columns_type), intent(in) :: columns
     real(dp), intent(in) :: origin(2), travel
     character(len=:), allocatable :: words
     real(dp) :: point(2)
 
     point = guide%point + travel * [cos(guide%angle), sin(guide%angle)]
     if (all(guide%carriers == 0)) then
-      words = numbers(origin + point)
+      words = point_columns(origin + point)
     else
-      words = "($" // text(2 * guide%carriers(1)) // " + " // on_body("x", guide%carriers, point) // "):($" &
-        & // text(2 * guide%carriers(1) + 1) // " + " // on_body("y", guide%carriers, point) // ")"
+      words = "($" // text(columns%joints(1, guide%carriers(1))) // " + " // on_body("x", columns, guide%carriers, point) &
+        & // "):($" // text(columns%joints(2, guide%carriers(1))) // " + " // on_body("y", columns, guide%carriers, point) // ")"
     end if
   end function place_on
 
   !> The columns of a way (m) along a guide.
-  pure function step_along(guide, way) result(words)
+  pure function step_along(guide, columns, way) result(words)
     type(guide_type), intent(in) :: guide
+    type(columns_type), intent(in) :: columns
     real(dp), intent(in) :: way
     character(len=:), allocatable :: words
     real(dp) :: along(2)
 
     along = way * [cos(guide%angle), sin(guide%angle)]
     if (all(guide%carriers == 0)) then
-      words = numbers(along)
+      words = point_columns(along)
     else
-      words = "(" // on_body("x", guide%carriers, along) // "):(" // on_body("y", guide%carriers, along) // ")"
+      words = "(" // on_body("x", columns, guide%carriers, along) // "):(" // on_body("y", columns, guide%carriers, along) // ")"
     end if
   end function step_along
 
-  pure function numbers(vector) result(words)
-    real(dp), intent(in) :: vector(2)
-    character(len=:), allocatable :: words
-
-    words = "(" // concise(vector(1), 7) // "):(" // concise(vector(2), 7) // ")"
-  end function numbers
-
   !> A component of a vector in the system of a body.
-  pure function on_body(component, carriers, vector) result(words)
+  pure function on_body(component, columns, carriers, vector) result(words)
     character, intent(in) :: component
+    type(columns_type), intent(in) :: columns
     integer, intent(in) :: carriers(2)
     real(dp), intent(in) :: vector(2)
     character(len=:), allocatable :: words
 
-    words = "body" // component // "(" // text(2 * carriers(1)) // ", " // text(2 * carriers(2)) // ", " // concise(vector(1), 7) &
-      & // ", " // concise(vector(2), 7) // ")"
+    words = "body" // component // "(" // text(columns%joints(1, carriers(1))) // ", " // text(columns%joints(1, carriers(2))) &
+      & // ", " // concise(vector(1), 7) // ", " // concise(vector(2), 7) // ")"
   end function on_body
 
 end module gestell_task_drawing_guides

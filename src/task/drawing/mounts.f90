@@ -1,19 +1,23 @@
 !> The frame's outline and its mounts as lines to be drawn.
 module gestell_task_drawing_mounts
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_text, only: concise
+  use gestell_base_text, only: newline
   use gestell_math_sorting, only: ascending
   use gestell_model_frame_mounting, only: support_type
+  use gestell_task_drawing_elements, only: pair
   implicit none (type, external)
   private
 
-  public :: append, draw_mount, outline, pair
+  public :: append, draw_mount, outline
 
-  character, parameter :: newline = new_line("a")
   !> Corners of the round that the outline keeps clear of every point.
   integer, parameter :: corners = 16
   !> A support's spring is its stiff one if it is as many times as stiff as the other.
   real(dp), parameter :: much_stiffer = 1.5_dp
+  !> A damper's piston with its rod; its cylinder, with the way to the ground.
+  real(dp), parameter :: rod(2, 4) = reshape([0.15_dp, 0.0_dp, 0.5_dp, 0.0_dp, 0.5_dp, 0.06_dp, 0.5_dp, -0.06_dp], [2, 4])
+  real(dp), parameter :: cup(2, 6) = reshape([0.35_dp, 0.09_dp, 0.65_dp, 0.09_dp, 0.65_dp, 0.0_dp, 1.0_dp, 0.0_dp, 0.65_dp, &
+    & 0.0_dp, 0.65_dp, -0.09_dp], [2, 6])
 
   !> Points of lines one behind the other, shape (2, points), and where each line ends.
   type, public :: drawing_type
@@ -58,19 +62,15 @@ contains
       integer, intent(in) :: first
 
       do while (n > first)
-        if (cross(chain(:, n) - chain(:, n - 1), point - chain(:, n)) > 0) exit
+        associate (a => chain(:, n) - chain(:, n - 1), b => point - chain(:, n))
+          if (a(1) * b(2) - a(2) * b(1) > 0) exit
+        end associate
         n = n - 1
       end do
       n = n + 1
       chain(:, n) = point
     end subroutine add
   end function outline
-
-  pure real(dp) function cross(a, b)
-    real(dp), intent(in) :: a(2), b(2)
-
-    cross = a(1) * b(2) - a(2) * b(1)
-  end function cross
 
   !> Spring, damper and ground along both axes of a support, away from `middle`, of this length; a spring that is much stiffer
   !> than the other goes to `stiff`.
@@ -103,8 +103,8 @@ contains
       else if (spring) then
         call add_shape(drawing, zigzag(start), aside)
       end if
-      if (damper) call add_shape(drawing, rod(), -aside)
-      if (damper) call add_shape(drawing, cup(), -aside)
+      if (damper) call add_shape(drawing, rod, -aside)
+      if (damper) call add_shape(drawing, cup, -aside)
       if (spring .and. damper) call add_shape(drawing, reshape([0.15_dp, -aside, 0.15_dp, aside], [2, 2]), 0.0_dp)
       if (spring .and. damper) call add_shape(drawing, reshape([0.0_dp, 0.0_dp, 0.15_dp, 0.0_dp], [2, 2]), 0.0_dp)
       call add_shape(drawing, hatch(), 0.0_dp)
@@ -137,21 +137,6 @@ contains
     shape(:, 9) = [0.8_dp, 0.0_dp]
     shape(:, 10) = [1.0_dp, 0.0_dp]
   end function zigzag
-
-  !> A damper's piston with its rod.
-  pure function rod() result(shape)
-    real(dp) :: shape(2, 4)
-
-    shape = reshape([0.15_dp, 0.0_dp, 0.5_dp, 0.0_dp, 0.5_dp, 0.06_dp, 0.5_dp, -0.06_dp], [2, 4])
-  end function rod
-
-  !> A damper's cylinder, with the way to the ground.
-  pure function cup() result(shape)
-    real(dp) :: shape(2, 6)
-
-    shape = reshape([0.35_dp, 0.09_dp, 0.65_dp, 0.09_dp, 0.65_dp, 0.0_dp, 1.0_dp, 0.0_dp, 0.65_dp, 0.0_dp, 0.65_dp, -0.09_dp], &
-      & [2, 6])
-  end function cup
 
   !> The ground: a line and strokes behind it, drawn in one.
   pure function hatch() result(shape)
@@ -195,13 +180,5 @@ contains
       if (any(self%ends == i)) lines = lines // newline
     end do
   end function data_lines
-
-  !> A point as gnuplot reads it.
-  pure function pair(point) result(word)
-    real(dp), intent(in) :: point(2)
-    character(len=:), allocatable :: word
-
-    word = concise(point(1), 7) // "," // concise(point(2), 7)
-  end function pair
 
 end module gestell_task_drawing_mounts

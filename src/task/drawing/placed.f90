@@ -28,7 +28,13 @@ contains
     real(dp) :: z(size(linkage%joints)), end_point(2)
     logical, dimension(size(linkage%links)) :: own, between
 
-    mechanism = mechanisms_of(linkage, diagram)
+    ! a number for each mechanism, the same where bars and links join joints
+    mechanism = [(i, i = 1, size(mechanism))]
+    do i = 1, size(diagram%bars)
+      associate (ends => mechanism(diagram%bars(i)%joints))
+        where (mechanism == maxval(ends)) mechanism = minval(ends)
+      end associate
+    end do
     do i = 1, size(mechanism)
       plane(i) = 0
       z(i) = 0
@@ -79,19 +85,5 @@ contains
     end function there
 
   end subroutine place_in_space
-
-  !> A number for each joint, the same where bars and links join them.
-  pure function mechanisms_of(linkage, diagram) result(numbers)
-    class(linkage_type), intent(in) :: linkage
-    type(diagram_type), intent(in) :: diagram
-    integer :: numbers(size(linkage%joints)), i
-
-    numbers = [(i, i = 1, size(numbers))]
-    do i = 1, size(diagram%bars)
-      associate (ends => numbers(diagram%bars(i)%joints))
-        where (numbers == maxval(ends)) numbers = minval(ends)
-      end associate
-    end do
-  end function mechanisms_of
 
 end module gestell_task_drawing_placed

@@ -1,11 +1,13 @@
 !> The picture of the mechanism through a turn, with its frame and mounts, to scale.
 module gestell_task_drawing_plot
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise, either, newline, text
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_picture_script, only: figure_type, new_figure, plotted, quoted, span
-  use gestell_task_drawing_guides, only: body_functions, element, guides, sliders
-  use gestell_task_drawing_mounts, only: append, draw_mount, drawing_type, outline, pair
+  use gestell_output_table, only: table_type
+  use gestell_task_drawing_elements, only: columns_type, element, new_columns, outline_lines, pair, point_columns
+  use gestell_task_drawing_guides, only: body_functions, guides, sliders
+  use gestell_task_drawing_mounts, only: append, draw_mount, drawing_type, outline
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
   use gestell_model_quantity_rows, only: probe_type
@@ -15,24 +17,27 @@ module gestell_task_drawing_plot
 
   public :: plot_mechanism
 
-  character, parameter :: newline = new_line("a")
   character(len=6), parameter :: colours(0:6) = [character(len=6) :: "555555", "D55E00", "0072B2", "009E73", "CC79A7", "E69F00", &
     & "56B4E9"]
   !> The row that is drawn in full, and the rows between the faint ones.
   integer, parameter :: bold = 60, usual_step = 30, wide_step = 60
+  !> The axes to the right and upward.
+  integer, parameter :: plane(2) = [1, 2]
   !> A mechanism with more bars is drawn in fewer positions, one with more joints with smaller names, and then with none but the
   !> frame's own, more probes have no names; a key with more links would be taller than the picture.
   integer, parameter :: many_bars = 14, many_joints = 16, too_many_joints = 40, longest_key = 12, most_marks = 12
 
 contains
 
-  !> mechanism.gp, from the columns of mechanism.csv; `diagram` is in the frame's system.
-  function plot_mechanism(frame, linkage, diagram, probes) result(figure)
+  !> The picture of the `table` mechanism; `diagram` is in the frame's system.
+  function plot_mechanism(table, frame, linkage, diagram, probes) result(figure)
+    type(table_type), intent(in) :: table
     class(frame_type), intent(in) :: frame
     class(linkage_type), intent(in) :: linkage
     type(diagram_type), intent(in) :: diagram
     type(probe_type), intent(in) :: probes(:)
     type(figure_type) :: figure
+    type(columns_type) :: columns
     type(drawing_type) :: mounts, stiff
     character(len=:), allocatable :: lines, across, upward
     real(dp), allocatable :: hull(:, :)
@@ -40,7 +45,14 @@ contains
     logical :: at_origin(size(diagram%grounded))
     integer :: i
 
-    call extremes(diagram, frame, probes, low, high)
+    columns = new_columns(table, linkage, 2)
+    ! the box around all that moves, F, the supports and the probes
+    do i = 1, 2
+      low(i) = min(0.0_dp, minval(diagram%joints(i, :, :)), minval(diagram%centers(i, :, :)), &
+        & minval(frame%supports%position(i)), minval(probes%position(i)))
+      high(i) = max(0.0_dp, maxval(diagram%joints(i, :, :)), maxval(diagram%centers(i, :, :)), &
+        & maxval(frame%supports%position(i)), maxval(probes%position(i)))
+    end do
     ! the size of symbols: of a long machine less than its length
     extent = min(maxval(high - low), max(2 * minval(high - low), 0.3_dp * maxval(high - low)))
     if (.not. extent > 0) extent = 1
@@ -68,33 +80,26 @@ contains
       & // body_functions() // frame_lines(frame, at_origin, hull, extent)
     lines = lines // "$mounts << END" // newline // "x,y" // newline // mounts%data_lines() // "END" // newline &
       & // "$stiff << END" // newline // "x,y" // newline // stiff%data_lines() // "END" // newline
-    lines = lines // "plot NaN notitle" // guides(diagram, frame%origin, extent) // bars(linkage, diagram, .false.) &
-      & // traces(diagram) // mounts_line("$mounts", mounts, "1") // mounts_line("$stiff", stiff, "2.5") &
-      & // bars(linkage, diagram, .true.) // sliders(diagram, extent) // centers(diagram) // pins(diagram) &
-      & // names(linkage, diagram, at_origin) // marks(probes, (low(1) + high(1)) / 2) // key(linkage, diagram) &
-      & // newline
+    lines = lines // "plot NaN notitle" // guides(diagram, columns, frame%origin, extent) &
+      & // bars(linkage, diagram, columns, .false.) // traces(diagram, columns)
+    if (size(mounts%ends) > 0) lines = lines // ", \" // newline // "  $mounts using 1:2 with lines lt 7 dt 1 lw 1 notitle"
+    if (size(stiff%ends) > 0) lines = lines // ", \" // newline // "  $stiff using 1:2 with lines lt 7 dt 1 lw 2.5 notitle"
+    lines = lines // bars(linkage, diagram, columns, .true.) // sliders(diagram, columns, extent) &
+      & // marks_and_pins(linkage, diagram, columns, at_origin) // probe_marks(probes, (low(1) + high(1)) / 2)
+    if (size(linkage%links) <= longest_key) then
+      do i = 1, size(linkage%links)
+        lines = lines // ", \" // newline // "  keyentry with linespoints lt 1 dt 1 lw " &
+          & // merge("4.5", "1.0", any(diagram%bars%link == i)) // " pt 6 ps 1.1 lc rgb '#" // colour(i) // "' title " &
+          & // quoted(linkage%links(i)%name) // " noenhanced"
+      end do
+    end if
+    lines = lines // newline
     pixels = 680 * (high(2) - low(2)) / (high(1) - low(1)) + 150
     figure = new_figure("mechanism", "The mechanism through " // turns_in_words(frame%mechanism%turns) &
       & // ", bold at a crank angle of " // text(nint(sign(1.0_dp, &
       & frame%speed)) * bold * frame%mechanism%turns) // " deg", lines, width=800, &
       & height=nint(min(max(pixels, 360.0_dp), 950.0_dp)))
   end function plot_mechanism
-
-  !> The box around all that moves, F, the supports and the probes.
-  pure subroutine extremes(diagram, frame, probes, low, high)
-    type(diagram_type), intent(in) :: diagram
-    class(frame_type), intent(in) :: frame
-    type(probe_type), intent(in) :: probes(:)
-    real(dp), intent(out) :: low(2), high(2)
-    integer :: i
-
-    do i = 1, 2
-      low(i) = min(0.0_dp, minval(diagram%joints(i, :, :)), minval(diagram%centers(i, :, :)), &
-        & minval(frame%supports%position(i)), minval(probes%position(i)))
-      high(i) = max(0.0_dp, maxval(diagram%joints(i, :, :)), maxval(diagram%centers(i, :, :)), &
-        & maxval(frame%supports%position(i)), maxval(probes%position(i)))
-    end do
-  end subroutine extremes
 
   !> Points of the frame, shape (2, points): F, supports, probes, ground joints, ends of the guides that it carries.
   pure function carried(frame, diagram, probes) result(points)
@@ -137,12 +142,7 @@ contains
 
     middle = (minval(hull(1, :)) + maxval(hull(1, :))) / 2
     lines = "set style textbox opaque fillcolor rgb '#FFFFFF' noborder margins 0.4,0.4" // newline &
-      & // "set object 1 polygon from " // pair(hull(:, size(hull, 2)))
-    do i = 1, size(hull, 2)
-      lines = lines // " to " // pair(hull(:, i))
-    end do
-    lines = lines // " behind fillcolor rgb '#E9EDF0' fillstyle solid 1 border lc rgb '#8C9BAB'" // newline &
-      & // axes([0.0_dp, 0.0_dp], "F", "ξ", "η", extent, 1) &
+      & // outline_lines(hull) // axes([0.0_dp, 0.0_dp], "F", "ξ", "η", extent, 1) &
       & // axes(frame%origin, merge(" ", "O", any(at_origin)), "x", "y", extent, 3)
     do i = 1, size(frame%supports)
       lines = lines // "set label " // text(10 + i) // " '" // text(i) // "' at " // pair(frame%supports(i)%position) &
@@ -171,18 +171,27 @@ contains
       & // newline // "set label " // text(2 * number + 1) // " '" // first // "' at " // pair(point + [length, 0.0_dp]) &
       & // " left offset 0.3,0 font ',11' front" // newline &
       & // "set label " // text(2 * number + 2) // " '" // second // "' at " // pair(point + [0.0_dp, length]) &
-      & // " " // trim(merge("left offset 0.5,-0.2", "center offset 0,0.6 ", name == "F")) // " font ',11' front" // newline
+      & // " " // either("left offset 0.5,-0.2", "center offset 0,0.6", name == "F") // " font ',11' front" // newline
   end function axes
 
-  pure function bars(linkage, diagram, in_full) result(words)
+  !> The bars in full, with the links that only translate, or faint through the turn.
+  pure function bars(linkage, diagram, columns, in_full) result(words)
     class(linkage_type), intent(in) :: linkage
     type(diagram_type), intent(in) :: diagram
+    type(columns_type), intent(in) :: columns
     logical, intent(in) :: in_full
     character(len=:), allocatable :: words, style, at
     integer :: i
 
     words = ""
-    if (in_full) words = arms(linkage)
+    do i = 1, merge(size(linkage%links), 0, in_full)
+      ! of a link that only translates, the line from its joint to its centre of mass
+      associate (link => linkage%links(i))
+        if (link%to > 0 .or. .not. norm2(link%center) > 0) cycle
+        words = words // element("::row::row", columns%joint(link%from, plane) // ":" // point_columns(link%center), &
+          & "vectors nohead lt 1 dt 1 lw 3 lc rgb '#" // colour(i) // "' notitle")
+      end associate
+    end do
     do i = 1, size(diagram%bars)
       associate (bar => diagram%bars(i))
         style = "vectors nohead lt 1 lc rgb "
@@ -195,80 +204,31 @@ contains
           style = style // "'#A0" // colour(bar%link) // "' dt 1 lw 1 notitle"
           at = "step::0::last"
         end if
-        words = words // element(at, columns_between(bar%joints), style)
+        words = words // element(at, columns%between(bar%joints, plane), style)
       end associate
     end do
   end function bars
 
-  !> Of a link that only translates, the line from its joint to its centre of mass.
-  pure function arms(linkage) result(words)
-    class(linkage_type), intent(in) :: linkage
-    character(len=:), allocatable :: words
-    integer :: i
-
-    words = ""
-    do i = 1, size(linkage%links)
-      associate (link => linkage%links(i))
-        if (link%to > 0 .or. .not. norm2(link%center) > 0) cycle
-        words = words // element("::row::row", text(2 * link%from) // ":" // text(2 * link%from + 1) // ":(" &
-          & // concise(link%center(1), 7) // "):(" // concise(link%center(2), 7) // ")", "vectors nohead lt 1 dt 1 lw 3 lc rgb '#" &
-          & // colour(i) // "' notitle")
-      end associate
-    end do
-  end function arms
-
-  !> The columns from one joint to another.
-  pure function columns_between(joints) result(words)
-    integer, intent(in) :: joints(2)
-    character(len=:), allocatable :: words
-    character(len=:), allocatable :: x1, y1
-
-    x1 = text(2 * joints(1))
-    y1 = text(2 * joints(1) + 1)
-    words = x1 // ":" // y1 // ":($" // text(2 * joints(2)) // " - $" // x1 // "):($" // text(2 * joints(2) + 1) // " - $" // y1 &
-      & // ")"
-  end function columns_between
-
   !> The paths of joints and of centres of mass that move.
-  pure function traces(diagram) result(words)
+  pure function traces(diagram, columns) result(words)
     type(diagram_type), intent(in) :: diagram
+    type(columns_type), intent(in) :: columns
     character(len=:), allocatable :: words
     integer :: i
 
     words = ""
     do i = 1, size(diagram%grounded)
-      if (.not. diagram%grounded(i)) words = words // element("1", text(2 * i) // ":" // text(2 * i + 1), &
+      if (.not. diagram%grounded(i)) words = words // element("1", columns%joint(i, plane), &
         & "lines lt 7 dt 1 lw 0.7 lc rgb '#777777' notitle")
     end do
     do i = 1, size(diagram%centers, 2)
-      words = words // element("1", center_columns(diagram, i), "lines lt 7 dt (3,3) lw 1 lc rgb '#" // colour(i) &
+      words = words // element("1", columns%link(i, plane), "lines lt 7 dt (3,3) lw 1 lc rgb '#" // colour(i) &
         & // "' notitle")
     end do
   end function traces
 
-  pure function center_columns(diagram, i) result(words)
-    type(diagram_type), intent(in) :: diagram
-    integer, intent(in) :: i
-    character(len=:), allocatable :: words
-    integer :: first
-
-    first = 2 * (size(diagram%grounded) + i)
-    words = text(first) // ":" // text(first + 1)
-  end function center_columns
-
-  !> The lines in a block of data.
-  pure function mounts_line(block, drawing, width) result(words)
-    character(len=*), intent(in) :: block, width
-    type(drawing_type), intent(in) :: drawing
-    character(len=:), allocatable :: words
-
-    words = ""
-    if (size(drawing%ends) > 0) words = ", \" // newline // "  " // block // " using 1:2 with lines lt 7 dt 1 lw " // width &
-      & // " notitle"
-  end function mounts_line
-
   !> Probes, with their names on the side of the `middle`.
-  pure function marks(probes, middle) result(words)
+  pure function probe_marks(probes, middle) result(words)
     type(probe_type), intent(in) :: probes(:)
     real(dp), intent(in) :: middle
     character(len=:), allocatable :: words, at
@@ -276,7 +236,7 @@ contains
 
     words = ""
     do i = 1, size(probes)
-      at = "(" // concise(probes(i)%position(1), 7) // "):(" // concise(probes(i)%position(2), 7) // ")"
+      at = point_columns(probes(i)%position)
       words = words // element("::0::0", at, "points lt 1 pt 12 ps 1.6 lw 2 lc rgb '#CC0000' notitle")
       if (size(probes) <= most_marks) words = words // element("::0::0", at // ":(" // plotted(trim(probes(i)%name)) // ")", &
         & "labels " // merge("left  offset  0.9", "right offset -0.9", probes(i)%position(1) < middle) &
@@ -284,78 +244,44 @@ contains
     end do
     if (size(probes) > 0) words = words // ", \" // newline &
       & // "  keyentry with points lt 1 pt 12 ps 1.6 lw 2 lc rgb '#CC0000' title 'probe'"
-  end function marks
+  end function probe_marks
 
-  !> Marks of the centres of mass.
-  pure function centers(diagram) result(words)
-    type(diagram_type), intent(in) :: diagram
-    character(len=:), allocatable :: words
-    integer :: i
-
-    words = ""
-    do i = 1, size(diagram%centers, 2)
-      words = words // element("::row::row", center_columns(diagram, i), "points lt 1 pt 7 ps 1.1 lc rgb '#FFFFFF' notitle") &
-        & // element("::row::row", center_columns(diagram, i), "points lt 1 pt 6 ps 1.1 lw 1 lc rgb '#" // colour(i) &
-        & // "' notitle") &
-        & // element("::row::row", center_columns(diagram, i), "points lt 1 pt 1 ps 1.1 lw 1 lc rgb '#" // colour(i) &
-        & // "' notitle")
-    end do
-  end function centers
-
-  !> Joints: those of the frame are filled.
-  pure function pins(diagram) result(words)
-    type(diagram_type), intent(in) :: diagram
-    character(len=:), allocatable :: words, columns
-    integer :: i
-
-    words = ""
-    do i = 1, size(diagram%grounded)
-      columns = text(2 * i) // ":" // text(2 * i + 1)
-      words = words // element("::row::row", columns, "points lt 1 pt 7 ps 0.9 lc rgb '#" &
-        & // merge("000000", "FFFFFF", diagram%grounded(i)) // "' notitle") &
-        & // element("::row::row", columns, "points lt 1 pt 6 ps 0.9 lw 1.5 lc rgb '#000000' notitle")
-    end do
-  end function pins
-
-  !> The joints' names, on the side away from the others.
-  pure function names(linkage, diagram, at_origin) result(words)
+  !> Marks of the centres of mass; joints, those of the frame filled, with their names on the side away from the others.
+  pure function marks_and_pins(linkage, diagram, columns, at_origin) result(words)
     class(linkage_type), intent(in) :: linkage
     type(diagram_type), intent(in) :: diagram
+    type(columns_type), intent(in) :: columns
     logical, intent(in) :: at_origin(:)
-    character(len=:), allocatable :: words, name
+    character(len=:), allocatable :: words, name, at
     real(dp) :: middle(2), aside(2)
     integer :: i, n
 
-    n = size(linkage%joints)
-    middle = sum(diagram%joints(:, :, bold + 1), dim=2) / n
     words = ""
+    do i = 1, size(diagram%centers, 2)
+      at = columns%link(i, plane)
+      words = words // element("::row::row", at, "points lt 1 pt 7 ps 1.1 lc rgb '#FFFFFF' notitle") &
+        & // element("::row::row", at, "points lt 1 pt 6 ps 1.1 lw 1 lc rgb '#" // colour(i) // "' notitle") &
+        & // element("::row::row", at, "points lt 1 pt 1 ps 1.1 lw 1 lc rgb '#" // colour(i) // "' notitle")
+    end do
+    n = size(linkage%joints)
+    do i = 1, n
+      at = columns%joint(i, plane)
+      words = words // element("::row::row", at, "points lt 1 pt 7 ps 0.9 lc rgb '#" &
+        & // merge("000000", "FFFFFF", diagram%grounded(i)) // "' notitle") &
+        & // element("::row::row", at, "points lt 1 pt 6 ps 0.9 lw 1.5 lc rgb '#000000' notitle")
+    end do
+    middle = sum(diagram%joints(:, :, bold + 1), dim=2) / n
     do i = 1, n
       if (n > too_many_joints .and. .not. diagram%grounded(i)) cycle
       aside = diagram%joints(:, i, bold + 1) - middle
-      name = linkage%joints(i)%name
-      if (at_origin(i)) name = trim(name) // merge(" = O", "    ", name /= "O")
-      words = words // element("::row::row", text(2 * i) // ":" // text(2 * i + 1) // ":(" // plotted(trim(name)) // ")", &
+      name = trim(linkage%joints(i)%name)
+      if (at_origin(i) .and. name /= "O") name = name // " = O"
+      words = words // element("::row::row", columns%joint(i, plane) // ":(" // plotted(name) // ")", &
         & "labels " // merge("left ", "right", aside(1) >= 0) // " offset " // merge(" 0.8", "-0.8", aside(1) >= 0) &
         & // "," // merge(" 0.6", "-0.6", aside(2) >= 0) // " font '," // text(merge(10, 13, n > many_joints)) &
         & // "' noenhanced notitle")
     end do
-  end function names
-
-  !> The links' names with their colours.
-  pure function key(linkage, diagram) result(words)
-    class(linkage_type), intent(in) :: linkage
-    type(diagram_type), intent(in) :: diagram
-    character(len=:), allocatable :: words
-    integer :: i
-
-    words = ""
-    if (size(linkage%links) > longest_key) return
-    do i = 1, size(linkage%links)
-      words = words // ", \" // newline // "  keyentry with linespoints lt 1 dt 1 lw " &
-        & // merge("4.5", "1.0", any(diagram%bars%link == i)) // " pt 6 ps 1.1 lc rgb '#" // colour(i) // "' title " &
-        & // quoted(linkage%links(i)%name) // " noenhanced"
-    end do
-  end function key
+  end function marks_and_pins
 
   !> A link's colour; bars of no link are grey.
   pure character(len=6) function colour(link)

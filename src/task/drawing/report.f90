@@ -2,7 +2,7 @@
 module gestell_task_drawing_report
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_text, only: concise, fixed, text
+  use gestell_base_text, only: concise, either, fixed, newline, text
   use gestell_input_wording, only: counted
   use gestell_model_linkage_diagnosis, only: diagnose, diagnose_joints, diagnosis_type
   use gestell_model_mechanism_shaking, only: shaking, shaking_type
@@ -23,7 +23,6 @@ module gestell_task_drawing_report
 
   public :: report_mechanism, report_transmission
 
-  character, parameter :: newline = new_line("a")
   !> Below this transmission angle (deg) designers look for another mechanism.
   real(dp), parameter :: poor = 40
 
@@ -32,9 +31,11 @@ contains
   !> The whole diagnosis.
   function report_mechanism(frame) result(lines)
     class(frame_type), intent(in) :: frame
-    character(len=:), allocatable :: lines
+    character(len=:), allocatable :: lines, rows, motion
     type(diagnosis_type) :: diagnosis
     type(error_type), allocatable :: unprepared
+    real(dp) :: size_of_all
+    integer :: i
 
     lines = ""
     select type (mechanism => frame%mechanism)
@@ -45,8 +46,31 @@ contains
       if (diagnosis%higher_pairs > 0) lines = lines // ", " // counted(diagnosis%higher_pairs, "higher pair")
       lines = lines // ")"
       if (len_trim(diagnosis%grashof) > 0) lines = lines // "; " // trim(diagnosis%grashof)
-      lines = lines // newline // joint_lines(mechanism, diagnosis) // link_lines(mechanism, diagnosis) &
-        & // transmission_line(mechanism, diagnosis) // slider_lines(mechanism, diagnosis, frame%speed)
+      lines = lines // newline
+      size_of_all = maxval([(maxval(abs([diagnosis%joints(i)%x, diagnosis%joints(i)%y])), i = 1, size(diagnosis%joints))])
+      rows = ""
+      do i = 1, size(mechanism%joints)
+        associate (joint => diagnosis%joints(i))
+          rows = rows // trim(mechanism%joints(i)%name) // tab // extent(joint%x, size_of_all) // tab &
+            & // extent(joint%y, size_of_all) // tab
+          if (joint%slides) rows = rows // concise(joint%travel(2) - joint%travel(1))
+          rows = rows // newline
+        end associate
+      end do
+      lines = lines // tabulated("lllr", "joint,x,y,stroke" // newline // ",m,m,m", rows)
+      rows = ""
+      do i = 1, size(mechanism%links)
+        if (mechanism%links(i)%to == 0) then
+          motion = "translates"
+        else if (diagnosis%turns(i)) then
+          motion = "turns fully"
+        else
+          motion = "swings through " // fixed(diagnosis%swing(i) * 180 / pi, 2) // " deg"
+        end if
+        rows = rows // trim(mechanism%links(i)%name) // tab // motion // newline
+      end do
+      lines = lines // tabulated("ll", "link,motion", rows) // transmission_line(mechanism, diagnosis) &
+        & // slider_lines(mechanism, diagnosis, frame%speed)
     end select
     if (allocated(frame%space)) then
       lines = lines // balance_table(frame) // axis_line(frame)
@@ -84,8 +108,8 @@ contains
       rows = rows // tab // concise(force(k), 5)
     end do
     lines = newline // "STATIC LOADS on the ground, masses at their mean over the turn" // newline
-    if (size(force) == 2) lines = lines // tabulated("lrr", "support,fx,fy" // newline // ",N,N", rows // newline)
-    if (size(force) == 3) lines = lines // tabulated("lrrr", "support,fx,fy,fz" // newline // ",N,N,N", rows // newline)
+    lines = lines // tabulated("l" // repeat("r", size(force)), "support,fx,fy" // either(",fz", "", size(force) == 3) // newline &
+      & // repeat(",N", size(force)), rows // newline)
   end function static_lines
 
   !> The one line that the report of a run has.
@@ -101,46 +125,6 @@ contains
       line = transmission_line(mechanism, diagnosis)
     end select
   end function report_transmission
-
-  function joint_lines(mechanism, diagnosis) result(lines)
-    class(linkage_type), intent(in) :: mechanism
-    type(diagnosis_type), intent(in) :: diagnosis
-    character(len=:), allocatable :: lines
-    real(dp) :: size_of_all
-    integer :: i
-
-    size_of_all = maxval([(maxval(abs([diagnosis%joints(i)%x, diagnosis%joints(i)%y])), i = 1, size(diagnosis%joints))])
-    lines = ""
-    do i = 1, size(mechanism%joints)
-      associate (joint => diagnosis%joints(i))
-        lines = lines // trim(mechanism%joints(i)%name) // tab // extent(joint%x, size_of_all) // tab &
-          & // extent(joint%y, size_of_all) // tab
-        if (joint%slides) lines = lines // concise(joint%travel(2) - joint%travel(1))
-        lines = lines // newline
-      end associate
-    end do
-    lines = tabulated("lllr", "joint,x,y,stroke" // newline // ",m,m,m", lines)
-  end function joint_lines
-
-  function link_lines(mechanism, diagnosis) result(lines)
-    class(linkage_type), intent(in) :: mechanism
-    type(diagnosis_type), intent(in) :: diagnosis
-    character(len=:), allocatable :: lines, motion
-    integer :: i
-
-    lines = ""
-    do i = 1, size(mechanism%links)
-      if (mechanism%links(i)%to == 0) then
-        motion = "translates"
-      else if (diagnosis%turns(i)) then
-        motion = "turns fully"
-      else
-        motion = "swings through " // fixed(diagnosis%swing(i) * 180 / pi, 2) // " deg"
-      end if
-      lines = lines // trim(mechanism%links(i)%name) // tab // motion // newline
-    end do
-    lines = tabulated("ll", "link,motion", lines)
-  end function link_lines
 
   !> The smallest transmission angle, and the length that is nearest to a dead point.
   function transmission_line(mechanism, diagnosis) result(line)
@@ -162,15 +146,6 @@ contains
     if (diagnosis%joints(nearest)%margin < huge(1.0_dp)) line = line // "  nearest dead point: a length of joint '" &
       & // mechanism%joints(nearest)%name // "' changed by " // concise(diagnosis%joints(nearest)%margin, 3) // " m" // newline
   end function transmission_line
-
-  !> A number, or that it is beyond what double precision holds.
-  pure function in_range(value) result(words)
-    real(dp), intent(in) :: value
-    character(len=:), allocatable :: words
-
-    words = "beyond 1e308"
-    if (ieee_is_finite(value)) words = concise(value, 5)
-  end function in_range
 
   !> Speeds and accelerations of the sliders on their guides, and how the period is divided between forward and back; `speed`
   !> (rad/s) is that of the linkage's crank angle.
@@ -201,6 +176,16 @@ contains
     lines = newline // "SLIDERS at " // concise(abs(speed) * mechanism%turns * 30 / pi) // " rpm, greatest speed and " &
       & // "acceleration on their guides" // newline // tabulated("lrrrrr", "slider,stroke,speed,acceleration,forward,time" &
       & // newline // ",m,m/s,m/s^2,deg,forward/back", rows)
+
+  contains
+
+    pure function in_range(value) result(words)
+      real(dp), intent(in) :: value
+      character(len=:), allocatable :: words
+
+      words = either(concise(value, 5), "beyond 1e308", ieee_is_finite(value))
+    end function in_range
+
   end function slider_lines
 
   function shaking_lines(frame) result(lines)
@@ -227,7 +212,10 @@ contains
       if (modulo(k, frame%mechanism%turns) > 0 .and. all([(found%series(i)%amplitude(k) < noise(i), i = 1, 3)])) cycle
       rows = rows // order_of(k, frame%mechanism%turns)
       do i = 1, 3
-        rows = rows // tab // polar(found%series(i)%amplitude(k), found%series(i)%phase(k), noise(i))
+        associate (amplitude => found%series(i)%amplitude(k))
+          rows = rows // tab // either(concise(amplitude, 5) // tab // degrees(found%series(i)%phase(k)), "0" // tab // "-", &
+            & amplitude >= noise(i) .and. amplitude > 0)
+        end associate
       end do
       rows = rows // newline
     end do
@@ -302,15 +290,6 @@ contains
       end if
     end select
   end function balance_lines
-
-  !> Amplitude and phase, which nothing has.
-  pure function polar(amplitude, phase, noise) result(words)
-    real(dp), intent(in) :: amplitude, phase, noise
-    character(len=:), allocatable :: words
-
-    words = "0" // tab // "-"
-    if (amplitude >= noise .and. amplitude > 0) words = concise(amplitude, 5) // tab // degrees(phase)
-  end function polar
 
   !> To a tenth, above -180.
   pure function degrees(angle) result(words)

@@ -2,7 +2,7 @@
 !> from the left, below it from above.
 module gestell_task_drawing_views
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise, either, newline, text
   use gestell_model_frame, only: frame_type
   use gestell_model_quantity_rows, only: probe_type
   use gestell_model_linkage, only: linkage_type
@@ -10,14 +10,15 @@ module gestell_task_drawing_views
   use gestell_model_space_mounting, only: space_support_type
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_picture_script, only: figure_type, new_figure, plotted, quoted
-  use gestell_task_drawing_mounts, only: append, drawing_type, outline, pair
+  use gestell_output_table, only: table_type
+  use gestell_task_drawing_elements, only: columns_type, element, new_columns, outline_lines, pair, point_columns
+  use gestell_task_drawing_mounts, only: append, drawing_type, outline
   use gestell_task_drawing_placed, only: placed_type
   implicit none (type, external)
   private
 
   public :: plot_views
 
-  character, parameter :: newline = new_line("a")
   character(len=6), parameter :: colours(6) = [character(len=6) :: "D55E00", "0072B2", "009E73", "CC79A7", "E69F00", "56B4E9"]
   character(len=*), parameter :: none_of_links = "555555"
   !> The row that is drawn in full, the rows between the faint ones, and the last row.
@@ -32,19 +33,34 @@ module gestell_task_drawing_views
 
 contains
 
-  !> mechanism.gp, from the columns of mechanism.csv.
-  function plot_views(frame, linkage, diagram, placed, probes) result(figure)
+  !> The picture of the `table` mechanism.
+  function plot_views(table, frame, linkage, diagram, placed, probes) result(figure)
+    type(table_type), intent(in) :: table
     class(frame_type), intent(in) :: frame
     class(linkage_type), intent(in) :: linkage
     type(diagram_type), intent(in) :: diagram
     type(placed_type), intent(in) :: placed
     type(probe_type), intent(in) :: probes(:)
     type(figure_type) :: figure
+    type(columns_type) :: columns
     character(len=:), allocatable :: lines
     real(dp) :: low(3), high(3), extent, scale, height, left, bottom
-    integer :: view
+    integer :: view, i
 
-    call extremes(frame, placed, probes, low, high)
+    columns = new_columns(table, linkage, 3)
+    ! the box around F, supports, probes and all that moves
+    do i = 1, 3
+      low(i) = min(0.0_dp, minval(placed%joints(i, :, :)), minval(placed%centers(i, :, :)), minval(placed%guides(i, :, :)))
+      high(i) = max(0.0_dp, maxval(placed%joints(i, :, :)), maxval(placed%centers(i, :, :)), maxval(placed%guides(i, :, :)))
+    end do
+    do i = 1, size(frame%space%supports)
+      low = min(low, frame%space%supports(i)%position)
+      high = max(high, frame%space%supports(i)%position)
+    end do
+    do i = 1, size(probes)
+      low = min(low, place_of(probes(i)))
+      high = max(high, place_of(probes(i)))
+    end do
     extent = maxval(high - low)
     if (.not. extent > 0) extent = 1
     low = low - 0.16_dp * extent
@@ -67,13 +83,99 @@ contains
           & // range_of(low(v), high(v), view == 3) // "]" // newline // "set xlabel '" // trim(axes(h)) // " (m)' offset 0,0.5; " &
           & // "set ylabel '" // trim(axes(v)) // " (m)' offset 1.2,0" // newline
       end associate
-      lines = lines // panel(frame, linkage, diagram, placed, probes, view, extent)
+      lines = lines // panel(view)
     end do
     lines = lines // key(linkage, (beside + between + scale * (high(1) - low(1))) / wide, &
       & (below + scale * (high(3) - low(3))) / height) // "unset multiplot" // newline
     figure = new_figure("mechanism", "The mechanisms through " // turns_in_words(frame%mechanism%turns) &
       & // ", bold at a crank angle of " // text(nint(sign(1.0_dp, &
       & frame%speed)) * bold * frame%mechanism%turns) // " deg", lines, width=nint(wide), height=nint(height))
+
+  contains
+
+    !> One view.
+    function panel(view) result(lines)
+      integer, intent(in) :: view
+      character(len=:), allocatable :: lines, words, at
+      real(dp) :: length
+      type(drawing_type) :: body, springs
+      real(dp), allocatable :: hull(:, :)
+      integer :: seen(2), i
+      logical :: on_the_right
+
+      seen = [right(view), upward(view)]
+      call append(body, reshape([0.0_dp, 0.0_dp], [2, 1]))
+      do i = 1, size(frame%space%supports)
+        call append(body, reshape(frame%space%supports(i)%position(seen), [2, 1]))
+        call draw_springs(springs, frame%space%supports(i), seen, 0.10_dp * extent)
+      end do
+      do i = 1, size(diagram%grounded)
+        if (diagram%grounded(i)) call append(body, placed%joints(seen, i, 1:1))
+      end do
+      do i = 1, size(diagram%sliders)
+        call append(body, placed%guides(seen, :, i))
+      end do
+      do i = 1, size(probes)
+        associate (place => place_of(probes(i)))
+          call append(body, reshape(place(seen), [2, 1]))
+        end associate
+      end do
+      hull = outline(body%points, 0.025_dp * extent)
+      lines = "unset label; unset arrow; unset object" // newline // "set label 1 '" // trim(headings(view)) &
+        & // "' at graph 0,1.035 font ',13'" // newline // outline_lines(hull)
+      ! F with its axes
+      length = 0.09_dp * extent
+      lines = lines // "set arrow 1 from 0,0 rto " // concise(length, 4) // ",0 size char 0.6,20 filled lt 7 dt 1 lw 1.2 front" &
+        & // newline // "set arrow 2 from 0,0 rto 0," // concise(length, 4) // " size char 0.6,20 filled lt 7 dt 1 lw 1.2 front" &
+        & // newline // "set label 2 'F' at 0,0 right offset -0.4," // either("0.6", "-0.6", view == 3) // " font ',12' front" &
+        & // newline // "set label 3 '" // trim(axes(right(view))) // "' at " // concise(length, 4) &
+        & // ",0 left offset 0.4,0 font ',11' front" &
+        & // newline // "set label 4 '" // trim(axes(upward(view))) // "' at 0," // concise(length, 4) // " center offset 0," &
+        & // either("-0.6", "0.6", view == 3) // " font ',11' front" // newline
+      do i = 1, size(frame%space%supports)
+        lines = lines // "set label " // text(10 + i) // " '" // text(i) // "' at " &
+          & // pair(frame%space%supports(i)%position(seen)) // " center offset 0,-0.9 font ',11' boxed front" // newline
+      end do
+      lines = lines // "$springs" // text(view) // " << END" // newline // "x,y" // newline
+      if (size(frame%space%supports) > 0) lines = lines // springs%data_lines()
+      lines = lines // "END" // newline
+      words = ""
+      do i = 1, size(diagram%sliders)
+        if (.not. norm2(placed%guides(seen, 2, i) - placed%guides(seen, 1, i)) > 0) cycle
+        lines = lines // "set arrow " // text(10 + i) // " from " // pair(placed%guides(seen, 1, i)) // " to " &
+          & // pair(placed%guides(seen, 2, i)) // " nohead lt 1 dt 1 lw 6 lc rgb '#D0D5DA' back" // newline
+      end do
+      words = bars(linkage, diagram, columns, seen, .false.)
+      if (size(frame%space%supports) > 0) words = words // ", \" // newline // "  $springs" // text(view) &
+        & // " using 1:2 with lines lt 7 dt 1 lw 1 notitle"
+      do i = 1, size(frame%space%supports)
+        words = words // element("::0::0", point_columns(frame%space%supports(i)%position(seen)), &
+          & "points lt 1 pt 5 ps 0.6 lc rgb '#000000' notitle")
+      end do
+      words = words // bars(linkage, diagram, columns, seen, .true.)
+      do i = 1, size(linkage%links)
+        at = columns%link(i, seen)
+        words = words // element("::row::row", at, "points lt 1 pt " // merge("5 ps 1.5", "7 ps 0.7", linkage%links(i)%to == 0) &
+          & // " lc rgb '#" // colour(linkage, i) // "' notitle")
+      end do
+      do i = 1, size(linkage%joints)
+        words = words // element("::row::row", columns%joint(i, seen), "points lt 1 pt 7 ps 0.5 lc rgb '#" &
+          & // merge("000000", "FFFFFF", diagram%grounded(i)) // "' notitle") // element("::row::row", columns%joint(i, seen), &
+          & "points lt 1 pt 6 ps 0.5 lw 1 lc rgb '#000000' notitle")
+      end do
+      do i = 1, size(probes)
+        associate (place => place_of(probes(i)))
+          at = point_columns(place(seen))
+          on_the_right = place(seen(1)) > sum(hull(1, :)) / size(hull, 2)
+        end associate
+        words = words // element("::0::0", at, "points lt 1 pt 12 ps 1.4 lw 2 lc rgb '#CC0000' notitle") &
+          & // element("::0::0", at // ":(" // plotted(trim(probes(i)%name)) // ")", "labels " &
+          & // merge("right offset -0.8", "left offset 0.8  ", on_the_right) // ",0.8 font ',11' textcolor rgb '#CC0000' " &
+          & // "noenhanced notitle")
+      end do
+      lines = lines // "plot NaN notitle" // words // newline
+    end function panel
+
   end function plot_views
 
   !> A sixth of the machine's size or somewhat more, as a round number.
@@ -92,31 +194,8 @@ contains
     logical, intent(in) :: reversed
     character(len=:), allocatable :: words
 
-    words = concise(low, 6) // ":" // concise(high, 6)
-    if (reversed) words = concise(high, 6) // ":" // concise(low, 6)
+    words = concise(merge(high, low, reversed), 6) // ":" // concise(merge(low, high, reversed), 6)
   end function range_of
-
-  !> The box around F, supports, probes and all that moves.
-  pure subroutine extremes(frame, placed, probes, low, high)
-    class(frame_type), intent(in) :: frame
-    type(placed_type), intent(in) :: placed
-    type(probe_type), intent(in) :: probes(:)
-    real(dp), intent(out) :: low(3), high(3)
-    integer :: i
-
-    do i = 1, 3
-      low(i) = min(0.0_dp, minval(placed%joints(i, :, :)), minval(placed%centers(i, :, :)), minval(placed%guides(i, :, :)))
-      high(i) = max(0.0_dp, maxval(placed%joints(i, :, :)), maxval(placed%centers(i, :, :)), maxval(placed%guides(i, :, :)))
-    end do
-    do i = 1, size(frame%space%supports)
-      low = min(low, frame%space%supports(i)%position)
-      high = max(high, frame%space%supports(i)%position)
-    end do
-    do i = 1, size(probes)
-      low = min(low, place_of(probes(i)))
-      high = max(high, place_of(probes(i)))
-    end do
-  end subroutine extremes
 
   pure function place_of(probe) result(place)
     type(probe_type), intent(in) :: probe
@@ -124,108 +203,6 @@ contains
 
     place = [probe%position(1), probe%position(2), probe%z]
   end function place_of
-
-  !> One view; `extent`: the size of the machine (m).
-  function panel(frame, linkage, diagram, placed, probes, view, extent) result(lines)
-    class(frame_type), intent(in) :: frame
-    class(linkage_type), intent(in) :: linkage
-    type(diagram_type), intent(in) :: diagram
-    type(placed_type), intent(in) :: placed
-    type(probe_type), intent(in) :: probes(:)
-    integer, intent(in) :: view
-    real(dp), intent(in) :: extent
-    character(len=:), allocatable :: lines, words, columns
-    type(drawing_type) :: body, springs
-    real(dp), allocatable :: hull(:, :)
-    integer :: seen(2), i
-    logical :: on_the_right
-
-    seen = [right(view), upward(view)]
-    call append(body, reshape([0.0_dp, 0.0_dp], [2, 1]))
-    do i = 1, size(frame%space%supports)
-      call append(body, reshape(frame%space%supports(i)%position(seen), [2, 1]))
-      call draw_springs(springs, frame%space%supports(i), seen, 0.10_dp * extent)
-    end do
-    do i = 1, size(diagram%grounded)
-      if (diagram%grounded(i)) call append(body, placed%joints(seen, i, 1:1))
-    end do
-    do i = 1, size(diagram%sliders)
-      call append(body, placed%guides(seen, :, i))
-    end do
-    do i = 1, size(probes)
-      associate (place => place_of(probes(i)))
-        call append(body, reshape(place(seen), [2, 1]))
-      end associate
-    end do
-    hull = outline(body%points, 0.025_dp * extent)
-    lines = "unset label; unset arrow; unset object" // newline // "set label 1 '" // trim(headings(view)) // "' at graph 0,1.035" &
-      & // " font ',13'" // newline // "set object 1 polygon from " // pair(hull(:, size(hull, 2)))
-    do i = 1, size(hull, 2)
-      lines = lines // " to " // pair(hull(:, i))
-    end do
-    lines = lines // " behind fillcolor rgb '#E9EDF0' fillstyle solid 1 border lc rgb '#8C9BAB'" // newline &
-      & // cross_of(view, extent)
-    do i = 1, size(frame%space%supports)
-      lines = lines // "set label " // text(10 + i) // " '" // text(i) // "' at " &
-        & // pair(frame%space%supports(i)%position(seen)) // " center offset 0,-0.9 font ',11' boxed front" // newline
-    end do
-    lines = lines // "$springs" // text(view) // " << END" // newline // "x,y" // newline
-    if (size(frame%space%supports) > 0) lines = lines // springs%data_lines()
-    lines = lines // "END" // newline
-    words = ""
-    do i = 1, size(diagram%sliders)
-      if (.not. norm2(placed%guides(seen, 2, i) - placed%guides(seen, 1, i)) > 0) cycle
-      lines = lines // "set arrow " // text(10 + i) // " from " // pair(placed%guides(seen, 1, i)) // " to " &
-        & // pair(placed%guides(seen, 2, i)) // " nohead lt 1 dt 1 lw 6 lc rgb '#D0D5DA' back" // newline
-    end do
-    words = bars(linkage, diagram, seen, .false.)
-    if (size(frame%space%supports) > 0) words = words // ", \" // newline // "  $springs" // text(view) &
-      & // " using 1:2 with lines lt 7 dt 1 lw 1 notitle"
-    do i = 1, size(frame%space%supports)
-      words = words // element("::0::0", point_columns(frame%space%supports(i)%position(seen)), "points lt 1 pt 5 ps 0.6 lc rgb " &
-        & // "'#000000' notitle")
-    end do
-    words = words // bars(linkage, diagram, seen, .true.)
-    do i = 1, size(linkage%links)
-      columns = columns_of(size(linkage%joints) + i, seen)
-      if (linkage%links(i)%to == 0) words = words // element("::row::row", columns, "points lt 1 pt 5 ps 1.5 lc rgb '#" &
-        & // colour(linkage, i) // "' notitle")
-      if (linkage%links(i)%to > 0) words = words // element("::row::row", columns, "points lt 1 pt 7 ps 0.7 lc rgb '#" &
-        & // colour(linkage, i) // "' notitle")
-    end do
-    do i = 1, size(linkage%joints)
-      words = words // element("::row::row", columns_of(i, seen), "points lt 1 pt 7 ps 0.5 lc rgb '#" &
-        & // merge("000000", "FFFFFF", diagram%grounded(i)) // "' notitle") // element("::row::row", columns_of(i, seen), &
-        & "points lt 1 pt 6 ps 0.5 lw 1 lc rgb '#000000' notitle")
-    end do
-    do i = 1, size(probes)
-      associate (place => place_of(probes(i)))
-        columns = point_columns(place(seen))
-        on_the_right = place(seen(1)) > sum(hull(1, :)) / size(hull, 2)
-      end associate
-      words = words // element("::0::0", columns, "points lt 1 pt 12 ps 1.4 lw 2 lc rgb '#CC0000' notitle") &
-        & // element("::0::0", columns // ":(" // plotted(trim(probes(i)%name)) // ")", "labels " &
-        & // merge("right offset -0.8", "left offset 0.8  ", on_the_right) // ",0.8 font ',11' textcolor rgb '#CC0000' " &
-        & // "noenhanced notitle")
-    end do
-    lines = lines // "plot NaN notitle" // words // newline
-  end function panel
-
-  !> F with its axes.
-  pure function cross_of(view, extent) result(lines)
-    integer, intent(in) :: view
-    real(dp), intent(in) :: extent
-    character(len=:), allocatable :: lines
-    real(dp) :: length
-
-    length = 0.09_dp * extent
-    lines = "set arrow 1 from 0,0 rto " // concise(length, 4) // ",0 size char 0.6,20 filled lt 7 dt 1 lw 1.2 front" // newline &
-      & // "set arrow 2 from 0,0 rto 0," // concise(length, 4) // " size char 0.6,20 filled lt 7 dt 1 lw 1.2 front" // newline &
-      & // "set label 2 'F' at 0,0 right offset -0.4," // trim(merge("0.6 ", "-0.6", view == 3)) // " font ',12' front" // newline &
-      & // "set label 3 '" // trim(axes(right(view))) // "' at " // concise(length, 4) // ",0 left offset 0.4,0 font ',11' front" &
-      & // newline // "set label 4 '" // trim(axes(upward(view))) // "' at 0," // concise(length, 4) // " center offset 0," &
-      & // trim(merge("-0.6", "0.6 ", view == 3)) // " font ',11' front" // newline
-  end function cross_of
 
   !> Springs along the axes of a support that are seen, of this length where they lie in the view.
   subroutine draw_springs(drawing, support, seen, length)
@@ -261,63 +238,30 @@ contains
   end subroutine draw_springs
 
   !> Bars in full where the crank stands at `row`, or faint through the turn.
-  pure function bars(linkage, diagram, seen, in_full) result(words)
+  pure function bars(linkage, diagram, columns, seen, in_full) result(words)
     class(linkage_type), intent(in) :: linkage
     type(diagram_type), intent(in) :: diagram
+    type(columns_type), intent(in) :: columns
     integer, intent(in) :: seen(2)
     logical, intent(in) :: in_full
-    character(len=:), allocatable :: words, from, to, columns
-    integer :: i, k
+    character(len=:), allocatable :: words, at
+    integer :: i
 
     words = ""
     do i = 1, size(diagram%bars)
       associate (bar => diagram%bars(i))
         if (bar%slides .and. .not. in_full) cycle
-        columns = columns_of(bar%joints(1), seen)
-        do k = 1, 2
-          from = text(column_of(bar%joints(1), seen(k)))
-          to = text(column_of(bar%joints(2), seen(k)))
-          columns = columns // ":($" // to // " - $" // from // ")"
-        end do
+        at = columns%between(bar%joints, seen)
         if (in_full) then
-          words = words // element("::row::row", columns, "vectors nohead lt 1 " // merge("dt (6,4) lw 1.2", "dt 1 lw 3.5    ", &
+          words = words // element("::row::row", at, "vectors nohead lt 1 " // merge("dt (6,4) lw 1.2", "dt 1 lw 3.5    ", &
             & bar%slides) // " lc rgb '#" // colour(linkage, bar%link) // "' notitle")
         else
-          words = words // element("step::0::last", columns, "vectors nohead lt 1 dt 1 lw 0.8 lc rgb '#B0" &
+          words = words // element("step::0::last", at, "vectors nohead lt 1 dt 1 lw 0.8 lc rgb '#B0" &
             & // colour(linkage, bar%link) // "' notitle")
         end if
       end associate
     end do
   end function bars
-
-  !> Along with the others in a plot.
-  pure function element(every, columns, style) result(words)
-    character(len=*), intent(in) :: every, columns, style
-    character(len=:), allocatable :: words
-
-    words = ", \" // newline // "  'mechanism.csv' every " // every // " using " // columns // " with " // style
-  end function element
-
-  !> The column of a joint, or behind the joints of a link, along an axis.
-  pure integer function column_of(number, axis)
-    integer, intent(in) :: number, axis
-
-    column_of = 1 + 3 * (number - 1) + axis
-  end function column_of
-
-  pure function columns_of(number, seen) result(words)
-    integer, intent(in) :: number, seen(2)
-    character(len=:), allocatable :: words
-
-    words = text(column_of(number, seen(1))) // ":" // text(column_of(number, seen(2)))
-  end function columns_of
-
-  pure function point_columns(point) result(words)
-    real(dp), intent(in) :: point(2)
-    character(len=:), allocatable :: words
-
-    words = "(" // concise(point(1), 7) // "):(" // concise(point(2), 7) // ")"
-  end function point_columns
 
   !> A link's colour, that of its original where it is a copy's.
   pure character(len=6) function colour(linkage, link)

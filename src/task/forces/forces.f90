@@ -2,7 +2,8 @@
 module gestell_task_forces
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: text
+  use gestell_base_text, only: either, text
+  use gestell_model_frame, only: frame_type
   use gestell_model_quantity_rows, only: guide_forces, velocities
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_result, only: result_type
@@ -12,9 +13,9 @@ module gestell_task_forces
   use gestell_task_common_task, only: longest_table, task_type
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_common_context, only: context_type
-  use gestell_task_forces_reactions, only: find_reactions, most_parts, part_names, parts_of, reaction_type, &
+  use gestell_task_forces_reactions, only: find_reactions, has_part, most_parts, part_names, parts_of, reaction_type, &
     & support_places, whole_force
-  use gestell_task_forces_plot, only: plot_forces
+  use gestell_task_forces_plot, only: plot_histories, plot_orders, plot_summary
   use gestell_task_forces_report, only: force_lines
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
   implicit none (type, external)
@@ -55,15 +56,24 @@ contains
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
     type(reaction_type), allocatable :: reactions(:)
+    type(table_type) :: table, histories, harmonics
     type(error_type), allocatable :: failure
+    character(len=:), allocatable :: turn, column
+    integer, allocatable :: parts(:)
     real(dp) :: peak
-    integer :: i
+    logical :: finite
+    integer :: i, k
 
-    associate (frame => context%configuration%frame, tasks => context%configuration%analysis, unused => self)
+    associate (frame => context%configuration%frame, last => context%configuration%analysis%harmonics, unused => self)
       if (allocated(context%analysis%vibration)) call find_reactions(context%analysis%frame, context%analysis%vibration, &
         & reactions, failure, context%executor)
       if (allocated(reactions)) then
-        if (.not. all([(finite(reactions(i)), i = 1, size(reactions))])) then
+        finite = .true.
+        do i = 1, size(reactions)
+          finite = finite .and. all(reactions(i)%statistics%finite()) .and. all(ieee_is_finite(reactions(i)%history)) &
+            & .and. ieee_is_finite(reactions(i)%least_compression)
+        end do
+        if (.not. finite) then
           deallocate(reactions)
           call fatal_error(failure, "the forces on the ground overflow: they lie beyond what double precision holds", &
             & failed_computation)
@@ -79,36 +89,46 @@ contains
       end do
       call result%fail(failure)
       if (.not. allocated(reactions)) return
-      associate (turns => frame%mechanism%turns)
-        call result%add(summary(reactions, frame%speed, turns, result%verdict))
-        call result%add(histories(reactions, frame%speed, frame%period, turns, result%verdict))
-        call result%add(harmonics(reactions, frame%period, turns, tasks%harmonics, result%verdict))
-        call result%draw(plot_forces(reactions, frame%speed, turns, tasks%harmonics))
-        call result%say(force_lines(reactions, frame%speed, turns, trim(result%verdict)))
-      end associate
+      table = summary(reactions, frame)
+      call result%add(table, plot_summary(table, reactions))
+      turn = turns_in_words(frame%mechanism%turns)
+      histories = new_table("supports_history", "Forces over " // turn, "The forces of every support over " // turn // ".")
+      call add_turn(histories, frame, size(reactions(1)%history, 1) - 1)
+      call histories%expect(sum([(size(parts_of(reactions(i))), i = 1, size(reactions))]))
+      harmonics = new_table("supports_harmonics", "Forces by orders", &
+        & "Amplitudes of the supports' forces by orders of the crank.")
+      call add_orders(harmonics, frame, last)
+      ! Amplitude and phase.
+      call harmonics%expect(2 * sum([(count(parts_of(reactions(i)) /= whole_force), i = 1, size(reactions))]))
+      do i = 1, size(reactions)
+        parts = parts_of(reactions(i))
+        do k = 1, size(parts)
+          column = trim(part_names(parts(k))) // "_" // trim(reactions(i)%name)
+          associate (unit => units(parts(k)))
+            call histories%add(column, unit, "force or moment on the ground", reactions(i)%history(:, parts(k)))
+            if (parts(k) /= whole_force) call add_harmonics(harmonics, column, unit, reactions(i)%statistics(parts(k))%series(1), &
+              & last)
+          end associate
+        end do
+      end do
+      call result%add(histories, plot_histories(histories, reactions, frame))
+      call result%add(harmonics, plot_orders(harmonics, reactions, last, frame%mechanism%turns))
+      call result%say_section("FORCES ON THE GROUND, " // either("by the motion", "without weight", any(reactions%weighed)) &
+        & // "; f: size of the vector; %: of rms^2", force_lines(reactions, frame))
     end associate
   end subroutine run
 
-  pure logical function finite(reaction)
-    type(reaction_type), intent(in) :: reaction
-
-    finite = all(reaction%statistics%finite()) .and. all(ieee_is_finite(reaction%history)) &
-      & .and. ieee_is_finite(reaction%least_compression)
-  end function finite
-
-  !> supports.csv, one row for each reaction; `speed` in rad/s, so many `turns` of the drive in the period.
-  pure type(table_type) function summary(reactions, speed, turns, verdict) result(table)
+  !> supports.csv, one row for each reaction.
+  pure type(table_type) function summary(reactions, frame) result(table)
     type(reaction_type), intent(in) :: reactions(:)
-    real(dp), intent(in) :: speed
-    integer, intent(in) :: turns
-    character(len=*), intent(in) :: verdict
-    real(dp) :: peak(size(reactions)), error(size(reactions)), rms(size(reactions)), crest(size(reactions)), angle(size(reactions))
+    class(frame_type), intent(in) :: frame
+    real(dp), dimension(size(reactions)) :: peak, error, rms, crest, angle
     character, parameter :: axes(3) = ["x", "y", "z"]
     character(len=:), allocatable :: part
     integer :: orders(size(reactions)), i, k, n
     integer, allocatable :: parts(:)
 
-    table = new_table("supports", "Forces on the ground", "Peak and root mean square, support by support.", verdict, shown=.true.)
+    table = new_table("supports", "Forces on the ground", "Peak and root mean square, support by support.", shown=.true.)
     call table%add("support", "its number; foundation, guide; total: all of them together", (reactions%name))
     do k = 1, size(reactions(1)%position)
       call table%add(axes(k), metre, "where it is in the frame's system", [(reactions(i)%position(k), i = 1, size(reactions))])
@@ -123,18 +143,17 @@ contains
       crest = 0
       angle = 0
       do i = 1, size(reactions)
-        if (all(parts_of(reactions(i)) /= k)) cycle
+        if (.not. has_part(reactions(i), k)) cycle
         associate (found => reactions(i)%statistics(k))
           peak(i) = found%peak
           error(i) = found%peak_error
           rms(i) = found%rms
           crest(i) = found%crest()
-          angle(i) = sign(360.0_dp, speed) * turns * found%peak_phase
+          angle(i) = sign(360.0_dp, frame%speed) * frame%mechanism%turns * found%peak_phase
         end associate
       end do
       part = trim(part_names(k))
-      call table%add(part // "_peak", units(k), "greatest size over the period", peak, error=part // "_peak_error")
-      call table%add(part // "_peak_error", units(k), "bound on its error", error)
+      call table%add(part // "_peak", units(k), "greatest size over the period", peak, bounds=error)
       call table%add(part // "_rms", units(k), "root mean square", rms)
       call table%add(part // "_crest", plain, "crest factor, peak over rms; 0 where nothing moves", crest)
       call table%add(part // "_peak_crank", degree, "crank angle of the peak", angle)
@@ -142,10 +161,10 @@ contains
     do n = 1, size(parts)
       orders = 0
       do i = 1, size(reactions)
-        if (any(parts_of(reactions(i)) == parts(n))) orders(i) = reactions(i)%statistics(parts(n))%strongest()
+        if (has_part(reactions(i), parts(n))) orders(i) = reactions(i)%statistics(parts(n))%strongest()
       end do
       call add_order_column(table, trim(part_names(parts(n))) // "_strongest_order", &
-        & "order of the crank with the greatest amplitude; 0: none", orders, turns)
+        & "order of the crank with the greatest amplitude; 0: none", orders, frame%mechanism%turns)
     end do
     if (.not. any(reactions%weighed)) return
     do k = 1, size(reactions(1)%position)
@@ -153,61 +172,7 @@ contains
         & [(reactions(i)%static(k), i = 1, size(reactions))])
     end do
     call table%add("least_compression", newton, "least of the whole force along gravity", (reactions%least_compression), &
-      & error="least_compression_error")
-    call table%add("least_compression_error", newton, "bound on its error", (reactions%least_error))
+      & bounds=(reactions%least_error))
   end function summary
-
-  pure type(table_type) function histories(reactions, speed, period, turns, verdict) result(table)
-    type(reaction_type), intent(in) :: reactions(:)
-    real(dp), intent(in) :: speed, period
-    integer, intent(in) :: turns
-    character(len=*), intent(in) :: verdict
-    integer, allocatable :: parts(:)
-    integer :: i, k
-
-    table = new_table("supports_history", "Forces over " // turns_in_words(turns), "The forces of every support over " &
-      & // turns_in_words(turns) // ".", verdict)
-    call add_turn(table, speed, period, size(reactions(1)%history, 1) - 1, turns)
-    call table%expect(sum([(size(parts_of(reactions(i))), i = 1, size(reactions))]))
-    do i = 1, size(reactions)
-      parts = parts_of(reactions(i))
-      do k = 1, size(parts)
-        call table%add(column(reactions(i), parts(k)), units(parts(k)), "force or moment on the ground", &
-          & reactions(i)%history(:, parts(k)))
-      end do
-    end do
-  end function histories
-
-  pure type(table_type) function harmonics(reactions, period, turns, last, verdict) result(table)
-    type(reaction_type), intent(in) :: reactions(:)
-    real(dp), intent(in) :: period
-    integer, intent(in) :: turns, last
-    character(len=*), intent(in) :: verdict
-    integer, allocatable :: parts(:)
-    integer :: i, k
-
-    table = new_table("supports_harmonics", "Forces by orders", "Amplitudes of the supports' forces by orders of the crank.", &
-      & verdict)
-    call add_orders(table, period, last, turns)
-    ! Amplitude and phase.
-    call table%expect(2 * sum([(count(parts_of(reactions(i)) /= whole_force), i = 1, size(reactions))]))
-    do i = 1, size(reactions)
-      parts = pack(parts_of(reactions(i)), parts_of(reactions(i)) /= whole_force)
-      do k = 1, size(parts)
-        associate (part => parts(k))
-          call add_harmonics(table, column(reactions(i), part), units(part), reactions(i)%statistics(part)%series(1), last)
-        end associate
-      end do
-    end do
-  end function harmonics
-
-  !> As fx_1, m_total.
-  pure function column(reaction, part) result(name)
-    type(reaction_type), intent(in) :: reaction
-    integer, intent(in) :: part
-    character(len=:), allocatable :: name
-
-    name = trim(part_names(part)) // "_" // trim(reaction%name)
-  end function column
 
 end module gestell_task_forces

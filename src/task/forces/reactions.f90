@@ -15,7 +15,7 @@ module gestell_task_forces_reactions
   implicit none (type, external)
   private
 
-  public :: find_reactions, parts_of, static_force, support_places
+  public :: find_reactions, has_part, parts_of, static_force, support_places
 
   !> What is told of a reaction: the force on the ground along x and y, its size (N), and its moment about F at rest (N m); a
   !> support exerts none but that of its force, and has no moment of its own. In space also the force along z, and moments about x
@@ -53,6 +53,14 @@ contains
     if (reaction%turns .and. size(reaction%position) == 3) parts = [parts, moment_x, moment_y]
     if (reaction%turns) parts = [parts, moment]
   end function parts_of
+
+  !> Whether a reaction has this part.
+  pure logical function has_part(reaction, part)
+    type(reaction_type), intent(in) :: reaction
+    integer, intent(in) :: part
+
+    has_part = any(parts_of(reaction) == part)
+  end function has_part
 
   !> Where the supports are (m), shape (2, supports), in space (3, supports).
   pure function support_places(frame) result(places)
@@ -96,7 +104,10 @@ contains
     places = support_places(frame)
     n = size(places, 2)
     call force_of(frame, "foundation.", parts)
-    founded = any([(carries(parts(i)), i = 1, size(parts))])
+    founded = .false.
+    do i = 1, size(parts)
+      if (allocated(parts(i)%weights)) founded = founded .or. any(abs(parts(i)%weights) > 0)
+    end do
     allocate(reactions(n + count([founded, guided]) + 1))
     do i = 1, size(reactions)
       allocate(reactions(i)%position(size(places, 1)), reactions(i)%static(size(places, 1)), source=0.0_dp)
@@ -161,7 +172,22 @@ contains
     integer :: i
 
     if (allocated(frame%space)) then
-      force = static_in_space(frame, name)
+      allocate(force(3), source=0.0_dp)
+      associate (space => frame%space, weights => frame%space%weights)
+        select case (name)
+        case ("total")
+          force = weights%load(:3)
+        case ("guide")
+          do i = 1, 3
+            if (all(frame%free /= in_frame(i))) force(i) = weights%load(i) - dot_product(space%stiffness(i, :), weights%sag)
+          end do
+        case ("foundation")
+          force = weights%static_force(space%foundation_stiffness)
+        case default
+          i = whole_number(name)
+          if (i >= 1 .and. i <= size(space%supports)) force = space%supports(i)%static
+        end select
+      end associate
       return
     end if
     allocate(force(2), source=0.0_dp)
@@ -182,31 +208,6 @@ contains
     end associate
   end function static_force
 
-  pure function static_in_space(frame, name) result(force)
-    class(frame_type), intent(in) :: frame
-    character(len=*), intent(in) :: name
-    real(dp) :: force(3)
-    integer :: i
-
-    force = 0
-    associate (space => frame%space)
-      select case (name)
-      case ("total")
-        force = space%weights%load(:3)
-      case ("guide")
-        do i = 1, 3
-          if (all(frame%free /= in_frame(i))) force(i) = space%weights%load(i) &
-            & - dot_product(space%stiffness(i, :), space%weights%sag)
-        end do
-      case ("foundation")
-        force = space%weights%static_force(space%foundation_stiffness)
-      case default
-        i = whole_number(name)
-        if (i >= 1 .and. i <= size(space%supports)) force = space%supports(i)%static
-      end select
-    end associate
-  end function static_in_space
-
   !> The forces of `reaction`, named with its dot. What it does not have remains unallocated.
   subroutine force_of(frame, reaction, parts)
     class(frame_type), intent(in) :: frame
@@ -221,13 +222,6 @@ contains
       call find_quantity(frame, none, reaction // trim(part_names(i)), parts(i), error)
     end do
   end subroutine force_of
-
-  pure logical function carries(quantity)
-    type(quantity_type), intent(in) :: quantity
-
-    carries = .false.
-    if (allocated(quantity%weights)) carries = any(abs(quantity%weights) > 0)
-  end function carries
 
   !> What is told of a reaction that is called `name` and whose forces are `parts`.
   subroutine take_reaction(frame, vibration, name, parts, reaction, error)

@@ -1,42 +1,42 @@
 !> Forces on the ground, for people.
 module gestell_task_forces_report
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, fixed, text
+  use gestell_base_text, only: concise, either, fixed, newline, text
+  use gestell_model_frame, only: frame_type
   use gestell_output_report_significance, only: noise_of, order_words
   use gestell_output_report_text_table, only: tab, tabulated
-  use gestell_output_report_verdict, only: section
   use gestell_task_forces_reactions, only: along_x, along_y, along_z, moment, moment_x, moment_y, reaction_type, whole_force
   implicit none (type, external)
   private
 
   public :: force_lines
 
-  character, parameter :: newline = new_line("a")
-
 contains
 
-  !> Every reaction and the total, and which support carries most; so many `turns` of the drive are a period.
-  pure function force_lines(reactions, speed, turns, verdict) result(lines)
+  !> Every reaction and the total, and which support carries most.
+  pure function force_lines(reactions, frame) result(lines)
     type(reaction_type), intent(in) :: reactions(:)
-    real(dp), intent(in) :: speed
-    integer, intent(in) :: turns
-    character(len=*), intent(in) :: verdict
+    class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines
+    !> The greatest distance of a reaction from F (m); 1 where all are there.
+    real(dp) :: arm
     integer :: i, most
 
     lines = ""
+    ! the support whose force is greatest; 0: there is none
+    most = 0
     do i = 1, size(reactions)
-      lines = lines // reaction_line(reactions(i), turns) // newline
+      lines = lines // reaction_line(reactions(i), frame%mechanism%turns) // newline
+      if (reactions(i)%turns) cycle
+      if (most == 0) most = i
+      if (reactions(i)%statistics(whole_force)%peak > reactions(most)%statistics(whole_force)%peak) most = i
     end do
-    if (size(reactions(1)%position) == 3) then
-      lines = tabulated("lrrrrrrl", ",fx peak,fy peak,fz peak,f peak,error,f rms,strongest" // newline // ",N,N,N,N,N,N,order", &
-        & lines)
-    else
-      lines = tabulated("lrrrrrl", ",fx peak,fy peak,f peak,error,f rms,strongest" // newline // ",N,N,N,N,N,order", lines)
-    end if
-    lines = section("FORCES ON THE GROUND, " // trim(merge("by the motion ", "without weight", any(reactions%weighed))) &
-      & // "; f: size of the vector; %: of rms^2", verdict) // lines
-    most = most_loaded(reactions)
+    arm = maxval([(norm2(reactions(i)%position), i = 1, size(reactions))])
+    if (.not. arm > 0) arm = 1
+    associate (axes => size(reactions(1)%position))
+      lines = tabulated("l" // repeat("r", axes + 3) // "l", ",fx peak,fy peak" // either(",fz peak", "", axes == 3) &
+        & // ",f peak,error,f rms,strongest" // newline // repeat(",N", axes + 3) // ",order", lines)
+    end associate
     if (most > 0) then
       if (reactions(most)%statistics(whole_force)%peak > 0) lines = lines // "  support " // trim(reactions(most)%name) &
         & // " carries most: up to " // concise(reactions(most)%statistics(whole_force)%peak, 5) // " N" // newline
@@ -65,7 +65,7 @@ contains
       line = ""
       associate (total => reactions(size(reactions)))
         associate (m => total%statistics(part))
-          if (m%peak * noise_of(m%peak, m%peak_error, arm(reactions) * total%statistics(whole_force)%peak) > 0) line = &
+          if (m%peak * noise_of(m%peak, m%peak_error, arm * total%statistics(whole_force)%peak) > 0) line = &
             & "  their moment about " // axis // "F up to " // concise(m%peak, 5) // " N m" // crank_angle(total, part) &
             & // ", rms " // concise(m%rms, 5) // " N m" // newline
         end associate
@@ -78,7 +78,8 @@ contains
       integer, intent(in) :: part
       character(len=:), allocatable :: words
 
-      words = " at crank angle " // fixed(sign(360.0_dp, speed) * turns * reaction%statistics(part)%peak_phase, 1) // " deg"
+      words = " at crank angle " // fixed(sign(360.0_dp, frame%speed) * frame%mechanism%turns &
+        & * reaction%statistics(part)%peak_phase, 1) // " deg"
     end function crank_angle
 
   end function force_lines
@@ -87,56 +88,31 @@ contains
   pure function static_lines(reactions) result(lines)
     type(reaction_type), intent(in) :: reactions(:)
     character(len=:), allocatable :: lines
+    real(dp), parameter :: rounding = 1.0e-12_dp
+    real(dp) :: weight
     integer :: i, k
 
     lines = ""
+    weight = norm2(reactions(size(reactions))%static)
     do i = 1, size(reactions)
-      associate (reaction => reactions(i), static => cleared(reactions(i)%static, reactions(size(reactions))%static))
+      associate (reaction => reactions(i))
         lines = lines // labelled(reaction) // tab
-        do k = 1, size(static)
-          lines = lines // concise(static(k), 5) // tab
+        do k = 1, size(reaction%static)
+          lines = lines // concise(merge(0.0_dp, reaction%static(k), abs(reaction%static(k)) <= rounding * weight), 5) // tab
         end do
         if (reaction%name /= "guide") lines = lines // concise(reaction%least_compression, 5) // tab &
           & // concise(reaction%least_error, 1) // tab
-        if (reaction%carrying) lines = lines // lift_off(reaction)
+        ! the frame leaves a support that only stands there
+        if (reaction%carrying .and. reaction%least_compression < reaction%least_error) lines = lines &
+          & // either("LIFTS OFF", "may lift off", reaction%least_compression < -reaction%least_error)
         lines = lines // newline
       end associate
     end do
-    if (size(reactions(1)%static) == 3) then
-      lines = tabulated("lrrrrrl", ",fx,fy,fz,least,error,unless" // newline // ",static N,static N,static N,compr. N,N,bolted", &
-        & lines)
-    else
-      lines = tabulated("lrrrrl", ",fx,fy,least,error,unless" // newline // ",static N,static N,compr. N,N,bolted", lines)
-    end if
+    associate (axes => size(reactions(1)%static))
+      lines = tabulated("l" // repeat("r", axes + 2) // "l", ",fx,fy" // either(",fz", "", axes == 3) // ",least,error,unless" &
+        & // newline // repeat(",static N", axes) // ",compr. N,N,bolted", lines)
+    end associate
   end function static_lines
-
-  !> Whether the frame leaves a support that only stands there.
-  pure function lift_off(reaction) result(words)
-    type(reaction_type), intent(in) :: reaction
-    character(len=:), allocatable :: words
-
-    words = ""
-    if (reaction%least_compression < reaction%least_error) words = "may lift off"
-    if (reaction%least_compression < -reaction%least_error) words = "LIFTS OFF"
-  end function lift_off
-
-  !> Static forces without what is rounding beside the weight.
-  pure function cleared(force, weight) result(clear)
-    real(dp), intent(in) :: force(:), weight(:)
-    real(dp), parameter :: rounding = 1.0e-12_dp
-    real(dp) :: clear(size(force))
-
-    clear = merge(0.0_dp, force, abs(force) <= rounding * norm2(weight))
-  end function cleared
-
-  !> The greatest distance of a reaction from F (m); 1 where all are there.
-  pure real(dp) function arm(reactions)
-    type(reaction_type), intent(in) :: reactions(:)
-    integer :: i
-
-    arm = maxval([(norm2(reactions(i)%position), i = 1, size(reactions))])
-    if (.not. arm > 0) arm = 1
-  end function arm
 
   pure function reaction_line(reaction, turns) result(line)
     type(reaction_type), intent(in) :: reaction
@@ -176,18 +152,5 @@ contains
     if (reaction%turns .or. size(reaction%position) == 3) return
     line = line // " (" // concise(reaction%position(1), 4) // "," // concise(reaction%position(2), 4) // ")"
   end function labelled
-
-  !> The support whose force is greatest; 0: there is none.
-  pure integer function most_loaded(reactions) result(most)
-    type(reaction_type), intent(in) :: reactions(:)
-    integer :: i
-
-    most = 0
-    do i = 1, size(reactions)
-      if (reactions(i)%turns) cycle
-      if (most == 0) most = i
-      if (reactions(i)%statistics(whole_force)%peak > reactions(most)%statistics(whole_force)%peak) most = i
-    end do
-  end function most_loaded
 
 end module gestell_task_forces_report

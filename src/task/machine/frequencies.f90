@@ -2,7 +2,7 @@
 module gestell_task_machine_frequencies
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise, either, newline, text
   use gestell_model_frame, only: frame_type
   use gestell_output_report_orders, only: order_of
   use gestell_output_report_text_table, only: tab, tabulated
@@ -12,7 +12,6 @@ module gestell_task_machine_frequencies
 
   public :: frequency_lines, frequency_list, list_frequencies, report_frequencies, resonance_lines
 
-  character, parameter :: newline = new_line("a")
   !> Maximum order that is marked as near; higher ones hardly excite.
   integer, parameter :: highest_order = 50
   !> Frequencies whose relative difference is below this are equal.
@@ -88,7 +87,7 @@ contains
     call frame%natural_frequencies(frequencies, error)
     if (allocated(error)) return
     do k = 1, size(frequencies)
-      list = list // trim(merge(",", " ", k > 1)) // " " // concise(max(frequencies(k), 0.0_dp) / (2 * pi), 4)
+      list = list // either(",", "", k > 1) // " " // concise(max(frequencies(k), 0.0_dp) / (2 * pi), 4)
     end do
     list = list // " Hz"
   end function frequency_list
@@ -147,12 +146,8 @@ contains
         ratio = (frequencies(i) + frequencies(k)) / speed * turns
         if (ratio < 0.5_dp .or. ratio > highest * turns + 0.5_dp) cycle
         if (abs(ratio / nint(ratio) - 1) > near_sum) cycle
-        if (i == k) then
-          lines = lines // "  twice frequency " // text(i) // " is "
-        else
-          lines = lines // "  frequencies " // text(i) // " and " // text(k) // " together are "
-        end if
-        lines = lines // concise(ratio / turns, 4) // " x crank speed: near parametric resonance of order " &
+        lines = lines // either("  twice frequency " // text(i) // " is ", "  frequencies " // text(i) // " and " // text(k) &
+          & // " together are ", i == k) // concise(ratio / turns, 4) // " x crank speed: near parametric resonance of order " &
           & // order_of(nint(ratio), turns) // newline
       end do
     end do

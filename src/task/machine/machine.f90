@@ -2,7 +2,7 @@
 module gestell_task_machine
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: text
+  use gestell_base_text, only: newline, text
   use gestell_base_verdict, only: verdict_named
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_model_frame, only: dof_names, frame_type
@@ -19,8 +19,7 @@ module gestell_task_machine
   use gestell_output_file_result_files, only: longest_table
   use gestell_task_common_context, only: context_type
   use gestell_task_drawing_report, only: report_transmission
-  use gestell_task_machine_model, only: better_line, newton_line
-  use gestell_task_machine_report, only: evidence_lines, tolerance_note, verdict_lines, verdict_sentence
+  use gestell_task_machine_report, only: better_line, evidence_lines, newton_line, tolerance_note, verdict_lines, verdict_sentence
   use gestell_task_machine_frequencies, only: report_frequencies, resonance_lines
   use gestell_task_machine_several, only: among, several_lines
   implicit none (type, external)
@@ -41,12 +40,16 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: failure
     character(len=:), allocatable :: doing
+    !> The terminal is told why a solution with more steps takes seconds.
+    integer, parameter :: many = 10000
+    logical :: slow
 
     associate (configuration => context%configuration, analysis => context%analysis)
-      doing = slow_words(configuration%frame)
-      if (doing /= "" .and. allocated(context%executor)) call context%executor%show(doing, 0.0_dp)
+      doing = "near a dead point: at least " // text(configuration%frame%least_steps) // " steps per turn"
+      slow = configuration%frame%least_steps > many .and. allocated(context%executor)
+      if (slow) call context%executor%show(doing, 0.0_dp)
       call analyse(configuration%frame, configuration%analysis, configuration%accuracy, analysis, failure)
-      if (doing /= "" .and. allocated(context%executor)) call context%executor%show(doing, 1.0_dp)
+      if (slow) call context%executor%show(doing, 1.0_dp)
       if (allocated(failure) .and. .not. (allocated(analysis%multipliers) .and. (configuration%analysis%stability &
         & .or. configuration%analysis%modes))) then
         call move_alloc(failure, error)
@@ -58,25 +61,15 @@ contains
         call result%include_verdict(verdict_named(result%verdict))
       end if
       if (context%reports) call report(context, result)
-      if (allocated(analysis%several)) call result%add(table_of(analysis%several, result%verdict))
+      if (allocated(analysis%several)) call result%add(table_of(analysis%several))
     end associate
   end subroutine solve_machine
-
-  !> Why the solution of `frame` takes seconds, for the terminal; empty: it does not.
-  pure function slow_words(frame) result(words)
-    class(frame_type), intent(in) :: frame
-    character(len=:), allocatable :: words
-    integer, parameter :: many = 10000
-
-    words = ""
-    if (frame%least_steps > many) words = "near a dead point: at least " // text(frame%least_steps) // " steps per turn"
-  end function slow_words
 
   !> What is told of it on one line whatever the tasks, behind what they told.
   subroutine end_line(context, result)
     type(context_type), intent(in) :: context
     type(result_type), intent(inout) :: result
-    integer :: found, i
+    integer :: found
 
     ! a sweep has lines of its own
     if (result%brief%name /= "") return
@@ -85,11 +78,8 @@ contains
     associate (options => context%configuration%analysis)
       if (options%all_vibrations .and. options%judged()) call result%brief%add("vibrations", "how many there are", [found])
     end associate
-    associate (columns => result%brief%columns)
-      if (result%verdict /= "" .and. all([(columns(i)%key /= "verdict", i = 1, size(columns))])) then
-        call result%brief%add("verdict", "on the machine", [result%verdict])
-      end if
-    end associate
+    if (result%verdict /= "" .and. result%brief%number_of("verdict") == 0) call result%brief%add("verdict", "on the machine", &
+      & [result%verdict])
   end subroutine end_line
 
   !> The verdict, what it rests on, the natural frequencies, or why these cannot be told.
@@ -111,7 +101,7 @@ contains
           & tolerance_note(analysis, accuracy) /= ""))
       end if
       call result%say(better_line(better, trim(tasks%model)) // tolerance_note(analysis, accuracy))
-      if (.not. allocated(analysis%multipliers)) call result%detail(new_line("a"))
+      if (.not. allocated(analysis%multipliers)) call result%detail(newline)
       call result%detail(evidence_lines(analysis, accuracy) // newton_line(analysis%newton))
       call result%say(several_lines(analysis%several, tasks%all_vibrations))
       if (allocated(analysis%vibration)) then
@@ -125,15 +115,14 @@ contains
   end subroutine report
 
   !> vibrations.csv.
-  pure type(table_type) function table_of(several, verdict) result(table)
+  pure type(table_type) function table_of(several) result(table)
     type(several_type), intent(in) :: several(:)
-    character(len=*), intent(in) :: verdict
     type(unit_type) :: units(size(several(1)%peak))
     integer :: i, k, n
 
     n = size(several)
     units = merge(radian, metre, is_rotation([(k, k = 1, size(units))]))
-    table = new_table(trim(own_table), "Vibrations at this speed", "Periodic vibrations of the machine, smallest first.", verdict, &
+    table = new_table(trim(own_table), "Vibrations at this speed", "Periodic vibrations of the machine, smallest first.", &
       & shown=.true.)
     call table%add("index", "number, smallest first", [(i, i = 1, n)])
     call table%add("rho_max", plain, "largest |rho|", [(abs(several(i)%multipliers%rho(1)), i = 1, n)], error="rho_error")

@@ -2,7 +2,7 @@
 module gestell_task_machine_report
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_text, only: concise, fixed, text
+  use gestell_base_text, only: concise, either, fixed, newline, text
   use gestell_base_version, only: version
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_period_monodromy, only: accuracy_type
@@ -15,21 +15,18 @@ module gestell_task_machine_report
   use gestell_output_report_plausibility, only: slips
   use gestell_output_report_wrapping, only: wrapped
   use gestell_output_result, only: result_type
-  use gestell_task_power_report, only: holder_line
-  use gestell_task_machine_model, only: model_line
   use gestell_task_stability_report, only: modulus_of, out_of_range
   use gestell_model_frame, only: frame_type, dof_names
   use gestell_model_frame_gravity, only: gravity_of, sag_of, weighs, weight_of
   use gestell_model_linkage, only: linkage_type
   use gestell_study_vibration_analysis, only: analysis_type
+  use gestell_study_frame_model, only: newton_type
   use gestell_study_vibration_held, only: unheld
   implicit none (type, external)
   private
 
-  public :: evidence_lines, report_machine, slips_of, tolerance_note, verdict_lines, verdict_sentence, &
-    & warn_of_slips
-
-  character, parameter :: newline = new_line("a")
+  public :: better_line, evidence_lines, newton_line, report_machine, slips_of, tolerance_note, verdict_lines, &
+    & verdict_sentence, warn_of_slips
 
 contains
 
@@ -54,7 +51,7 @@ contains
 
   function machine_lines(configuration) result(report)
     type(configuration_type), intent(in) :: configuration
-    character(len=:), allocatable :: report
+    character(len=:), allocatable :: report, warnings
     integer :: i
 
     associate (frame => configuration%frame)
@@ -66,16 +63,44 @@ contains
       class default
         report = "  mechanism  " // concise(mechanism%mass) // " kg in all, by its mass functions" // newline
       end select
-      report = report // "  frame      " // concise(frame%mass) // " kg, " // inertia_words(frame) // ", free in"
+      report = report // "  frame      " // concise(frame%mass) // " kg, "
+      if (allocated(frame%space)) then
+        report = report // "(" // listed([(frame%space%inertia(i, i), i = 1, 3)]) // ") kg m^2 about (xi,eta,zeta)"
+      else
+        report = report // concise(frame%inertia) // " kg m^2"
+      end if
+      report = report // ", free in"
       do i = 1, size(frame%free)
         report = report // " " // trim(dof_names(frame%free(i)))
       end do
       report = report // newline // "  drive      " // concise(abs(frame%drive_rpm())) // " rpm " &
-        & // trim(merge("counter-clockwise", "clockwise        ", frame%speed > 0)) // ", " &
+        & // either("counter-clockwise", "clockwise", frame%speed > 0) // ", " &
         & // concise(frame%mechanism%turns / frame%period) // " Hz, period " // concise(frame%period) // " s" &
-        & // period_words(frame%mechanism%turns) // newline &
-        & // holder_line(frame%held_by) // gravity_line(frame) // warning_lines(slips_of(configuration))
-      report = report // model_line(configuration%analysis)
+        & // either(", " // turns_in_words(frame%mechanism%turns), "", frame%mechanism%turns > 1) // newline
+      select case (frame%held_by)
+      case ("flywheel")
+        report = report // "  flywheel   speed constant in space; frame feels only the motor's mean torque" // newline
+      case ("outside")
+        report = report // "  motor      beside the machine: speed constant in space, no torque on the frame" // newline
+      case default
+        report = report // "  motor      on the frame: speed held constant, torque reacts on the frame" // newline
+      end select
+      report = report // gravity_line(frame)
+      warnings = slips_of(configuration)
+      do while (warnings /= "")
+        i = index(warnings, newline)
+        report = report // "  warning    " // warnings(:i)
+        warnings = warnings(i + 1:)
+      end do
+      if (configuration%analysis%averaged) then
+        report = report // "  model      averaged: M, B, C are their means over the turn, the load h(t) is full" // newline
+      else if (configuration%analysis%model == "exact") then
+        report = report // "  model      exact: any rotation of the frame; multipliers about its vibration" // newline
+      else if (configuration%analysis%model == "first_order") then
+        report = report // "  model      first order: vibration as about rest, multipliers about that vibration" // newline
+      else
+        report = report // "  model      about rest, the paper's equations; without &model frame: exact" // newline
+      end if
     end associate
   end function machine_lines
 
@@ -105,21 +130,6 @@ contains
     end do
   end subroutine warn_of_slips
 
-  !> These lines with their label.
-  pure function warning_lines(lines) result(labelled)
-    character(len=*), intent(in) :: lines
-    character(len=:), allocatable :: labelled
-    integer :: first, last
-
-    labelled = ""
-    first = 1
-    do while (first <= len(lines))
-      last = first - 1 + index(lines(first:), newline)
-      labelled = labelled // "  warning    " // lines(first:last)
-      first = last + 1
-    end do
-  end function warning_lines
-
   !> What weighs, and where to; nothing without gravity.
   pure function gravity_line(frame) result(line)
     class(frame_type), intent(in) :: frame
@@ -140,34 +150,12 @@ contains
     line = line // newline
   end function gravity_line
 
-  !> The moment of inertia about F, in space the three about xi, eta and zeta.
-  pure function inertia_words(frame) result(words)
-    class(frame_type), intent(in) :: frame
-    character(len=:), allocatable :: words
-    integer :: i
-
-    if (allocated(frame%space)) then
-      words = "(" // listed([(frame%space%inertia(i, i), i = 1, 3)]) // ") kg m^2 about (xi,eta,zeta)"
-    else
-      words = concise(frame%inertia) // " kg m^2"
-    end if
-  end function inertia_words
-
   pure function listed(values) result(words)
     real(dp), intent(in) :: values(3)
     character(len=:), allocatable :: words
 
     words = concise(values(1), 4) // "," // concise(values(2), 4) // "," // concise(values(3), 4)
   end function listed
-
-  !> What is told of a period that is more than a turn.
-  pure function period_words(turns) result(words)
-    integer, intent(in) :: turns
-    character(len=:), allocatable :: words
-
-    words = ""
-    if (turns > 1) words = ", " // turns_in_words(turns)
-  end function period_words
 
   !> The verdict in a sentence; the period (s) is that many turns; `others`: what is said of other vibrations.
   pure function verdict_sentence(multipliers, period, in_period, others) result(words)
@@ -210,8 +198,7 @@ contains
     integer, intent(in) :: turns
     character(len=*), intent(in) :: unheld
     logical, intent(in) :: at_limit
-    character(len=:), allocatable :: lines
-    character(len=:), allocatable :: word
+    character(len=:), allocatable :: lines, word
     integer :: worst
 
     word = trim(multipliers%verdict())
@@ -247,11 +234,11 @@ contains
     real(dp), parameter :: real_axis = 1.0e-6_dp
 
     if (abs(arg) < real_axis) then
-      words = "repeats itself in every turn (divergence, or parametric resonance of even order)"
-      if (turns > 1) words = "repeats itself after " // text(turns) // " turns (divergence, or parametric resonance)"
+      words = either("repeats itself after " // text(turns) // " turns (divergence, or parametric resonance)", &
+        & "repeats itself in every turn (divergence, or parametric resonance of even order)", turns > 1)
     else if (pi - abs(arg) < real_axis) then
-      words = "changes its sign from turn to turn (parametric resonance of odd order)"
-      if (turns > 1) words = "changes its sign in " // text(turns) // " turns (parametric resonance)"
+      words = either("changes its sign in " // text(turns) // " turns (parametric resonance)", &
+        & "changes its sign from turn to turn (parametric resonance of odd order)", turns > 1)
     else
       words = "beats with the turns (flutter, or combination resonance)"
     end if
@@ -285,24 +272,25 @@ contains
   function evidence_lines(analysis, accuracy) result(lines)
     type(analysis_type), intent(in) :: analysis
     type(accuracy_type), intent(in) :: accuracy
-    character(len=:), allocatable :: lines, known
+    character(len=:), allocatable :: lines
     type(evidence_type) :: found
 
     call evidence(analysis%floquet, found)
     if (found%methods == "averaged") then
-      known = "to " // concise(found%error, 1) // " of its size"
-      if (found%error >= 1) known = "is lost"
       lines = "  rests on            the AVERAGED model in closed form, nothing integrated; its matrix " &
-        & // known // ", " // text(found%evaluations) // " evaluations in all; trace's defect " &
+        & // either("is lost", "to " // concise(found%error, 1) // " of its size", found%error >= 1) // ", " &
+        & // text(found%evaluations) // " evaluations in all; trace's defect " &
         & // defect_in_words(analysis) // newline
       return
     end if
-    known = "Phi(T) to " // concise(found%error, 1) // " of its size"
-    if (found%error >= 1) known = "nothing: Phi(T) is lost"
-    lines = " (with the steps that were ordered)"
-    if (accuracy%steps == 0) lines = " (" // concise(accuracy%tolerance, 2) // " was ordered)"
-    lines = "  rests on            " // known // lines // ", by " // methods_used(found) // ", " // text(found%evaluations) &
-      & // " evaluations in all; Liouville's defect " // defect_in_words(analysis)
+    lines = "  rests on            " // either("nothing: Phi(T) is lost", "Phi(T) to " // concise(found%error, 1) &
+      & // " of its size", found%error >= 1) // " (" // either(concise(accuracy%tolerance, 2) // " was ordered", &
+      & "with the steps that were ordered", accuracy%steps == 0) // "), by "
+    if (found%steps > 0) lines = lines // found%methods // " with " // counted(found%steps, "step")
+    if (found%factors > 0) lines = lines // " in " // counted(found%factors, "factor")
+    if (found%steps > 0 .and. found%angles > 0) lines = lines // " and "
+    if (found%angles > 0) lines = lines // "reduction on " // counted(found%angles, "angle")
+    lines = lines // ", " // text(found%evaluations) // " evaluations in all; Liouville's defect " // defect_in_words(analysis)
     if (allocated(analysis%multipliers)) lines = lines // "; condition of the multipliers at most " &
       & // concise(maxval(analysis%multipliers%condition), 2)
     if (found%parts > 1) lines = lines // "; " // text(found%parts) // " parts that do not act on each other were solved apart"
@@ -334,16 +322,33 @@ contains
       & // " of its size" // newline
   end function tolerance_note
 
-  !> The methods with their effort.
-  pure function methods_used(found) result(words)
-    type(evidence_type), intent(in) :: found
-    character(len=:), allocatable :: words
+  !> How the exact vibration was found; nothing of the other models.
+  pure function newton_line(newton) result(line)
+    type(newton_type), intent(in) :: newton
+    character(len=:), allocatable :: line
+    integer :: k
 
-    words = ""
-    if (found%steps > 0) words = found%methods // " with " // counted(found%steps, "step")
-    if (found%factors > 0) words = words // " in " // counted(found%factors, "factor")
-    if (found%steps > 0 .and. found%angles > 0) words = words // " and "
-    if (found%angles > 0) words = words // "reduction on " // counted(found%angles, "angle")
-  end function methods_used
+    line = ""
+    if (.not. allocated(newton%steps)) return
+    line = "  vibration           by Newton's method, steps relative to it"
+    do k = 1, size(newton%steps)
+      line = line // either(",", "", k > 1) // " " // concise(newton%steps(k), 1)
+    end do
+    if (newton%followed) line = line // "; on a path from rest or from another speed, there may be others"
+    line = line // newline
+  end function newton_line
+
+  !> What the multipliers about the vibration say, where those of a cheaper `model` miss it.
+  pure function better_line(better, model) result(line)
+    type(multipliers_type), intent(in), allocatable :: better
+    character(len=*), intent(in) :: model
+    character(len=:), allocatable :: line
+
+    line = ""
+    if (.not. allocated(better)) return
+    line = "  BUT these are the equations " // either("about rest.", "to first order.", model == "rest") &
+      & // " About its vibration the machine is " // trim(better%verdict()) &
+      & // ", |rho| = " // modulus_of(better, 1, 7) // ": order &model frame='exact'" // newline
+  end function better_line
 
 end module gestell_task_machine_report

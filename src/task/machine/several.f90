@@ -1,6 +1,6 @@
 !> What is said of several periodic vibrations of one machine: report.
 module gestell_task_machine_several
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise, either, newline, text
   use gestell_task_stability_report, only: modulus_of
   use gestell_input_wording, only: counted
   use gestell_output_report_text_table, only: tab, tabulated
@@ -10,8 +10,6 @@ module gestell_task_machine_several
   private
 
   public :: among, several_lines
-
-  character, parameter :: newline = new_line("a")
 
 contains
 
@@ -61,7 +59,7 @@ contains
     lines = newline // "VIBRATIONS at this speed: " // text(size(several)) // lines
     missing = abs(1 - index_sum(several))
     if (missing > 0) lines = lines // "  at least " &
-      & // counted(missing, "vibration") // trim(merge(" more was not found ", " more were not found", missing == 1)) &
+      & // counted(missing, "vibration") // either(" more was not found", " more were not found", missing == 1) &
       & // ": indices (-1 between turning points, else 1) add up to 1" // newline
     if (.not. sought) lines = lines // "  met on the way; &model vibrations='all' looks for all" // newline
     if (size(several) > 1) lines = lines // "  which one the machine settles to depends on how it is run up" &

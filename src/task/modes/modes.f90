@@ -2,8 +2,6 @@
 module gestell_task_modes
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_model_frame, only: frame_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: plain
@@ -41,37 +39,35 @@ contains
     configuration%analysis%modes = self%ordered
   end subroutine read_modes
 
+  !> modes.csv: eigenvectors of (19) at t = 0.
   subroutine run(self, context, result, error)
     class(modes_task), intent(inout) :: self
     type(context_type), intent(inout) :: context
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
+    complex(dp), allocatable :: vectors(:, :)
+    type(name_type), allocatable :: names(:)
+    type(table_type) :: table
+    integer :: dofs, f, i
 
     if (.not. result%has("multipliers")) call self%stability_task%run(context, result, error)
     if (allocated(error)) return
-    call result%add(table_of(context%configuration%frame, context%analysis%multipliers), plot_modes(context%configuration%frame, &
-      & context%analysis%multipliers))
+    associate (frame => context%configuration%frame, multipliers => context%analysis%multipliers)
+      dofs = frame%dofs()
+      f = size(frame%free)
+      names = names_of(dofs)
+      ! degrees of freedom that are not free have zeros
+      allocate(vectors(2 * dofs, size(multipliers%rho)), source=(0.0_dp, 0.0_dp))
+      vectors(frame%free, :) = multipliers%vectors(:f, :)
+      vectors(dofs + frame%free, :) = multipliers%vectors(f + 1:, :)
+      table = new_table("modes", "Modes", "The eigenvectors of the free vibrations at crank angle 0.", multipliers%verdict())
+      call table%add("index", "number of the multiplier", [(i, i = 1, size(multipliers%rho))])
+      do i = 1, 2 * dofs
+        call table%add(trim(names(i)%column) // "_re", plain, "real part, of norm 1 in SI units", real(vectors(i, :)))
+        call table%add(trim(names(i)%column) // "_im", plain, "imaginary part", aimag(vectors(i, :)))
+      end do
+      call result%add(table, plot_modes(frame, multipliers))
+    end associate
   end subroutine run
-
-  !> modes.csv: eigenvectors of (19) at t = 0; degrees of freedom that are not free have zeros.
-  pure type(table_type) function table_of(frame, multipliers) result(table)
-    class(frame_type), intent(in) :: frame
-    type(multipliers_type), intent(in) :: multipliers
-    complex(dp) :: vectors(2 * frame%dofs(), size(multipliers%rho))
-    type(name_type) :: names(3 * frame%dofs())
-    integer :: f, i
-
-    f = size(frame%free)
-    names = names_of(frame%dofs())
-    vectors = 0
-    vectors(frame%free, :) = multipliers%vectors(:f, :)
-    vectors(frame%dofs() + frame%free, :) = multipliers%vectors(f + 1:, :)
-    table = new_table("modes", "Modes", "The eigenvectors of the free vibrations at crank angle 0.", multipliers%verdict())
-    call table%add("index", "number of the multiplier", [(i, i = 1, size(multipliers%rho))])
-    do i = 1, 2 * frame%dofs()
-      call table%add(trim(names(i)%column) // "_re", plain, "real part, of norm 1 in SI units", real(vectors(i, :)))
-      call table%add(trim(names(i)%column) // "_im", plain, "imaginary part", aimag(vectors(i, :)))
-    end do
-  end function table_of
 
 end module gestell_task_modes

@@ -1,9 +1,10 @@
 !> The picture of the eigenvectors.
 module gestell_task_modes_plot
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise, either, newline, text
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_model_frame, only: frame_type
+  use gestell_output_picture_panels, only: bar_style => bars
   use gestell_output_picture_script, only: figure_type, new_figure
   use gestell_model_space, only: is_rotation
   use gestell_task_response_names, only: name_type, names_of
@@ -12,8 +13,6 @@ module gestell_task_modes_plot
   private
 
   public :: plot_modes
-
-  character, parameter :: newline = new_line("a")
 
 contains
 
@@ -24,7 +23,6 @@ contains
     type(multipliers_type), intent(in) :: multipliers
     type(figure_type) :: figure
     character(len=:), allocatable :: lines, positions, labels, most, bars, size_of, title
-    character(len=10), parameter :: fills(3) = [character(len=10) :: "solid 1", "pattern 2", "solid 0.25"]
     type(name_type) :: names(3 * frame%dofs())
     real(dp) :: radius
     integer :: i, n, shown
@@ -58,9 +56,9 @@ contains
       if (i == 3) title = title // ", r = " // concise(radius, 3) // " m"
       most = "greatest(" // most // ", " // size_of // ")"
       if (i > 1) bars = bars // ", "
-      bars = bars // trim(merge("'modes.csv'", "''         ", i == 1)) // " using (place(column('index')) + " &
-        & // concise(0.81_dp / n * (i - (n + 1) / 2.0_dp), 3) // "):(part(" // size_of // ")) with boxes lt " // text(i) &
-        & // " dt 1 lw 1 fs " // trim(fills(1 + mod(i - 1, 3))) // " title '" // title // "'"
+      bars = bars // either("'modes.csv'", "''", i == 1) // " using (place(column('index')) + " &
+        & // concise(0.81_dp / n * (i - (n + 1) / 2.0_dp), 3) // "):(part(" // size_of // ")) with " // bar_style(i, 3) &
+        & // " title '" // title // "'"
     end do
     lines = "set title heading noenhanced" // newline &
       & // "# a row's place among the bars, -9 for the second of a pair" // newline &

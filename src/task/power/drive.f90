@@ -9,6 +9,7 @@ module gestell_task_power_drive
   use gestell_task_power_flywheel, only: find_fluctuation, fluctuation_type
   use gestell_study_vibration_statistics, only: top
   use gestell_study_vibration, only: check_rows, vibration_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
@@ -32,7 +33,7 @@ module gestell_task_power_drive
     !> Where a flywheel's inertia is known.
     type(fluctuation_type), allocatable :: fluctuation
   contains
-    procedure :: defect
+    procedure :: defect, is_finite => drive_is_finite
   end type drive_type
 
 contains
@@ -103,5 +104,14 @@ contains
     defect = 0
     if (self%greatest > 0) defect = abs(self%drive_mean - self%dampers_mean) / self%greatest
   end function defect
+
+  pure logical function drive_is_finite(self) result(finite)
+    class(drive_type), intent(in) :: self
+
+    finite = all(ieee_is_finite(self%history)) .and. all(ieee_is_finite([self%actual%rms, self%rigid%rms, self%peak_error, &
+      & self%drive_mean, self%dampers_mean]))
+    if (allocated(self%fluctuation)) finite = finite .and. ieee_is_finite(self%fluctuation%irregularity) &
+      & .and. ieee_is_finite(self%fluctuation%error)
+  end function drive_is_finite
 
 end module gestell_task_power_drive

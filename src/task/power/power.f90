@@ -2,8 +2,10 @@
 module gestell_task_power
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, either, newline
   use gestell_input_namelist_document, only: the_group
   use gestell_input_namelist_message, only: input_error
+  use gestell_model_quantity_driving, only: damper_watts, drive_watts, rigid_torque, stored_energy, torque
   use gestell_model_quantity_rows, only: accelerations
   use gestell_model_mechanism, only: drive_columns
   use gestell_output_report_orders, only: turns_in_words
@@ -16,8 +18,8 @@ module gestell_task_power
   use gestell_task_common_context, only: context_type
   use gestell_task_power_drive, only: drive_type, find_drive
   use gestell_task_power_plot, only: plot_power
-  use gestell_task_power_report, only: balance_line, drive_lines
-  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
+  use gestell_task_power_report, only: drive_lines
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private
 
@@ -64,59 +66,42 @@ contains
     type(context_type), intent(inout) :: context
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
-    type(drive_type), allocatable :: drive
+    type(drive_type) :: drive
+    type(table_type) :: table
     type(error_type), allocatable :: failure
     real(dp) :: peak
     logical :: known
 
+    known = .false.
     associate (frame => context%analysis%frame, unused => self)
       if (allocated(context%analysis%vibration)) then
-        allocate(drive)
         call find_drive(frame, context%analysis%vibration, drive, known, failure)
         known = known .and. .not. allocated(failure)
-        if (known) known = finite(drive)
+        if (known) known = drive%is_finite()
         if (.not. (known .or. allocated(failure))) call fatal_error(failure, "the torque overflows: it lies beyond what double " &
           & // "precision holds", failed_computation)
-        if (.not. known) deallocate(drive)
       end if
       peak = ieee_value(peak, ieee_quiet_nan)
-      if (allocated(drive)) peak = drive%actual%peak
+      if (known) peak = drive%actual%peak
       call result%brief%add("torque_peak", newton_metre, "greatest torque on the crank, with its sign", [peak])
       call result%fail(failure)
-      if (.not. allocated(drive)) return
-      call result%add(table_of(drive, frame%speed, frame%period, frame%mechanism%turns, result%verdict), &
-        & plot_power(frame%speed, frame%mechanism%turns))
-      call result%say(drive_lines(drive, frame%speed, frame%mechanism%turns, trim(result%verdict)))
-      call result%detail(balance_line(drive))
+      if (.not. known) return
+      table = new_table("power", "Drive", "Driving torque over " // turns_in_words(frame%mechanism%turns) &
+        & // ", and the power of drive and dampers.")
+      call add_turn(table, frame, size(drive%history, 2) - 1)
+      call table%add("torque", newton_metre, "on the crank, counter-clockwise positive", drive%history(torque, :))
+      call table%add("rigid_torque", newton_metre, "the same on a frame at rest", drive%history(rigid_torque, :))
+      call table%add("drive", watt, "power of the drive", drive%history(drive_watts, :))
+      call table%add("dampers", watt, "power that dampers and foundation take", drive%history(damper_watts, :))
+      call table%add("energy", joule, "kinetic and potential energy", drive%history(stored_energy, :))
+      if (allocated(drive%fluctuation)) call table%add("speed_fluctuation", radian_per_s, "the crank's speed less its mean", &
+        & drive%fluctuation%history)
+      call result%add(table, plot_power(table, frame))
+      call result%say_section("DRIVE, torque on the crank, " // either("with weights, without process forces", &
+        & "without gravity and process forces", drive%weighed), drive_lines(drive, frame))
+      call result%detail("  the balance of power is missed by " // concise(drive%defect(), 1) &
+        & // " of the drive's greatest power" // newline)
     end associate
   end subroutine run
-
-  pure logical function finite(drive)
-    type(drive_type), intent(in) :: drive
-
-    finite = all(ieee_is_finite(drive%history)) .and. all(ieee_is_finite([drive%actual%rms, drive%rigid%rms, drive%peak_error, &
-      & drive%drive_mean, drive%dampers_mean]))
-    if (allocated(drive%fluctuation)) finite = finite .and. ieee_is_finite(drive%fluctuation%irregularity) &
-      & .and. ieee_is_finite(drive%fluctuation%error)
-  end function finite
-
-  !> power.csv.
-  pure type(table_type) function table_of(drive, speed, period, turns, verdict) result(table)
-    type(drive_type), intent(in) :: drive
-    real(dp), intent(in) :: speed, period
-    integer, intent(in) :: turns
-    character(len=*), intent(in) :: verdict
-
-    table = new_table("power", "Drive", "Driving torque over " // turns_in_words(turns) &
-      & // ", and the power of drive and dampers.", verdict)
-    call add_turn(table, speed, period, size(drive%history, 2) - 1, turns)
-    call table%add("torque", newton_metre, "on the crank, counter-clockwise positive", drive%history(1, :))
-    call table%add("rigid_torque", newton_metre, "the same on a frame at rest", drive%history(2, :))
-    call table%add("drive", watt, "power of the drive", drive%history(3, :))
-    call table%add("dampers", watt, "power that dampers and foundation take", drive%history(4, :))
-    call table%add("energy", joule, "kinetic and potential energy", drive%history(5, :))
-    if (allocated(drive%fluctuation)) call table%add("speed_fluctuation", radian_per_s, "the crank's speed less its mean", &
-      & drive%fluctuation%history)
-  end function table_of
 
 end module gestell_task_power

@@ -2,7 +2,7 @@
 module gestell_task_probes
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
-  use gestell_model_frame, only: frame_type
+  use gestell_base_words, only: word_length
   use gestell_model_quantity_rows, only: accelerations
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_result, only: result_type
@@ -12,7 +12,7 @@ module gestell_task_probes
   use gestell_task_common_task, only: longest_table, task_type
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_common_context, only: context_type
-  use gestell_task_probes_plot, only: plot_probes
+  use gestell_task_probes_plot, only: plot_histories, plot_limits, plot_orders
   use gestell_task_probes_report, only: limit_sentence, probe_lines
   use gestell_task_probes_response, only: find_responses, probe_response_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
@@ -56,16 +56,28 @@ contains
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
     type(probe_response_type), allocatable :: responses(:)
+    type(table_type) :: table, histories, harmonics
     type(error_type), allocatable :: failure
+    character(len=word_length), allocatable :: names(:)
+    character(len=:), allocatable :: turn, column
+    character(len=9) :: state
     real(dp) :: velocity
-    integer :: i
+    logical :: finite
+    integer :: axes, i, k
 
     associate (frame => context%configuration%frame, probes => context%configuration%probes, &
-      & tasks => context%configuration%analysis, unused => self)
+      & last => context%configuration%analysis%harmonics, unused => self)
       if (allocated(context%analysis%vibration)) call find_responses(context%analysis%frame, context%analysis%vibration, probes, &
         & responses, failure, context%executor)
       if (allocated(responses)) then
-        if (.not. all([(finite(responses(i)), i = 1, size(responses))])) then
+        finite = .true.
+        do i = 1, size(responses)
+          associate (response => responses(i))
+            finite = finite .and. all(response%statistics%finite()) .and. all(ieee_is_finite(response%history)) &
+              & .and. all(ieee_is_finite([response%greatest, response%error]))
+          end associate
+        end do
+        if (.not. finite) then
           deallocate(responses)
           call fatal_error(failure, "the motion of probes overflows: it lies beyond what double precision holds", &
             & failed_computation)
@@ -79,48 +91,53 @@ contains
       end do
       call result%fail(failure)
       if (.not. allocated(responses)) return
-      call result%add(summary(responses, result%verdict))
-      call result%add(histories(responses, frame, result%verdict))
-      call result%add(harmonics(responses, frame, tasks%harmonics, result%verdict))
-      call result%draw(plot_probes(responses, frame%speed, tasks%harmonics, frame%mechanism%turns))
-      call result%say(probe_lines(responses, frame%period, frame%mechanism%turns, trim(result%verdict)))
-      call warn(responses, result)
+      names = [(responses(i)%probe%name, i = 1, size(responses))]
+      axes = size(responses(1)%parts) / 3 - 1
+      table = summary(responses)
+      call result%add(table, plot_limits(table, names, axes))
+      turn = turns_in_words(frame%mechanism%turns)
+      histories = new_table("probes_history", "Probes over " // turn, &
+        & "Displacement, velocity and acceleration at the probes over " // turn // ".")
+      call add_turn(histories, frame, size(responses(1)%history, 1) - 1)
+      call histories%expect(3 * (axes + 1) * size(responses))
+      harmonics = new_table("probes_harmonics", "Probes by orders", &
+        & "Amplitudes of the velocity at the probes by orders of the crank.")
+      call add_orders(harmonics, frame, last)
+      ! Amplitude and phase of the components along the axes, not of the size of the vector.
+      call harmonics%expect(2 * 3 * axes * size(responses))
+      do i = 1, size(responses)
+        do k = 1, size(responses(i)%parts)
+          column = trim(responses(i)%parts(k)) // "_" // trim(names(i))
+          associate (unit => units(1 + (k - 1) / (axes + 1)))
+            call histories%add(column, unit, "motion of the probe", responses(i)%history(:, k))
+            if (mod(k, axes + 1) > 0) call add_harmonics(harmonics, column, unit, responses(i)%statistics(k)%series(1), last)
+          end associate
+        end do
+      end do
+      call result%add(histories, plot_histories(histories, names, axes, frame))
+      call result%add(harmonics, plot_orders(harmonics, names, axes, last, frame%mechanism%turns))
+      call result%say_section("VIBRATION AT PROBES; rms in the direction where it is greatest", probe_lines(responses, &
+        & frame%period, frame%mechanism%turns, trim(result%verdict)))
+      do i = 1, size(responses)
+        if (.not. responses(i)%probe%limit > 0) cycle
+        state = "undecided"
+        if (responses(i)%verdict() == "within" .and. result%verdict == "stable") state = "stable"
+        if (responses(i)%verdict() == "above" .or. result%verdict == "unstable") state = "unstable"
+        call result%warn(state, limit_sentence(responses(i), trim(result%verdict)))
+      end do
     end associate
   end subroutine run
 
-  !> A headline for every probe that has a limit.
-  pure subroutine warn(responses, result)
-    type(probe_response_type), intent(in) :: responses(:)
-    type(result_type), intent(inout) :: result
-    character(len=9) :: state
-    integer :: i
-
-    do i = 1, size(responses)
-      if (.not. responses(i)%probe%limit > 0) cycle
-      state = "undecided"
-      if (responses(i)%verdict() == "within" .and. result%verdict == "stable") state = "stable"
-      if (responses(i)%verdict() == "above" .or. result%verdict == "unstable") state = "unstable"
-      call result%warn(state, limit_sentence(responses(i), trim(result%verdict)))
-    end do
-  end subroutine warn
-
-  pure logical function finite(response)
-    type(probe_response_type), intent(in) :: response
-
-    finite = all(response%statistics%finite()) .and. all(ieee_is_finite(response%history)) .and. ieee_is_finite(response%greatest) &
-      & .and. ieee_is_finite(response%error)
-  end function finite
-
   !> probes.csv, one row a probe.
-  pure type(table_type) function summary(responses, verdict) result(table)
+  pure type(table_type) function summary(responses) result(table)
     type(probe_response_type), intent(in) :: responses(:)
-    character(len=*), intent(in) :: verdict
+    character(len=*), parameter :: axes(3) = ["x", "y", "z"]
     character(len=:), allocatable :: part
     type(unit_type) :: unit
     integer :: i, k, n, parts
 
     n = size(responses)
-    table = new_table("probes", "Probes", "Vibration at the probes.", verdict, shown=.true.)
+    table = new_table("probes", "Probes", "Vibration at the probes.", shown=.true.)
     call table%add("name", "of the probe", [(responses(i)%probe%name, i = 1, n)])
     call table%add("x", metre, "where it is in the frame's system", [(responses(i)%probe%position(1), i = 1, n)])
     call table%add("y", metre, "where it is in the frame's system", [(responses(i)%probe%position(2), i = 1, n)])
@@ -131,78 +148,20 @@ contains
       part = trim(responses(1)%parts(k))
       unit = units(1 + 3 * (k - 1) / parts)
       call table%add(part // "_peak", unit, "greatest size over the period", [(responses(i)%statistics(k)%peak, i = 1, n)], &
-        & error=part // "_peak_error")
-      call table%add(part // "_peak_error", unit, "bound on its error", [(responses(i)%statistics(k)%peak_error, i = 1, n)])
+        & bounds=[(responses(i)%statistics(k)%peak_error, i = 1, n)])
       call table%add(part // "_rms", unit, "root mean square", [(responses(i)%statistics(k)%rms, i = 1, n)])
     end do
-    call table%add("vx_rms_band", mm_per_s, "velocity along x, orders within the band", [(mm * responses(i)%band(1), i = 1, n)])
-    call table%add("vy_rms_band", mm_per_s, "velocity along y, orders within the band", [(mm * responses(i)%band(2), i = 1, n)])
-    if (parts > 9) call table%add("vz_rms_band", mm_per_s, "velocity along z, orders within the band", &
-      & [(mm * responses(i)%band(3), i = 1, n)])
+    do k = 1, parts / 3 - 1
+      call table%add("v" // axes(k) // "_rms_band", mm_per_s, "velocity along " // axes(k) // ", orders within the band", &
+        & [(mm * responses(i)%band(k), i = 1, n)])
+    end do
     call table%add("v_rms_band", mm_per_s, "the same in the direction in which it is greatest", mm * responses%greatest, &
-      & error="v_rms_band_error")
-    call table%add("v_rms_band_error", mm_per_s, "bound on its error", mm * responses%error)
+      & bounds=mm * responses%error)
     call table%add("band_from", hertz, "as ordered", [(responses(i)%probe%band(1), i = 1, n)])
     call table%add("band_to", hertz, "as ordered", [(responses(i)%probe%band(2), i = 1, n)])
-    call table%add("limit", mm_per_s, "as ordered; NaN: none", [(limit(responses(i)), i = 1, n)])
+    call table%add("limit", mm_per_s, "as ordered; NaN: none", [(merge(mm * responses(i)%probe%limit, &
+      & ieee_value(1.0_dp, ieee_quiet_nan), responses(i)%probe%limit > 0), i = 1, n)])
     call table%add("verdict", "against the limit; empty without one", [(responses(i)%verdict(), i = 1, n)])
   end function summary
-
-  !> In mm/s; NaN: there is none.
-  pure real(dp) function limit(response)
-    type(probe_response_type), intent(in) :: response
-
-    limit = ieee_value(limit, ieee_quiet_nan)
-    if (response%probe%limit > 0) limit = mm * response%probe%limit
-  end function limit
-
-  pure type(table_type) function histories(responses, frame, verdict) result(table)
-    type(probe_response_type), intent(in) :: responses(:)
-    class(frame_type), intent(in) :: frame
-    character(len=*), intent(in) :: verdict
-    integer :: i, k
-
-    table = new_table("probes_history", "Probes over " // turns_in_words(frame%mechanism%turns), &
-      & "Displacement, velocity and acceleration at the probes over " // turns_in_words(frame%mechanism%turns) // ".", verdict)
-    call add_turn(table, frame%speed, frame%period, size(responses(1)%history, 1) - 1, frame%mechanism%turns)
-    call table%expect(sum([(size(responses(i)%parts), i = 1, size(responses))]))
-    do i = 1, size(responses)
-      do k = 1, size(responses(i)%parts)
-        call table%add(column(responses(i), k), units(1 + 3 * (k - 1) / size(responses(i)%parts)), "motion of the probe", &
-          & responses(i)%history(:, k))
-      end do
-    end do
-  end function histories
-
-  !> The components along the axes.
-  pure type(table_type) function harmonics(responses, frame, last, verdict) result(table)
-    type(probe_response_type), intent(in) :: responses(:)
-    class(frame_type), intent(in) :: frame
-    integer, intent(in) :: last
-    character(len=*), intent(in) :: verdict
-    integer :: i, k, kinds
-
-    table = new_table("probes_harmonics", "Probes by orders", "Amplitudes of the velocity at the probes by orders of the crank.", &
-      & verdict)
-    call add_orders(table, frame%period, last, frame%mechanism%turns)
-    ! Amplitude and phase of all parts but one on each axis.
-    call table%expect(sum([(2 * (size(responses(i)%parts) - 3), i = 1, size(responses))]))
-    do i = 1, size(responses)
-      kinds = size(responses(i)%parts) / 3
-      do k = 1, 3 * kinds
-        if (mod(k, kinds) > 0) call add_harmonics(table, column(responses(i), k), units(1 + (k - 1) / kinds), &
-          & responses(i)%statistics(k)%series(1), last)
-      end do
-    end do
-  end function harmonics
-
-  !> As vx_NAME.
-  pure function column(response, part) result(name)
-    type(probe_response_type), intent(in) :: response
-    integer, intent(in) :: part
-    character(len=:), allocatable :: name
-
-    name = trim(response%parts(part)) // "_" // trim(response%probe%name)
-  end function column
 
 end module gestell_task_probes

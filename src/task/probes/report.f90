@@ -2,17 +2,15 @@
 module gestell_task_probes_report
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise
+  use gestell_base_text, only: concise, either, newline
   use gestell_output_report_orders, only: order_of
   use gestell_output_report_text_table, only: tab, tabulated
-  use gestell_output_report_verdict, only: judged, section
+  use gestell_output_report_verdict, only: judged
   use gestell_task_probes_response, only: probe_response_type
   implicit none (type, external)
   private
 
   public :: limit_sentence, probe_lines
-
-  character, parameter :: newline = new_line("a")
 
 contains
 
@@ -24,32 +22,24 @@ contains
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: lines
     type(growing_text_type) :: rows, bands
-    integer :: i
+    real(dp), parameter :: factors(3) = [1.0e3_dp, 1.0e3_dp, 1.0_dp]
+    integer :: i, k
 
     do i = 1, size(responses)
-      call rows%append(probe_row(responses(i)) // newline)
+      associate (response => responses(i), probe => responses(i)%probe)
+        call rows%append(trim(probe%name) // " (" // concise(probe%position(1), 4) // "," // concise(probe%position(2), 4))
+        if (size(response%parts) > 9) call rows%append("," // concise(probe%z, 4))
+        call rows%append(")")
+        do k = 1, 3
+          call rows%append(tab // concise(factors(k) * response%statistics(k * size(response%parts) / 3)%peak, 5))
+        end do
+        call rows%append(tab // concise(1000 * response%greatest, 5) // tab // concise(1000 * response%error, 1) // newline)
+      end associate
       call bands%append(band_lines(responses(i), period, turns, verdict))
     end do
-    lines = section("VIBRATION AT PROBES; rms in the direction where it is greatest", verdict) &
-      & // tabulated("lrrrrr", ",peak,peak,peak,rms in band,error" // newline // ",mm,mm/s,m/s^2,mm/s,mm/s", rows%whole()) &
+    lines = tabulated("lrrrrr", ",peak,peak,peak,rms in band,error" // newline // ",mm,mm/s,m/s^2,mm/s,mm/s", rows%whole()) &
       & // bands%whole()
   end function probe_lines
-
-  pure function probe_row(response) result(row)
-    type(probe_response_type), intent(in) :: response
-    character(len=:), allocatable :: row
-    real(dp), parameter :: factors(3) = [1.0e3_dp, 1.0e3_dp, 1.0_dp]
-    integer :: k
-
-    row = trim(response%probe%name) // " (" // concise(response%probe%position(1), 4) // "," &
-      & // concise(response%probe%position(2), 4)
-    if (size(response%parts) > 9) row = row // "," // concise(response%probe%z, 4)
-    row = row // ")"
-    do k = 1, 3
-      row = row // tab // concise(factors(k) * response%statistics(k * size(response%parts) / 3)%peak, 5)
-    end do
-    row = row // tab // concise(1000 * response%greatest, 5) // tab // concise(1000 * response%error, 1)
-  end function probe_row
 
   !> Which orders the band holds, and the verdict.
   pure function band_lines(response, period, turns, verdict) result(lines)
@@ -68,12 +58,8 @@ contains
       lines = lines // concise(band(1)) // " to " // concise(band(2)) // " Hz, "
       orders = min(band * period, 1.0e9_dp)
       orders = [max(1, ceiling(orders(1) * (1 - 1.0e-12_dp))), floor(orders(2) * (1 + 1.0e-12_dp))]
-      if (orders(2) < orders(1)) then
-        lines = lines // "in which no order of the crank lies"
-      else
-        lines = lines // "orders " // order_of(nint(orders(1)), turns) // " to " // order_of(nint(orders(2)), turns)
-      end if
-      lines = lines // newline
+      lines = lines // either("in which no order of the crank lies", "orders " // order_of(nint(orders(1)), turns) // " to " &
+        & // order_of(nint(orders(2)), turns), orders(2) < orders(1)) // newline
       if (limit > 0 .and. judged(verdict) /= "") lines = lines // "    " // judged(verdict) // newline
       whole = response%statistics(2 * size(response%parts) / 3)%rms
       if (whole > much * response%greatest .and. orders(1) > 1) lines = lines // "    mind the lower end of the band: " // &

@@ -51,8 +51,14 @@ contains
 
     call frame%check(error)
     if (.not. allocated(error)) call check_rows(vibration, accelerations, error)
-    if (.not. allocated(error)) call check_probes(probes, error)
     if (allocated(error)) return
+    do i = 1, size(probes)
+      if (all(ieee_is_finite([probes(i)%position, probes(i)%limit])) .and. probes(i)%limit >= 0 &
+        & .and. probes(i)%band(1) >= 0 .and. probes(i)%band(1) <= probes(i)%band(2)) cycle
+      call fatal_error(error, "probe '" // trim(probes(i)%name) // "' needs a finite position, a limit that is not " &
+        & // "negative and a band of ascending frequencies", invalid_input)
+      return
+    end do
     allocate(responses(size(probes)))
     do i = 1, size(probes)
       if (present(executor) .and. modulo(i, many) == 0) call executor%show("probes", (i - 1.0_dp) / size(probes))
@@ -78,21 +84,6 @@ contains
     end do
     if (present(executor) .and. size(probes) >= many) call executor%show("probes", 1.0_dp)
   end subroutine find_responses
-
-  !> Error: a position that is not finite, a limit that is negative, a band (Hz) that does not ascend.
-  pure subroutine check_probes(probes, error)
-    type(probe_type), intent(in) :: probes(:)
-    type(error_type), allocatable, intent(out) :: error
-    integer :: i
-
-    do i = 1, size(probes)
-      if (all(ieee_is_finite([probes(i)%position, probes(i)%limit])) .and. probes(i)%limit >= 0 &
-        & .and. probes(i)%band(1) >= 0 .and. probes(i)%band(1) <= probes(i)%band(2)) cycle
-      call fatal_error(error, "probe '" // trim(probes(i)%name) // "' needs a finite position, a limit that is not " &
-        & // "negative and a band of ascending frequencies", invalid_input)
-      return
-    end do
-  end subroutine check_probes
 
   !> "within" or "above" the limit, "undecided" where the error reaches across it; empty without a limit.
   pure character(len=9) function verdict(self)

@@ -2,12 +2,11 @@
 module gestell_task_quantities
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise
+  use gestell_base_text, only: concise, newline
   use gestell_input_machine_quantities, only: read_measures, read_quantities
   use gestell_input_namelist_document, only: group_type, has, the_group
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_model_quantity_rows, only: quantity_type
-  use gestell_output_report_verdict, only: section
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: new_unit, plain
@@ -28,8 +27,6 @@ module gestell_task_quantities
     procedure :: read => read_task
     procedure :: run
   end type quantities_task
-
-  character, parameter :: newline = new_line("a")
 
 contains
 
@@ -67,6 +64,8 @@ contains
     type(context_type), intent(inout) :: context
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
+    type(table_type) :: table
+    character(len=:), allocatable :: lines
     real(dp) :: values(2, size(self%measures))
     integer :: i
 
@@ -75,54 +74,30 @@ contains
       call take_measures(context%analysis%frame, context%configuration%probes, context%analysis%vibration, self%measures, values, &
         & error)
       if (allocated(error)) return
-      call result%add(table_of(self%measures, values, result%verdict))
-      call result%say(lines_of(self%measures, values, trim(result%verdict)))
+      table = new_table("quantities", "Quantities", "What was ordered of the vibration.", shown=.true.)
+      lines = ""
+      associate (measures => self%measures)
+        call table%add("quantity", "name as in the input", (measures%quantity))
+        call table%add("measure", "peak, rms or band", measure_names(measures%kind))
+        call table%add("unit", "of the value", (measures%unit))
+        call table%add("value", plain, "over the turn", values(1, :), error="error")
+        call table%add("error", plain, "bound on its error", values(2, :))
+        do i = 1, size(measures)
+          lines = lines // trim(measures(i)%quantity) // tab // trim(measure_names(measures(i)%kind)) // tab &
+            & // concise(values(1, i), 5) // tab // concise(values(2, i), 1) // tab // trim(measures(i)%unit) // newline
+        end do
+      end associate
+      call result%add(table)
+      call result%say_section("QUANTITIES", tabulated("llrrl", ",,value,error", lines))
     end if
     do i = 1, size(self%measures)
       associate (measure => self%measures(i), unit => new_unit(trim(self%measures(i)%unit)))
         ! another task may have told it
-        if (has_column(result%brief, trim(measure%name()) // "_" // trim(unit%suffix))) cycle
+        if (result%brief%number_of(trim(measure%name()) // "_" // trim(unit%suffix)) > 0) cycle
         call result%brief%add(trim(measure%name()), unit, trim(measure%meaning()), values(1:1, i))
         call result%brief%add(trim(measure%name()) // "_error", unit, "bound on its error", values(2:2, i))
       end associate
     end do
   end subroutine run
-
-  pure logical function has_column(table, key)
-    type(table_type), intent(in) :: table
-    character(len=*), intent(in) :: key
-    integer :: k
-
-    has_column = any([(table%columns(k)%key == key, k = 1, size(table%columns))])
-  end function has_column
-
-  !> quantities.csv, one row a number.
-  pure type(table_type) function table_of(measures, values, verdict) result(table)
-    type(measure_type), intent(in) :: measures(:)
-    real(dp), intent(in) :: values(:, :)
-    character(len=*), intent(in) :: verdict
-
-    table = new_table("quantities", "Quantities", "What was ordered of the vibration.", verdict, shown=.true.)
-    call table%add("quantity", "name as in the input", (measures%quantity))
-    call table%add("measure", "peak, rms or band", measure_names(measures%kind))
-    call table%add("unit", "of the value", (measures%unit))
-    call table%add("value", plain, "over the turn", values(1, :), error="error")
-    call table%add("error", plain, "bound on its error", values(2, :))
-  end function table_of
-
-  pure function lines_of(measures, values, verdict) result(lines)
-    type(measure_type), intent(in) :: measures(:)
-    real(dp), intent(in) :: values(:, :)
-    character(len=*), intent(in) :: verdict
-    character(len=:), allocatable :: lines
-    integer :: i
-
-    lines = ""
-    do i = 1, size(measures)
-      lines = lines // trim(measures(i)%quantity) // tab // trim(measure_names(measures(i)%kind)) // tab &
-        & // concise(values(1, i), 5) // tab // concise(values(2, i), 1) // tab // trim(measures(i)%unit) // newline
-    end do
-    lines = section("QUANTITIES", verdict) // tabulated("llrrl", ",,value,error", lines)
-  end function lines_of
 
 end module gestell_task_quantities

@@ -10,8 +10,7 @@ module gestell_task_response_names
   public :: names_of, peak_heads, peak_units, peak_words
 
   type, public :: name_type
-    !> The column and its meaning; the row of a report, its unit with the factor from SI; the symbol of a picture with the unit in
-    !> SI.
+    !> The column with its unit and meaning; the row of a report, its unit with the factor from SI; the symbol of a picture.
     character(len=11) :: column = ""
     type(unit_type) :: unit
     character(len=64) :: meaning = ""
@@ -19,7 +18,6 @@ module gestell_task_response_names
     character(len=6) :: small_unit = ""
     real(dp) :: factor = 1
     character(len=10) :: symbol = ""
-    character(len=5) :: si = ""
   end type name_type
 
   character(len=2), parameter :: forces(6) = [character(len=2) :: "fx", "fy", "m", "fz", "mx", "my"]
@@ -39,20 +37,20 @@ contains
       dof = trim(dof_names(i))
       associate (q => names(i), v => names(dofs + i), f => names(2 * dofs + i))
         if (is_rotation(i)) then
-          q = name_type(dof, radian, "turn of the frame", dof, "mrad", 1.0e3_dp, symbols(i), "rad")
-          v = name_type(dof // "_dot", radian_per_s, "angular velocity of the frame", dof // " velocity", "mrad/s", 1.0e3_dp, "", &
-            & "rad/s")
+          q = name_type(dof, radian, "turn of the frame", dof, "mrad", 1.0e3_dp, symbols(i))
+          v = name_type(dof // "_dot", radian_per_s, "angular velocity of the frame", dof // " velocity", "mrad/s", &
+            & 1.0e3_dp)
           f = name_type(forces(i), newton_metre, "moment on the ground about F at rest", "moment on ground", "N m", 1.0_dp, &
-            & "moment", "N m")
+            & "moment")
           if (dofs > 3) q%meaning = "turn of the frame, of its rotation vector"
           if (dofs > 3) f%meaning = "moment on the ground about F at rest, about " // along(i)
           if (dofs > 3) f%words = trim(f%words) // ", " // along(i)
           if (dofs > 3) f%symbol = "moment " // along(i)
         else
-          q = name_type(dof, metre, "F from its static rest, along " // dof, dof // " of F", "mm", 1.0e3_dp, symbols(i), "m")
-          v = name_type(dof // "_dot", metre_per_s, "velocity along " // dof, dof // " velocity", "mm/s", 1.0e3_dp, "", "m/s")
+          q = name_type(dof, metre, "F from its static rest, along " // dof, dof // " of F", "mm", 1.0e3_dp, symbols(i))
+          v = name_type(dof // "_dot", metre_per_s, "velocity along " // dof, dof // " velocity", "mm/s", 1.0e3_dp)
           f = name_type(forces(i), newton, "force on the ground along " // along(i), "force on ground, " // along(i), "N", 1.0_dp, &
-            & "force " // along(i), "N")
+            & "force " // along(i))
         end if
       end associate
     end do
@@ -95,9 +93,9 @@ contains
 
     names = names_of(dofs)
     do i = 1, dofs
-      words(i) = "peak of " // trim(dof_names(i)) // " (" // trim(names(i)%si) // ")"
-      words(dofs + i) = "peak of " // trim(dof_names(i)) // "' (" // trim(names(dofs + i)%si) // ")"
-      words(2 * dofs + i) = "peak of " // trim(forces(i)) // " (" // trim(names(2 * dofs + i)%si) // ")"
+      words(i) = "peak of " // trim(dof_names(i)) // " (" // trim(names(i)%unit%words) // ")"
+      words(dofs + i) = "peak of " // trim(dof_names(i)) // "' (" // trim(names(dofs + i)%unit%words) // ")"
+      words(2 * dofs + i) = "peak of " // trim(forces(i)) // " (" // trim(names(2 * dofs + i)%unit%words) // ")"
     end do
   end function peak_words
 

@@ -1,9 +1,12 @@
 !> Pictures of the periodic vibration: its history over a turn, its harmonics.
 module gestell_task_response_plot
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise, either, newline, text
   use gestell_output_picture_script, only: figure_type, new_figure, axis_unit_type, panel_heading, pick_unit, span
+  use gestell_output_picture_panels, only: bars
   use gestell_output_report_significance, only: noise_of
+  use gestell_output_table, only: table_type
+  use gestell_output_table_turn, only: amplitude_of
   use gestell_model_frame, only: frame_type
   use gestell_study_vibration, only: vibration_type
   use gestell_task_response_names, only: name_type, names_of
@@ -12,48 +15,50 @@ module gestell_task_response_plot
 
   public :: plot_harmonics, plot_response, speed_in_words
 
-  character, parameter :: newline = new_line("a")
-
 contains
 
-  !> response.gp: the frame's motion and the forces on the ground over the crank angle.
-  function plot_response(frame, vibration) result(figure)
+  !> The picture of the `table` response: the frame's motion and the forces on the ground over the crank angle.
+  function plot_response(table, frame, vibration) result(figure)
+    type(table_type), intent(in) :: table
     class(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
     type(figure_type) :: figure
     character(len=:), allocatable :: lines
     type(axis_unit_type) :: unit
-    real(dp) :: factor, scale
+    real(dp) :: scale, noise
     type(name_type) :: names(3 * frame%dofs())
-    integer :: i, k, n
+    integer :: i, k, n, first
 
     n = frame%dofs()
     names = names_of(n)
     lines = "set multiplot layout " // text(n) // ",2 margins 0.125,0.975,0.1,0.86 spacing 0.135," &
-      & // trim(merge("0.065", "0.04 ", n == 3)) // " title heading noenhanced" // newline &
+      & // either("0.065", "0.04", n == 3) // " title heading noenhanced" // newline &
       & // "set xtics 90; set format x ''" // newline &
       & // "set xrange [0:" // text(nint(sign(360.0_dp, frame%speed)) * frame%mechanism%turns) // "]" // newline
     do i = 1, 2 * n
       ! each coordinate beside the force or moment along it
       k = (i + 1) / 2 + merge(0, 2 * n, mod(i, 2) == 1)
-      unit = pick_unit(trim(names(k)%si), vibration%peak(k))
-      read (unit%factor, *) factor
-      scale = factor * noise_of(vibration%peak(k), vibration%peak_error(k), maxval(vibration%peak(first_of(k, n):first_of(k, n) &
-        & + n - 1)))
+      first = n * ((k - 1) / n) + 1
+      unit = pick_unit(trim(names(k)%unit%words), vibration%peak(k))
+      scale = unit%factor * noise_of(vibration%peak(k), vibration%peak_error(k), maxval(vibration%peak(first:first + n - 1)))
+      ! differences that are nothing but the error of a quantity, or rounding beside its fellows
+      noise = 2 * vibration%peak_error(k)
+      if (k < first + 2) noise = max(noise, 1.0e-9_dp * maxval(vibration%peak(first:first + 1)))
       if (i == 2 * n - 1) lines = lines // "set format x; set xlabel 'crank angle (deg)'" // newline
       lines = lines // panel_heading("peak " // concise(scale * vibration%peak(k), 4) // ", rms " &
         & // concise(scale * vibration%rms(k), 4) // " " // trim(unit%name)) &
         & // "set ylabel '" // trim(names(k)%symbol) // " (" // trim(unit%name) // ")'" // newline &
-        & // "set yrange " // span(factor * vibration%history(k, :), factor * noise(vibration, k, n)) // newline &
-        & // "plot 'response.csv' using 'crank_deg':(" // trim(unit%factor) // " * column('" // name_of(names(k)) &
+        & // "set yrange " // span(unit%factor * vibration%history(k, :), unit%factor * noise) // newline &
+        & // "plot 'response.csv' using 'crank_deg':(" // trim(unit%words) // " * column('" // table%key_of(names(k)%column) &
         & // "')) with lines lt " // text(merge(1, 2, mod(i, 2) == 1)) // " dt 1 notitle" // newline
     end do
     figure = new_figure("response", "Periodic vibration and forces on the ground at " // speed_in_words(frame), lines &
       & // "unset multiplot" // newline, width=880, height=220 * n)
   end function plot_response
 
-  !> harmonics.gp: amplitudes over the orders.
-  function plot_harmonics(frame, harmonics, vibration) result(figure)
+  !> The picture of the `table` harmonics: amplitudes over the orders.
+  function plot_harmonics(table, frame, harmonics, vibration) result(figure)
+    type(table_type), intent(in) :: table
     class(frame_type), intent(in) :: frame
     integer, intent(in) :: harmonics
     type(vibration_type), intent(in) :: vibration
@@ -73,7 +78,7 @@ contains
       & // "set x2tics; set x2label 'frequency (Hz)'" // newline // "set xtics nomirror; set format x ''" // newline &
       & // "set boxwidth " // concise(0.78_dp / n * step, 3) // newline // "set style fill solid 1 border lt -1" // newline
     do i = 0, 1
-      lines = lines // panel(vibration, harmonics, step, n, 2 * n * i)
+      lines = lines // panel(table, vibration, harmonics, step, n, 2 * n * i)
       if (i == 0) lines = lines // "unset x2label; set format x2 ''; set format x" // newline &
         & // "set xlabel 'order of the crank speed (0: magnitude of the mean)'" // newline
     end do
@@ -83,14 +88,15 @@ contains
 
   !> The bars of the quantities of `n` degrees of freedom, those behind `first`, on one logarithmic axis; six decades below the
   !> greatest they end.
-  pure function panel(vibration, harmonics, step, n, first) result(lines)
+  pure function panel(table, vibration, harmonics, step, n, first) result(lines)
+    type(table_type), intent(in) :: table
     type(vibration_type), intent(in) :: vibration
     real(dp), intent(in) :: step
     integer, intent(in) :: harmonics, n, first
     character(len=:), allocatable :: lines
     type(axis_unit_type) :: units(n)
     type(name_type) :: names(3 * n)
-    real(dp) :: factor, greatest
+    real(dp) :: greatest
     integer :: i, k
 
     greatest = 0
@@ -98,10 +104,9 @@ contains
     do i = 1, n
       k = first + i
       associate (series => vibration%series(k))
-        units(i) = pick_unit(trim(names(k)%si), vibration%peak(k))
-        read (units(i)%factor, *) factor
-        greatest = max(greatest, factor * abs(series%mean))
-        if (harmonics > 0) greatest = max(greatest, factor * maxval(series%amplitude(:harmonics)))
+        units(i) = pick_unit(trim(names(k)%unit%words), vibration%peak(k))
+        greatest = max(greatest, units(i)%factor * abs(series%mean))
+        if (harmonics > 0) greatest = max(greatest, units(i)%factor * maxval(series%amplitude(:harmonics)))
       end associate
     end do
     lines = "set ylabel 'amplitude'" // newline
@@ -113,51 +118,15 @@ contains
     end if
     lines = lines // "plot "
     do i = 1, n
-      if (i > 1) lines = lines // ", "
-      lines = lines // "'harmonics.csv' using (column('order') + " // concise(0.84_dp / n * step * (i - (n + 1) / 2.0_dp), 3) &
-        & // "):(" // trim(units(i)%factor) // " * abs(column('" // name_of(names(first + i)) // "_amplitude'))) with boxes lt " &
-        & // text(i) // " dt 1 lw 1 fs " // trim(fills(1 + mod(i - 1, 3))) // " title '" // trim(names(first + i)%symbol) // " (" &
-        & // trim(units(i)%name) // ")'"
+      associate (name => names(first + i))
+        lines = lines // either(", ", "", i > 1) // "'harmonics.csv' using (column('order') + " &
+          & // concise(0.84_dp / n * step * (i - (n + 1) / 2.0_dp), 3) // "):(" // trim(units(i)%words) // " * abs(column('" &
+          & // table%key_of(amplitude_of(name%column, name%unit)) // "'))) with " // bars(i, 3) // " title '" &
+          & // trim(name%symbol) // " (" // trim(units(i)%name) // ")'"
+      end associate
     end do
     lines = lines // newline
   end function panel
-
-  !> Fills that differ in print without colours.
-  pure character(len=24) function fills(i)
-    integer, intent(in) :: i
-    character(len=24), parameter :: all(3) = [character(len=24) :: "solid 1", "pattern 2", "solid 0.25"]
-
-    fills = all(i)
-  end function fills
-
-  !> The first of the `n` quantities of the same kind.
-  pure integer function first_of(k, n)
-    integer, intent(in) :: k, n
-
-    first_of = n * ((k - 1) / n) + 1
-  end function first_of
-
-  !> The column of response.csv.
-  pure function name_of(quantity) result(name)
-    type(name_type), intent(in) :: quantity
-    character(len=:), allocatable :: name
-    character(len=5) :: unit
-
-    unit = quantity%si
-    if (unit == "N m") unit = "Nm"
-    name = trim(quantity%column) // "_" // trim(unit)
-  end function name_of
-
-  !> Differences that are nothing but the error of a quantity, or rounding beside its fellows.
-  pure real(dp) function noise(vibration, k, n)
-    type(vibration_type), intent(in) :: vibration
-    integer, intent(in) :: k, n
-    integer :: first
-
-    first = first_of(k, n)
-    noise = 2 * vibration%peak_error(k)
-    if (k < first + 2) noise = max(noise, 1.0e-9_dp * maxval(vibration%peak(first:first + 1)))
-  end function noise
 
   !> The drive's speed.
   pure function speed_in_words(frame) result(words)

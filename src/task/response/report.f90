@@ -1,12 +1,11 @@
 !> The periodic vibration for people.
 module gestell_task_response_report
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise
+  use gestell_base_text, only: concise, newline
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_model_frame, only: frame_type
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_report_significance, only: noise_of, order_words
-  use gestell_output_report_verdict, only: section
   use gestell_study_vibration, only: vibration_type
   use gestell_model_space, only: is_rotation
   use gestell_task_response_names, only: name_type, names_of
@@ -15,14 +14,12 @@ module gestell_task_response_report
 
   public :: closing_lines, vibration_lines
 
-  character, parameter :: newline = new_line("a")
-
 contains
 
-  pure function vibration_lines(vibration, frame, verdict) result(lines)
+  !> The quantities of the vibration with their strongest orders.
+  pure function vibration_lines(vibration, frame) result(lines)
     type(vibration_type), intent(in) :: vibration
     class(frame_type), intent(in) :: frame
-    character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: lines
     type(name_type) :: names(3 * frame%dofs())
     real(dp) :: noise
@@ -43,8 +40,7 @@ contains
         lines = lines // newline
       end associate
     end do
-    lines = section("PERIODIC VIBRATION", verdict) // tabulated("lrrrll", ",peak,error,rms,,strongest order" &
-      & // newline // ",,,,,(% of rms^2)", lines)
+    lines = tabulated("lrrrll", ",peak,error,rms,,strongest order" // newline // ",,,,,(% of rms^2)", lines)
     if (any([(vibration%peak_error(frame%free(i)) >= vibration%peak(frame%free(i)) .and. vibration%peak(frame%free(i)) > 0 &
       & .and. noise_of(vibration%peak(frame%free(i)), vibration%peak_error(frame%free(i)), &
       & greatest_beside(vibration, frame, frame%free(i))) > 0, i = 1, size(frame%free))])) lines = lines // &

@@ -1,12 +1,10 @@
 !> The task `response`: the periodic vibration of the frame.
 module gestell_task_response
   use gestell_base_error, only: error_type
-  use gestell_model_frame, only: frame_type
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_turn, only: add_harmonics, add_orders, add_turn
-  use gestell_study_vibration, only: vibration_type
   use gestell_task_common_task, only: longest_table, task_type
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_common_context, only: context_type
@@ -49,62 +47,36 @@ contains
     type(context_type), intent(inout) :: context
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
-    real(dp) :: peaks(context%configuration%frame%dofs())
-    type(name_type) :: names(3 * size(peaks))
+    type(name_type) :: names(3 * context%configuration%frame%dofs())
+    type(table_type) :: history, harmonics
+    real(dp) :: peak
     integer :: k
 
+    names = names_of(context%configuration%frame%dofs())
     associate (frame => context%configuration%frame, tasks => context%configuration%analysis, unused => self)
-      peaks = ieee_value(peaks, ieee_quiet_nan)
       if (allocated(context%analysis%vibration)) then
-        peaks = context%analysis%vibration%peak(:size(peaks))
-        call result%add(history(frame, context%analysis%vibration, result%verdict), plot_response(frame, &
-          & context%analysis%vibration))
-        call result%add(harmonics(frame, tasks%harmonics, context%analysis%vibration, result%verdict), plot_harmonics(frame, &
-          & tasks%harmonics, &
-          & context%analysis%vibration))
-        call result%say(vibration_lines(context%analysis%vibration, frame, trim(result%verdict)))
-        call result%detail(closing_lines(context%analysis%vibration, frame%mechanism%turns, tasks%averaged))
+        associate (vibration => context%analysis%vibration)
+          history = new_table("response", "Vibration over " // turns_in_words(frame%mechanism%turns), &
+            & "Displacements of the frame and forces on the ground.")
+          call add_turn(history, frame, size(vibration%history, 2) - 1)
+          harmonics = new_table("harmonics", "Spectrum", "Amplitudes by orders of the crank.")
+          call add_orders(harmonics, frame, tasks%harmonics)
+          do k = 1, size(names)
+            call history%add(trim(names(k)%column), names(k)%unit, trim(names(k)%meaning), vibration%history(k, :))
+            call add_harmonics(harmonics, trim(names(k)%column), names(k)%unit, vibration%series(k), tasks%harmonics)
+          end do
+          call result%add(history, plot_response(history, frame, vibration))
+          call result%add(harmonics, plot_harmonics(harmonics, frame, tasks%harmonics, vibration))
+          call result%say_section("PERIODIC VIBRATION", vibration_lines(vibration, frame))
+          call result%detail(closing_lines(vibration, frame%mechanism%turns, tasks%averaged))
+        end associate
       end if
-      names = names_of(frame%dofs())
-      do k = 1, size(peaks)
-        call result%brief%add(trim(names(k)%column) // "_peak", names(k)%unit, "peak of the vibration", peaks(k:k))
+      do k = 1, frame%dofs()
+        peak = ieee_value(peak, ieee_quiet_nan)
+        if (allocated(context%analysis%vibration)) peak = context%analysis%vibration%peak(k)
+        call result%brief%add(trim(names(k)%column) // "_peak", names(k)%unit, "peak of the vibration", [peak])
       end do
     end associate
   end subroutine run
-
-  !> response.csv.
-  pure type(table_type) function history(frame, vibration, verdict) result(table)
-    class(frame_type), intent(in) :: frame
-    type(vibration_type), intent(in) :: vibration
-    character(len=*), intent(in) :: verdict
-    type(name_type) :: names(3 * frame%dofs())
-    integer :: k
-
-    names = names_of(frame%dofs())
-    table = new_table("response", "Vibration over " // turns_in_words(frame%mechanism%turns), &
-      & "Displacements of the frame and forces on the ground.", verdict)
-    call add_turn(table, frame%speed, frame%period, size(vibration%history, 2) - 1, &
-      & frame%mechanism%turns)
-    do k = 1, size(names)
-      call table%add(trim(names(k)%column), names(k)%unit, trim(names(k)%meaning), vibration%history(k, :))
-    end do
-  end function history
-
-  !> harmonics.csv.
-  pure type(table_type) function harmonics(frame, last, vibration, verdict) result(table)
-    class(frame_type), intent(in) :: frame
-    integer, intent(in) :: last
-    type(vibration_type), intent(in) :: vibration
-    character(len=*), intent(in) :: verdict
-    type(name_type) :: names(3 * frame%dofs())
-    integer :: k
-
-    names = names_of(frame%dofs())
-    table = new_table("harmonics", "Spectrum", "Amplitudes by orders of the crank.", verdict)
-    call add_orders(table, frame%period, last, frame%mechanism%turns)
-    do k = 1, size(names)
-      call add_harmonics(table, trim(names(k)%column), names(k)%unit, vibration%series(k), last)
-    end do
-  end function harmonics
 
 end module gestell_task_response

@@ -5,6 +5,7 @@ module gestell_task_sensitivity_plot
   use gestell_base_words, only: character_count
   use gestell_math_sorting, only: ascending
   use gestell_output_picture_script, only: figure_type, new_figure, quoted, span, tic
+  use gestell_output_table, only: table_type
   use gestell_model_quantity_rows, only: quantity_type
   use gestell_task_sensitivity, only: sensitivity_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -19,8 +20,9 @@ module gestell_task_sensitivity_plot
 
 contains
 
-  !> sensitivity.gp: a row for every parameter of `paths` with a point for each quantity.
-  function plot_sensitivity(quantities, paths, found) result(figure)
+  !> The picture of the `table` sensitivity: a row for every parameter of `paths` with a point for each quantity.
+  function plot_sensitivity(table, quantities, paths, found) result(figure)
+    type(table_type), intent(in) :: table
     character(len=*), intent(in) :: paths(:)
     type(quantity_type), intent(in) :: quantities(:)
     type(sensitivity_type), intent(in) :: found(:)
@@ -60,8 +62,9 @@ contains
       aside = 0.16_dp * (i - 0.5_dp * (n + 1)) * min(1.0_dp, 5.0_dp / n)
       points = ", \" // newline // "  'sensitivity.csv' every ::" // text(size(paths) * (i - 1)) // "::" &
         & // text(size(paths) * i - 1) // " using "
-      lines = lines // points // "(shown(column(5))):(place($0) + " // concise(aside, 3) // ") with points lt " // text(i) &
-        & // " ps 1.1 title " // quoted(trim(quantities(i)%name)) // " noenhanced"
+      lines = lines // points // "(shown(column(" // text(table%number_of("peak_change_percent_per_percent")) &
+        & // "))):(place($0) + " // concise(aside, 3) // ") with points lt " // text(i) // " ps 1.1 title " &
+        & // quoted(trim(quantities(i)%name)) // " noenhanced"
     end do
     figure = new_figure("sensitivity", "Change of the peaks in percent for one percent of each parameter", lines, width=860, &
       & height=min(180 + 26 * size(paths) + 30 * (n / 6), 1400))

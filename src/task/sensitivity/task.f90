@@ -73,6 +73,7 @@ contains
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
     type(locked_family_type) :: family
+    type(table_type) :: table
     type(speed_options) :: options
     type(sensitivity_base_type) :: base
     type(sensitivity_type), allocatable :: found(:)
@@ -88,7 +89,8 @@ contains
       call solve_sensitivity(family, size(paths), options, base, found, error, context%executor)
       if (allocated(error)) return
       verdict = state_word(base%state)
-      call result%add(table_of(self%quantities, paths, base, found, verdict), plot_sensitivity(self%quantities, paths, found))
+      table = table_of(self%quantities, paths, base, found, verdict)
+      call result%add(table, plot_sensitivity(table, self%quantities, paths, found))
       warning = beyond_small([base%moved], configuration%analysis%model)
       call result%warn("undecided", warning)
       do k = 1, size(self%quantities)

@@ -1,7 +1,7 @@
 !> The picture of the multipliers.
 module gestell_task_stability_plot
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise
+  use gestell_base_text, only: concise, newline
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_picture_script, only: figure_type, new_figure, panel_heading, span
@@ -13,8 +13,6 @@ module gestell_task_stability_plot
 
   public :: plot_multipliers
 
-  character, parameter :: newline = new_line("a")
-
 contains
 
   !> multipliers.gp: in the plane with the unit circle, and what a period leaves of each, ln |rho|, over the argument.
@@ -22,7 +20,7 @@ contains
     class(frame_type), intent(in) :: frame
     type(multipliers_type), intent(in) :: multipliers
     type(figure_type) :: figure
-    character(len=:), allocatable :: lines, words
+    character(len=:), allocatable :: lines, words, around_zero
     real(dp) :: greatest, modulus(size(multipliers%rho)), bounds(size(multipliers%rho))
     logical :: seen(size(multipliers%rho))
 
@@ -33,6 +31,9 @@ contains
     greatest = 1.25_dp
     if (any(seen)) greatest = max(greatest, 1.1_dp * maxval(modulus, mask=seen))
     bounds = min(multipliers%error, 1.0_dp)
+    associate (logs => multipliers%log_abs)
+      around_zero = span([logs - bounds, logs + bounds, 0.15_dp * maxval(abs(logs), mask=ieee_is_finite(logs))])
+    end associate
     lines = "set multiplot title heading noenhanced" // newline // panel_heading("in the complex plane; shaded: stable") &
       & // "set lmargin screen 0.09; set rmargin screen 0.47; set bmargin screen 0.15; set tmargin screen 0.8" // newline &
       & // "set size ratio -1" // newline &
@@ -51,7 +52,7 @@ contains
       & // "set lmargin screen 0.6; set rmargin screen 0.975" // newline // "set size noratio" // newline &
       & // panel_heading("growth in " // turns_in_words(frame%mechanism%turns) // ", with error bounds") &
       & // "set xrange [-0.05:1.05]; set xlabel '|arg ρ| / π'; set xtics 0.25" // newline &
-      & // "set yrange " // around_zero(multipliers%log_abs, bounds) // "; set ylabel 'ln |ρ|'" // newline &
+      & // "set yrange " // around_zero // "; set ylabel 'ln |ρ|'" // newline &
       & // "set object 2 rectangle from graph 0,graph 0 to graph 1,first 0 behind fillcolor rgb '#E4EEF5' fillstyle solid 1 " &
       & // "noborder" // newline &
       & // "set arrow 3 from graph 0,first 0 to graph 1,first 0 nohead lt 7 dt 1 lw 1.5" // newline // "plot NaN notitle"
@@ -62,13 +63,5 @@ contains
     figure = new_figure("multipliers", "Multipliers at " // speed_in_words(frame) // ": " // words, lines // newline &
       & // "unset multiplot" // newline, width=880, height=460)
   end function plot_multipliers
-
-  !> The range of ln |rho| with its bounds and zero.
-  pure function around_zero(log_abs, bounds) result(range)
-    real(dp), intent(in) :: log_abs(:), bounds(:)
-    character(len=:), allocatable :: range
-
-    range = span([log_abs - bounds, log_abs + bounds, 0.15_dp * maxval(abs(log_abs), mask=ieee_is_finite(log_abs))])
-  end function around_zero
 
 end module gestell_task_stability_plot

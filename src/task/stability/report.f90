@@ -1,7 +1,7 @@
 !> Multipliers and exponents for people: with the frequencies that free vibrations really have.
 module gestell_task_stability_report
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise, either, newline, text
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_study_mode_naming, only: modes_of_multipliers
@@ -14,7 +14,6 @@ module gestell_task_stability_report
   !> ln |rho| beyond which rho leaves the range of numbers.
   real(dp), parameter, public :: out_of_range = 700
 
-  character, parameter :: newline = new_line("a")
   !> A mode whose strongest component has less than this of its mean square swings with several frequencies.
   real(dp), parameter :: half = 0.5_dp
 
@@ -28,6 +27,7 @@ contains
     real(dp), intent(in) :: speed
     integer, intent(in) :: turns
     character(len=:), allocatable :: lines
+    real(dp) :: error
     integer :: mode(size(multipliers%rho)), k, last
 
     mode = modes_of_multipliers(multipliers, modes, speed)
@@ -41,7 +41,8 @@ contains
         if (.not. abs(multipliers%rho(k + 1) - conjg(multipliers%rho(k))) > 0) last = k + 1
       end if
       if (last > k) lines = lines // ", " // text(last)
-      lines = lines // tab // modulus_of(multipliers, k, 9) // tab // error_words(maxval(multipliers%error(k:last))) // tab &
+      error = maxval(multipliers%error(k:last))
+      lines = lines // tab // modulus_of(multipliers, k, 9) // tab // either(concise(error, 1), "lost", error < 1) // tab &
         & // concise(real(multipliers%exponent(k)), 5) // tab
       if (mode(k) > 0) then
         lines = lines // frequency_columns(modes(mode(k)), speed * turns)
@@ -78,14 +79,6 @@ contains
       words = concise(exp(log_abs), digits)
     end if
   end function modulus
-
-  pure function error_words(error) result(words)
-    real(dp), intent(in) :: error
-    character(len=:), allocatable :: words
-
-    words = "lost"
-    if (error < 1) words = concise(error, 1)
-  end function error_words
 
   !> Frequency, its multiple of the crank speed, and what kind of vibration it is.
   pure function frequency_columns(mode, speed) result(columns)

@@ -1,7 +1,6 @@
 !> The task `stability`: the multipliers of the machine.
 module gestell_task_stability
   use gestell_base_error, only: error_type
-  use gestell_floquet_multipliers, only: multipliers_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: plain, radian, unit_type
@@ -45,9 +44,27 @@ contains
     type(context_type), intent(inout) :: context
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
+    type(table_type) :: table
+    integer :: i
 
     associate (multipliers => context%analysis%multipliers, frame => context%configuration%frame, unused => self)
-      call result%add(table_of(multipliers), plot_multipliers(frame, multipliers))
+      associate (m => multipliers)
+        table = new_table("multipliers", "Stability", "The multipliers and the unit circle: inside, free vibrations die out.", &
+          & m%verdict(), shown=.true.)
+        call table%add("index", "number, largest modulus first", [(i, i = 1, size(m%rho))])
+        call table%add("re", plain, "real part of rho", real(m%rho))
+        call table%add("im", plain, "imaginary part of rho", aimag(m%rho))
+        call table%add("abs", plain, "|rho|", abs(m%rho), error="error")
+        call table%add("log_abs", plain, "ln |rho|", m%log_abs)
+        call table%add("arg", radian, "argument of rho in (-pi, pi]", m%arg)
+        call table%add("exponent_re", unit_type("per_s", "1/s"), "real part of the characteristic exponent ln(rho) / T", &
+          & real(m%exponent))
+        call table%add("exponent_im", unit_type("rad_per_s", "rad/s"), "its imaginary part, up to multiples of the crank speed", &
+          & aimag(m%exponent))
+        call table%add("error", plain, "bound on the error of rho, relative to |rho|", m%error)
+        call table%add("lost", "1: the error is 1 or more, no digit of rho is sure", m%lost())
+      end associate
+      call result%add(table, plot_multipliers(frame, multipliers))
       call result%brief%add("rho_max", plain, "largest |rho|", [abs(multipliers%rho(1))])
       call result%brief%add("log_rho_max", plain, "its natural logarithm", [multipliers%log_abs(1)])
       call result%brief%add("rho_error", plain, "bound on its error, relative to it", [multipliers%error(1)])
@@ -57,26 +74,5 @@ contains
       call result%say(multiplier_lines(multipliers, context%analysis%modes, abs(frame%speed), frame%mechanism%turns))
     end associate
   end subroutine run
-
-  !> multipliers.csv.
-  pure type(table_type) function table_of(m) result(table)
-    type(multipliers_type), intent(in) :: m
-    integer :: i
-
-    table = new_table("multipliers", "Stability", "The multipliers and the unit circle: inside, free vibrations die out.", &
-      & m%verdict(), shown=.true.)
-    call table%add("index", "number, largest modulus first", [(i, i = 1, size(m%rho))])
-    call table%add("re", plain, "real part of rho", real(m%rho))
-    call table%add("im", plain, "imaginary part of rho", aimag(m%rho))
-    call table%add("abs", plain, "|rho|", abs(m%rho), error="error")
-    call table%add("log_abs", plain, "ln |rho|", m%log_abs)
-    call table%add("arg", radian, "argument of rho in (-pi, pi]", m%arg)
-    call table%add("exponent_re", unit_type("per_s", "1/s"), "real part of the characteristic exponent ln(rho) / T", &
-      & real(m%exponent))
-    call table%add("exponent_im", unit_type("rad_per_s", "rad/s"), "its imaginary part, up to multiples of the crank speed", &
-      & aimag(m%exponent))
-    call table%add("error", plain, "bound on the error of rho, relative to |rho|", m%error)
-    call table%add("lost", "1: the error is 1 or more, no digit of rho is sure", m%lost())
-  end function table_of
 
 end module gestell_task_stability
