@@ -2,6 +2,7 @@
 module gestell_task_balance
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
+  use gestell_base_text, only: either, newline
   use gestell_base_words, only: word_length
   use gestell_input_namelist_document, only: the_group
   use gestell_input_namelist_message, only: input_error
@@ -18,9 +19,8 @@ module gestell_task_balance
   use gestell_task_common_task, only: longest_table, task_type
   use gestell_task_balance_keys, only: balance_keys, balance_options, read_balance
   use gestell_task_balance_plot, only: plot_balance
-  use gestell_task_balance_report, only: balance_headlines, label_of, link_lines, report_balance, turning_lines
-  use gestell_task_balance_variants, only: aims, force, moment, name_of_weight, plan_variants, solve_variant, take_mounted, &
-    & variant_type
+  use gestell_task_balance_report, only: balance_headlines, link_lines, report_balance, turning_lines
+  use gestell_task_balance_variants, only: aims, force, moment, plan_variants, solve_variant, take_mounted, variant_type
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_common_context, only: context_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
@@ -37,7 +37,6 @@ module gestell_task_balance
     procedure :: run
   end type balance_task
 
-  character, parameter :: newline = new_line("a")
   type(unit_type), parameter :: kilogram = unit_type("kg", "kg"), kilogram_metre = unit_type("kg_m", "kg m")
   !> Longest name of a variant's links, and of a link or a joint.
   integer, parameter :: longest = 4 * word_length
@@ -85,17 +84,20 @@ contains
     type(rigid_ground_type) :: rigid
     type(variant_type), allocatable :: variants(:)
     type(error_type), allocatable :: none
-    character(len=longest), allocatable :: labels(:)
     character(len=:), allocatable :: lines
+    real(dp), allocatable :: about(:)
     real(dp) :: length
     integer :: state, i
 
     associate (configuration => context%configuration, frame => context%configuration%frame)
       select type (linkage => configuration%frame%mechanism)
       class is (linkage_type)
-        call look_at(self%options, frame, linkage, rigid, error)
+        ! moments in the plane as seen from O, in space from F
+        about = merge(-frame%origin, 0.0_dp, self%options%about_frame)
+        if (allocated(frame%space)) about = merge(0.0_dp, frame%space%origin, self%options%about_frame)
+        call examine(linkage, frame%even_in_space(), about, rigid, error, self%options%links, self%options%radii, frame%space)
         if (allocated(error)) return
-        call plan_variants(rigid, frame%speed, self%options, variants, state, length)
+        call plan_variants(rigid, linkage, frame%speed, self%options, variants, state, length)
         if (.not. all([(ieee_is_finite(variants(i)%left%rms) .and. ieee_is_finite(variants(i)%left%peak), i = 1, &
           & size(variants))])) then
           call fatal_error(error, "the forces of the mechanism overflow: they lie beyond what double precision holds", &
@@ -106,49 +108,28 @@ contains
         do i = 2, size(variants)
           call solve_variant(configuration, linkage, rigid, variants(i))
         end do
-        allocate(labels(size(variants)))
-        do i = 1, size(variants)
-          labels(i) = label_of(variants(i), rigid, linkage)
-        end do
-        call result%add(table_of(variants, rigid, linkage, frame%dofs(), result%verdict), plot_balance(variants, labels))
+        call result%add(table_of(variants, frame%dofs()), plot_balance(variants))
         call result%add(links_of(variants, rigid, linkage))
-        call result%add(harmonics_of(variants, rigid, linkage, frame, configuration%analysis%harmonics, result%verdict))
-        lines = balance_headlines(variants, rigid, linkage)
+        call result%add(harmonics_of(variants, frame, configuration%analysis%harmonics))
+        lines = balance_headlines(variants)
         do while (lines /= "")
           i = index(lines, newline)
           call result%warn("", lines(:i))
           lines = lines(i + 1:)
         end do
         if (.not. context%reports) return
-        call result%say(report_balance(variants, rigid, linkage, self%options, state, length, trim(result%verdict)))
-        if (allocated(frame%space)) call result%say(turning_lines(variants, rigid, linkage, frame%space%planes(1)%axes))
+        call result%say_section("BALANCING by counterweights: rms on rigid ground, and of the machine on its mounts", &
+          & report_balance(variants, rigid, linkage, self%options, state, length))
+        if (allocated(frame%space)) call result%say(turning_lines(variants, frame%space%planes(1)%axes, linkage%turns))
         call result%say(link_lines(variants, rigid, linkage, configuration%units), whole=.true.)
       end select
     end associate
   end subroutine run
 
-  !> What is found on rigid ground, as ordered.
-  subroutine look_at(options, frame, linkage, rigid, error)
-    type(balance_options), intent(in) :: options
-    type(frame_type), intent(in) :: frame
-    class(linkage_type), intent(in) :: linkage
-    type(rigid_ground_type), intent(out) :: rigid
-    type(error_type), allocatable, intent(out) :: error
-    real(dp), allocatable :: about(:)
-
-    ! in the plane as seen from O, in space from F
-    about = merge(-frame%origin, 0.0_dp, options%about_frame)
-    if (allocated(frame%space)) about = merge(0.0_dp, frame%space%origin, options%about_frame)
-    call examine(linkage, frame%even_in_space(), about, rigid, error, options%links, options%radii, frame%space)
-  end subroutine look_at
-
   !> balance.csv: a row for every variant.
-  type(table_type) function table_of(variants, rigid, linkage, dofs, verdict) result(table)
+  type(table_type) function table_of(variants, dofs) result(table)
     type(variant_type), intent(in) :: variants(:)
-    type(rigid_ground_type), intent(in) :: rigid
-    class(linkage_type), intent(in) :: linkage
     integer, intent(in) :: dofs
-    character(len=*), intent(in) :: verdict
     character(len=*), parameter :: quantities(2) = ["f", "m"]
     type(unit_type), parameter :: units(2) = [newton, newton_metre]
     character(len=longest) :: links(size(variants))
@@ -159,14 +140,14 @@ contains
     n = size(variants)
     known = 1
     do i = 1, n
-      links(i) = variants(i)%links(rigid, linkage, " ")
+      links(i) = variants(i)%links(" ")
       if (allocated(variants(i)%mounted%reason)) known(i) = ieee_value(1.0_dp, ieee_quiet_nan)
     end do
-    table = new_table("balance", "Counterweights", "What counterweights do on rigid ground and on these mounts.", verdict, &
+    table = new_table("balance", "Counterweights", "What counterweights do on rigid ground and on these mounts.", &
       & shown=.true.)
     call table%add("aim", "what is least: force, moment, their sum; complete: no force at all", [(aims(variants(i)%aim), i = 1, n)])
     call table%add("links", "with counterweights", links)
-    call table%add("added_mass", kilogram, "of the counterweights", [(variants(i)%mass(rigid), i = 1, n)])
+    call table%add("added_mass", kilogram, "of the counterweights", [(variants(i)%mass, i = 1, n)])
     do k = force, moment
       name = "rigid_" // quantities(k)
       call table%add(name // "_rms", units(k), "on rigid ground, root mean square", [(variants(i)%left%rms(k), i = 1, n)])
@@ -175,20 +156,14 @@ contains
     do k = force, moment
       name = quantities(k)
       call table%add(name // "_rms", units(k), "on the mounts, root mean square", [(known(i) * variants(i)%mounted%rms(k), &
-        & i = 1, n)], error=name // "_rms_error")
-      call table%add(name // "_rms_error", units(k), "bound on its error", [(known(i) * variants(i)%mounted%rms_error(k), &
-        & i = 1, n)])
+        & i = 1, n)], bounds=[(known(i) * variants(i)%mounted%rms_error(k), i = 1, n)])
       call table%add(name // "_peak", units(k), "on the mounts, greatest size", [(known(i) * variants(i)%mounted%peak(k), &
-        & i = 1, n)], error=name // "_peak_error")
-      call table%add(name // "_peak_error", units(k), "bound on its error", [(known(i) * variants(i)%mounted%peak_error(k), &
-        & i = 1, n)])
+        & i = 1, n)], bounds=[(known(i) * variants(i)%mounted%peak_error(k), i = 1, n)])
     end do
     do k = 1, dofs
-      name = trim(dof_names(k)) // "_peak"
-      call table%add(name, merge(radian, metre, is_rotation(k)), "peak of the vibration", [(known(i) &
-        & * variants(i)%mounted%motion(k), i = 1, n)], error=name // "_error")
-      call table%add(name // "_error", merge(radian, metre, is_rotation(k)), "bound on its error", [(known(i) &
-        & * variants(i)%mounted%motion_error(k), i = 1, n)])
+      call table%add(trim(dof_names(k)) // "_peak", merge(radian, metre, is_rotation(k)), "peak of the vibration", &
+        & [(known(i) * variants(i)%mounted%motion(k), i = 1, n)], bounds=[(known(i) * variants(i)%mounted%motion_error(k), &
+        & i = 1, n)])
     end do
     call table%add("verdict", "on the machine with them", [(merge(variants(i)%mounted%verdict, "failed   ", &
       & variants(i)%mounted%verdict /= ""), i = 1, n)])
@@ -215,8 +190,8 @@ contains
         n = n + 1
         associate (one => variants(i)%weights(k), body => rigid%bodies(variants(i)%weights(k)%body))
           aim(n) = aims(variants(i)%aim)
-          links(n) = variants(i)%links(rigid, linkage, " ")
-          name(n) = name_of_weight(variants(i), k, rigid, linkage)
+          links(n) = variants(i)%links(" ")
+          name(n) = variants(i)%names(k)
           on(n) = linkage%links(body%link)%name
           from(n) = linkage%joints(linkage%links(body%link)%from)%name
           to(n) = linkage%joints(linkage%links(body%link)%to)%name
@@ -244,13 +219,10 @@ contains
   end function links_of
 
   !> balance_harmonics.csv: a row for every variant and order.
-  type(table_type) function harmonics_of(variants, rigid, linkage, frame, orders, verdict) result(table)
+  type(table_type) function harmonics_of(variants, frame, orders) result(table)
     type(variant_type), intent(in) :: variants(:)
-    type(rigid_ground_type), intent(in) :: rigid
-    class(linkage_type), intent(in) :: linkage
     type(frame_type), intent(in) :: frame
     integer, intent(in) :: orders
-    character(len=*), intent(in) :: verdict
     character(len=2), parameter :: parts(6) = ["fx", "fy", "fz", "mx", "my", "mz"]
     character(len=*), parameter :: turning(4) = [character(len=14) :: "force_with", "force_against", "moment_with", &
       & "moment_against"]
@@ -270,18 +242,17 @@ contains
       do k = 1, orders
         n = n + 1
         aim(n) = aims(variants(i)%aim)
-        links(n) = variants(i)%links(rigid, linkage, " ")
+        links(n) = variants(i)%links(" ")
         number(n) = k
         rms(n, :2) = [variants(i)%left%order_rms(k, force), variants(i)%left%order_rms(k, moment)]
         rms(n, 3:) = variants(i)%mounted%orders(:, k)
         if (allocated(variants(i)%mounted%reason)) rms(n, 3:) = ieee_value(1.0_dp, ieee_quiet_nan)
       end do
     end do
-    table = new_table("balance_harmonics", "Counterweights by orders", "What counterweights leave, by orders of the crank.", &
-      & verdict)
+    table = new_table("balance_harmonics", "Counterweights by orders", "What counterweights leave, by orders of the crank.")
     call table%add("aim", "of the variant, as in balance.csv", aim)
     call table%add("links", "of the variant, as in balance.csv", links)
-    call add_order_column(table, "order", "multiple of the crank speed", number, linkage%turns)
+    call add_order_column(table, "order", "multiple of the crank speed", number, frame%mechanism%turns)
     call table%add("rigid_f_rms", newton, "of the force on rigid ground", rms(:, 1))
     call table%add("rigid_m_rms", newton_metre, "of the moment on rigid ground", rms(:, 2))
     call table%add("f_rms", newton, "of the force on the mounts", rms(:, 3))
@@ -292,7 +263,7 @@ contains
     end do
     do i = 1, 4
       call table%add("rigid_" // trim(turning(i)), merge(newton, newton_metre, i <= 2), "on rigid ground, of the vector across " &
-        & // "the shaft that turns " // trim(merge("with the crank   ", "against the crank", modulo(i, 2) == 1)), turned(:, i))
+        & // "the shaft that turns " // either("with the crank", "against the crank", modulo(i, 2) == 1), turned(:, i))
     end do
   end function harmonics_of
 

@@ -1,16 +1,15 @@
 !> The picture of what counterweights do on rigid ground and on the mounts.
 module gestell_task_balance_plot
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, exact, text
-  use gestell_base_words, only: character_count
-  use gestell_output_picture_script, only: figure_type, new_figure, tic
+  use gestell_base_text, only: concise, exact, newline, text
+  use gestell_base_words, only: character_count, word_length
+  use gestell_output_picture_script, only: figure_type, new_figure, tics
   use gestell_task_balance_variants, only: force, moment, variant_type
   implicit none (type, external)
   private
 
   public :: plot_balance
 
-  character, parameter :: newline = new_line("a")
   !> Bars end here (%), with their number above.
   integer, parameter :: top = 250
   !> Forces of the machine as found below this (N or N m) count as zero: other forces in per cent of them would overflow.
@@ -18,20 +17,19 @@ module gestell_task_balance_plot
 
 contains
 
-  !> balance.gp: rms of force and moment in per cent of what was found, a pair of bars for each variant, which `labels` name.
-  function plot_balance(variants, labels) result(figure)
+  !> balance.gp: rms of force and moment in per cent of what was found, a pair of bars for each variant.
+  function plot_balance(variants) result(figure)
     type(variant_type), intent(in) :: variants(:)
-    character(len=*), intent(in) :: labels(:)
     type(figure_type) :: figure
-    character(len=:), allocatable :: lines, tics
+    character(len=:), allocatable :: lines
+    character(len=4 * word_length) :: labels(size(variants))
     integer :: i, longest, height
 
-    tics = ""
+    longest = 0
     do i = 1, size(labels)
-      if (i > 1) tics = tics // ", "
-      tics = tics // tic(trim(labels(i))) // " " // text(i - 1)
+      labels(i) = variants(i)%label()
+      longest = min(32, max(longest, character_count(trim(labels(i)))))
     end do
-    longest = min(32, maxval([(character_count(trim(labels(i))), i = 1, size(labels))]))
     height = 560 + 6 * longest
     lines = "set multiplot layout 2,1 margins 0.11,0.975," // concise((60 + 4.2_dp * longest) / height, 3) // "," &
       & // concise(1 - 60.0_dp / height, 3) // " spacing 0.1," // concise(34.0_dp / height, 3) // " title heading noenhanced" &
@@ -41,8 +39,8 @@ contains
       & // "cut(v) = v > " // text(top) // " ? " // text(top) // " : v; above(v) = v > " // text(top) // " ? " // text(top) &
       & // " : NaN" // newline &
       & // panel(force, "force", "rigid_f_rms_N", "f_rms_N", "set xtics format ''") // "set key off" // newline &
-      & // panel(moment, "moment", "rigid_m_rms_Nm", "m_rms_Nm", "set xtics rotate by 35 right noenhanced (" // tics // ")") &
-      & // "unset multiplot" // newline
+      & // panel(moment, "moment", "rigid_m_rms_Nm", "m_rms_Nm", "set xtics rotate by 35 right noenhanced (" &
+      & // tics(labels, 0) // ")") // "unset multiplot" // newline
     figure = new_figure("balance", "Counterweights on rigid ground and on these mounts", lines, &
       & width=max(640, 200 + 70 * size(variants)), height=height)
 

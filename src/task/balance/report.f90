@@ -2,25 +2,22 @@
 module gestell_task_balance_report
   use gestell_base_key, only: of_length, of_mass
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise
+  use gestell_base_text, only: concise, either, newline
   use gestell_base_words, only: character_count
   use gestell_input_schema_units, only: unit_type, units_type
   use gestell_model_linkage, only: linkage_type
   use gestell_output_report_orders, only: order_of
   use gestell_output_report_text_table, only: tab, tabulated
-  use gestell_output_report_verdict, only: section
   use gestell_output_report_wrapping, only: widest, wrapped
   use gestell_study_balance, only: rigid_ground_type
   use gestell_study_balance_complete, only: balanced, balanced_already, no_pivots
   use gestell_task_balance_keys, only: balance_options
-  use gestell_task_balance_variants, only: aims, as_found, complete, for_force, for_moment, force, moment, &
-    & name_of_weight, variant_type
+  use gestell_task_balance_variants, only: aims, for_force, for_moment, force, moment, variant_type
   implicit none (type, external)
   private
 
-  public :: balance_headlines, label_of, link_lines, report_balance, turning_lines
+  public :: balance_headlines, link_lines, report_balance, turning_lines
 
-  character, parameter :: newline = new_line("a")
   !> Orders that are told of each.
   integer, parameter :: told_orders = 3
   !> A change beyond this is one; what is below this part of the whole is rounding.
@@ -30,10 +27,8 @@ contains
 
   !> What is told first, a line each: which variant leaves the least force on rigid ground and what it does on the mounts; which
   !> leaves the least there; which other one does most harm there and good on rigid ground. Empty where nothing can be told.
-  function balance_headlines(variants, rigid, linkage) result(lines)
+  function balance_headlines(variants) result(lines)
     type(variant_type), intent(in) :: variants(:)
-    type(rigid_ground_type), intent(in) :: rigid
-    class(linkage_type), intent(in) :: linkage
     character(len=:), allocatable :: lines
     logical :: solved(size(variants)), lured(size(variants))
     integer :: i, on_rigid, on_mounts, worst
@@ -41,7 +36,7 @@ contains
     lines = ""
     on_rigid = minloc([(variants(i)%left%rms(force), i = 1, size(variants))], dim=1)
     if (on_rigid == 1) return
-    lines = "Balancing, rms force: " // label_of(variants(on_rigid), rigid, linkage) // ", " // change(on_rigid, .true.) &
+    lines = "Balancing, rms force: " // variants(on_rigid)%label() // ", " // change(on_rigid, .true.) &
       & // " on rigid ground, " // change(on_rigid, .false.) // " on these mounts" // newline
     solved = [(.not. allocated(variants(i)%mounted%reason), i = 1, size(variants))]
     if (.not. solved(1)) return
@@ -49,14 +44,14 @@ contains
     if (on_mounts == 1) then
       lines = lines // "Balancing, rms force: on these mounts no counterweight makes it less" // newline
     else if (on_mounts /= on_rigid) then
-      lines = lines // "Balancing, rms force: best on these mounts " // label_of(variants(on_mounts), rigid, linkage) // ", " &
+      lines = lines // "Balancing, rms force: best on these mounts " // variants(on_mounts)%label() // ", " &
         & // change(on_mounts, .false.) // ", on rigid ground " // change(on_mounts, .true.) // newline
     end if
     lured = solved .and. [(variants(i)%left%rms(force) < (1 - noticed) * variants(1)%left%rms(force) .and. &
       & variants(i)%mounted%rms(force) > (1 + noticed) * variants(1)%mounted%rms(force), i = 1, size(variants))]
     lured(on_rigid) = .false.
     worst = maxloc([(variants(i)%mounted%rms(force), i = 1, size(variants))], dim=1, mask=lured)
-    if (worst > 0) lines = lines // "Balancing, rms force: the opposite by " // label_of(variants(worst), rigid, linkage) // ", " &
+    if (worst > 0) lines = lines // "Balancing, rms force: the opposite by " // variants(worst)%label() // ", " &
       & // change(worst, .true.) // " on rigid ground, " // change(worst, .false.) // " on these mounts" // newline
 
   contains
@@ -88,46 +83,21 @@ contains
       return
     end if
     percent = 100 * (after / before - 1)
-    words = concise(abs(percent), 3) // " %"
-    if (abs(percent) < 0.005_dp) then
-      words = "0 %"
-    else if (percent < 0) then
-      words = "-" // words
-    else
-      words = "+" // words
-    end if
+    words = either("-", "+", percent < 0) // concise(abs(percent), 3) // " %"
+    if (abs(percent) < 0.005_dp) words = "0 %"
   end function change_words
 
-  !> What the variant is called: "crank, for force".
-  pure function label_of(variant, rigid, linkage) result(label)
-    type(variant_type), intent(in) :: variant
-    type(rigid_ground_type), intent(in) :: rigid
-    class(linkage_type), intent(in) :: linkage
-    character(len=:), allocatable :: label
-
-    select case (variant%aim)
-    case (as_found)
-      label = "as found"
-    case (complete)
-      label = "complete"
-    case default
-      label = variant%links(rigid, linkage, " + ") // ", for " // trim(aims(variant%aim))
-      if (size(variant%weights) > 1) label = trim(aims(variant%aim)) // ", for force"
-    end select
-  end function label_of
-
   !> The whole section. `state`: as of `balance_force`; `length`: of the weighted sum (m).
-  function report_balance(variants, rigid, linkage, options, state, length, verdict) result(report)
+  function report_balance(variants, rigid, linkage, options, state, length) result(report)
     type(variant_type), intent(in) :: variants(:)
     type(rigid_ground_type), intent(in) :: rigid
     class(linkage_type), intent(in) :: linkage
     type(balance_options), intent(in) :: options
     integer, intent(in) :: state
     real(dp), intent(in) :: length
-    character(len=*), intent(in) :: verdict
-    character(len=:), allocatable :: report, rows, orders, heads
+    character(len=:), allocatable :: report, rows, orders, heads, links
     integer, allocatable :: told(:)
-    integer :: i, k
+    integer :: aim, b, i, k
 
     told = linkage%harmonics(told_orders)
     told = told(:told_orders)
@@ -136,21 +106,17 @@ contains
     orders = ""
     do i = 1, size(variants)
       associate (one => variants(i), found => variants(1))
-        rows = rows // label_of(one, rigid, linkage) // tab
-        if (i > 1) rows = rows // concise(one%mass(rigid), 4)
+        rows = rows // one%label() // tab
+        if (i > 1) rows = rows // concise(one%mass, 4)
         rows = rows // tab // cells(one%left%rms, found%left%rms, i == 1)
         if (.not. allocated(one%mounted%reason)) then
-          if (allocated(found%mounted%reason)) then
-            rows = rows // tab // cells(one%mounted%rms, [0.0_dp, 0.0_dp], .false.)
-          else
-            rows = rows // tab // cells(one%mounted%rms, found%mounted%rms, i == 1)
-          end if
+          rows = rows // tab // cells(one%mounted%rms, merge(0.0_dp, found%mounted%rms, allocated(found%mounted%reason)), i == 1)
           if (one%mounted%verdict /= "stable") rows = rows // tab // trim(one%mounted%verdict)
         else
           rows = rows // tab // "-" // tab // "-" // tab // one%mounted%reason
         end if
         rows = rows // newline
-        orders = orders // label_of(one, rigid, linkage)
+        orders = orders // one%label()
         do k = 1, size(told)
           orders = orders // tab // clean(one%left%order_rms(told(k), force), one%left%rms(force))
         end do
@@ -163,35 +129,54 @@ contains
         orders = orders // newline
       end associate
     end do
-    report = section("BALANCING by counterweights: rms on rigid ground, and of the machine on its mounts", verdict) &
-      & // tabulated("lrrrrrl", "counterweight,mass,rigid,rigid,mounts,mounts" // newline // ",kg,force,moment,force,moment", &
-      & rows) &
-      & // state_line(state, variants, rigid, linkage) // useless_lines(variants, rigid, linkage) &
-      & // "  moments about " // trim(merge("F; ", "O; ", options%about_frame)) // " sum: " // concise(1 - options%weight, 3) &
+    report = tabulated("lrrrrrl", "counterweight,mass,rigid,rigid,mounts,mounts" // newline // ",kg,force,moment,force,moment", &
+      & rows)
+    select case (state)
+    case (balanced)
+      report = report // "  complete balance of the force: counterweights on " // variants(size(variants))%links(", ")
+    case (balanced_already)
+      report = report // "  the force is balanced as it is"
+    case (no_pivots)
+      report = report // "  none of these links turns about a point of the frame"
+    case default
+      report = report // "  no counterweights on these links balance the force completely"
+    end select
+    report = report // newline
+    do aim = for_force, for_moment
+      links = ""
+      do b = 1, size(rigid%bodies)
+        if (any([(variants(i)%aim == aim .and. any(variants(i)%weights%body == b), i = 2, size(variants))])) cycle
+        links = links // ", " // linkage%links(rigid%bodies(b)%link)%name
+      end do
+      if (links /= "") report = report // "  a single one makes the " // trim(aims(aim)) // " no less on " // links(3:) // newline
+    end do
+    report = report // "  moments about " // either("F;", "O;", options%about_frame) // " sum: " // concise(1 - options%weight, 3) &
       & // " of the force's mean square and " // concise(options%weight, 3) // " of the moment's over " // concise(length, 4) &
-      & // " m" // newline // radius_line(options) // newline &
+      & // " m" // newline &
+      & // "  masses at " // either("the radii of &balance", "radii as long as their links; &balance radius orders others", &
+      & allocated(options%radii)) // newline // newline &
       & // "WHAT IS LEFT of the force by orders of the crank, rms" // newline &
       & // tabulated("lrrrrrr", "counterweight,rigid " // heads // ",mounts " // heads // newline // ",N,N,N,N,N,N", orders)
   end function report_balance
 
   !> In space, of the first order what turns with the crank and against it, across the third of these axes.
-  function turning_lines(variants, rigid, linkage, axes) result(lines)
+  function turning_lines(variants, axes, turns) result(lines)
     type(variant_type), intent(in) :: variants(:)
-    type(rigid_ground_type), intent(in) :: rigid
-    class(linkage_type), intent(in) :: linkage
     real(dp), intent(in) :: axes(3, 3)
+    !> In a period: that harmonic is the first order.
+    integer, intent(in) :: turns
     character(len=:), allocatable :: lines
-    real(dp) :: sizes(linkage%turns, 4), scale(4)
+    real(dp) :: sizes(turns, 4), scale(4)
     integer :: i, k
 
     lines = ""
-    sizes = variants(1)%left%turning(axes, linkage%turns)
-    scale = max(sizes(linkage%turns, :), variants(1)%left%rms([force, force, moment, moment]))
+    sizes = variants(1)%left%turning(axes, turns)
+    scale = max(sizes(turns, :), variants(1)%left%rms([force, force, moment, moment]))
     do i = 1, size(variants)
-      sizes = variants(i)%left%turning(axes, linkage%turns)
-      lines = lines // label_of(variants(i), rigid, linkage)
+      sizes = variants(i)%left%turning(axes, turns)
+      lines = lines // variants(i)%label()
       do k = 1, 4
-        lines = lines // tab // clean(sizes(linkage%turns, k), scale(k))
+        lines = lines // tab // clean(sizes(turns, k), scale(k))
       end do
       lines = lines // newline
     end do
@@ -199,48 +184,15 @@ contains
       & // tabulated("lrrrr", "counterweight,force with,against,moment with,against" // newline // ",N,N,N m,N m", lines)
   end function turning_lines
 
-  !> Which radii the masses belong to.
-  pure function radius_line(options) result(line)
-    type(balance_options), intent(in) :: options
-    character(len=:), allocatable :: line
-
-    line = "  masses at the radii of &balance" // newline
-    if (.not. allocated(options%radii)) line = "  masses at radii as long as their links; &balance radius orders others" // newline
-  end function radius_line
-
   !> Force and moment with units of what was found, else their changes.
   pure function cells(values, found, plain) result(words)
     real(dp), intent(in) :: values(2), found(2)
     logical, intent(in) :: plain
     character(len=:), allocatable :: words
 
-    if (plain) then
-      words = concise(values(force), 5) // " N" // tab // concise(values(moment), 5) // " N m"
-    else
-      words = change_words(values(force), found(force), "N") // tab // change_words(values(moment), found(moment), "N m")
-    end if
+    words = either(concise(values(force), 5) // " N" // tab // concise(values(moment), 5) // " N m", &
+      & change_words(values(force), found(force), "N") // tab // change_words(values(moment), found(moment), "N m"), plain)
   end function cells
-
-  !> What complete balance there is.
-  function state_line(state, variants, rigid, linkage) result(line)
-    integer, intent(in) :: state
-    type(variant_type), intent(in) :: variants(:)
-    type(rigid_ground_type), intent(in) :: rigid
-    class(linkage_type), intent(in) :: linkage
-    character(len=:), allocatable :: line
-
-    select case (state)
-    case (balanced)
-      line = "  complete balance of the force: counterweights on " // variants(size(variants))%links(rigid, linkage, ", ")
-    case (balanced_already)
-      line = "  the force is balanced as it is"
-    case (no_pivots)
-      line = "  none of these links turns about a point of the frame"
-    case default
-      line = "  no counterweights on these links balance the force completely"
-    end select
-    line = line // newline
-  end function state_line
 
   !> A part of the whole, 0 where that is rounding.
   pure function clean(part, whole) result(words)
@@ -249,29 +201,6 @@ contains
 
     words = concise(merge(0.0_dp, part, part <= rounding * whole), 4)
   end function clean
-
-  !> Where a single one does not help.
-  function useless_lines(variants, rigid, linkage) result(lines)
-    type(variant_type), intent(in) :: variants(:)
-    type(rigid_ground_type), intent(in) :: rigid
-    class(linkage_type), intent(in) :: linkage
-    character(len=:), allocatable :: lines, links
-    logical :: helps
-    integer :: b, aim, i
-
-    lines = ""
-    do aim = for_force, for_moment
-      links = ""
-      do b = 1, size(rigid%bodies)
-        helps = .false.
-        do i = 2, size(variants)
-          if (variants(i)%aim == aim) helps = helps .or. variants(i)%weights(1)%body == b
-        end do
-        if (.not. helps) links = links // ", " // linkage%links(rigid%bodies(b)%link)%name
-      end do
-      if (links /= "") lines = lines // "  a single one makes the " // trim(aims(aim)) // " no less on " // links(3:) // newline
-    end do
-  end function useless_lines
 
   !> The counterweights as links of an input in its units.
   function link_lines(variants, rigid, linkage, units) result(lines)
@@ -289,7 +218,7 @@ contains
     lines = newline // "COUNTERWEIGHTS as links of the input" // newline // copies_line(variants, rigid, linkage)
     do i = 2, size(variants)
       associate (one => variants(i))
-        lines = lines // "  ! " // label_of(one, rigid, linkage) // newline
+        lines = lines // "  ! " // one%label() // newline
         do k = 1, size(one%weights)
           associate (body => rigid%bodies(one%weights(k)%body))
             associate (link => linkage%links(body%link))
@@ -297,13 +226,9 @@ contains
               where (abs(place) <= rounding * norm2(place)) place = 0
               place = typed(place, units%of(of_length))
               joints = "from=" // quoted(linkage%joints(link%from)%name) // ", to=" // quoted(linkage%joints(link%to)%name) // ","
-              line = "  &link name=" // quoted(trim(name_of_weight(one, k, rigid, linkage))) // ","
-              if (character_count(line // joints) < widest) then
-                line = line // " " // joints
-              else
-                line = line // newline // "    " // joints
-              end if
-              lines = lines // line // newline // "    mass=" &
+              line = "  &link name=" // quoted(trim(one%names(k))) // ","
+              lines = lines // line // either(" ", newline // "    ", character_count(line // joints) < widest) // joints &
+                & // newline // "    mass=" &
                 & // concise(typed(one%weights(k)%mass(body), units%of(of_mass)), digits) // ", inertia=0, center=" &
                 & // concise(place(1), digits) // "," // concise(place(2), digits)
               if (size(rigid%kinds()) > 3 .and. abs(link%own_z) > 0) lines = lines // ", z=" // concise(typed(link%own_z, &

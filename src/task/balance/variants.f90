@@ -2,7 +2,7 @@
 module gestell_task_balance_variants
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: text
+  use gestell_base_text, only: either, text
   use gestell_base_words, only: word_length
   use gestell_input_machine_frame, only: read_frame
   use gestell_model_frame, only: frame_type
@@ -20,7 +20,7 @@ module gestell_task_balance_variants
   implicit none (type, external)
   private
 
-  public :: name_of_weight, plan_variants, solve_variant, take_mounted
+  public :: plan_variants, solve_variant, take_mounted
 
   !> What the counterweights are for: nothing, the machine is as found; the least force, moment, weighted sum of one; several
   !> together, for no force at all, or the least force that those about pivots leave.
@@ -29,8 +29,7 @@ module gestell_task_balance_variants
 
   !> Force and moment on the ground.
   integer, parameter, public :: force = 1, moment = 2
-  character(len=*), parameter :: names(2) = ["total.f", "total.m"]
-  !> Of a counterweight.
+  character(len=*), parameter :: quantities(2) = ["total.f", "total.m"]
 
   !> The machine on its mounts.
   type, public :: mounted_type
@@ -47,20 +46,24 @@ module gestell_task_balance_variants
 
   type, public :: variant_type
     integer :: aim = as_found
+    !> The counterweights, the links that they sit on, their own names as links, and what they weigh together (kg).
     type(counterweight_type), allocatable :: weights(:)
+    character(len=word_length), allocatable :: on(:), names(:)
+    real(dp) :: mass = 0
     type(left_type) :: left
     type(mounted_type) :: mounted
   contains
-    procedure :: mass => added_mass
     procedure :: links => links_of
+    procedure :: label
   end type variant_type
 
 contains
 
   !> All of them, the machine as found first, on rigid ground at a speed (rad/s). `state`: as of `balance_force`. `length`: by which
   !> moments become forces in the weighted sum (m). Those whose counterweight would do nothing are left out.
-  subroutine plan_variants(rigid, speed, options, variants, state, length)
+  subroutine plan_variants(rigid, linkage, speed, options, variants, state, length)
     type(rigid_ground_type), intent(in) :: rigid
+    class(linkage_type), intent(in) :: linkage
     real(dp), intent(in) :: speed
     type(balance_options), intent(in) :: options
     type(variant_type), allocatable, intent(out) :: variants(:)
@@ -69,7 +72,7 @@ contains
     type(variant_type), allocatable :: all(:)
     type(counterweight_type), allocatable :: pivoted(:)
     real(dp) :: weights(size(rigid%found, 1), for_force:for_sum)
-    integer :: b, aim, n
+    integer :: b, aim, n, k, number, i
 
     allocate(all(3 + 3 * size(rigid%bodies)))
     allocate(all(1)%weights(0))
@@ -112,52 +115,54 @@ contains
       call measure_left(rigid, all(b)%weights, speed, all(b)%left)
     end do
     allocate(variants, source=all(:n))
+    do b = 1, n
+      associate (one => variants(b))
+        allocate(one%on(size(one%weights)), one%names(size(one%weights)))
+        do k = 1, size(one%weights)
+          associate (body => rigid%bodies(one%weights(k)%body))
+            one%mass = one%mass + one%weights(k)%mass(body)
+            one%on(k) = linkage%links(body%link)%name
+          end associate
+          ! a name that no link of the linkage has
+          one%names(k) = "counterweight_" // linkage%links(rigid%bodies(one%weights(k)%body)%link)%name
+          number = k
+          do while (any([(linkage%links(i)%name == one%names(k), i = 1, size(linkage%links))]))
+            one%names(k) = "counterweight_" // text(number)
+            number = number + size(one%weights)
+          end do
+        end do
+      end associate
+    end do
   end subroutine plan_variants
 
-  !> What the counterweights weigh together (kg).
-  pure real(dp) function added_mass(self, rigid)
-    class(variant_type), intent(in) :: self
-    type(rigid_ground_type), intent(in) :: rigid
-    integer :: k
-
-    added_mass = 0
-    do k = 1, size(self%weights)
-      added_mass = added_mass + self%weights(k)%mass(rigid%bodies(self%weights(k)%body))
-    end do
-  end function added_mass
-
   !> The links they sit on, by a word between them.
-  pure function links_of(self, rigid, linkage, between) result(words)
+  pure function links_of(self, between) result(words)
     class(variant_type), intent(in) :: self
-    type(rigid_ground_type), intent(in) :: rigid
-    class(linkage_type), intent(in) :: linkage
     character(len=*), intent(in) :: between
     character(len=:), allocatable :: words
     integer :: k
 
     words = ""
-    do k = 1, size(self%weights)
-      if (k > 1) words = words // between
-      words = words // linkage%links(rigid%bodies(self%weights(k)%body)%link)%name
+    do k = 1, size(self%on)
+      words = words // either(between, "", k > 1) // trim(self%on(k))
     end do
   end function links_of
 
-  !> The name of the variant's counterweight number `k`, which no link of the linkage has.
-  pure function name_of_weight(variant, k, rigid, linkage) result(name)
-    type(variant_type), intent(in) :: variant
-    integer, intent(in) :: k
-    type(rigid_ground_type), intent(in) :: rigid
-    class(linkage_type), intent(in) :: linkage
-    character(len=word_length) :: name
-    integer :: i, number
+  !> What the variant is called: "crank, for force".
+  pure function label(self)
+    class(variant_type), intent(in) :: self
+    character(len=:), allocatable :: label
 
-    name = "counterweight_" // linkage%links(rigid%bodies(variant%weights(k)%body)%link)%name
-    number = k
-    do while (any([(linkage%links(i)%name == name, i = 1, size(linkage%links))]))
-      name = "counterweight_" // text(number)
-      number = number + size(variant%weights)
-    end do
-  end function name_of_weight
+    select case (self%aim)
+    case (as_found)
+      label = "as found"
+    case (complete)
+      label = "complete"
+    case default
+      label = self%links(" + ") // ", for " // trim(aims(self%aim))
+      if (size(self%weights) > 1) label = trim(aims(self%aim)) // ", for force"
+    end select
+  end function label
 
   !> The machine with the variant's counterweights on its mounts: verdict and vibration. Where there is none its reason tells why.
   subroutine solve_variant(configuration, linkage, rigid, variant)
@@ -166,17 +171,12 @@ contains
     type(rigid_ground_type), intent(in) :: rigid
     type(variant_type), intent(inout) :: variant
     class(linkage_type), allocatable :: other
-    character(len=word_length) :: links(size(variant%weights))
     type(frame_type) :: frame
     type(analysis_options) :: options
     type(analysis_type) :: analysis
     type(error_type), allocatable :: failure
-    integer :: k
 
-    do k = 1, size(links)
-      links(k) = name_of_weight(variant, k, rigid, linkage)
-    end do
-    call with_counterweights(linkage, rigid%bodies, variant%weights, links, other, failure)
+    call with_counterweights(linkage, rigid%bodies, variant%weights, variant%names, other, failure)
     if (.not. allocated(failure)) call read_frame(configuration%document, configuration%units, other, frame, failure)
     options = configuration%analysis
     options%all_vibrations = .false.
@@ -200,7 +200,7 @@ contains
     allocate(mounted%orders(2, orders), source=0.0_dp)
     do i = force, moment
       if (.not. (allocated(analysis%vibration) .and. .not. allocated(failure))) exit
-      call find_quantity(analysis%frame, none, names(i), quantity, failure)
+      call find_quantity(analysis%frame, none, quantities(i), quantity, failure)
       if (i == moment .and. .not. allocated(failure)) call whole_moment(analysis%frame, quantity, failure)
       if (.not. allocated(failure)) call take_statistics(analysis%vibration, quantity, statistics, failure)
       if (allocated(failure)) exit
