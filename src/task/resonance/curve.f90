@@ -15,7 +15,7 @@ module gestell_task_resonance_curve
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: operator(/=), operator(==), undamped, undecided
   use gestell_base_kinds, only: dp
-  use gestell_task_resonance_points, only: curve_point_type, curve_points_type, same, straight
+  use gestell_task_resonance_points, only: curve_point_type, curve_points_type, exchange_point, same, straight
   use gestell_system_family, only: family_type
   use gestell_task_resonance_maxima, only: find_maxima, half_power_speeds, maximum_type, top_speeds
   use gestell_task_resonance_seeds, only: crossing_speeds
@@ -23,7 +23,6 @@ module gestell_task_resonance_curve
   use gestell_study_speeds, only: check_speeds
   use gestell_task_common_executor, only: executor_type, spread_over, work_type
   use gestell_task_common_record, only: record_type
-  use gestell_task_resonance_record, only: exchange_point
   implicit none (type, external)
   private
 
@@ -87,14 +86,28 @@ contains
   subroutine wanted(self, speeds)
     class(resonance_curve_type), intent(inout) :: self
     real(dp), allocatable, intent(out) :: speeds(:)
-    real(dp), allocatable :: more(:)
-    integer :: room
+    type(maximum_type), allocatable :: maxima(:)
+    real(dp), allocatable :: more(:), level(:)
+    logical, allocatable :: known(:), bent(:)
+    integer :: room, n, q, i
 
     if (allocated(self%grid)) then
       call move_alloc(self%grid, speeds)
       return
     end if
-    allocate(more, source=[real(dp) :: crossing_speeds(self%curve_points_type), borders(self), all_quantities(self)])
+    n = size(self%points) - 1
+    associate (p => self%points)
+      ! Between neighbours in different states the vibration begins or ceases to be stable.
+      more = [real(dp) :: crossing_speeds(self%curve_points_type), pack([((p(i)%speed + p(i + 1)%speed) / 2, i = 1, n)], &
+        & p(:n)%state /= p(2:)%state .and. [(abs(p(i)%speed - p(i + 1)%speed) > border * abs(p(i)%speed), i = 1, n)])]
+      do q = 1, size(self%options%names)
+        call self%levels(q, level, known)
+        call bent_intervals(self, level, known, bent)
+        call find_maxima(self%curve_points_type, q, level, known, bent, straight, maxima)
+        more = [more, pack([((p(i)%speed + p(i + 1)%speed) / 2, i = 1, n)], bent .and. [(divisible(p(i), p(i + 1)), i = 1, n)]), &
+          & top_speeds(self%curve_points_type, maxima), half_power_speeds(self%curve_points_type, maxima, bent)]
+      end do
+    end associate
     call self%new_ones(more, same, speeds)
     room = most_refined - count(self%points%refined)
     self%complete = size(speeds) <= room .and. (size(speeds) == 0 .or. self%rounds < most_rounds)
@@ -102,41 +115,6 @@ contains
     self%rounds = self%rounds + 1
     if (size(speeds) > room) speeds = speeds(:room)
   end subroutine wanted
-
-  !> Between neighbours in different states, where the vibration begins or ceases to be stable.
-  function borders(self) result(speeds)
-    class(resonance_curve_type), intent(in) :: self
-    real(dp), allocatable :: speeds(:)
-    integer :: i, n
-
-    n = size(self%points) - 1
-    associate (p => self%points)
-      speeds = pack([((p(i)%speed + p(i + 1)%speed) / 2, i = 1, n)], p(:n)%state /= p(2:)%state &
-        & .and. [(abs(p(i)%speed - p(i + 1)%speed) > border * abs(p(i)%speed), i = 1, n)])
-    end associate
-  end function borders
-
-  !> What the quantities' curves ask for.
-  function all_quantities(self) result(speeds)
-    class(resonance_curve_type), intent(in) :: self
-    real(dp), allocatable :: speeds(:)
-    type(maximum_type), allocatable :: maxima(:)
-    real(dp), allocatable :: level(:)
-    logical, allocatable :: known(:), bent(:)
-    integer :: q, i
-
-    allocate(speeds(0))
-    do q = 1, size(self%options%names)
-      call self%levels(q, level, known)
-      call bent_intervals(self, level, known, bent)
-      associate (p => self%points)
-        speeds = [speeds, pack([((p(i)%speed + p(i + 1)%speed) / 2, i = 1, size(bent))], &
-          & bent .and. [(divisible(p(i), p(i + 1)), i = 1, size(bent))])]
-      end associate
-      call find_maxima(self%curve_points_type, q, level, known, bent, straight, maxima)
-      speeds = [speeds, top_speeds(self%curve_points_type, maxima), half_power_speeds(self%curve_points_type, maxima, bent)]
-    end do
-  end function all_quantities
 
   !> The intervals where the curve is not resolved. The straight line through the two points before an interval, continued to
   !> its other end, misses the point that was computed there by h times the change of slope, and so does the line from behind.
@@ -191,7 +169,7 @@ contains
   !> Lists the maxima.
   subroutine finish(self)
     class(resonance_curve_type), intent(inout) :: self
-    type(maximum_type), allocatable :: found(:), all(:)
+    type(maximum_type), allocatable :: found(:)
     real(dp), allocatable :: level(:)
     logical, allocatable :: known(:), bent(:)
     integer :: q
@@ -201,10 +179,7 @@ contains
       call self%levels(q, level, known)
       call bent_intervals(self, level, known, bent)
       call find_maxima(self%curve_points_type, q, level, known, bent, standing_out, found)
-      allocate(all(size(self%maxima) + size(found)))
-      all(:size(self%maxima)) = self%maxima
-      all(size(self%maxima) + 1:) = found
-      call move_alloc(all, self%maxima)
+      self%maxima = [self%maxima, found]
     end do
   end subroutine finish
 

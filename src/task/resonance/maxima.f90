@@ -69,8 +69,9 @@ contains
       if (abs(level(i + 1) - level(i)) > least) listed(merge(i + 1, i, level(i + 1) > level(i))) = .true.
     end do
     do i = 1, size(level)
-      if (begins_gap(known, i)) then
-        last = end_of_gap(known, i)
+      if (known(max(i - 1, 1)) .and. .not. known(i)) then
+        ! the first of a gap behind a point that is known, and the last
+        last = i - 2 + findloc([known(i:), .true.], .true., dim=1)
         if (rises_into(curve, level, known, i, last, least)) then
           n = n + 1
           found(n) = without_bounds(curve, q, i, last)
@@ -96,15 +97,6 @@ contains
     allocate(maxima(n))
     maxima = found(:n)
   end subroutine find_maxima
-
-  !> Whether point `i` is the first of a gap, behind a point that is known.
-  pure logical function begins_gap(known, i)
-    logical, intent(in) :: known(:)
-    integer, intent(in) :: i
-
-    begins_gap = .false.
-    if (i > 1) begins_gap = known(i - 1) .and. .not. known(i)
-  end function begins_gap
 
   !> Whether point `i` is higher than both neighbours and stands out of both flanks by more than `least`. Where none of the
   !> exact frame's vibrations was found the neighbour is the next point at which one was.
@@ -179,18 +171,6 @@ contains
     maximum%small = .false.
   end function without_bounds
 
-  !> The last of the points from `first` on that are not known.
-  pure integer function end_of_gap(known, first) result(last)
-    logical, intent(in) :: known(:)
-    integer, intent(in) :: first
-
-    last = first
-    do while (last < size(known))
-      if (known(last + 1)) return
-      last = last + 1
-    end do
-  end function end_of_gap
-
   !> Whether the points from `first` to `last`, none of them known, are a resonance that leaves no vibration, or one beyond its
   !> error, into which the curve rises by more than `least` from both sides.
   pure logical function rises_into(curve, level, known, first, last, least)
@@ -241,7 +221,8 @@ contains
     do while (k >= 1 .and. k <= size(level))
       if (.not. known(k) .or. jump(min(k, k - step))) return
       if (level(k) > level(k - step)) return
-      u = [u(2), distance(level, i, k)]
+      ! sqrt((P_i / P_k)^2 - 1)
+      u = [u(2), sqrt(max(0.0_dp, exp(min(2 * (level(i) - level(k)), 600.0_dp)) - 1))]
       if (u(2) >= 1) then
         associate (s => curve%points(k - step)%speed, t => curve%points(k)%speed)
           speed = s + (t - s) * (1 - u(1)) / (u(2) - u(1))
@@ -251,14 +232,6 @@ contains
       k = k + step
     end do
   end function half_of
-
-  !> sqrt((P_i / P_k)^2 - 1).
-  pure real(dp) function distance(level, i, k)
-    real(dp), intent(in) :: level(:)
-    integer, intent(in) :: i, k
-
-    distance = sqrt(max(0.0_dp, exp(min(2 * (level(i) - level(k)), 600.0_dp)) - 1))
-  end function distance
 
   !> Where the tops must lie, of those whose surroundings are resolved and which are not found.
   function top_speeds(curve, maxima) result(speeds)
@@ -316,11 +289,14 @@ contains
     class(curve_points_type), intent(in) :: curve
     type(maximum_type), intent(in) :: maxima(:)
     logical, intent(in) :: bent(:)
-    real(dp), allocatable :: speeds(:)
+    real(dp), allocatable :: speeds(:), level(:)
+    logical, allocatable :: known(:), jump(:)
     integer :: m, side, k
 
     allocate(speeds(0))
     do m = 1, size(maxima)
+      call curve%levels(maxima(m)%quantity, level, known)
+      jump = curve%jumps(level, known)
       do side = 1, 2
         associate (half => maxima(m)%half(side), i => maxima(m)%point)
           if (ieee_is_nan(half)) cycle
@@ -330,7 +306,7 @@ contains
             k = k + merge(-1, 1, side == 1)
           end do
           if (any(bent(min(i, k):max(i, k) - 1))) cycle
-          if (is_across_jump(curve, maxima(m)%quantity, i, k)) cycle
+          if (any(jump(min(i, k):max(i, k) - 1))) cycle
           if (abs(rest(curve, maxima(m)%quantity, i, k) - 1) <= half_power) cycle
           if (abs(rest(curve, maxima(m)%quantity, i, k - merge(-1, 1, side == 1)) - 1) <= half_power) cycle
           speeds = [speeds, half]
@@ -338,17 +314,5 @@ contains
       end do
     end do
   end function half_power_speeds
-
-  !> Whether a jump lies between points `i` and `k`.
-  logical function is_across_jump(curve, q, i, k)
-    class(curve_points_type), intent(in) :: curve
-    integer, intent(in) :: q, i, k
-    real(dp), allocatable :: level(:)
-    logical, allocatable :: known(:), jump(:)
-
-    call curve%levels(q, level, known)
-    jump = curve%jumps(level, known)
-    is_across_jump = any(jump(min(i, k):max(i, k) - 1))
-  end function is_across_jump
 
 end module gestell_task_resonance_maxima

@@ -4,8 +4,12 @@ module gestell_task_resonance_points
   use gestell_base_kinds, only: dp
   use gestell_math_sorting, only: ascending
   use gestell_study_speed_point, only: speed_point_type
+  use gestell_task_common_record, only: record_type
+  use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
+
+  public :: exchange_point
 
   type, public, extends(speed_point_type) :: curve_point_type
     !> Whether the point stands between those of the grid.
@@ -37,6 +41,7 @@ contains
     type(speed_point_type), intent(in) :: points(:)
     logical, intent(in) :: refined
     type(curve_point_type), allocatable :: all(:)
+    logical :: new_first
     integer :: i, k, n
 
     n = size(self%points) + size(points)
@@ -44,7 +49,9 @@ contains
     i = 1
     k = 1
     do n = 1, size(all)
-      if (takes_new(self, points, i, k)) then
+      new_first = i > size(self%points)
+      if (.not. new_first .and. k <= size(points)) new_first = (points(k)%speed < self%points(i)%speed) .neqv. self%descends
+      if (new_first) then
         all(n)%speed_point_type = points(k)
         all(n)%refined = refined
         k = k + 1
@@ -55,17 +62,6 @@ contains
     end do
     call move_alloc(all, self%points)
   end subroutine insert
-
-  !> Whether new point k comes before old point i.
-  pure logical function takes_new(self, points, i, k)
-    class(curve_points_type), intent(in) :: self
-    type(speed_point_type), intent(in) :: points(:)
-    integer, intent(in) :: i, k
-
-    takes_new = i > size(self%points)
-    if (takes_new .or. k > size(points)) return
-    takes_new = (points(k)%speed < self%points(i)%speed) .neqv. self%descends
-  end function takes_new
 
   !> Those of `speeds` inside the range that are not there yet, nor closer than `same` of themselves to one that is, in the
   !> direction of the grid.
@@ -138,5 +134,34 @@ contains
 
     known = has_vibration(self%points%state)
   end function has_values
+
+  !> Writes a point for a run that goes on, or reads it; what was measured beside the quantities' own values is not kept.
+  subroutine exchange_point(point, record)
+    type(speed_point_type), intent(inout) :: point
+    type(record_type), intent(inout) :: record
+    integer(int64), allocatable :: words(:)
+    logical :: free
+
+    call record%pass(point%speed)
+    call record%pass(point%state)
+    call record%pass(point%linear)
+    call record%pass(point%from_fold)
+    call record%pass(point%values)
+    if (allocated(point%strongest)) words = int(point%strongest, int64)
+    call record%pass_words(words)
+    point%strongest = int(words)
+    free = allocated(point%turns)
+    call record%pass(free)
+    if (free) then
+      call record%pass(point%turns)
+      call record%pass(point%growth)
+      call record%pass(point%averaged_turns)
+      call record%pass(point%crank)
+      call record%pass(point%drive_turns)
+    end if
+    words = transfer(point%moved, [0_int64])
+    call record%pass_words(words)
+    point%moved = transfer(words, point%moved)
+  end subroutine exchange_point
 
 end module gestell_task_resonance_points

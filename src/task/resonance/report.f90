@@ -3,7 +3,7 @@ module gestell_task_resonance_report
   use gestell_base_verdict, only: failed, has_vibration, impossible, in_resonance, not_judged, operator(/=), operator(==), stable, &
     & state_word, verdict_type
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise, either, newline, text
   use gestell_input_wording, only: counted
   use gestell_output_report_orders, only: order_of
   use gestell_output_report_text_table, only: tab, tabulated
@@ -11,14 +11,12 @@ module gestell_task_resonance_report
   use gestell_output_report_warnings, only: judge_range
   use gestell_model_quantity_rows, only: quantity_type
   use gestell_task_resonance_curve, only: resonance_curve_type
-  use gestell_task_resonance_maxima, only: maximum_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   implicit none (type, external)
   private
 
   public :: report_resonance, verdict_on
 
-  character, parameter :: newline = new_line("a")
   !> Maxima of a quantity that are listed, at the most.
   integer, parameter :: most_listed = 8
 
@@ -44,8 +42,9 @@ contains
     report = report // warning
     do i = 1, size(missing)
       if (count(curve%points%state == missing(i)) == 0) cycle
-      report = report // "  note: at " // counted(count(curve%points%state == missing(i)), "speed") // " " // words(missing(i)) &
-        & // newline
+      report = report // "  note: at " // counted(count(curve%points%state == missing(i)), "speed") // " " &
+        & // either("a resonance leaves no periodic vibration", "the state is '" // trim(state_word(missing(i))) // "'", &
+        & missing(i) == in_resonance) // newline
     end do
     if (.not. curve%complete) report = report // "  note: the curve has finer details than were computed: order a smaller range" &
       & // newline
@@ -65,14 +64,6 @@ contains
       & "the machine leaves these vibrations")
   end function verdict_on
 
-  pure function words(state) result(sentence)
-    type(verdict_type), intent(in) :: state
-    character(len=:), allocatable :: sentence
-
-    sentence = "the state is '" // trim(state_word(state)) // "'"
-    if (state == in_resonance) sentence = "a resonance leaves no periodic vibration"
-  end function words
-
   !> The greatest maxima of a quantity, and where it is least.
   pure function curve_of(curve, q, quantity, turns, model) result(report)
     type(resonance_curve_type), intent(in) :: curve
@@ -89,7 +80,7 @@ contains
     left = curve%maxima%quantity == q .and. .not. curve%maxima%unbounded
     n = count(left)
     jumps = count(left .and. curve%maxima%jump)
-    report = "  " // trim(quantity%name) // ": " // text(n - jumps) // trim(merge(" maximum", " maxima ", n - jumps == 1))
+    report = "  " // trim(quantity%name) // ": " // text(n - jumps) // either(" maximum", " maxima", n - jumps == 1)
     if (jumps > 0) report = report // ", " // counted(jumps, "jump")
     if (n > most_listed) report = report // ", the greatest"
     report = report // newline
@@ -97,7 +88,16 @@ contains
     do i = 1, min(most_listed, n)
       k = maxloc(curve%maxima%value, dim=1, mask=left)
       left(k) = .false.
-      rows = rows // row_of(curve%maxima(k), turns, model) // newline
+      associate (maximum => curve%maxima(k))
+        rows = rows // concise(maximum%speed, 7) // tab // concise(maximum%value, 6) // tab &
+          & // either("-" // tab // "-", concise(maximum%width, 4) // tab // concise(maximum%damping_ratio, 4), &
+          & ieee_is_nan(maximum%width)) // tab // order_of(maximum%strongest_order, turns) // tab
+        if (maximum%jump) rows = rows // "jump" // either(" at a fold", "", maximum%fold) // ", other side " &
+          & // concise(maximum%other_side, 6) // "  "
+        if (maximum%state /= stable) rows = rows // trim(state_word(maximum%state)) // "  "
+        if (.not. maximum%small .and. model /= "exact") rows = rows // "not small"
+      end associate
+      rows = rows // newline
     end do
     if (n > 0) report = report // tabulated("rrrrrl", "speed,peak,width,damping,order" // newline // "rpm," // unit &
       & // ",rpm,ratio", rows)
@@ -107,7 +107,7 @@ contains
     do i = 1, min(most_listed, n)
       k = findloc(left, .true., dim=1)
       left(k) = .false.
-      report = report // trim(merge(",", " ", i > 1)) // " " // concise(curve%maxima(k)%speed, 7)
+      report = report // either(",", "", i > 1) // " " // concise(curve%maxima(k)%speed, 7)
     end do
     if (n > most_listed) report = report // ", ..."
     if (n > 0) report = report // " rpm" // newline
@@ -122,27 +122,8 @@ contains
     end do
     report = report // "  least at " // concise(curve%points(least)%speed, 5) // " rpm, " &
       & // concise(curve%points(least)%values(1, q), 5) // " " // unit // "; greatest at " &
-      & // concise(curve%points(most)%speed, 5) // " rpm" // trim(merge(", an end of the range", "                     ", &
-      & most == 1 .or. most == size(curve%points))) // ", " // concise(curve%points(most)%values(1, q), 5) // " " // unit // newline
+      & // concise(curve%points(most)%speed, 5) // " rpm" // either(", an end of the range", "", &
+      & most == 1 .or. most == size(curve%points)) // ", " // concise(curve%points(most)%values(1, q), 5) // " " // unit // newline
   end function curve_of
-
-  pure function row_of(maximum, turns, model) result(row)
-    type(maximum_type), intent(in) :: maximum
-    integer, intent(in) :: turns
-    character(len=*), intent(in) :: model
-    character(len=:), allocatable :: row
-
-    row = concise(maximum%speed, 7) // tab // concise(maximum%value, 6) // tab
-    if (ieee_is_nan(maximum%width)) then
-      row = row // "-" // tab // "-"
-    else
-      row = row // concise(maximum%width, 4) // tab // concise(maximum%damping_ratio, 4)
-    end if
-    row = row // tab // order_of(maximum%strongest_order, turns) // tab
-    if (maximum%jump) row = row // "jump" // trim(merge(" at a fold", "          ", maximum%fold)) // ", other side " &
-      & // concise(maximum%other_side, 6) // "  "
-    if (maximum%state /= stable) row = row // trim(state_word(maximum%state)) // "  "
-    if (.not. maximum%small .and. model /= "exact") row = row // "not small"
-  end function row_of
 
 end module gestell_task_resonance_report

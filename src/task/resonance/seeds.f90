@@ -23,11 +23,13 @@ contains
   function crossing_speeds(curve, pairs, counts) result(speeds)
     class(curve_points_type), intent(in) :: curve
     logical, intent(in), optional :: pairs, counts(:)
-    real(dp), allocatable :: speeds(:)
-    real(dp), allocatable :: swings(:, :), damping(:, :)
+    real(dp), allocatable :: speeds(:), swings(:, :), damping(:, :)
+    logical :: asked(size(curve%points))
     integer :: highest, i, j, k
 
     allocate(speeds(0))
+    asked = .true.
+    if (present(counts)) asked = counts
     call swings_of_modes(curve, swings, damping)
     if (present(pairs)) then
       if (pairs) call add_up(swings, damping)
@@ -50,16 +52,6 @@ contains
         end associate
       end do
     end do
-
-  contains
-
-    pure logical function asked(i)
-      integer, intent(in) :: i
-
-      asked = .true.
-      if (present(counts)) asked = counts(i)
-    end function asked
-
   end function crossing_speeds
 
   !> The modes' sums in place of the modes.

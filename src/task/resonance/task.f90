@@ -64,7 +64,8 @@ contains
     type(speed_options) :: options
     type(judgement_type) :: judgement
     character(len=:), allocatable :: warning
-    integer :: k, turns
+    type(table_type) :: table
+    integer :: i, k, turns
 
     call context%members(context%configuration%plan%family, family)
     associate (configuration => context%configuration)
@@ -79,34 +80,37 @@ contains
       warning = beyond_small(pack([(curve%points(k)%moved, k = 1, size(curve%points))], has_vibration(curve%points%state)), &
         & configuration%analysis%model)
       if (any(curve%points%state /= stable)) result%all_stable = .false.
-      call result%add(curve_table(self%quantities, curve, turns, judgement%words), plot_resonance(self%quantities, curve, turns, &
-        & configuration%plan%base))
-      call result%add(peaks_table(self%quantities, curve, turns, judgement%words), plot_peaks(self%quantities, curve, &
-        & configuration%plan%base))
+      table = curve_table(self%quantities, curve, turns, judgement%words)
+      call result%add(table, plot_resonance(table, self%quantities, curve, turns, configuration%plan%base))
+      table = new_table("peaks", "Peaks of the resonance curves", "", judgement%words, shown=.true.)
+      associate (maxima => curve%maxima)
+        call table%add("quantity", "name as in the input", (self%quantities(maxima%quantity)%name))
+        call table%add("unit", "of the value", (self%quantities(maxima%quantity)%unit))
+        call table%add("speed", rpm, "where the maximum lies", (maxima%speed))
+        call table%add("value", plain, "the peak there", (maxima%value))
+        call table%add("width", rpm, "between the speeds at which the peak has fallen to 1 / sqrt(2) of it", (maxima%width))
+        call table%add("damping_ratio", plain, "width / (2 speed)", (maxima%damping_ratio))
+        call add_order_column(table, "strongest_order", "order of the crank with the greatest amplitude", &
+          & (maxima%strongest_order), turns)
+        call table%add("state", "as in resonance.csv; unbounded; jump", merge("jump      ", merge("unbounded ", &
+          & state_word(maxima%state), maxima%unbounded), maxima%jump))
+        call table%add("small_motion", "as in resonance.csv", (maxima%small))
+        call table%add("other_side", plain, "at a jump the peak on its other side", (maxima%other_side))
+      end associate
+      call result%add(table, plot_peaks(table, self%quantities, curve, configuration%plan%base))
       call result%judge(judgement)
       call result%warn("undecided", warning)
       do k = 1, size(self%quantities)
-        call result%warn("", greatest_response(curve, k, self%quantities(k)))
+        associate (points => curve%points)
+          i = maxloc([(points(i)%values(1, k), i = 1, size(points))], dim=1, mask=curve%has_values())
+          if (i > 0) call result%warn("", "Response of " // trim(self%quantities(k)%name) // ": greatest at " &
+            & // concise(points(i)%speed, 6) // " rpm, " // concise(points(i)%values(1, k), 4) // " " &
+            & // trim(self%quantities(k)%unit))
+        end associate
       end do
       call result%say(report_resonance(self%quantities, curve, turns, judgement%words, warning, configuration%analysis%model))
     end associate
   end subroutine run
-
-  !> Where a quantity is greatest; empty where it has no value.
-  pure function greatest_response(curve, q, quantity) result(line)
-    type(resonance_curve_type), intent(in) :: curve
-    integer, intent(in) :: q
-    type(quantity_type), intent(in) :: quantity
-    character(len=:), allocatable :: line
-    integer :: i
-
-    line = ""
-    associate (points => curve%points)
-      i = maxloc([(points(i)%values(1, q), i = 1, size(points))], dim=1, mask=curve%has_values())
-      if (i > 0) line = "Response of " // trim(quantity%name) // ": greatest at " // concise(points(i)%speed, 6) // " rpm, " &
-        & // concise(points(i)%values(1, q), 4) // " " // trim(quantity%unit)
-    end associate
-  end function greatest_response
 
   !> resonance.csv; so many turns of the drive are a period.
   pure type(table_type) function curve_table(quantities, curve, turns, verdict) result(table)
@@ -129,8 +133,7 @@ contains
     do k = 1, size(quantities)
       name = trim(quantities(k)%name)
       unit = new_unit(trim(quantities(k)%unit))
-      call table%add(name // "_peak", unit, "greatest size over the turn", row(1), error=name // "_peak_error")
-      call table%add(name // "_peak_error", unit, "bound on its error", row(2))
+      call table%add(name // "_peak", unit, "greatest size over the turn", row(1), bounds=row(2))
       call table%add(name // "_rms", unit, "root mean square", row(3))
       do i = 1, size(harmonics)
         call table%add(name // "_order_" // order_as_fraction(harmonics(i), turns), unit, "amplitude of the order", row(3 + i))
@@ -151,29 +154,5 @@ contains
     end function row
 
   end function curve_table
-
-  !> peaks.csv.
-  pure type(table_type) function peaks_table(quantities, curve, turns, verdict) result(table)
-    type(quantity_type), intent(in) :: quantities(:)
-    type(resonance_curve_type), intent(in) :: curve
-    integer, intent(in) :: turns
-    character(len=*), intent(in) :: verdict
-
-    table = new_table("peaks", "Peaks of the resonance curves", "", verdict, shown=.true.)
-    associate (maxima => curve%maxima)
-      call table%add("quantity", "name as in the input", (quantities(maxima%quantity)%name))
-      call table%add("unit", "of the value", (quantities(maxima%quantity)%unit))
-      call table%add("speed", rpm, "where the maximum lies", (maxima%speed))
-      call table%add("value", plain, "the peak there", (maxima%value))
-      call table%add("width", rpm, "between the speeds at which the peak has fallen to 1 / sqrt(2) of it", (maxima%width))
-      call table%add("damping_ratio", plain, "width / (2 speed)", (maxima%damping_ratio))
-      call add_order_column(table, "strongest_order", "order of the crank with the greatest amplitude", &
-        & (maxima%strongest_order), turns)
-      call table%add("state", "as in resonance.csv; unbounded; jump", merge("jump      ", merge("unbounded ", &
-        & state_word(maxima%state), maxima%unbounded), maxima%jump))
-      call table%add("small_motion", "as in resonance.csv", (maxima%small))
-      call table%add("other_side", plain, "at a jump the peak on its other side", (maxima%other_side))
-    end associate
-  end function peaks_table
 
 end module gestell_task_resonance_task

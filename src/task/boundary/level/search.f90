@@ -12,7 +12,7 @@ module gestell_task_boundary_level_search
   use gestell_task_boundary_line_borders, only: border_type, open_border_type
   use gestell_task_common_executor, only: spread_over, work_type
   use gestell_task_common_record, only: record_type
-  use gestell_task_resonance_record, only: exchange_point
+  use gestell_task_resonance_points, only: exchange_point
   use gestell_task_resonance_curve, only: resonance_curve_type, start_curve
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
