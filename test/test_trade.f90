@@ -7,12 +7,10 @@ module test_trade
   use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_method, only: method_type
   use gestell_floquet_integrator_methods, only: new_method
-  use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
-  use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_floquet_period_periodic_solution, only: periodic_solution_type
+  use gestell_floquet_period_monodromy, only: accuracy_type, solve_monodromy
   use gestell_floquet_solution, only: solve_multipliers, solve_periodic
   use gestell_model_frame, only: frame_type
-  use gestell_task_trade, only: cheapest, measure_row, measure_trade, trade_row_type, trade_type
+  use gestell_task_trade, only: cheapest, converged_type, measure_row, measure_trade, trade_row_type, trade_type
   use machines, only: frame_of_machine
   use reference_frame, only: frame_of, frame_period
   use reference_linear, only: qp
@@ -43,9 +41,7 @@ contains
     type(trade_type) :: trade
     type(trade_row_type) :: rows(rungs, size(methods))
     type(accuracy_type) :: accuracy
-    type(monodromy_type) :: converged
-    type(multipliers_type) :: multipliers
-    type(periodic_solution_type) :: solution
+    type(converged_type) :: converged
     class(method_type), allocatable :: method
     type(gestell_error), allocatable :: failure
     real(qp) :: phi_q(6, 6), xp_q(6), x0_q(6)
@@ -55,9 +51,9 @@ contains
     call frame_of_machine(khang_machine(360.0_dp), frame, failure)
     if (.not. allocated(failure)) call measure_trade(frame, 1.0e-7_dp, trade, failure)
     accuracy = accuracy_type(tolerance=1.0e-14_dp, method="gauss8")
-    if (.not. allocated(failure)) call solve_monodromy(frame, accuracy, .true., converged, failure)
-    if (.not. allocated(failure)) call solve_multipliers(converged, .false., multipliers, failure)
-    if (.not. allocated(failure)) call solve_periodic(converged, solution, failure)
+    if (.not. allocated(failure)) call solve_monodromy(frame, accuracy, .true., converged%monodromy, failure)
+    if (.not. allocated(failure)) call solve_multipliers(converged%monodromy, .false., converged%multipliers, failure)
+    if (.not. allocated(failure)) call solve_periodic(converged%monodromy, converged%solution, failure)
     call check_success(error, failure)
     if (allocated(error)) return
     call frame_period(frame_of(khang_machine(360.0_dp)), 1.0e-22_qp, phi_q, xp_q, x0_q)
@@ -69,7 +65,7 @@ contains
     do k = 1, size(methods)
       call new_method(trim(methods(k)), method, failure)
       do i = 1, rungs
-        call measure_row(frame, method, 20 * 2**i, converged, multipliers, solution, rows(i, k), spent, failure)
+        call measure_row(frame, method, 20 * 2**i, converged, rows(i, k), spent, failure)
         call check_success(error, failure, methods(k))
         if (allocated(error)) return
         call check_row(rows(i, k))
@@ -89,9 +85,10 @@ contains
       real(dp) :: phi(6, 6), true_error
 
       call new_method(trim(row%method), its_method, failure)
-      call period_map(frame, its_method, mesh(frame, row%steps), converged%scale, phi, failure)
+      call period_map(frame, its_method, mesh(frame, row%steps), converged%monodromy%scale, phi, failure)
       true_error = &
-        & norm2(real(phi - phi_q, dp) * spread(converged%scale, 1, 6) / spread(converged%scale, 2, 6)) / converged%norm
+        & norm2(real(phi - phi_q, dp) * spread(converged%monodromy%scale, 1, 6) &
+        & / spread(converged%monodromy%scale, 2, 6)) / converged%monodromy%norm
       call check_that(error, abs(row%error_phi - true_error), "<=", 1.0e-6_dp * true_error + trade%floor_phi, row%method)
       call check_that(error, row%evaluations, "==", row%steps * its_method%stages, row%method)
       call check_that(error, row%seconds, ">=", 0.0_dp, row%method)

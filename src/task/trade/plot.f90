@@ -1,7 +1,7 @@
 !> The picture of speed against accuracy.
 module gestell_task_trade_plot
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise, newline, text
   use gestell_output_picture_script, only: figure_type, new_figure
   use gestell_task_trade, only: trade_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -9,8 +9,6 @@ module gestell_task_trade_plot
   private
 
   public :: plot_trade
-
-  character, parameter :: newline = new_line("a")
 
 contains
 
@@ -21,11 +19,8 @@ contains
     logical, intent(in) :: with_averaged
     type(figure_type) :: figure
     character(len=:), allocatable :: lines, curves
-    real(dp) :: evaluations(size(trade%rows)), seconds(size(trade%rows))
     integer :: i, methods
 
-    evaluations = real(trade%rows%evaluations, dp)
-    seconds = trade%rows%seconds
     curves = ""
     methods = 0
     do i = 1, size(trade%rows)
@@ -43,12 +38,12 @@ contains
       & // "above_zero(v) = v > 1e-17 ? v : 1e-17" // newline &
       & // "set logscale xy; set format '10^{%L}'; set yrange [1e-17:10]" // newline &
       & // "set key off; set ylabel 'relative error of Φ(T)'; set xlabel 'evaluations in a period'" // newline &
-      & // "set xrange " // decades(evaluations) // newline &
+      & // "set xrange " // decades(real(trade%rows%evaluations, dp)) // newline &
       & // "work(name) = column(name) > 0 ? column(name) : 1" // newline // "unit = 'evaluations'" // newline &
       & // "plot " // curves(3:) // newline &
       & // "set key at screen 0.985,screen 0.84 top right samplen 2 font ',12'" // newline &
       & // "set format y ''; unset ylabel; set xlabel 'time of a solution (s)'; unit = 'seconds'; set xrange " &
-      & // decades(seconds) // newline &
+      & // decades((trade%rows%seconds)) // newline &
       & // "work(name) = column(name) > 1e-9 ? column(name) : 1e-9" // newline &
       & // "plot " // curves(3:) // newline // "unset multiplot" // newline
     figure = new_figure("trade", "Error of Φ(T) against work, measured", lines, width=960, height=520)

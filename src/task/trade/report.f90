@@ -1,20 +1,17 @@
 !> The measured trade of speed for accuracy, for people.
 module gestell_task_trade_report
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise, either, newline, text
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_task_response_names, only: peak_heads, peak_units, peak_words
   use gestell_task_stability_report, only: modulus
-  use gestell_task_trade_frame_models, only: model_finding_type
-  use gestell_task_trade_model_trade, only: model_trade_type
+  use gestell_task_trade_model_trade, only: model_finding_type, model_trade_type
   use gestell_task_trade, only: cheapest, trade_type
   implicit none (type, external)
   private
 
   public :: report_frame_models, report_model, report_trade
-
-  character, parameter :: newline = new_line("a")
 
 contains
 
@@ -53,13 +50,12 @@ contains
   pure function report_model(trade, turns) result(lines)
     type(model_trade_type), intent(in) :: trade
     integer, intent(in) :: turns
-    character(len=:), allocatable :: lines, growth
+    character(len=:), allocatable :: lines, growth, worst
     character(len=24), allocatable :: names(:)
-    real(dp), parameter :: most = log(huge(1.0_dp)) - 1
+    real(dp), parameter :: most = log(huge(1.0_dp)) - 1, negligible = 0.01_dp, passable = 0.1_dp
     integer :: i
 
-    growth = "ln of it, per turn"
-    if (turns > 1) growth = "ln of it, in " // turns_in_words(turns)
+    growth = "ln of it, " // either("in " // turns_in_words(turns), "per turn", turns > 1)
     lines = "verdict" // tab // trim(trade%periodic%verdict) // tab // trim(trade%averaged%verdict) &
       & // newline &
       & // line("largest |rho|", exp(min(trade%periodic%log_rho, most)), exp(min(trade%averaged%log_rho, most)), trade%rho_miss()) &
@@ -74,7 +70,19 @@ contains
     lines = newline // "PERIODIC OR AVERAGED COEFFICIENTS" // newline &
       & // tabulated("lrrr", ",periodic,averaged,averaged off by", lines)
     if (.not. allocated(trade%averaged%peak)) lines = lines // "  " // trade%resonance // newline
-    lines = lines // "  " // conclusion(trade) // newline // "  (" // concise(1000 * trade%averaged%seconds, 2) &
+    worst = concise(100 * trade%worst_miss(), 2) // " %"
+    if (trade%periodic%verdict /= trade%averaged%verdict) then
+      lines = lines // "  The periodic coefficients decide the verdict: they are needed."
+    else if (allocated(trade%resonance)) then
+      lines = lines // "  The averaged model fails here: the periodic coefficients are needed."
+    else if (trade%worst_miss() > passable) then
+      lines = lines // "  The averaged model is off by up to " // worst // ": use the periodic coefficients."
+    else if (trade%worst_miss() > negligible) then
+      lines = lines // "  The averaged model is off by up to " // worst // ": good for a first look, not for final numbers."
+    else
+      lines = lines // "  The averaged model is off by " // worst // " at most: it would do for this machine at this speed."
+    end if
+    lines = lines // newline // "  (" // concise(1000 * trade%averaged%seconds, 2) &
       & // " ms against " // concise(1000 * trade%periodic%seconds, 2) // " ms; averaged coefficients never show parametric " &
       & // "resonance)" // newline
   end function report_model
@@ -85,31 +93,9 @@ contains
     real(dp), intent(in) :: periodic, averaged, miss
     character(len=:), allocatable :: row
 
-    row = trim(name) // tab // concise(periodic, 6) // tab // concise(averaged, 6) // tab
-    if (abs(miss) > 0) row = row // concise(100 * miss, 2) // " %" // newline
-    if (.not. abs(miss) > 0) row = row // "within the errors" // newline
+    row = trim(name) // tab // concise(periodic, 6) // tab // concise(averaged, 6) // tab &
+      & // either(concise(100 * miss, 2) // " %", "within the errors", abs(miss) > 0) // newline
   end function line
-
-  !> In words, whether the periodic coefficients are worth their price.
-  pure function conclusion(trade) result(words)
-    type(model_trade_type), intent(in) :: trade
-    character(len=:), allocatable :: words
-    real(dp), parameter :: negligible = 0.01_dp, passable = 0.1_dp
-    character(len=:), allocatable :: worst
-
-    worst = concise(100 * trade%worst_miss(), 2) // " %"
-    if (trade%periodic%verdict /= trade%averaged%verdict) then
-      words = "The periodic coefficients decide the verdict: they are needed."
-    else if (allocated(trade%resonance)) then
-      words = "The averaged model fails here: the periodic coefficients are needed."
-    else if (trade%worst_miss() > passable) then
-      words = "The averaged model is off by up to " // worst // ": use the periodic coefficients."
-    else if (trade%worst_miss() > negligible) then
-      words = "The averaged model is off by up to " // worst // ": good for a first look, not for final numbers."
-    else
-      words = "The averaged model is off by " // worst // " at most: it would do for this machine at this speed."
-    end if
-  end function conclusion
 
   !> Verdict, modulus, peaks and time of every model of the frame.
   pure function report_frame_models(findings) result(lines)

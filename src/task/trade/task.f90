@@ -2,7 +2,7 @@
 module gestell_task_trade_task
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: exact
+  use gestell_base_text, only: exact, newline
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: plain, unit_type
@@ -10,8 +10,7 @@ module gestell_task_trade_task
   use gestell_task_common_task, only: longest_table, task_type
   use gestell_task_common_context, only: context_type
   use gestell_task_trade, only: measure_trade, trade_row_type, trade_type
-  use gestell_task_trade_frame_models, only: measure_frame_models, model_finding_type
-  use gestell_task_trade_model_trade, only: measure_model, model_trade_type
+  use gestell_task_trade_model_trade, only: measure_frame_models, measure_model, model_finding_type, model_trade_type
   use gestell_task_trade_plot, only: plot_trade
   use gestell_task_trade_report, only: report_frame_models, report_model, report_trade
   implicit none (type, external)
@@ -43,39 +42,33 @@ contains
     type(trade_type) :: trade
     type(model_trade_type) :: model
     type(model_finding_type) :: models(size(frame_models))
+    type(trade_row_type), allocatable :: rows(:)
+    type(table_type) :: table
 
     associate (configuration => context%configuration, unused => self)
       call measure_trade(context%analysis%frame, budget, trade, error, context%executor)
       if (.not. allocated(error)) call measure_model(configuration%frame, configuration%accuracy, model, error)
       if (allocated(error)) return
-      call result%add(table_of(trade, model), plot_trade(trade, .not. allocated(model%resonance)))
+      ! The last row is the averaged model, where it has a periodic vibration.
+      rows = trade%rows
+      if (.not. allocated(model%resonance)) rows = [rows, trade_row_type("averaged", 0, 0, model%evaluations, model%error_phi, &
+        & model%error_rho, model%error_x0, model%averaged%seconds)]
+      table = new_table("trade", "Speed against accuracy", "What an accuracy costs, by method.", "", shown=.true.)
+      table%remarks = "errors of the converged solution: phi " // exact(trade%floor_phi) // " rho " // exact(trade%floor_rho) &
+        & // " x0 " // exact(trade%floor_x0) // newline
+      call table%add("method", "as in &accuracy; averaged: the model with averaged coefficients", (rows%method))
+      call table%add("order", "order of convergence", (rows%order))
+      call table%add("steps", "in a period", (rows%steps))
+      call table%add("evaluations", "of the coefficients in a period", (rows%evaluations))
+      call table%add("error_phi", plain, "error of Phi(T) relative to its norm", (rows%error_phi))
+      call table%add("error_rho", plain, "greatest relative error of a multiplier", (rows%error_rho))
+      call table%add("error_x0", plain, "error of the start of the vibration relative to its norm", (rows%error_x0))
+      call table%add("seconds", unit_type(words="s"), "median time of one solution", (rows%seconds))
+      call result%add(table, plot_trade(trade, .not. allocated(model%resonance)))
       if (.not. context%reports) return
       call measure_frame_models(configuration%frame, configuration%accuracy, models)
       call result%say(report_trade(trade) // report_model(model, configuration%turns()) // report_frame_models(models))
     end associate
   end subroutine run
-
-  !> trade.csv; its last row is the averaged model, where it has a periodic vibration. A remark says what the converged solution
-  !> claims for itself.
-  pure type(table_type) function table_of(trade, model) result(table)
-    type(trade_type), intent(in) :: trade
-    type(model_trade_type), intent(in) :: model
-    type(trade_row_type), allocatable :: rows(:)
-
-    rows = trade%rows
-    if (.not. allocated(model%resonance)) rows = [rows, trade_row_type("averaged", 0, 0, model%evaluations, model%error_phi, &
-      & model%error_rho, model%error_x0, model%averaged%seconds)]
-    table = new_table("trade", "Speed against accuracy", "What an accuracy costs, by method.", "", shown=.true.)
-    table%remarks = "errors of the converged solution: phi " // exact(trade%floor_phi) // " rho " // exact(trade%floor_rho) &
-      & // " x0 " // exact(trade%floor_x0) // new_line("a")
-    call table%add("method", "as in &accuracy; averaged: the model with averaged coefficients", (rows%method))
-    call table%add("order", "order of convergence", (rows%order))
-    call table%add("steps", "in a period", (rows%steps))
-    call table%add("evaluations", "of the coefficients in a period", (rows%evaluations))
-    call table%add("error_phi", plain, "error of Phi(T) relative to its norm", (rows%error_phi))
-    call table%add("error_rho", plain, "greatest relative error of a multiplier", (rows%error_rho))
-    call table%add("error_x0", plain, "error of the start of the vibration relative to its norm", (rows%error_x0))
-    call table%add("seconds", unit_type(words="s"), "median time of one solution", (rows%seconds))
-  end function table_of
 
 end module gestell_task_trade_task

@@ -33,6 +33,13 @@ module gestell_task_trade
     real(dp) :: seconds = 0
   end type trade_row_type
 
+  !> The converged solution that the others are compared with.
+  type, public :: converged_type
+    type(monodromy_type) :: monodromy
+    type(multipliers_type) :: multipliers
+    type(periodic_solution_type) :: solution
+  end type converged_type
+
   type, public :: trade_type
     type(trade_row_type), allocatable :: rows(:)
     !> What the converged solution claims for its own errors, in the same measures.
@@ -51,9 +58,7 @@ contains
     type(trade_type), intent(out) :: trade
     type(error_type), allocatable, intent(out) :: error
     class(executor_type), intent(inout), optional :: executor
-    type(monodromy_type) :: converged
-    type(multipliers_type) :: multipliers
-    type(periodic_solution_type) :: solution
+    type(converged_type) :: converged
     class(method_type), allocatable :: method
     character(len=name_length), allocatable :: names(:)
     integer :: i
@@ -62,34 +67,34 @@ contains
       call fatal_error(error, "the time allowed must be positive and finite", invalid_input)
       return
     end if
-    call solve_monodromy(frame, accuracy_type(tolerance=1.0e-14_dp, method="gauss8"), .true., converged, error)
-    if (.not. allocated(error)) call solve_multipliers(converged, .false., multipliers, error)
-    if (.not. allocated(error)) call solve_periodic(converged, solution, error)
-    if (allocated(error)) return
-    trade%floor_phi = converged%error / converged%norm
-    trade%floor_rho = maxval(multipliers%error)
-    trade%floor_x0 = norm2(solution%error / converged%scale) / max(norm2(solution%x0 / converged%scale), tiny(1.0_dp))
+    associate (monodromy => converged%monodromy, multipliers => converged%multipliers, solution => converged%solution)
+      call solve_monodromy(frame, accuracy_type(tolerance=1.0e-14_dp, method="gauss8"), .true., monodromy, error)
+      if (.not. allocated(error)) call solve_multipliers(monodromy, .false., multipliers, error)
+      if (.not. allocated(error)) call solve_periodic(monodromy, solution, error)
+      if (allocated(error)) return
+      trade%floor_phi = monodromy%error / monodromy%norm
+      trade%floor_rho = maxval(multipliers%error)
+      trade%floor_x0 = norm2(solution%error / monodromy%scale) / max(norm2(solution%x0 / monodromy%scale), tiny(1.0_dp))
+    end associate
 
     allocate(trade%rows(0))
     allocate(names, source=pack(method_names(), method_names() /= "auto"))
     do i = 1, size(names)
       call new_method(trim(names(i)), method, error)
       if (allocated(error)) return
-      call climb(frame, method, converged, multipliers, solution, budget / size(names), trade)
+      call climb(frame, method, converged, budget / size(names), trade)
       deallocate(method)
       if (present(executor)) call executor%show("measuring", real(i, dp) / size(names))
     end do
-    call measure_reduction(frame, converged, multipliers, solution, trade)
+    call measure_reduction(frame, converged, trade)
     if (size(trade%rows) == 0) call fatal_error(error, "no method came to an end within the time allowed", failed_computation)
   end subroutine measure_trade
 
   !> The ladder of one method.
-  subroutine climb(frame, method, converged, multipliers, solution, budget, trade)
+  subroutine climb(frame, method, converged, budget, trade)
     class(frame_type), intent(in) :: frame
     class(method_type), intent(in) :: method
-    type(monodromy_type), intent(in) :: converged
-    type(multipliers_type), intent(in) :: multipliers
-    type(periodic_solution_type), intent(in) :: solution
+    type(converged_type), intent(in) :: converged
     real(dp), intent(in) :: budget
     type(trade_type), intent(inout) :: trade
     type(trade_row_type) :: row
@@ -105,7 +110,7 @@ contains
     steps = max(frame%least_steps, nint(seen%phase_advance / method%order))
     spent = 0
     do
-      call measure_row(frame, method, steps, converged, multipliers, solution, row, wanted, error)
+      call measure_row(frame, method, steps, converged, row, wanted, error)
       ! A step that is too long can make the equations singular or the numbers overflow: a longer ladder is the answer.
       spent = spent + wanted
       if (.not. allocated(error)) then
@@ -120,13 +125,11 @@ contains
 
   !> One row: the median time of three solutions or more, and the errors against the converged solution. `spent`: the time of
   !> them all (s). Errors: matrices that are singular or not finite; resonance.
-  subroutine measure_row(frame, method, steps, converged, multipliers, solution, row, spent, error)
+  subroutine measure_row(frame, method, steps, converged, row, spent, error)
     class(frame_type), intent(in) :: frame
     class(method_type), intent(in) :: method
     integer, intent(in) :: steps
-    type(monodromy_type), intent(in) :: converged
-    type(multipliers_type), intent(in) :: multipliers
-    type(periodic_solution_type), intent(in) :: solution
+    type(converged_type), intent(in) :: converged
     type(trade_row_type), intent(out) :: row
     real(dp), intent(out) :: spent
     type(error_type), allocatable, intent(out) :: error
@@ -138,8 +141,8 @@ contains
     integer(int64) :: begin, finish, rate
     integer :: runs
 
-    coarse = converged
-    ! Of `converged`.
+    coarse = converged%monodromy
+    ! Of the converged solution.
     if (allocated(coarse%phi_change)) deallocate(coarse%phi_change)
     coarse%nodes = mesh(frame, steps)
     spent = 0
@@ -162,15 +165,13 @@ contains
     coarse%error = 0
     call solve_multipliers(coarse, .false., its_multipliers, error)
     if (.not. allocated(error)) call solve_periodic(coarse, its_solution, error)
-    if (.not. allocated(error)) call compare(coarse%phi, its_multipliers, its_solution, converged, multipliers, solution, row)
+    if (.not. allocated(error)) call compare(coarse%phi, its_multipliers, its_solution, converged, row)
   end subroutine measure_row
 
   !> The row of the reduction, if it applies: Phi(T) from its eigenvectors.
-  subroutine measure_reduction(frame, converged, multipliers, solution, trade)
+  subroutine measure_reduction(frame, converged, trade)
     class(frame_type), intent(in) :: frame
-    type(monodromy_type), intent(in) :: converged
-    type(multipliers_type), intent(in) :: multipliers
-    type(periodic_solution_type), intent(in) :: solution
+    type(converged_type), intent(in) :: converged
     type(trade_type), intent(inout) :: trade
     integer, parameter :: runs = 3
     type(trade_row_type) :: row
@@ -201,28 +202,27 @@ contains
     row%evaluations = found%evaluations
     row%seconds = median(times)
     associate (v => its_multipliers%vectors, rho => its_multipliers%rho)
-      call compare(real(matmul(v * spread(rho, 1, size(rho)), inverted)), its_multipliers, its_solution, converged, multipliers, &
-        & solution, row)
+      call compare(real(matmul(v * spread(rho, 1, size(rho)), inverted)), its_multipliers, its_solution, converged, row)
     end associate
     trade%rows = [trade%rows, row]
   end subroutine measure_reduction
 
   !> The errors of a row. Multipliers that the converged solution has lost do not count.
-  subroutine compare(phi, its_multipliers, its_solution, converged, multipliers, solution, row)
+  subroutine compare(phi, its_multipliers, its_solution, converged, row)
     real(dp), intent(in) :: phi(:, :)
-    type(multipliers_type), intent(in) :: its_multipliers, multipliers
-    type(periodic_solution_type), intent(in) :: its_solution, solution
-    type(monodromy_type), intent(in) :: converged
+    type(multipliers_type), intent(in) :: its_multipliers
+    type(periodic_solution_type), intent(in) :: its_solution
+    type(converged_type), intent(in) :: converged
     type(trade_row_type), intent(inout) :: row
     integer :: n, k
 
     n = size(phi, 1)
-    associate (d => converged%scale)
-      row%error_phi = norm2(balanced(phi - converged%phi, d)) / converged%norm
-      row%error_x0 = norm2((its_solution%x0 - solution%x0) / d) / max(norm2(solution%x0 / d), tiny(1.0_dp))
+    associate (d => converged%monodromy%scale, x0 => converged%solution%x0, multipliers => converged%multipliers)
+      row%error_phi = norm2(balanced(phi - converged%monodromy%phi, d)) / converged%monodromy%norm
+      row%error_x0 = norm2((its_solution%x0 - x0) / d) / max(norm2(x0 / d), tiny(1.0_dp))
+      row%error_rho = maxval([(minval(abs(its_multipliers%rho - multipliers%rho(k))) / max(abs(multipliers%rho(k)), &
+        & tiny(1.0_dp)), k = 1, n)], mask=multipliers%error < 0.5_dp)
     end associate
-    row%error_rho = maxval([(minval(abs(its_multipliers%rho - multipliers%rho(k))) / max(abs(multipliers%rho(k)), tiny(1.0_dp)), &
-      & k = 1, n)], mask=multipliers%error < 0.5_dp)
   end subroutine compare
 
   !> The quickest row whose errors of Phi(T) and x0 are at most `allowed`; 0 if there is none.
