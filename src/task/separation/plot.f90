@@ -1,7 +1,7 @@
 !> The picture of modes and orders.
 module gestell_task_separation_plot
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise, either, newline, text
   use gestell_output_report_orders, only: range_of
   use gestell_output_picture_script, only: figure_type, new_figure
   use gestell_task_campbell, only: campbell_type
@@ -12,7 +12,6 @@ module gestell_task_separation_plot
 
   public :: plot_separation
 
-  character, parameter :: newline = new_line("a")
   !> Width of a range that is one speed, relative to it; what is shown beside the range.
   real(dp), parameter :: narrow = 0.04_dp, beside = 0.2_dp
 
@@ -28,7 +27,7 @@ contains
     type(figure_type) :: figure
     character(len=:), allocatable :: lines, curves
     real(dp) :: range(2), orders(size(harmonics)), top, at
-    integer :: k
+    integer :: i, k
 
     range = [minval(abs(campbell%points%speed)), maxval(abs(campbell%points%speed))]
     if (.not. range(2) > range(1)) range = range * [1 - narrow / 2, 1 + narrow / 2]
@@ -47,13 +46,22 @@ contains
         at = min(right, 60 * top / orders(k))
         lines = lines // "set label " // text(k) // " '" // concise(orders(k), 4) // "×' at " // concise(at, 7) // "," &
           & // concise(orders(k) * at / 60, 7) // " right offset -0.5,0.5 font ',12' textcolor rgb '#666666' front" // newline
-        curves = curves // band(orders(k), margin / 100, k == 1) // ", " // concise(orders(k), 9) &
+        curves = curves // ", $range using 1:(" // concise(orders(k), 9) // " * $1 / 60 * " &
+          & // concise(max(0.0_dp, 1 - margin / 100), 6) // "):(" // concise(orders(k), 9) // " * $1 / 60 * " &
+          & // concise(1 + margin / 100, 6) // ") with filledcurves lc rgb '#E69F00' fs transparent solid 0.3 " &
+          & // either("title 'margin'", "notitle", k == 1) // ", " // concise(orders(k), 9) &
           & // " * x / 60 with lines lt 8 dt 1 lw 0.8 notitle"
       end do
     end associate
     do k = 1, campbell%modes
-      lines = lines // block_of(campbell, k)
-      curves = curves // ", $mode" // text(k) // " using 1:2 with " // trim(merge("points", "lines ", size(campbell%points) == 1)) &
+      lines = lines // "$mode" // text(k) // " << END" // newline // "speed_rpm,frequency_Hz" // newline
+      do i = 1, size(campbell%points)
+        associate (speed => campbell%points(i)%speed, mode => campbell%points(i)%modes(k))
+          if (mode%identified) lines = lines // concise(abs(speed), 9) // "," // concise(mode%frequency() / (2 * pi), 9) // newline
+        end associate
+      end do
+      lines = lines // "END" // newline
+      curves = curves // ", $mode" // text(k) // " using 1:2 with " // either("points", "lines", size(campbell%points) == 1) &
         & // " lt " // text(k) // " title 'mode " // text(k) // "'"
     end do
     lines = lines // "plot " // curves(3:) // ", 'separation.csv' using (stringcolumn('state') eq 'fail' ? " &
@@ -61,34 +69,5 @@ contains
     figure = new_figure("separation", "Modes beside orders " // range_of(maxval(harmonics) / turns, turns) // " of the crank, " &
       & // "margin " // concise(margin, 4) // " %", lines, width=800, height=520)
   end function plot_separation
-
-  !> The margin around an order; `named`: it is in the key.
-  pure function band(order, margin, named) result(words)
-    real(dp), intent(in) :: order, margin
-    logical, intent(in) :: named
-    character(len=:), allocatable :: words, frequency
-
-    frequency = concise(order, 9) // " * $1 / 60"
-    words = ", $range using 1:(" // frequency // " * " // concise(max(0.0_dp, 1 - margin), 6) // "):(" // frequency // " * " &
-      & // concise(1 + margin, 6) // ") with filledcurves lc rgb '#E69F00' fs transparent solid 0.3 " &
-      & // trim(merge("title 'margin'", "notitle       ", named))
-  end function band
-
-  !> The frequencies of a mode over the speed.
-  pure function block_of(campbell, mode) result(lines)
-    type(campbell_type), intent(in) :: campbell
-    integer, intent(in) :: mode
-    character(len=:), allocatable :: lines
-    integer :: i
-
-    lines = "$mode" // text(mode) // " << END" // newline // "speed_rpm,frequency_Hz" // newline
-    do i = 1, size(campbell%points)
-      associate (point => campbell%points(i))
-        if (point%modes(mode)%identified) lines = lines // concise(abs(point%speed), 9) // "," &
-          & // concise(point%modes(mode)%frequency() / (2 * pi), 9) // newline
-      end associate
-    end do
-    lines = lines // "END" // newline
-  end function block_of
 
 end module gestell_task_separation_plot

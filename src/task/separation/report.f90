@@ -1,7 +1,7 @@
 !> The modes beside the orders of the crank, for people.
 module gestell_task_separation_report
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, fixed, text
+  use gestell_base_text, only: concise, either, fixed, newline, text
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_model_frame, only: dof_names
   use gestell_task_separation, only: decoupled, is_decoupled, separation_type
@@ -11,7 +11,6 @@ module gestell_task_separation_report
 
   public :: report_separation, separation_headline
 
-  character, parameter :: newline = new_line("a")
   !> Lines of what does not pass, at the most.
   integer, parameter :: most_listed = 30
 
@@ -24,15 +23,12 @@ contains
     type(separation_type), intent(in) :: found(:)
     real(dp), intent(in) :: speeds(:), margin
     character(len=*), intent(in) :: orders, verdict, remark
-    character(len=:), allocatable :: lines
-    character(len=:), allocatable :: rows, heads, parts
+    character(len=:), allocatable :: lines, rows, heads, parts
     integer :: first, each, i, listed
 
     each = max(1, count(found%mode == 1))
-    lines = newline // "SEPARATION of the modes from order" // trim(merge(" ", "s", each == 1)) // " "
-    if (each == 1) lines = lines // "1"
-    if (each > 1) lines = lines // orders
-    lines = lines // " at " // concise(speeds(1), 7)
+    lines = newline // "SEPARATION of the modes from order" // either(" 1", "s " // orders, each == 1) // " at " &
+      & // concise(speeds(1), 7)
     if (size(speeds) > 1) lines = lines // " to " // concise(speeds(size(speeds)), 7)
     lines = lines // " rpm, about rest" // newline
     if (verdict /= "stable") lines = lines // "  " // verdict // newline
@@ -44,7 +40,7 @@ contains
       parts = parts // ", " // trim(dof_names(i))
     end do
     lines = lines // "  " // parts(3:) // ": parts of the kinetic energy" &
-      & // trim(merge(" (%)", "    ", any(found%dofs > 3))) // "; order: the nearest, " // concise(margin, 4) &
+      & // either(" (%)", "", any(found%dofs > 3)) // "; order: the nearest, " // concise(margin, 4) &
       & // " % wanted" // newline
     rows = ""
     do first = 1, size(found), each
@@ -85,18 +81,11 @@ contains
     character(len=:), allocatable :: row
     integer :: k
 
-    row = text(one%mode) // tab // number(one%frequency, 5) // tab
-    if (abs(one%at%growth) > one%at%error) then
-      row = row // number(one%at%damping_ratio(), 3)
-    else
-      row = row // "0"
-    end if
+    row = text(one%mode) // tab // number(one%frequency, 5) // tab // either(number(one%at%damping_ratio(), 3), "0", &
+      & abs(one%at%growth) > one%at%error)
     do k = 1, one%dofs
-      if (ieee_is_finite(one%energy(k))) then
-        row = row // tab // fixed(100 * one%energy(k), 0)
-      else
-        row = row // tab // "?"
-      end if
+      if (ieee_is_finite(one%energy(k))) row = row // tab // fixed(100 * one%energy(k), 0)
+      if (.not. ieee_is_finite(one%energy(k))) row = row // tab // "?"
     end do
     row = row // tab // concise(one%order, 4) // tab
     if (one%dofs == 3) row = row // number(one%excitation, 5) // tab
@@ -126,8 +115,7 @@ contains
     integer, intent(in) :: digits
     character(len=:), allocatable :: words
 
-    words = "?"
-    if (ieee_is_finite(value)) words = concise(value, digits)
+    words = either(concise(value, digits), "?", ieee_is_finite(value))
   end function number
 
   !> What an engineer reads first: the mode that is nearest to an order; `state`: as of the machine, unstable where it is too near.

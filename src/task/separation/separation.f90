@@ -59,9 +59,20 @@ contains
         call approach(found(i), campbell%points(k)%speed, campbell%points(k)%modes(found(i)%mode))
       end do
       crossing = findloc(crossings%mode == found(i)%mode .and. .not. abs(crossings%order - found(i)%order) > 0, .true., dim=1)
-      if (crossing > 0) call meet(found(i), crossings(crossing))
-      call share_energy(campbell, found(i))
-      call judge(found(i), margin)
+      associate (one => found(i))
+        if (crossing > 0) then
+          one%speed = crossings(crossing)%speed
+          one%at = crossings(crossing)%at
+          one%frequency = one%at%frequency() / (2 * pi)
+          one%excitation = one%order * abs(one%speed) / 60
+          one%distance = 0
+          one%error = 0
+        end if
+        call share_energy(campbell, one)
+        if (.not. ieee_is_finite(one%distance)) cycle
+        if (one%distance - one%error >= margin) one%state = "pass"
+        if (one%distance + one%error < margin) one%state = "fail"
+      end associate
     end do
   end function find_separations
 
@@ -92,19 +103,6 @@ contains
     self%excitation = excitation
   end subroutine approach
 
-  !> Takes the resonance within the range.
-  pure subroutine meet(self, crossing)
-    type(separation_type), intent(inout) :: self
-    type(crossing_type), intent(in) :: crossing
-
-    self%speed = crossing%speed
-    self%at = crossing%at
-    self%frequency = crossing%at%frequency() / (2 * pi)
-    self%excitation = self%order * abs(crossing%speed) / 60
-    self%distance = 0
-    self%error = 0
-  end subroutine meet
-
   !> Of a vibration q with the mean mass matrix M: Re(conj(q_i) (M q)_i) / q* M q, which add up to 1. Where M couples two freedoms a
   !> part can be negative. M does not depend on the speed.
   pure subroutine share_energy(campbell, self)
@@ -124,14 +122,5 @@ contains
     self%energy = 0
     self%energy(campbell%free) = parts(:size(campbell%free)) / sum(parts)
   end subroutine share_energy
-
-  pure subroutine judge(self, margin)
-    type(separation_type), intent(inout) :: self
-    real(dp), intent(in) :: margin
-
-    if (.not. ieee_is_finite(self%distance)) return
-    if (self%distance - self%error >= margin) self%state = "pass"
-    if (self%distance + self%error < margin) self%state = "fail"
-  end subroutine judge
 
 end module gestell_task_separation

@@ -156,15 +156,13 @@ contains
     call table%add("mode", "its number", (found%mode))
     call add_order_column(table, "order", "multiple of the crank speed", (found%harmonic), turns)
     call table%add("speed", rpm, "where the two are nearest", (found%speed))
-    call table%add("frequency", hertz, "of the mode there", (found%frequency), error="frequency_error")
-    call table%add("frequency_error", hertz, "bound on its error", [(merge(found(i)%at%error / (2 * pi), &
+    call table%add("frequency", hertz, "of the mode there", (found%frequency), bounds=[(merge(found(i)%at%error / (2 * pi), &
       & ieee_value(1.0_dp, ieee_quiet_nan), found(i)%at%identified), i = 1, n)])
     call table%add("damping_ratio", plain, "of the mode there, Lehr's", [(found(i)%at%damping_ratio(), i = 1, n)])
     call table%add("share", plain, "of the strongest component in the mode's mean square", [(found(i)%at%share(), i = 1, n)])
     call table%add("excitation", hertz, "frequency of the order there", (found%excitation))
     call table%add("distance", percent, "of the two, in per cent of the order's frequency", 100 * found%distance, &
-      & error="distance_error")
-    call table%add("distance_error", percent, "bound on its error", 100 * found%error)
+      & bounds=100 * found%error)
     do k = 1, maxval([3, found%dofs])
       call table%add("energy_" // trim(dof_names(k)), plain, "part of " // trim(dof_names(k)) // " in the mode's kinetic energy", &
         & [(found(i)%energy(k), i = 1, n)])

@@ -1,7 +1,7 @@
 !> How far the modes are those of a machine that turns about its torque-roll axis.
 module gestell_task_separation_torque_roll
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_text, only: concise, fixed, text
+  use gestell_base_text, only: concise, either, fixed, newline, text
   use gestell_model_frame, only: frame_type
   use gestell_model_space, only: in_frame, in_space
   use gestell_model_space_torque_roll, only: find_torque_roll, torque_roll_type
@@ -15,8 +15,6 @@ module gestell_task_separation_torque_roll
   private
 
   public :: axis_line, axis_table, share_torque_roll, torque_roll_line
-
-  character, parameter :: newline = new_line("a")
 
 contains
 
@@ -58,8 +56,8 @@ contains
         & // fixed(100 * modes(i)%torque_roll, 0) // " %"
     end do
     most = maxloc(modes%torque_roll, dim=1, mask=modes%torque_roll >= 0)
-    line = wrapped("  of the motion about the torque-roll axis: " // line(3:) // trim(merge("; decoupled", "; coupled  ", &
-      & is_decoupled(modes(most)%torque_roll))) // newline)
+    line = wrapped("  of the motion about the torque-roll axis: " // line(3:) // either("; decoupled", "; coupled", &
+      & is_decoupled(modes(most)%torque_roll)) // newline)
   end function torque_roll_line
 
   !> The axis of a frame in space, for `--check`.
