@@ -1,10 +1,10 @@
 !> What the processor at hand can do that a portable program does not take for granted.
 !>
-!> There are versions of two kinds. An innermost loop over eight lanes is a procedure for one lane, of which the compiler makes
-!> eight side by side (gestell_math_lanes_versions). A procedure with many loops over lanes is a version as a whole: it is
-!> declared as one of two side by side, simdlen(2), of which the second, `once` = 2, returns. Before it returns a local array
-!> should be set that is used afterwards: else GCC may split the procedure there, and its versions are of the beginning alone.
-!> `.ci/versions` looks at what was made.
+!> A procedure with loops over eight lanes has a version for each kind of vectors: GCC makes one of a procedure that is declared as
+!> one of two side by side, simdlen(2), of which the second, `once` = 2, returns. Where GCC splits a procedure at this return its
+!> versions are of the beginning alone: a local array that is set before and used afterwards prevents that. `.ci/versions` looks at
+!> what was made. The names of the versions follow from the arguments: u for each that is uniform, l for `once`. The names in C
+!> begin with "lanes", as the door for C exports what begins with "gestell".
 module gestell_base_processor
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version

@@ -11,95 +11,11 @@ module gestell_floquet_integrator_step_equations
 
   public :: fill_panel
 
-  abstract interface
-    pure subroutine fill_version(layout, j, together, a, aa, mass, damping, stiffness, panel, once) bind(C)
-      import :: c_int, dp, lanes, layout_type, width
-      implicit none (type, external)
-      type(layout_type), intent(in) :: layout
-      integer(c_int), value :: j, together, once
-      real(dp), intent(in) :: a(layout%s), aa(layout%s)
-      real(dp), dimension(lanes, layout%n, together), intent(in) :: mass, damping, stiffness
-      real(dp), intent(inout) :: panel(lanes, width, layout%rows)
-    end subroutine fill_version
-  end interface
-
-  procedure(fill_version), bind(C, name="_ZGVeN2uuuuuuuuul_lanes_gestell_fill") :: fill_512
-  procedure(fill_version), bind(C, name="_ZGVdN2uuuuuuuuul_lanes_gestell_fill") :: fill_256
-
 contains
-
-  !> The columns from `column` on, unknowns or states and loads, of the steps from `step` on, from M, h B and h^2 C. Places that are
-  !> no unknown's, and rows and columns that are no state's, are padded with zeros and ones.
-  pure subroutine fill_panel(tableau, at, step, layout, column, columns, panel, mass, damping, stiffness)
-    class(tableau_type), intent(in) :: tableau
-    type(coefficients_type), intent(in) :: at
-    integer, intent(in) :: step, column, columns
-    type(layout_type), intent(in) :: layout
-    real(dp), intent(inout) :: panel(lanes, width, layout%rows)
-    real(dp), dimension(lanes, layout%n, layout%f), intent(in) :: mass, damping, stiffness
-    integer :: c, here, together, lane
-
-    call clear(layout, panel)
-    c = 1
-    do while (c <= columns)
-      here = column + c - 1
-      together = 1
-      if (here > layout%n) then
-        call fill_state(tableau%c, at, step, layout, here - layout%n, c, panel, damping, stiffness)
-      else if (layout%component(here) == 0) then
-        panel(:, c, :) = 0
-        panel(:, c, here) = 1
-      else
-        associate (j => layout%node(here), k => layout%component(here), map => layout%n + layout%component(here))
-          together = min(3, layout%f - k + 1, columns - c + 1)
-          call fill_unknowns(layout, j, together, tableau%a(:, j), tableau%aa(:, j), mass(1, 1, k), damping(1, 1, k), &
-            & stiffness(1, 1, k), panel(1, c, 1))
-          do here = 0, together - 1
-            !GCC$ unroll 1
-            do lane = 1, lanes
-              panel(lane, c + here, map + here) = -tableau%ba(j)
-              panel(lane, c + here, map + here + at%positions) = -tableau%b(j)
-            end do
-          end do
-        end associate
-      end if
-      c = c + together
-    end do
-  end subroutine fill_panel
-
-  !> Zeros in the rows of states and in those that are no unknown's: none but the last three nodes have such rows behind them.
-  pure subroutine clear(layout, panel)
-    type(layout_type), intent(in) :: layout
-    real(dp), intent(inout) :: panel(lanes, width, layout%rows)
-    integer :: i, row
-
-    do i = max(1, layout%s - 2), layout%s
-      do row = layout%place(i) + layout%f + 1, merge(layout%rows, layout%place(i + 1), i == layout%s)
-        panel(:, :, row) = 0
-      end do
-    end do
-  end subroutine clear
 
   !> The first columns of a panel, one to three `together`, of unknowns of node `j`, from their columns of M, h B and h^2 C. `a`,
   !> `aa`: the columns of A and A A for that node. (But for the last two of a nested tableau the nodes follow each other without a
-  !> gap.)
-  pure subroutine fill_unknowns(layout, j, together, a, aa, mass, damping, stiffness, panel)
-    type(layout_type), intent(in) :: layout
-    integer, intent(in) :: j, together
-    real(dp), contiguous, intent(in) :: a(:), aa(:)
-    real(dp), dimension(lanes, layout%n, together), intent(in) :: mass, damping, stiffness
-    real(dp), intent(inout) :: panel(lanes, width, layout%rows)
-
-    if (has_versions .and. vector_length() == 8) then
-      call fill_512(layout, j, together, a, aa, mass, damping, stiffness, panel, 1)
-    else if (has_versions .and. vector_length() == 4) then
-      call fill_256(layout, j, together, a, aa, mass, damping, stiffness, panel, 1)
-    else
-      call fill_here(layout, j, together, a, aa, mass, damping, stiffness, panel, 1)
-    end if
-  end subroutine fill_unknowns
-
-  !> Three columns share the factors of the tableau; where there are no three the last one stands for those that are missing.
+  !> gap.) Three columns share the factors of the tableau; where there are no three the last one stands for those that are missing.
   pure subroutine fill_here(layout, j, together, a, aa, mass, damping, stiffness, panel, once) bind(C, name="lanes_gestell_fill")
     !$omp declare simd uniform(layout, j, together, a, aa, mass, damping, stiffness, panel) linear(once) simdlen(2) notinbranch
     type(layout_type), intent(in) :: layout
@@ -182,6 +98,60 @@ contains
     end associate
   end subroutine fill_here
 
+  !> The columns from `column` on, unknowns or states and loads, of the steps from `step` on, from M, h B and h^2 C. Places that are
+  !> no unknown's, and rows and columns that are no state's, are padded with zeros and ones.
+  pure subroutine fill_panel(tableau, at, step, layout, column, columns, panel, mass, damping, stiffness)
+    class(tableau_type), intent(in) :: tableau
+    type(coefficients_type), intent(in) :: at
+    integer, intent(in) :: step, column, columns
+    type(layout_type), intent(in) :: layout
+    real(dp), intent(inout) :: panel(lanes, width, layout%rows)
+    real(dp), dimension(lanes, layout%n, layout%f), intent(in) :: mass, damping, stiffness
+    procedure(fill_here), bind(C, name="_ZGVeN2uuuuuuuuul_lanes_gestell_fill") :: fill_512
+    procedure(fill_here), bind(C, name="_ZGVdN2uuuuuuuuul_lanes_gestell_fill") :: fill_256
+    integer :: c, here, together, length, row, lane
+
+    length = vector_length()
+    ! None but the last three nodes have rows behind them that are no unknown's.
+    do here = max(1, layout%s - 2), layout%s
+      do row = layout%place(here) + layout%f + 1, merge(layout%rows, layout%place(here + 1), here == layout%s)
+        panel(:, :, row) = 0
+      end do
+    end do
+    c = 1
+    do while (c <= columns)
+      here = column + c - 1
+      together = 1
+      if (here > layout%n) then
+        call fill_state(tableau%c, at, step, layout, here - layout%n, c, panel, damping, stiffness)
+      else if (layout%component(here) == 0) then
+        panel(:, c, :) = 0
+        panel(:, c, here) = 1
+      else
+        associate (j => layout%node(here), k => layout%component(here), map => layout%n + layout%component(here))
+          together = min(3, layout%f - k + 1, columns - c + 1)
+          associate (a => tableau%a(:, j), aa => tableau%aa(:, j))
+            if (has_versions .and. length == 8) then
+              call fill_512(layout, j, together, a, aa, mass(1, 1, k), damping(1, 1, k), stiffness(1, 1, k), panel(1, c, 1), 1)
+            else if (has_versions .and. length == 4) then
+              call fill_256(layout, j, together, a, aa, mass(1, 1, k), damping(1, 1, k), stiffness(1, 1, k), panel(1, c, 1), 1)
+            else
+              call fill_here(layout, j, together, a, aa, mass(1, 1, k), damping(1, 1, k), stiffness(1, 1, k), panel(1, c, 1), 1)
+            end if
+          end associate
+          do here = 0, together - 1
+            !GCC$ unroll 1
+            do lane = 1, lanes
+              panel(lane, c + here, map + here) = -tableau%ba(j)
+              panel(lane, c + here, map + here + at%positions) = -tableau%b(j)
+            end do
+          end do
+        end associate
+      end if
+      c = c + together
+    end do
+  end subroutine fill_panel
+
   !> Column `c` of a panel, that of a state (without positions C is zero), of the loads after the states, or of nothing.
   pure subroutine fill_state(nodes, at, step, layout, state, c, panel, damping, stiffness)
     real(dp), intent(in) :: nodes(:)
@@ -190,13 +160,25 @@ contains
     type(layout_type), intent(in) :: layout
     real(dp), intent(inout) :: panel(lanes, width, layout%rows)
     real(dp), dimension(lanes, layout%n, layout%f), intent(in) :: damping, stiffness
-    integer :: i, k, row, lane
+    real(dp) :: h(lanes)
+    integer :: points, i, k, row, lane
 
     if (state <= layout%rows - layout%n) panel(:, c, layout%n + state) = 1
     ! A position is moved by its velocity.
     if (state > at%positions .and. state <= at%states .and. at%positions > 0) panel(:, c, layout%n + state - layout%f) = 1
     if (state == at%states + 1 .and. allocated(at%g)) then
-      call fill_loads(at, step, layout, c, panel)
+      ! h^2 g, without positions h g.
+      h = at%lengths(step:step + lanes - 1)
+      if (at%positions > 0) h = h**2
+      do i = 1, layout%s
+        points = size(at%lengths) * (i - 1) + step - 1
+        do k = 1, layout%f
+          !GCC$ unroll 1
+          do lane = 1, lanes
+            panel(lane, c, layout%place(i) + k) = h(lane) * at%g(points + lane, k)
+          end do
+        end do
+      end do
     else if (state > at%states) then
       panel(:, c, :layout%n) = 0
     else
@@ -219,29 +201,6 @@ contains
     end if
     if (layout%nested) call sum_equations(layout, c, panel)
   end subroutine fill_state
-
-  !> h^2 g of the steps from `step` on, h g without positions, at the places of their nodes.
-  pure subroutine fill_loads(at, step, layout, c, panel)
-    type(coefficients_type), intent(in) :: at
-    integer, intent(in) :: step, c
-    type(layout_type), intent(in) :: layout
-    real(dp), intent(inout) :: panel(lanes, width, layout%rows)
-    real(dp) :: h(lanes)
-    integer :: points, row, lane, i, k
-
-    h = at%lengths(step:step + lanes - 1)
-    if (at%positions > 0) h = h**2
-    do i = 1, layout%s
-      points = size(at%lengths) * (i - 1) + step - 1
-      do k = 1, layout%f
-        row = layout%place(i) + k
-        !GCC$ unroll 1
-        do lane = 1, lanes
-          panel(lane, c, row) = h(lane) * at%g(points + lane, k)
-        end do
-      end do
-    end do
-  end subroutine fill_loads
 
   !> Adds the equations of the last two nodes to those of the others, and those of the last to those of the one before.
   pure subroutine sum_equations(layout, c, panel)

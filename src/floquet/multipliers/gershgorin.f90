@@ -24,21 +24,6 @@ module gestell_floquet_multipliers_gershgorin
   !> What inaccurate vectors may add to a disc, relative to it; distances that are none, and beyond all.
   real(dp), parameter :: small = 0.01_dp, nothing = 1.0e-100_dp, beyond = 1.0e100_dp
 
-  abstract interface
-    pure subroutine radii_version(n, norm, pairs, perturbation, z_re, z_im, discs, once) bind(C)
-      import :: c_int, discs_type, dp, lanes, most_states
-      implicit none (type, external)
-      integer(c_int), value :: n, once
-      real(dp), intent(in) :: norm(lanes), perturbation(lanes)
-      integer(c_int), intent(in) :: pairs(most_states)
-      real(dp), intent(inout) :: z_re(lanes, most_states), z_im(lanes, most_states)
-      type(discs_type), intent(inout) :: discs
-    end subroutine radii_version
-  end interface
-
-  procedure(radii_version), bind(C, name="_ZGVeN2uuuuuuul_lanes_gestell_radii") :: radii_512
-  procedure(radii_version), bind(C, name="_ZGVdN2uuuuuuul_lanes_gestell_radii") :: radii_256
-
 contains
 
   !> Better eigenvalues of `h` from `z`, shapes (lanes, most_states), and the discs around them, where the error of the matrix,
@@ -58,34 +43,6 @@ contains
   !>
   !>   f_kk <= (delta + q (delta + sigma_k)) |y_k|,  f_kj <= (1 + q) (delta + sigma_k) |y_k| = f_k,
   !>
-  !> and what couples an eigenvalue to others counts to second order: `apart` of gestell_floquet_multipliers. With x the greatest
-  !> of the others' f_k over the room between the discs n f_k, which have Newton's steps in them, alpha is x / (1 + x). X and Y
-  !> change places where rho are smaller.
-  pure subroutine find_discs(length, h, conjugate, perturbation, z_re, z_im, discs)
-    integer, intent(in) :: length
-    type(hessenberg_type), intent(in) :: h
-    logical, intent(in) :: conjugate(most_states)
-    real(dp), intent(in) :: perturbation(lanes)
-    real(dp), intent(inout) :: z_re(lanes, most_states), z_im(lanes, most_states)
-    type(discs_type), intent(out) :: discs
-    integer(c_int) :: pairs(most_states)
-    integer :: k
-
-    pairs = merge(1, 0, conjugate)
-    do k = 1, h%n
-      if (conjugate(k)) cycle
-      call try_eigenvalue(length, h, z_re(:, k), z_im(:, k), discs%step_re(:, k), discs%step_im(:, k), discs%condition(:, k), &
-        & discs%right(:, k), discs%left(:, k))
-    end do
-    if (has_versions .and. length == 8) then
-      call radii_512(h%n, h%norm, pairs, perturbation, z_re, z_im, discs, 1)
-    else if (has_versions .and. length == 4) then
-      call radii_256(h%n, h%norm, pairs, perturbation, z_re, z_im, discs, 1)
-    else
-      call radii_here(h%n, h%norm, pairs, perturbation, z_re, z_im, discs, 1)
-    end if
-  end subroutine find_discs
-
   !> Radii and better eigenvalues from residuals, steps and conditions. `pairs`: 1 for those that are the conjugate of the one
   !> before.
   pure subroutine radii_here(n, norm, pairs, perturbation, z_re, z_im, discs, once) bind(C, name="lanes_gestell_radii")
@@ -220,5 +177,35 @@ contains
       discs%separate(lane) = merge(discs%separate(lane), 0.0_dp, room(lane) > 0)
     end do
   end subroutine radii_here
+
+  !> and what couples an eigenvalue to others counts to second order: `apart` of gestell_floquet_multipliers. With x the greatest
+  !> of the others' f_k over the room between the discs n f_k, which have Newton's steps in them, alpha is x / (1 + x). X and Y
+  !> change places where rho are smaller.
+  pure subroutine find_discs(length, h, conjugate, perturbation, z_re, z_im, discs)
+    integer, intent(in) :: length
+    type(hessenberg_type), intent(in) :: h
+    logical, intent(in) :: conjugate(most_states)
+    real(dp), intent(in) :: perturbation(lanes)
+    real(dp), intent(inout) :: z_re(lanes, most_states), z_im(lanes, most_states)
+    type(discs_type), intent(out) :: discs
+    integer(c_int) :: pairs(most_states)
+    integer :: k
+    procedure(radii_here), bind(C, name="_ZGVeN2uuuuuuul_lanes_gestell_radii") :: radii_512
+    procedure(radii_here), bind(C, name="_ZGVdN2uuuuuuul_lanes_gestell_radii") :: radii_256
+
+    pairs = merge(1, 0, conjugate)
+    do k = 1, h%n
+      if (conjugate(k)) cycle
+      call try_eigenvalue(length, h, z_re(:, k), z_im(:, k), discs%step_re(:, k), discs%step_im(:, k), discs%condition(:, k), &
+        & discs%right(:, k), discs%left(:, k))
+    end do
+    if (has_versions .and. length == 8) then
+      call radii_512(h%n, h%norm, pairs, perturbation, z_re, z_im, discs, 1)
+    else if (has_versions .and. length == 4) then
+      call radii_256(h%n, h%norm, pairs, perturbation, z_re, z_im, discs, 1)
+    else
+      call radii_here(h%n, h%norm, pairs, perturbation, z_re, z_im, discs, 1)
+    end if
+  end subroutine find_discs
 
 end module gestell_floquet_multipliers_gershgorin

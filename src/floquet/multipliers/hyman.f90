@@ -12,39 +12,7 @@ module gestell_floquet_multipliers_hyman
   !> The square of a product y x that is none.
   real(dp), parameter :: nothing = 1.0e-100_dp
 
-  abstract interface
-    pure subroutine try_version(h, z_re, z_im, step_re, step_im, condition, right, left, once) bind(C)
-      import :: c_int, dp, hessenberg_type, lanes
-      implicit none (type, external)
-      type(hessenberg_type), intent(in) :: h
-      real(dp), intent(in) :: z_re(lanes), z_im(lanes)
-      real(dp), intent(inout) :: step_re(lanes), step_im(lanes), condition(lanes), right(lanes), left(lanes)
-      integer(c_int), value :: once
-    end subroutine try_version
-  end interface
-
-  procedure(try_version), bind(C, name="_ZGVeN2uuuuuuuul_lanes_gestell_hyman") :: try_512
-  procedure(try_version), bind(C, name="_ZGVdN2uuuuuuuul_lanes_gestell_hyman") :: try_256
-
 contains
-
-  !> Newton's step, which is to be taken off `z`, the condition |x| |y| / |y x|, and the residuals of the right eigenvector x and
-  !> the left one y, unit ones; all shapes (lanes). With x_n = 1 all rows but the first of (H - z E) x = 0 give x, with y_1 = 1 all
-  !> columns but the last y. `length`: of the processor's vectors.
-  pure subroutine try_eigenvalue(length, h, z_re, z_im, step_re, step_im, condition, right, left)
-    integer, intent(in) :: length
-    type(hessenberg_type), intent(in) :: h
-    real(dp), intent(in) :: z_re(lanes), z_im(lanes)
-    real(dp), intent(out) :: step_re(lanes), step_im(lanes), condition(lanes), right(lanes), left(lanes)
-
-    if (has_versions .and. length == 8) then
-      call try_512(h, z_re, z_im, step_re, step_im, condition, right, left, 1)
-    else if (has_versions .and. length == 4) then
-      call try_256(h, z_re, z_im, step_re, step_im, condition, right, left, 1)
-    else
-      call try_here(h, z_re, z_im, step_re, step_im, condition, right, left, 1)
-    end if
-  end subroutine try_eigenvalue
 
   pure subroutine try_here(h, z_re, z_im, step_re, step_im, condition, right, left, once) bind(C, name="lanes_gestell_hyman")
     !$omp declare simd uniform(h, z_re, z_im, step_re, step_im, condition, right, left) linear(once) simdlen(2) notinbranch
@@ -115,5 +83,25 @@ contains
       condition(lane) = sqrt(x_norm * share) * sqrt(y_norm)
     end do
   end subroutine try_here
+
+  !> Newton's step, which is to be taken off `z`, the condition |x| |y| / |y x|, and the residuals of the right eigenvector x and
+  !> the left one y, unit ones; all shapes (lanes). With x_n = 1 all rows but the first of (H - z E) x = 0 give x, with y_1 = 1 all
+  !> columns but the last y. `length`: of the processor's vectors.
+  pure subroutine try_eigenvalue(length, h, z_re, z_im, step_re, step_im, condition, right, left)
+    integer, intent(in) :: length
+    type(hessenberg_type), intent(in) :: h
+    real(dp), intent(in) :: z_re(lanes), z_im(lanes)
+    real(dp), intent(out) :: step_re(lanes), step_im(lanes), condition(lanes), right(lanes), left(lanes)
+    procedure(try_here), bind(C, name="_ZGVeN2uuuuuuuul_lanes_gestell_hyman") :: try_512
+    procedure(try_here), bind(C, name="_ZGVdN2uuuuuuuul_lanes_gestell_hyman") :: try_256
+
+    if (has_versions .and. length == 8) then
+      call try_512(h, z_re, z_im, step_re, step_im, condition, right, left, 1)
+    else if (has_versions .and. length == 4) then
+      call try_256(h, z_re, z_im, step_re, step_im, condition, right, left, 1)
+    else
+      call try_here(h, z_re, z_im, step_re, step_im, condition, right, left, 1)
+    end if
+  end subroutine try_eigenvalue
 
 end module gestell_floquet_multipliers_hyman

@@ -21,19 +21,6 @@ module gestell_math_batch_characteristic_roots
   real(dp), parameter :: begin_at(most_states / 2, most_states / 2) = &
     & reshape([((cos(pi * (i - 0.6_dp) / m), i = 1, most_states / 2), m = 1, most_states / 2)], [most_states / 2, most_states / 2])
 
-  abstract interface
-    pure subroutine step_version(n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, greatest, near, once) bind(C)
-      import :: c_int, dp, lanes, most_states
-      implicit none (type, external)
-      integer(c_int), value :: n, k, once
-      real(dp), intent(in) :: p_re(lanes), p_im(lanes), d_re(lanes), d_im(lanes), converged(lanes)
-      real(dp), intent(inout) :: z_re(lanes, 2 * most_states), z_im(lanes, 2 * most_states), greatest(lanes), near(lanes)
-    end subroutine step_version
-  end interface
-
-  procedure(step_version), bind(C, name="_ZGVeN2uuuuuuuuuuul_lanes_gestell_aberth") :: step_512
-  procedure(step_version), bind(C, name="_ZGVdN2uuuuuuuuuuul_lanes_gestell_aberth") :: step_256
-
 contains
 
   !> Where the eigenvalues are about, shapes (lanes, n): the roots of quadratic factors of the characteristic polynomial, or, where
@@ -82,72 +69,8 @@ contains
     end do
   end subroutine guess_roots
 
-  !> The eigenvalues z, shapes (lanes, n), from what they are about, by the iteration of Aberth and Ehrlich: Newton's steps for
-  !> p / q, where q has the other approximations as its roots. From quadratic factors of p one step is the rule, from a circle six
-  !> to seven. `conjugate`, shape (n): those that are the conjugate of the one before in all lanes. `converged`, shape (lanes): 1
-  !> where nothing is to be done; then 1, or 0 where they were not all found. A lane stands still once it has converged: nothing
-  !> in it depends on its neighbours. `length`: of the processor's vectors.
-  pure subroutine find_roots(length, h, conjugate, z_re, z_im, converged)
-    integer, intent(in) :: length
-    type(hessenberg_type), intent(in) :: h
-    logical, intent(in) :: conjugate(most_states)
-    real(dp), intent(inout) :: z_re(lanes, most_states), z_im(lanes, most_states), converged(lanes)
-    !> Behind the n roots all stand once more.
-    real(dp), dimension(lanes, 2 * most_states) :: w_re, w_im
-    real(dp), dimension(lanes) :: greatest, near
-    integer :: iteration, k
-
-    do k = 1, h%n
-      call set(h%n, k, z_re(:, k), z_im(:, k), w_re, w_im)
-    end do
-    do iteration = 1, most_iterations
-      if (all(converged > 0)) exit
-      greatest = 0
-      near = 0
-      do k = 1, h%n
-        if (conjugate(k)) then
-          call set(h%n, k, w_re(:, k - 1), -w_im(:, k - 1), w_re, w_im)
-        else
-          call improve(length, h, k, converged, w_re, w_im, greatest, near)
-        end if
-      end do
-      converged = merge(1.0_dp, converged, greatest <= (last_step * h%norm)**2 .and. near <= 0)
-    end do
-    z_re = w_re(:, :most_states)
-    z_im = w_im(:, :most_states)
-  end subroutine find_roots
-
-  !> Root `k` of n, and where all stand once more.
-  pure subroutine set(n, k, re, im, z_re, z_im)
-    integer, intent(in) :: n, k
-    real(dp), intent(in) :: re(lanes), im(lanes)
-    real(dp), intent(inout) :: z_re(lanes, 2 * most_states), z_im(lanes, 2 * most_states)
-
-    z_re(:, k) = re
-    z_im(:, k) = im
-    z_re(:, k + n) = re
-    z_im(:, k + n) = im
-  end subroutine set
-
-  !> A step for root `k` in the lanes that have not converged. `greatest`: squares of the greatest steps so far; `near`:
-  !> positive where another root is too near for that step.
-  pure subroutine improve(length, h, k, converged, z_re, z_im, greatest, near)
-    type(hessenberg_type), intent(in) :: h
-    integer, intent(in) :: length, k
-    real(dp), intent(in) :: converged(lanes)
-    real(dp), intent(inout) :: z_re(lanes, 2 * most_states), z_im(lanes, 2 * most_states), greatest(lanes), near(lanes)
-    real(dp) :: p_re(lanes), p_im(lanes), d_re(lanes), d_im(lanes)
-
-    call evaluate(length, h, z_re(:, k), z_im(:, k), p_re, p_im, d_re, d_im)
-    if (has_versions .and. length == 8) then
-      call step_512(h%n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, greatest, near, 1)
-    else if (has_versions .and. length == 4) then
-      call step_256(h%n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, greatest, near, 1)
-    else
-      call step_here(h%n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, greatest, near, 1)
-    end if
-  end subroutine improve
-
+  !> A step for root `k` in the lanes that have not converged, from the polynomial p and its derivative d there. `greatest`: squares
+  !> of the greatest steps so far; `near`: positive where another root is too near for that step.
   pure subroutine step_here(n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, greatest, near, once) bind(C, &
     & name="lanes_gestell_aberth")
     !$omp declare simd uniform(n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, greatest, near) linear(once) simdlen(2) &
@@ -202,5 +125,61 @@ contains
       near(lane) = max(near(lane), c * (e_re**2 + e_im**2) - last_part**2 * (q_re**2 + q_im**2))
     end do
   end subroutine step_here
+
+  !> The eigenvalues z, shapes (lanes, n), from what they are about, by the iteration of Aberth and Ehrlich: Newton's steps for
+  !> p / q, where q has the other approximations as its roots. From quadratic factors of p one step is the rule, from a circle six
+  !> to seven. `conjugate`, shape (n): those that are the conjugate of the one before in all lanes. `converged`, shape (lanes): 1
+  !> where nothing is to be done; then 1, or 0 where they were not all found. A lane stands still once it has converged: nothing
+  !> in it depends on its neighbours. `length`: of the processor's vectors.
+  pure subroutine find_roots(length, h, conjugate, z_re, z_im, converged)
+    integer, intent(in) :: length
+    type(hessenberg_type), intent(in) :: h
+    logical, intent(in) :: conjugate(most_states)
+    real(dp), intent(inout) :: z_re(lanes, most_states), z_im(lanes, most_states), converged(lanes)
+    !> Behind the n roots all stand once more.
+    real(dp), dimension(lanes, 2 * most_states) :: w_re, w_im
+    real(dp), dimension(lanes) :: greatest, near, p_re, p_im, d_re, d_im
+    procedure(step_here), bind(C, name="_ZGVeN2uuuuuuuuuuul_lanes_gestell_aberth") :: step_512
+    procedure(step_here), bind(C, name="_ZGVdN2uuuuuuuuuuul_lanes_gestell_aberth") :: step_256
+    integer :: iteration, k
+
+    do k = 1, h%n
+      call set(h%n, k, z_re(:, k), z_im(:, k), w_re, w_im)
+    end do
+    do iteration = 1, most_iterations
+      if (all(converged > 0)) exit
+      greatest = 0
+      near = 0
+      do k = 1, h%n
+        if (conjugate(k)) then
+          call set(h%n, k, w_re(:, k - 1), -w_im(:, k - 1), w_re, w_im)
+          cycle
+        end if
+        call evaluate(length, h, w_re(:, k), w_im(:, k), p_re, p_im, d_re, d_im)
+        if (has_versions .and. length == 8) then
+          call step_512(h%n, k, p_re, p_im, d_re, d_im, converged, w_re, w_im, greatest, near, 1)
+        else if (has_versions .and. length == 4) then
+          call step_256(h%n, k, p_re, p_im, d_re, d_im, converged, w_re, w_im, greatest, near, 1)
+        else
+          call step_here(h%n, k, p_re, p_im, d_re, d_im, converged, w_re, w_im, greatest, near, 1)
+        end if
+      end do
+      converged = merge(1.0_dp, converged, greatest <= (last_step * h%norm)**2 .and. near <= 0)
+    end do
+    z_re = w_re(:, :most_states)
+    z_im = w_im(:, :most_states)
+  end subroutine find_roots
+
+  !> Root `k` of n, and where all stand once more.
+  pure subroutine set(n, k, re, im, z_re, z_im)
+    integer, intent(in) :: n, k
+    real(dp), intent(in) :: re(lanes), im(lanes)
+    real(dp), intent(inout) :: z_re(lanes, 2 * most_states), z_im(lanes, 2 * most_states)
+
+    z_re(:, k) = re
+    z_im(:, k) = im
+    z_re(:, k + n) = re
+    z_im(:, k + n) = im
+  end subroutine set
 
 end module gestell_math_batch_characteristic_roots

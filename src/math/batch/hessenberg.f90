@@ -32,127 +32,9 @@ module gestell_math_batch_hessenberg
     real(dp) :: sound(lanes)
   end type hessenberg_type
 
-  abstract interface
-    pure subroutine reflect_version(a, n, k, once) bind(C)
-      import :: c_int, dp, lanes, most_states
-      implicit none (type, external)
-      real(dp), intent(inout) :: a(lanes, most_states, most_states)
-      integer(c_int), value :: n, k, once
-    end subroutine reflect_version
-
-    pure subroutine evaluate_version(h, z_re, z_im, p_re, p_im, d_re, d_im, once) bind(C)
-      import :: c_int, dp, hessenberg_type, lanes
-      implicit none (type, external)
-      type(hessenberg_type), intent(in) :: h
-      real(dp), intent(in) :: z_re(lanes), z_im(lanes)
-      real(dp), intent(inout) :: p_re(lanes), p_im(lanes), d_re(lanes), d_im(lanes)
-      integer(c_int), value :: once
-    end subroutine evaluate_version
-  end interface
-
-  procedure(reflect_version), bind(C, name="_ZGVeN2uuul_lanes_gestell_reflect") :: reflect_512
-  procedure(reflect_version), bind(C, name="_ZGVdN2uuul_lanes_gestell_reflect") :: reflect_256
-  procedure(evaluate_version), bind(C, name="_ZGVeN2uuuuuuul_lanes_gestell_evaluate") :: evaluate_512
-  procedure(evaluate_version), bind(C, name="_ZGVdN2uuuuuuul_lanes_gestell_evaluate") :: evaluate_256
-
 contains
 
-  !> The matrices `a`, shape (lanes, most_states, most_states), of `n` rows and with elements below about 1, by Householder's
-  !> reflections. Subdiagonal elements below the roundoff are raised to it. `a` is used up. `length`: of the processor's vectors.
-  pure subroutine new_hessenberg(length, a, n, h)
-    real(dp), intent(inout) :: a(lanes, most_states, most_states)
-    integer, intent(in) :: length, n
-    type(hessenberg_type), intent(out) :: h
-    real(dp) :: sum
-    integer :: i, j, k, lane
-
-    h%n = n
-    h%norm = 0
-    h%trace = 0
-    do j = 1, n
-      h%trace = h%trace + a(:, j, j)
-      !GCC$ ivdep
-      do lane = 1, lanes
-        sum = h%norm(lane)
-        i = 1
-        do
-          sum = sum + a(lane, i, j)**2
-          i = i + 1
-          if (i > n) exit
-        end do
-        h%norm(lane) = sum
-      end do
-    end do
-    h%norm = sqrt(h%norm)
-    do k = 1, n - 2
-      call reflect(length, a, n, k)
-    end do
-    call take(a, h)
-  end subroutine new_hessenberg
-
-  !> One Hessenberg matrix `a` of `n` rows, with elements below about 1, in all lanes.
-  pure subroutine of_one(n, a, h)
-    integer, intent(in) :: n
-    real(dp), intent(in) :: a(most_states, most_states)
-    type(hessenberg_type), intent(out) :: h
-    real(dp) :: eight(lanes, most_states, most_states)
-    integer :: i, j
-
-    h%n = n
-    h%norm = 0
-    h%trace = 0
-    do j = 1, n
-      h%trace = h%trace + a(j, j)
-      do i = 1, min(j + 1, n)
-        eight(:, i, j) = a(i, j)
-        h%norm = h%norm + a(i, j)**2
-      end do
-    end do
-    h%norm = sqrt(h%norm)
-    call take(eight, h)
-  end subroutine of_one
-
-  !> The elements, with norm and trace known. Subdiagonal elements below the roundoff are raised to it.
-  pure subroutine take(a, h)
-    real(dp), intent(inout) :: a(lanes, most_states, most_states)
-    type(hessenberg_type), intent(inout) :: h
-    integer :: i, j, n, lane
-
-    n = h%n
-    h%product = 1
-    do i = 2, n
-      a(:, i, i - 1) = sign(max(abs(a(:, i, i - 1)), epsilon(1.0_dp) * h%norm), a(:, i, i - 1))
-      h%product = h%product * abs(a(:, i, i - 1))
-    end do
-    h%sound = merge(1.0_dp, 0.0_dp, h%product > least_product)
-    h%v(:, 1) = 1
-    do i = 2, n
-      h%v(:, i) = 1 / merge(a(:, i, i - 1), 1.0_dp, h%product > least_product)
-    end do
-    do j = 1, n
-      do i = 1, j
-        !GCC$ unroll 1
-        do lane = 1, lanes
-          h%g(lane, i, j) = -a(lane, i, j) * h%v(lane, i)
-        end do
-      end do
-    end do
-  end subroutine take
-
   !> The reflection E - beta u u' that leaves one element below the diagonal of column `k`, from both sides.
-  pure subroutine reflect(length, a, n, k)
-    real(dp), intent(inout) :: a(lanes, most_states, most_states)
-    integer, intent(in) :: length, n, k
-
-    if (has_versions .and. length == 8) then
-      call reflect_512(a, n, k, 1)
-    else if (has_versions .and. length == 4) then
-      call reflect_256(a, n, k, 1)
-    else
-      call reflect_here(a, n, k, 1)
-    end if
-  end subroutine reflect
-
   pure subroutine reflect_here(a, n, k, once) bind(C, name="lanes_gestell_reflect")
     !$omp declare simd uniform(a, n, k) linear(once) simdlen(2) notinbranch
     real(dp), intent(inout) :: a(lanes, most_states, most_states)
@@ -221,6 +103,96 @@ contains
     end do
   end subroutine reflect_here
 
+  !> The matrices `a`, shape (lanes, most_states, most_states), of `n` rows and with elements below about 1, by Householder's
+  !> reflections. Subdiagonal elements below the roundoff are raised to it. `a` is used up. `length`: of the processor's vectors.
+  pure subroutine new_hessenberg(length, a, n, h)
+    real(dp), intent(inout) :: a(lanes, most_states, most_states)
+    integer, intent(in) :: length, n
+    type(hessenberg_type), intent(out) :: h
+    procedure(reflect_here), bind(C, name="_ZGVeN2uuul_lanes_gestell_reflect") :: reflect_512
+    procedure(reflect_here), bind(C, name="_ZGVdN2uuul_lanes_gestell_reflect") :: reflect_256
+    real(dp) :: sum
+    integer :: i, j, k, lane
+
+    h%n = n
+    h%norm = 0
+    h%trace = 0
+    do j = 1, n
+      h%trace = h%trace + a(:, j, j)
+      !GCC$ ivdep
+      do lane = 1, lanes
+        sum = h%norm(lane)
+        i = 1
+        do
+          sum = sum + a(lane, i, j)**2
+          i = i + 1
+          if (i > n) exit
+        end do
+        h%norm(lane) = sum
+      end do
+    end do
+    h%norm = sqrt(h%norm)
+    do k = 1, n - 2
+      if (has_versions .and. length == 8) then
+        call reflect_512(a, n, k, 1)
+      else if (has_versions .and. length == 4) then
+        call reflect_256(a, n, k, 1)
+      else
+        call reflect_here(a, n, k, 1)
+      end if
+    end do
+    call take(a, h)
+  end subroutine new_hessenberg
+
+  !> One Hessenberg matrix `a` of `n` rows, with elements below about 1, in all lanes.
+  pure subroutine of_one(n, a, h)
+    integer, intent(in) :: n
+    real(dp), intent(in) :: a(most_states, most_states)
+    type(hessenberg_type), intent(out) :: h
+    real(dp) :: eight(lanes, most_states, most_states)
+    integer :: i, j
+
+    h%n = n
+    h%norm = 0
+    h%trace = 0
+    do j = 1, n
+      h%trace = h%trace + a(j, j)
+      do i = 1, min(j + 1, n)
+        eight(:, i, j) = a(i, j)
+        h%norm = h%norm + a(i, j)**2
+      end do
+    end do
+    h%norm = sqrt(h%norm)
+    call take(eight, h)
+  end subroutine of_one
+
+  !> The elements, with norm and trace known. Subdiagonal elements below the roundoff are raised to it.
+  pure subroutine take(a, h)
+    real(dp), intent(inout) :: a(lanes, most_states, most_states)
+    type(hessenberg_type), intent(inout) :: h
+    integer :: i, j, n, lane
+
+    n = h%n
+    h%product = 1
+    do i = 2, n
+      a(:, i, i - 1) = sign(max(abs(a(:, i, i - 1)), epsilon(1.0_dp) * h%norm), a(:, i, i - 1))
+      h%product = h%product * abs(a(:, i, i - 1))
+    end do
+    h%sound = merge(1.0_dp, 0.0_dp, h%product > least_product)
+    h%v(:, 1) = 1
+    do i = 2, n
+      h%v(:, i) = 1 / merge(a(:, i, i - 1), 1.0_dp, h%product > least_product)
+    end do
+    do j = 1, n
+      do i = 1, j
+        !GCC$ unroll 1
+        do lane = 1, lanes
+          h%g(lane, i, j) = -a(lane, i, j) * h%v(lane, i)
+        end do
+      end do
+    end do
+  end subroutine take
+
   !> The coefficients c_0 ... c_(n-1) of det(lambda E - H) = t^n + c_(n-1) t^(n-1) + ... + c_0, lambda = `mean` + t; shape
   !> (lanes, 0:n-1). x_(n-1) ... x_0 are polynomials in t here, `x` has their coefficients.
   pure subroutine characteristic_polynomial(h, mean, c)
@@ -256,22 +228,6 @@ contains
       c(:, k) = x(:, k, 0) / x(:, n, 0)
     end do
   end subroutine characteristic_polynomial
-
-  !> -r and its derivative at lambda = z, real and imaginary parts. `length`: of the processor's vectors.
-  pure subroutine evaluate(length, h, z_re, z_im, p_re, p_im, d_re, d_im)
-    integer, intent(in) :: length
-    type(hessenberg_type), intent(in) :: h
-    real(dp), intent(in) :: z_re(lanes), z_im(lanes)
-    real(dp), intent(out) :: p_re(lanes), p_im(lanes), d_re(lanes), d_im(lanes)
-
-    if (has_versions .and. length == 8) then
-      call evaluate_512(h, z_re, z_im, p_re, p_im, d_re, d_im, 1)
-    else if (has_versions .and. length == 4) then
-      call evaluate_256(h, z_re, z_im, p_re, p_im, d_re, d_im, 1)
-    else
-      call evaluate_here(h, z_re, z_im, p_re, p_im, d_re, d_im, 1)
-    end if
-  end subroutine evaluate
 
   pure subroutine evaluate_here(h, z_re, z_im, p_re, p_im, d_re, d_im, once) bind(C, name="lanes_gestell_evaluate")
     !$omp declare simd uniform(h, z_re, z_im, p_re, p_im, d_re, d_im) linear(once) simdlen(2) notinbranch
@@ -331,5 +287,23 @@ contains
     d_re = y_re(:, 0)
     d_im = y_im(:, 0)
   end subroutine evaluate_here
+
+  !> -r and its derivative at lambda = z, real and imaginary parts. `length`: of the processor's vectors.
+  pure subroutine evaluate(length, h, z_re, z_im, p_re, p_im, d_re, d_im)
+    integer, intent(in) :: length
+    type(hessenberg_type), intent(in) :: h
+    real(dp), intent(in) :: z_re(lanes), z_im(lanes)
+    real(dp), intent(out) :: p_re(lanes), p_im(lanes), d_re(lanes), d_im(lanes)
+    procedure(evaluate_here), bind(C, name="_ZGVeN2uuuuuuul_lanes_gestell_evaluate") :: evaluate_512
+    procedure(evaluate_here), bind(C, name="_ZGVdN2uuuuuuul_lanes_gestell_evaluate") :: evaluate_256
+
+    if (has_versions .and. length == 8) then
+      call evaluate_512(h, z_re, z_im, p_re, p_im, d_re, d_im, 1)
+    else if (has_versions .and. length == 4) then
+      call evaluate_256(h, z_re, z_im, p_re, p_im, d_re, d_im, 1)
+    else
+      call evaluate_here(h, z_re, z_im, p_re, p_im, d_re, d_im, 1)
+    end if
+  end subroutine evaluate
 
 end module gestell_math_batch_hessenberg

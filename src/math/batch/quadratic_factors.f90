@@ -19,39 +19,7 @@ module gestell_math_batch_quadratic_factors
   !> A smaller divisor of a step has vanished.
   real(dp), parameter :: least_divisor = 1.0e-100_dp
 
-  abstract interface
-    pure subroutine find_version(m, c, radius, bound, s, q, converged, once) bind(C)
-      import :: c_int, dp, lanes
-      implicit none (type, external)
-      integer(c_int), value :: m, once
-      real(dp), intent(in) :: c(lanes, 0:2 * m - 1), radius(lanes), bound(lanes)
-      real(dp), intent(inout) :: s(lanes, 2 * m), q(lanes, 2 * m), converged(lanes)
-    end subroutine find_version
-  end interface
-
-  procedure(find_version), bind(C, name="_ZGVeN2uuuuuuul_lanes_gestell_factors") :: find_512
-  procedure(find_version), bind(C, name="_ZGVdN2uuuuuuul_lanes_gestell_factors") :: find_256
-
 contains
-
-  !> The factors, shapes (lanes, m), of the polynomials t^2m + c_(2m-1) t^(2m-1) + ... + c_0 from others, whose roots have about the
-  !> mean `radius`; no root exceeds `bound`. `converged`, shape (lanes): 1, or 0 where they were not found. A lane stands still once
-  !> it has converged: nothing in it depends on its neighbours. (Behind the m factors all stand once more.) `length`: of the
-  !> processor's vectors.
-  pure subroutine find_factors(length, m, c, radius, bound, s, q, converged)
-    integer, intent(in) :: length, m
-    real(dp), intent(in) :: c(lanes, 0:2 * m - 1), radius(lanes), bound(lanes)
-    real(dp), intent(inout) :: s(lanes, 2 * m), q(lanes, 2 * m)
-    real(dp), intent(out) :: converged(lanes)
-
-    if (has_versions .and. length == 8) then
-      call find_512(m, c, radius, bound, s, q, converged, 1)
-    else if (has_versions .and. length == 4) then
-      call find_256(m, c, radius, bound, s, q, converged, 1)
-    else
-      call find_here(m, c, radius, bound, s, q, converged, 1)
-    end if
-  end subroutine find_factors
 
   pure subroutine find_here(m, c, radius, bound, s, q, converged, once) bind(C, name="lanes_gestell_factors")
     !$omp declare simd uniform(m, c, radius, bound, s, q, converged) linear(once) simdlen(2) notinbranch
@@ -82,6 +50,27 @@ contains
       if (all(converged > 0)) exit
     end do
   end subroutine find_here
+
+  !> The factors, shapes (lanes, m), of the polynomials t^2m + c_(2m-1) t^(2m-1) + ... + c_0 from others, whose roots have about the
+  !> mean `radius`; no root exceeds `bound`. `converged`, shape (lanes): 1, or 0 where they were not found. A lane stands still once
+  !> it has converged: nothing in it depends on its neighbours. (Behind the m factors all stand once more.) `length`: of the
+  !> processor's vectors.
+  pure subroutine find_factors(length, m, c, radius, bound, s, q, converged)
+    integer, intent(in) :: length, m
+    real(dp), intent(in) :: c(lanes, 0:2 * m - 1), radius(lanes), bound(lanes)
+    real(dp), intent(inout) :: s(lanes, 2 * m), q(lanes, 2 * m)
+    real(dp), intent(out) :: converged(lanes)
+    procedure(find_here), bind(C, name="_ZGVeN2uuuuuuul_lanes_gestell_factors") :: find_512
+    procedure(find_here), bind(C, name="_ZGVdN2uuuuuuul_lanes_gestell_factors") :: find_256
+
+    if (has_versions .and. length == 8) then
+      call find_512(m, c, radius, bound, s, q, converged, 1)
+    else if (has_versions .and. length == 4) then
+      call find_256(m, c, radius, bound, s, q, converged, 1)
+    else
+      call find_here(m, c, radius, bound, s, q, converged, 1)
+    end if
+  end subroutine find_factors
 
   !> A step for factor `k` in the lanes that have not converged. `greatest`: squares of the greatest steps of q so far.
   pure subroutine improve(m, k, c, bound, converged, s, q, greatest)

@@ -8,41 +8,7 @@ module gestell_math_lanes_motion
 
   public :: apply_in_turn
 
-  abstract interface
-    pure subroutine apply_version(n, columns, room, first, steps, groups, maps, forced, most, motion, done, once) bind(C)
-      import :: c_int, dp, lanes
-      implicit none (type, external)
-      integer(c_int), value :: n, columns, room, first, steps, groups, once
-      real(dp), intent(in) :: maps(room, n, columns), forced(lanes)
-      real(dp), value :: most
-      real(dp), intent(inout) :: motion(lanes, n, groups, 0:steps)
-      integer(c_int), intent(inout) :: done
-    end subroutine apply_version
-  end interface
-
-  procedure(apply_version), bind(C, name="_ZGVeN2uuuuuuuuuuul_lanes_gestell_apply") :: apply_512
-  procedure(apply_version), bind(C, name="_ZGVdN2uuuuuuuuuuul_lanes_gestell_apply") :: apply_256
-
 contains
-
-  !> x <- A x + b for the maps [A b], or A alone, shape (room, n, columns), of so many steps in turn, from `first` on. The vectors
-  !> are `motion`, shape (lanes, n, groups, 0:steps), before the first and after each step; in the last of the groups b is added
-  !> where `forced` is 1 (without b it is 0). `done`: the steps before the first whose sizes add up to `most` or more in a lane.
-  pure subroutine apply_in_turn(n, columns, room, first, steps, groups, maps, forced, most, motion, done)
-    integer, intent(in) :: n, columns, room, first, steps, groups
-    real(dp), intent(in) :: maps(room, n, columns), forced(lanes), most
-    real(dp), intent(inout) :: motion(lanes, n, groups, 0:steps)
-    integer, intent(out) :: done
-
-    done = 0
-    if (has_versions .and. vector_length() == 8) then
-      call apply_512(n, columns, room, first, steps, groups, maps, forced, most, motion, done, 1)
-    else if (has_versions .and. vector_length() == 4) then
-      call apply_256(n, columns, room, first, steps, groups, maps, forced, most, motion, done, 1)
-    else
-      call apply_here(n, columns, room, first, steps, groups, maps, forced, most, motion, done, 1)
-    end if
-  end subroutine apply_in_turn
 
   pure subroutine apply_here(n, columns, room, first, steps, groups, maps, forced, most, motion, done, once) &
     & bind(C, name="lanes_gestell_apply")
@@ -102,5 +68,26 @@ contains
       done = k
     end do
   end subroutine apply_here
+
+  !> x <- A x + b for the maps [A b], or A alone, shape (room, n, columns), of so many steps in turn, from `first` on. The vectors
+  !> are `motion`, shape (lanes, n, groups, 0:steps), before the first and after each step; in the last of the groups b is added
+  !> where `forced` is 1 (without b it is 0). `done`: the steps before the first whose sizes add up to `most` or more in a lane.
+  pure subroutine apply_in_turn(n, columns, room, first, steps, groups, maps, forced, most, motion, done)
+    integer, intent(in) :: n, columns, room, first, steps, groups
+    real(dp), intent(in) :: maps(room, n, columns), forced(lanes), most
+    real(dp), intent(inout) :: motion(lanes, n, groups, 0:steps)
+    integer, intent(out) :: done
+    procedure(apply_here), bind(C, name="_ZGVeN2uuuuuuuuuuul_lanes_gestell_apply") :: apply_512
+    procedure(apply_here), bind(C, name="_ZGVdN2uuuuuuuuuuul_lanes_gestell_apply") :: apply_256
+
+    done = 0
+    if (has_versions .and. vector_length() == 8) then
+      call apply_512(n, columns, room, first, steps, groups, maps, forced, most, motion, done, 1)
+    else if (has_versions .and. vector_length() == 4) then
+      call apply_256(n, columns, room, first, steps, groups, maps, forced, most, motion, done, 1)
+    else
+      call apply_here(n, columns, room, first, steps, groups, maps, forced, most, motion, done, 1)
+    end if
+  end subroutine apply_in_turn
 
 end module gestell_math_lanes_motion

@@ -9,19 +9,6 @@ module gestell_math_lanes_products
 
   public :: combine, in_fours, multiply
 
-  abstract interface
-    pure subroutine multiply_version(n, columns, factor, rows, b, c, once) bind(C)
-      import :: c_int, dp, lanes
-      implicit none (type, external)
-      integer(c_int), value :: n, columns, once
-      real(dp), intent(in) :: factor, rows(lanes, columns, n), b(lanes, n, columns)
-      real(dp), intent(inout) :: c(lanes, n, columns)
-    end subroutine multiply_version
-  end interface
-
-  procedure(multiply_version), bind(C, name="_ZGVeN2uuuuuul_lanes_gestell_multiply") :: multiply_512
-  procedure(multiply_version), bind(C, name="_ZGVdN2uuuuuul_lanes_gestell_multiply") :: multiply_256
-
 contains
 
   !> The next multiple of four.
@@ -43,22 +30,6 @@ contains
       call four_columns(length, n, factors, terms(1, j), values(1, j))
     end do
   end subroutine combine
-
-  !> C = factor A B from the rows of A, shape (lanes, columns, n), of which the first n numbers count; B and C have the shape
-  !> (lanes, n, columns), columns >= n. `length`: of the processor's vectors.
-  pure subroutine multiply(length, n, columns, factor, rows, b, c)
-    integer, intent(in) :: length, n, columns
-    real(dp), intent(in) :: factor, rows(lanes, columns, n), b(lanes, n, columns)
-    real(dp), intent(out) :: c(lanes, n, columns)
-
-    if (has_versions .and. length == 8) then
-      call multiply_512(n, columns, factor, rows, b, c, 1)
-    else if (has_versions .and. length == 4) then
-      call multiply_256(n, columns, factor, rows, b, c, 1)
-    else
-      call multiply_here(n, columns, factor, rows, b, c, 1)
-    end if
-  end subroutine multiply
 
   pure subroutine multiply_here(n, columns, factor, rows, b, c, once) bind(C, name="lanes_gestell_multiply")
     !$omp declare simd uniform(n, columns, factor, rows, b, c) linear(once) simdlen(2) notinbranch
@@ -116,5 +87,23 @@ contains
       end do
     end do
   end subroutine multiply_here
+
+  !> C = factor A B from the rows of A, shape (lanes, columns, n), of which the first n numbers count; B and C have the shape
+  !> (lanes, n, columns), columns >= n. `length`: of the processor's vectors.
+  pure subroutine multiply(length, n, columns, factor, rows, b, c)
+    integer, intent(in) :: length, n, columns
+    real(dp), intent(in) :: factor, rows(lanes, columns, n), b(lanes, n, columns)
+    real(dp), intent(out) :: c(lanes, n, columns)
+    procedure(multiply_here), bind(C, name="_ZGVeN2uuuuuul_lanes_gestell_multiply") :: multiply_512
+    procedure(multiply_here), bind(C, name="_ZGVdN2uuuuuul_lanes_gestell_multiply") :: multiply_256
+
+    if (has_versions .and. length == 8) then
+      call multiply_512(n, columns, factor, rows, b, c, 1)
+    else if (has_versions .and. length == 4) then
+      call multiply_256(n, columns, factor, rows, b, c, 1)
+    else
+      call multiply_here(n, columns, factor, rows, b, c, 1)
+    end if
+  end subroutine multiply
 
 end module gestell_math_lanes_products
