@@ -2,6 +2,7 @@
 module gestell_math_lapack
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
+  use gestell_math_matrix, only: unit_matrix
   implicit none (type, external)
   private
 
@@ -166,13 +167,10 @@ contains
     real(dp), allocatable, intent(out) :: inverted(:, :)
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: lu(:, :)
-    integer :: pivots(size(a, 1)), i
+    integer :: pivots(size(a, 1))
 
     allocate(lu, source=a)
-    allocate(inverted(size(a, 1), size(a, 1)), source=0.0_dp)
-    do i = 1, size(a, 1)
-      inverted(i, i) = 1
-    end do
+    allocate(inverted, source=unit_matrix(size(a, 1)))
     call factorise(lu, pivots, error)
     if (.not. allocated(error)) call solve_factored(lu, pivots, inverted)
   end subroutine real_inverse
@@ -183,14 +181,11 @@ contains
     complex(dp), allocatable, intent(out) :: inverted(:, :)
     type(error_type), allocatable, intent(out) :: error
     complex(dp), allocatable :: lu(:, :)
-    integer :: pivots(size(a, 1)), n, i, info
+    integer :: pivots(size(a, 1)), n, info
 
     n = size(a, 1)
     allocate(lu, source=a)
-    allocate(inverted(n, n), source=(0.0_dp, 0.0_dp))
-    do i = 1, n
-      inverted(i, i) = 1
-    end do
+    allocate(inverted, source=cmplx(unit_matrix(n), 0, dp))
     call zgetrf(n, n, lu, n, pivots, info)
     if (info /= 0) then
       call fatal_error(error, "singular matrix", failed_computation)

@@ -37,8 +37,8 @@ contains
   subroutine average(system, averaged)
     class(second_order_system), intent(in) :: system
     type(averaged_system), intent(out) :: averaged
-    real(dp), allocatable, dimension(:, :, :) :: mean, magnitude, range, before, change, change_before
-    integer :: f, points
+    real(dp), allocatable, dimension(:, :, :) :: mean, magnitude, range, before, change, change_before, terms
+    integer :: f, k, points
 
     f = system%states / 2
     averaged%states = system%states
@@ -46,7 +46,7 @@ contains
     allocate(averaged%whole, source=system)
 
     points = max(16, 2 * system%least_steps)
-    allocate(mean(f, f, 3), magnitude(f, f, 3), range(f, f, 3))
+    allocate(mean(f, f, 3), magnitude(f, f, 3), range(f, f, 3), terms(f, f, 3))
     call means(system, points, 0.0_dp, mean, magnitude, range)
     averaged%evaluations = points
     allocate(change(f, f, 3), source=magnitude)
@@ -59,8 +59,12 @@ contains
       points = 2 * points
       averaged%evaluations = points
       if (allocated(system%breaks)) change = max(change, (size(system%breaks) + 1) * range / points)
-      if (all(max(change, change_before) <= 4 * system%rounding * max(magnitude, terms_of(mean(:, :, 1)))) &
-        & .or. 2 * points > most_points) exit
+      ! What masses that move with the period add to M, B and C may cancel, as in a balanced engine: what is left then is rounding,
+      ! and does not converge.
+      do k = 1, 3
+        terms(:, :, k) = (2 * pi / system%period)**(k - 1) * term_size(mean(:, :, 1))
+      end do
+      if (all(max(change, change_before) <= 4 * system%rounding * max(magnitude, terms)) .or. 2 * points > most_points) exit
     end do
     change = safety * max(change, change_before / 2) + (system%rounding + epsilon(1.0_dp)) * magnitude
     averaged%m = mean(:, :, 1)
@@ -69,20 +73,6 @@ contains
     averaged%m_error = change(:, :, 1)
     averaged%b_error = change(:, :, 2)
     averaged%c_error = change(:, :, 3)
-
-  contains
-
-    !> The size of what masses that move with the period add to M, B and C, and which may cancel as in a balanced engine: what is
-    !> left then is rounding, and does not converge.
-    pure function terms_of(m) result(terms)
-      real(dp), intent(in) :: m(:, :)
-      real(dp) :: terms(f, f, 3)
-      integer :: k
-
-      do k = 1, 3
-        terms(:, :, k) = (2 * pi / system%period)**(k - 1) * term_size(m)
-      end do
-    end function terms_of
   end subroutine average
 
   !> How large the terms may be that an element is the sum of: |a_ik|, or sqrt(a_ii a_kk), which those of masses and

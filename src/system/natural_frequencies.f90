@@ -5,6 +5,7 @@ module gestell_system_natural_frequencies
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_math_lapack, only: eigensystem, symmetric_pencil
+  use gestell_math_matrix, only: unit_matrix
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -52,7 +53,7 @@ contains
     real(dp), intent(inout) :: w(:)
     real(dp), intent(in) :: modal(:, :)
     type(error_type), allocatable, intent(out) :: error
-    real(dp) :: s(2 * size(w), 2 * size(w)), twice(4 * size(w), 4 * size(w)), unit(4 * size(w), 4 * size(w))
+    real(dp) :: s(2 * size(w), 2 * size(w)), twice(4 * size(w), 4 * size(w))
     real(dp), allocatable :: values(:)
     integer :: n, i
 
@@ -66,11 +67,7 @@ contains
     twice = 0
     twice(2 * n + 1:, :2 * n) = s
     twice(:2 * n, 2 * n + 1:) = -s
-    unit = 0
-    do i = 1, 4 * n
-      unit(i, i) = 1
-    end do
-    call symmetric_pencil(twice, unit, values, error)
+    call symmetric_pencil(twice, unit_matrix(4 * n), values, error)
     if (allocated(error)) return
     w = values(2 * n + 2::2)
     where (w <= 8 * n * epsilon(1.0_dp) * maxval(w)) w = 0

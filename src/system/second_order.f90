@@ -103,15 +103,18 @@ contains
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :), units(:)
     real(dp), contiguous, intent(out), optional :: h(:, :)
+    real(dp) :: mass
     integer :: i, j
 
-    if (present(h)) then
-      call system%sample_second_order(phases, m, b, c, h)
-    else
-      call system%sample_second_order(phases, m, b, c)
-    end if
+    call system%sample_second_order(phases, m, b, c, h)
+    ! A power of two near 1 / sqrt of the greatest mass. Vectorised: maxval tests each element for NaN.
     do i = 1, size(units)
-      units(i) = unit_of(m(:, i, i))
+      mass = 0
+      do j = 1, size(phases)
+        mass = max(mass, abs(m(j, i, i)))
+      end do
+      units(i) = 1
+      if (mass > 0 .and. mass <= huge(mass)) units(i) = scale(1.0_dp, -exponent(mass) / 2)
     end do
     do j = 1, size(units)
       do i = 1, size(units)
@@ -122,21 +125,6 @@ contains
       if (present(h)) h(:, j) = units(j) * h(:, j)
     end do
   end subroutine sample_in_units
-
-  !> A power of two near 1 / sqrt of the greatest of some masses.
-  pure real(dp) function unit_of(masses)
-    real(dp), contiguous, intent(in) :: masses(:)
-    real(dp) :: mass
-    integer :: k
-
-    ! In vectors, as maxval is not, which minds NaN.
-    mass = 0
-    do k = 1, size(masses)
-      mass = max(mass, abs(masses(k)))
-    end do
-    unit_of = 1
-    if (mass > 0 .and. mass <= huge(mass)) unit_of = scale(1.0_dp, -exponent(mass) / 2)
-  end function unit_of
 
   !> tr P = -tr M^-1 B at many phases, (22), shape (phases). NaN where M is singular.
   subroutine sample_traces(system, phases, traces)

@@ -53,11 +53,11 @@ contains
     type(spectrum_type), intent(out) :: spectrum
     type(error_type), allocatable, intent(out) :: error
     type(coefficients_type) :: coefficients
-    complex(dp), allocatable :: h(:, :), x(:, :), before(:, :)
+    complex(dp), allocatable :: h(:, :), x(:, :), before(:, :), inverted(:, :)
     real(dp), allocatable :: rounding(:)
     real(dp), dimension(size(scale)) :: change, greatest, units
-    real(dp) :: tail(size(scale) / 2)
-    integer :: points, n, f, last
+    real(dp) :: tail(size(scale) / 2), dq(size(scale) / 2), dz(size(scale) / 2, size(scale) / 2), order
+    integer :: points, n, f, k, last
 
     n = size(scale)
     f = n / 2
@@ -80,11 +80,20 @@ contains
     call solve_all(coefficients, h, rounding + 2 * tail, x, spectrum%error, spectrum%condition, error)
     if (allocated(error)) return
     spectrum%error = spectrum%error + safety * change + epsilon(1.0_dp) * sum(abs(x), dim=2)
-    call add_beyond(coefficients, abs(aimag(values)), ubound(x, 2), tail, spectrum%error, error)
-    if (allocated(error)) return
+    do k = 1, n
+      order = anint(abs(aimag(values(k))) / coefficients%frequency)
+      if (.not. order > ubound(x, 2)) cycle
+      call invert(coefficients, order, inverted, dz, error)
+      if (allocated(error)) return
+      dq = matmul(abs(inverted), tail)
+      spectrum%error = spectrum%error + [dq, order * coefficients%frequency * dq]
+    end do
     units = [scale(:f), scale(:f)]
     spectrum%error = spectrum%error * units
-    last = needed(x, greatest)
+    ! The highest order that is more than nothing beside the greatest.
+    do last = ubound(x, 2), 1, -1
+      if (any(abs(x(:, last)) > 1.0e-3_dp * epsilon(1.0_dp) * greatest)) exit
+    end do
     allocate(spectrum%x(n, 0:last), source=x(:, :last) * spread(units, 2, last + 1))
   end subroutine solve_harmonics
 
@@ -186,39 +195,16 @@ contains
     if (.not. allocated(singular)) then
       if (norm(matmul(abs(inverted), dz)) < 0.5_dp) return
     end if
-    call singular_at(k, error)
+    if (k < 0.5_dp) then
+      call fatal_error(error, "the averaged model has no periodic vibration: within rounding nothing holds it in some " // &
+        & "direction against the mean load (harmonic 0); a spring is missing there", failed_computation)
+    else
+      call fatal_error(error, "the averaged model has no periodic vibration: a free vibration that within rounding " // &
+        & "nothing damps meets harmonic " // concise(k, 15) // " of the period (resonance); more damping or another " // &
+        & "speed may help", failed_computation)
+    end if
+    error%cause = resonance
   end subroutine invert
-
-  !> Adds to `bound` what a load `tail` in the order of a free vibration beyond the order `highest` does.
-  subroutine add_beyond(coefficients, frequencies, highest, tail, bound, error)
-    type(coefficients_type), intent(in) :: coefficients
-    real(dp), intent(in) :: frequencies(:), tail(:)
-    integer, intent(in) :: highest
-    real(dp), intent(inout) :: bound(:)
-    type(error_type), allocatable, intent(out) :: error
-    complex(dp), allocatable :: inverted(:, :)
-    real(dp) :: order, dz(size(tail), size(tail)), dq(size(tail))
-    integer :: i
-
-    do i = 1, size(frequencies)
-      order = anint(frequencies(i) / coefficients%frequency)
-      if (.not. order > highest) cycle
-      call invert(coefficients, order, inverted, dz, error)
-      if (allocated(error)) return
-      dq = matmul(abs(inverted), tail)
-      bound = bound + [dq, order * coefficients%frequency * dq]
-    end do
-  end subroutine add_beyond
-
-  !> The highest order that is more than nothing beside the `greatest`.
-  pure integer function needed(x, greatest)
-    complex(dp), intent(in) :: x(:, 0:)
-    real(dp), intent(in) :: greatest(:)
-
-    do needed = ubound(x, 2), 1, -1
-      if (any(abs(x(:, needed)) > 1.0e-3_dp * epsilon(1.0_dp) * greatest)) return
-    end do
-  end function needed
 
   !> Greatest sum of a row.
   pure real(dp) function norm(a)
@@ -246,21 +232,5 @@ contains
       x(:, i) = real(matmul(self%x, turn))
     end do
   end subroutine motion
-
-  !> The error that Z at this order is singular.
-  pure subroutine singular_at(order, error)
-    real(dp), intent(in) :: order
-    type(error_type), allocatable, intent(out) :: error
-
-    if (order < 0.5_dp) then
-      call fatal_error(error, "the averaged model has no periodic vibration: within rounding nothing holds it in some " // &
-        & "direction against the mean load (harmonic 0); a spring is missing there", failed_computation)
-    else
-      call fatal_error(error, "the averaged model has no periodic vibration: a free vibration that within rounding " // &
-        & "nothing damps meets harmonic " // concise(order, 15) // " of the period (resonance); more damping or another " // &
-        & "speed may help", failed_computation)
-    end if
-    error%cause = resonance
-  end subroutine singular_at
 
 end module gestell_floquet_constant_harmonics

@@ -123,20 +123,15 @@ contains
         return
       end if
       sweeps = sweeps + 1
-      if (modulo(sweeps, patience) == 0) call clear(r, low, high)
+      if (modulo(sweeps, patience) == 0) then
+        ! Zeros of what is zero to roundoff in the block of the triangular factors (of a norm of about 1).
+        associate (block => r(low:high, low:high, :size(r, 3) - 1))
+          where (abs(block) < 10 * size(r, 1) * epsilon(1.0_dp)) block = 0
+        end associate
+      end if
       call sweep(r, q, low, high, first_direction(r, low, high, sweeps))
     end do
   end subroutine iterate
-
-  !> Makes zeros of what is zero to roundoff in the block of the triangular factors (of a norm of about 1).
-  pure subroutine clear(r, low, high)
-    complex(dp), intent(inout) :: r(:, :, :)
-    integer, intent(in) :: low, high
-
-    associate (block => r(low:high, low:high, :size(r, 3) - 1))
-      where (abs(block) < 10 * size(r, 1) * epsilon(1.0_dp)) block = 0
-    end associate
-  end subroutine clear
 
   !> The row where the unreduced block of the Hessenberg matrix `h` starts that ends in the row `high`.
   pure integer function block_start(h, high)
@@ -163,7 +158,8 @@ contains
     last = size(r, 3)
     v = unit(r(low:low + 1, low, last))
     if (modulo(sweeps, 10) == 0) v = [(0.6_dp, 0.0_dp), (0.48_dp, 0.64_dp)]
-    if (modulo(sweeps, 10) == 0 .or. singular(r(low:high, low:high, :last - 1))) return
+    ! A triangular factor (of a norm of about 1) that is singular to roundoff: sweeps without shift separate zeros.
+    if (modulo(sweeps, 10) == 0 .or. any([(any(abs(r(i, i, :last - 1)) < epsilon(1.0_dp)), i = low, high)])) return
 
     first = max(low, high - 2)
     t = 0
@@ -184,14 +180,6 @@ contains
     v(1) = v(1) - shift * scale(1.0_dp, min(exponents(1) - exponents(2), 1000)) / corner(1)
     v = unit(v)
   end function first_direction
-
-  !> Whether a triangular factor (of a norm of about 1) is singular to roundoff: sweeps without shift separate zeros.
-  pure logical function singular(t)
-    complex(dp), intent(in) :: t(:, :, :)
-    integer :: i
-
-    singular = any([(any(abs(t(i, i, :)) < epsilon(1.0_dp)), i = 1, size(t, 1))])
-  end function singular
 
   !> Wilkinson's shift, the eigenvalue of t (2, 2) that is nearer to t(2, 2), unless the other is much smaller: that one
   !> settles at the end of a product of graded factors, where sweeps towards the larger one can turn in circles.

@@ -139,7 +139,7 @@ contains
     complex(dp), intent(out) :: v(:, :)
     real(dp), intent(out) :: gap
     integer, parameter :: turns = 3
-    complex(dp) :: product(3), start(2)
+    complex(dp) :: product(3), start(2), image(2)
     integer :: k, turn, exponents
 
     product = [(1.0_dp, 0.0_dp), (0.0_dp, 0.0_dp), (1.0_dp, 0.0_dp)]
@@ -165,19 +165,12 @@ contains
           end do
           start = v(:, 1)
         end if
-        gap = mismatch(r(i:i + 1, i:i + 1, size(r, 3)), v(:, size(r, 3)), v(:, 1))
+        ! The part of R_K v_K across v_1, relative to R_K.
+        image = matmul(r(i:i + 1, i:i + 1, size(r, 3)), v(:, size(r, 3)))
+        gap = abs(image(1) * v(2, 1) - image(2) * v(1, 1)) / max(maxval(abs(r(i:i + 1, i:i + 1, size(r, 3)))), tiny(1.0_dp))
         if (gap < 8 * epsilon(1.0_dp)) exit
       end do
     end associate
   end subroutine swapping
-
-  !> The part of R v across w, relative to R.
-  pure real(dp) function mismatch(r, v, w)
-    complex(dp), intent(in) :: r(:, :), v(:), w(:)
-
-    associate (image => matmul(r, v))
-      mismatch = abs(image(1) * w(2) - image(2) * w(1)) / max(maxval(abs(r)), tiny(1.0_dp))
-    end associate
-  end function mismatch
 
 end module gestell_floquet_factors_rotations

@@ -27,7 +27,7 @@ module gestell_floquet_integrator_gauss_steps
   use gestell_floquet_integrator_method, only: unseen_type
   use gestell_floquet_integrator_nested, only: nested_type
   use gestell_floquet_integrator_pace, only: pace_of
-  use gestell_floquet_integrator_step_coefficients, only: coefficients_type, layout_of, layout_type, look_beyond, most_rows, &
+  use gestell_floquet_integrator_step_coefficients, only: coefficients_type, layout_of, layout_type, estimate_unseen, most_rows, &
     & sample_coefficients, scale_coefficients
   use gestell_floquet_integrator_step_equations, only: fill_panel
   use gestell_floquet_integrator_tableau, only: tableau_type
@@ -41,6 +41,9 @@ module gestell_floquet_integrator_gauss_steps
   !> stage below the other.
   integer, parameter :: of_panel = lanes * width * most_rows, of_multipliers = lanes * most_rows**2, &
     & of_stages = lanes * most_rows * (most_rows / 2)
+  !> Where these begin behind the panel.
+  integer, parameter :: multipliers = of_panel, mass = multipliers + of_multipliers, damping = mass + of_stages, &
+    & stiffness = damping + of_stages
 
 contains
 
@@ -90,7 +93,11 @@ contains
     allocate(maps(lanes, at%states, size(map, 3), merge(3, 1, present(lower))))
     do k = 1, steps, lanes
       first = max(1, min(k, steps - lanes + 1))
-      if (side_by_side) call maps_of_lanes(tableau, at, first, layout, room(border), maps, safe)
+      if (side_by_side) then
+        call scale_coefficients(at, first, layout, room(border + mass), room(border + damping), room(border + stiffness))
+        call eliminate_panels(tableau, at, first, layout, room(border), room(border + multipliers), room(border + mass), &
+          & room(border + damping), room(border + stiffness), maps, safe)
+      end if
       last = min(k + lanes - 1, steps)
       do i = k, last
         if (.not. safe(i - first + 1)) then
@@ -98,7 +105,12 @@ contains
           if (allocated(error)) return
         end if
       end do
-      call find_units(at, units, first, of_step)
+      ! Units of the states and of the loads; each step is its own unit of time: positions are over h times velocities.
+      of_step = 1
+      do i = 1, at%states
+        of_step(:, i) = units(i)
+        if (i > at%positions .and. at%positions > 0) of_step(:last - first + 1, i) = units(i) / at%lengths(first:last)
+      end do
       call take(of_step, first, k, last, maps(:, :, :, 1), map)
       do i = 2, size(maps, 4)
         call take(of_step, first, k, last, maps(:, :, :, i), lower(:, :, :, i - 1))
@@ -107,28 +119,11 @@ contains
     if (.not. present(unseen)) return
     select type (tableau)
     class is (nested_type)
-      call look_beyond(tableau, at, units(:at%f), unseen)
+      call estimate_unseen(tableau, at, units(:at%f), unseen)
       unseen%steps = unseen%steps + steps
       unseen%fitted = unseen%fitted + steps * [turn**2, turn**4]
     end select
   end subroutine gauss_steps
-
-  !> Units, shape (lanes, columns), of the states and of the loads of the steps from `first` on, which are their own unit of time:
-  !> positions are over h times velocities.
-  pure subroutine find_units(at, units, first, of_step)
-    type(coefficients_type), intent(in) :: at
-    real(dp), intent(in) :: units(:)
-    integer, intent(in) :: first
-    real(dp), intent(out) :: of_step(:, :)
-    integer :: last, i
-
-    last = min(first + lanes - 1, size(at%lengths))
-    of_step = 1
-    do i = 1, size(units)
-      of_step(:, i) = units(i)
-      if (i > at%positions .and. at%positions > 0) of_step(:last - first + 1, i) = units(i) / at%lengths(first:last)
-    end do
-  end subroutine find_units
 
   !> The maps of the steps `from` to `to`, shape (steps, states, columns), from maps in lanes, the first those of step `first`, in
   !> these units.
@@ -150,32 +145,15 @@ contains
   end subroutine take
 
   !> The maps [A b], or A, shape (lanes, states, columns, 1 or 3), of the steps from `first` on: of the method, of the one embedded
-  !> in it and of the one embedded in that. `room`: numbers from the border of a vector on.
-  subroutine maps_of_lanes(tableau, at, first, layout, room, maps, safe)
-    class(tableau_type), intent(in) :: tableau
-    type(coefficients_type), intent(in) :: at
-    integer, intent(in) :: first
-    type(layout_type), intent(in) :: layout
-    real(dp), intent(inout) :: room(of_panel + of_multipliers + 3 * of_stages)
-    real(dp), contiguous, intent(inout) :: maps(:, :, :, :)
-    logical, intent(out) :: safe(lanes)
-    integer, parameter :: multipliers = 1 + of_panel, mass = multipliers + of_multipliers, damping = mass + of_stages, &
-      & stiffness = damping + of_stages
-
-    call scale_coefficients(at, first, layout, room(mass), room(damping), room(stiffness))
-    call eliminate_panels(tableau, at, first, layout, room(1), room(multipliers), room(mass), room(damping), room(stiffness), &
-      & maps, safe)
-  end subroutine maps_of_lanes
-
-  !> Panel after panel: first those of the unknowns, then those of the map, in which after the unknowns of each embedded method its
-  !> map stands.
-  pure subroutine eliminate_panels(tableau, at, first, layout, panel, l, mass, damping, stiffness, maps, safe)
+  !> in it and of the one embedded in that. Panel after panel: first those of the unknowns, then those of the map, in which after
+  !> the unknowns of each embedded method its map stands.
+  pure subroutine eliminate_panels(tableau, at, first, layout, panel, l, masses, dampers, springs, maps, safe)
     class(tableau_type), intent(in) :: tableau
     type(coefficients_type), intent(in) :: at
     integer, intent(in) :: first
     type(layout_type), intent(in) :: layout
     real(dp), intent(inout) :: panel(lanes, width, layout%rows), l(lanes, block, layout%n, layout%rows / block)
-    real(dp), dimension(lanes, layout%n, layout%f), intent(in) :: mass, damping, stiffness
+    real(dp), dimension(lanes, layout%n, layout%f), intent(in) :: masses, dampers, springs
     real(dp), contiguous, intent(inout) :: maps(:, :, :, :)
     logical, intent(out) :: safe(lanes)
     real(dp) :: multiplier(lanes)
@@ -185,13 +163,13 @@ contains
       multiplier = 0
       do column = 1, n, columns_at_once()
         columns = min(columns_at_once(), n - column + 1)
-        call fill_panel(tableau, at, first, layout, column, columns, panel, mass, damping, stiffness)
+        call fill_panel(tableau, at, first, layout, column, columns, panel, masses, dampers, springs)
         call eliminate(column, columns, n, rows, panel, l, multiplier)
       end do
       column = n + 1
       do while (column <= layout%columns)
         columns = columns_of_panel(layout%columns - column + 1)
-        call fill_panel(tableau, at, first, layout, column, columns, panel, mass, damping, stiffness)
+        call fill_panel(tableau, at, first, layout, column, columns, panel, masses, dampers, springs)
         from = 1
         do i = size(maps, 4), 1, -1
           to = layout%place(layout%s + 2 - i)

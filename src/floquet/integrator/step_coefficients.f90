@@ -11,7 +11,7 @@ module gestell_floquet_integrator_step_coefficients
   implicit none (type, external)
   private
 
-  public :: layout_of, look_beyond, sample_coefficients, scale_coefficients
+  public :: layout_of, estimate_unseen, sample_coefficients, scale_coefficients
 
   !> The most rows, unknowns and states, with which steps are eliminated in lanes: ten stages of six degrees of freedom.
   integer, parameter, public :: most_rows = 72
@@ -82,7 +82,7 @@ contains
   !> of z |M| + |h B| + |h^2 C| / z is one of so many radians. What interpolation misses falls, with the number of nodes, as the
   !> root of what quadrature does: of a part e of all that varies e^2 is left. In these units masses are about 1, and what a load is
   !> in a time is a change of velocity.
-  pure subroutine look_beyond(nested, at, units, unseen)
+  pure subroutine estimate_unseen(nested, at, units, unseen)
     type(nested_type), intent(in) :: nested
     type(coefficients_type), intent(in) :: at
     real(dp), intent(in) :: units(:)
@@ -116,12 +116,12 @@ contains
       of_g = misses(nested, size(h), 1, at%g(:, i))
       unseen%kicks(i) = unseen%kicks(i) + units(i) * sum(h * of_g(:, 1)**2 / max(of_g(:, 1), of_g(:, 2), tiny(z)))
     end do
-  end subroutine look_beyond
+  end subroutine estimate_unseen
 
-  !> Of values at the nodes, shape (steps, s, count), sums over these for each step, shape (steps, 3): the rms of their part along
-  !> P_s, beyond rounding, as those along P_s-4 to P_s-1 promise by falling in one ratio; what differs between the first node and
-  !> the last, one at an end and one in the middle; the size. The rms is that of a sum with weights that nothing else has, so that
-  !> parts do not cancel.
+  !> For each step, shape (steps, 3), from `values` at the nodes, shape (steps, s, count): (1) the estimated rms of their part along
+  !> P_s, beyond rounding, extrapolated from the decay of those along P_s-4 to P_s-1; (2) how much the values differ between the
+  !> first node and the last, one at an end and one in the middle; (3) their size. Quasi-random weights keep components from
+  !> cancelling.
   pure function misses(nested, steps, count, values)
     type(nested_type), intent(in) :: nested
     integer, intent(in) :: steps, count

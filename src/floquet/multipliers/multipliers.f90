@@ -103,17 +103,17 @@ contains
     real(dp), dimension(size(rho), size(rho)) :: f, doubted
     complex(dp) :: along(size(rho), size(rho))
     real(dp), dimension(size(rho)) :: radius, rows, modulus
+    logical :: ends_pair
     integer :: n, k
 
     n = size(rho)
     multipliers%rho = rho
-    allocate(multipliers%condition(n))
+    allocate(multipliers%condition(n), multipliers%exponent(n))
     do k = 1, n
       multipliers%condition(k) = 1 / max(abs(dot_product(left(:, k), right(:, k))), epsilon(1.0_dp)**2)
-    end do
-    allocate(multipliers%exponent(n))
-    do k = 1, n
-      if (ends_pair(rho, k)) then
+      ends_pair = .false.
+      if (k > 1) ends_pair = aimag(rho(k)) < 0 .and. abs(rho(k) - conjg(rho(k - 1))) <= 0
+      if (ends_pair) then
         multipliers%exponent(k) = conjg(multipliers%exponent(k - 1))
       else
         ! The logarithm of a complex number is the same for the same number, that of its conjugate the conjugate. Those of real
@@ -141,15 +141,6 @@ contains
     radius = exp(min(log(max(radius, tiny(1.0_dp))) - log(modulus), most))
     multipliers%error = disc_bounds(multipliers%exponent, radius)
   end subroutine set_multipliers
-
-  !> Whether the k-th number lies below the real axis, and the one before is its conjugate.
-  pure logical function ends_pair(rho, k)
-    complex(dp), intent(in) :: rho(:)
-    integer, intent(in) :: k
-
-    ends_pair = .false.
-    if (k > 1) ends_pair = aimag(rho(k)) < 0 .and. abs(rho(k) - conjg(rho(k - 1))) <= 0
-  end function ends_pair
 
   !> The radius of the disc of the k-th eigenvalue where those of all others grow as far as they may without touching it: a
   !> similarity that shrinks the off-diagonal elements f_kj of its row by alpha enlarges those of its column, f_ik, by 1/alpha
@@ -208,9 +199,10 @@ contains
     if (allocated(multipliers%on_circle)) on_circle = multipliers%on_circle
   end function circle_of
 
-  !> Largest modulus first, unit eigenvectors.
+  !> Largest modulus first, unit eigenvectors whose largest component is real and positive.
   pure subroutine arrange(multipliers)
     type(multipliers_type), intent(inout) :: multipliers
+    complex(dp) :: largest
     integer :: order(size(multipliers%rho)), k
 
     order = by_modulus(multipliers%log_abs, multipliers%arg)
@@ -224,7 +216,12 @@ contains
     if (.not. allocated(multipliers%vectors)) return
     multipliers%vectors = multipliers%vectors(:, order)
     do k = 1, size(order)
-      multipliers%vectors(:, k) = normalised(multipliers%vectors(:, k))
+      associate (vector => multipliers%vectors(:, k))
+        vector = vector / maxval(abs(vector))
+        largest = vector(maxloc(abs(vector), dim=1))
+        vector = vector * (abs(largest) / largest)
+        vector = vector / norm2(abs(vector))
+      end associate
     end do
   end subroutine arrange
 
@@ -259,8 +256,8 @@ contains
     multipliers%rho = multiplier(multipliers%exponent)
   end subroutine pair_conjugates
 
-  !> How far from rho(k), relative to |rho(k)|, the eigenvalue can lie that it stands for: the radius of its disc, or where
-  !> discs touch, the reach of all discs that hang together with it. `z` = ln rho; radii relative to |rho|.
+  !> Bounds on the distance between rho(k) and the true multiplier, relative to |rho(k)|: the radius of its disc, or where discs
+  !> touch, the reach of all discs that hang together with it. `z` = ln rho; radii relative to |rho|.
   pure function disc_bounds(z, radius) result(bound)
     complex(dp), intent(in) :: z(:)
     real(dp), intent(in) :: radius(:)
@@ -345,18 +342,6 @@ contains
     end function twins_before
 
   end function by_modulus
-
-  !> The vector with unit norm whose largest component is real and positive.
-  pure function normalised(v) result(unit)
-    complex(dp), intent(in) :: v(:)
-    complex(dp) :: unit(size(v))
-    complex(dp) :: largest
-
-    unit = v / maxval(abs(v))
-    largest = unit(maxloc(abs(unit), dim=1))
-    unit = unit * (abs(largest) / largest)
-    unit = unit / norm2(abs(unit))
-  end function normalised
 
   !> Which multipliers have no significant digit: the bound is as great as the number.
   pure function lost(self)

@@ -48,7 +48,7 @@ contains
 
     n = size(a, 1)
     if (n < 2 .or. n > most_small) return
-    ! A number that is none stays in the sum; this has room for all.
+    ! NaN propagates through the sum; the factor keeps it from overflowing.
     greatest = 0
     do k = 1, n
       greatest = greatest + sum(abs(a(:, k)) / n**2)

@@ -86,9 +86,7 @@ contains
     real(dp), intent(in) :: phi(:, :), perturbation
     type(found_type), intent(inout) :: found
     integer, intent(in) :: lane
-    type(multipliers_type) :: multipliers
-    complex(dp), allocatable :: rho(:), right(:, :), left(:, :)
-    type(error_type), allocatable :: error
+    type(multipliers_type), allocatable :: multipliers
     integer :: k
 
     found%radius(lane) = ieee_value(1.0_dp, ieee_quiet_nan)
@@ -96,12 +94,10 @@ contains
     found%bound(lane) = 1.0e300_dp
     found%stable(lane) = .false.
     found%unstable(lane) = .false.
-    if (.not. all(ieee_is_finite(phi))) return
-    call eigensystem(phi, rho, right, left, error)
-    if (allocated(error)) return
-    call set_multipliers(rho, right, left, perturbation + size(rho) * epsilon(1.0_dp) * norm2(phi), multipliers)
-    k = maxloc(abs(rho), dim=1)
-    found%radius(lane) = abs(rho(k))
+    call find_multipliers(phi, perturbation, multipliers)
+    if (.not. allocated(multipliers)) return
+    k = maxloc(abs(multipliers%rho), dim=1)
+    found%radius(lane) = abs(multipliers%rho(k))
     found%log_radius(lane) = multipliers%log_abs(k)
     found%bound(lane) = multipliers%error(k)
     found%stable(lane) = multipliers%judge() == stable
@@ -111,17 +107,27 @@ contains
   !> Whether a matrix of a system that conserves (gestell_system_periodic) is proved to be undamped.
   logical function is_undamped(phi, perturbation)
     real(dp), intent(in) :: phi(:, :), perturbation
-    type(multipliers_type) :: multipliers
-    complex(dp), allocatable :: rho(:), right(:, :), left(:, :)
-    type(error_type), allocatable :: error
+    type(multipliers_type), allocatable :: multipliers
 
     is_undamped = .false.
-    if (.not. all(ieee_is_finite(phi))) return
-    call eigensystem(phi, rho, right, left, error)
-    if (allocated(error)) return
-    call set_multipliers(rho, right, left, perturbation + size(rho) * epsilon(1.0_dp) * norm2(phi), multipliers)
+    call find_multipliers(phi, perturbation, multipliers)
+    if (.not. allocated(multipliers)) return
     call prove_undamped(multipliers)
     is_undamped = multipliers%judge() == undamped
   end function is_undamped
+
+  !> The multipliers with LAPACK; unallocated where there are none, as of a matrix that is not finite.
+  subroutine find_multipliers(phi, perturbation, multipliers)
+    real(dp), intent(in) :: phi(:, :), perturbation
+    type(multipliers_type), allocatable, intent(out) :: multipliers
+    complex(dp), allocatable :: rho(:), right(:, :), left(:, :)
+    type(error_type), allocatable :: error
+
+    if (.not. all(ieee_is_finite(phi))) return
+    call eigensystem(phi, rho, right, left, error)
+    if (allocated(error)) return
+    allocate(multipliers)
+    call set_multipliers(rho, right, left, perturbation + size(rho) * epsilon(1.0_dp) * norm2(phi), multipliers)
+  end subroutine find_multipliers
 
 end module gestell_floquet_multipliers_spectra

@@ -54,7 +54,11 @@ contains
 
     call take_columns(motion(:, :, :, steps), phi)
     if (present(xp)) xp = motion(lane, :, groups, steps)
-    if (present(xp_peak)) xp_peak = max(xp_peak, farthest(scale, motion(lane, :, groups, 1:)))
+    if (present(xp_peak)) then
+      do k = 1, steps
+        xp_peak = max(xp_peak, norm2(motion(lane, :, groups, k) / scale))
+      end do
+    end if
     if (.not. present(transient)) return
     if (transient%middle >= 1 .and. transient%middle <= steps) then
       call take_columns(motion(:, :, :, transient%middle), transient%halfway)
@@ -108,17 +112,6 @@ contains
       columns(:, j) = motion(modulo(j - 1, lanes) + 1, :, (j - 1) / lanes + 1)
     end do
   end subroutine take_columns
-
-  !> The greatest norm of x / scale, x of shape (n, steps).
-  pure real(dp) function farthest(scale, x)
-    real(dp), intent(in) :: scale(:), x(:, :)
-    integer :: k
-
-    farthest = 0
-    do k = 1, size(x, 2)
-      farthest = max(farthest, norm2(x(:, k) / scale))
-    end do
-  end function farthest
 
   !> The step after which the norm of D^-1 Phi D, x_p left out, is greatest, and that norm.
   pure subroutine find_greatest(n, scale, motion, greatest_of, norm)

@@ -46,7 +46,8 @@ contains
     type(periodic_solution_type), intent(out) :: solution
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: inverted(:, :), vectors(:, :)
-    real(dp) :: phi_error, xp_error, amplification, lost
+    real(dp), parameter :: little = 0.01_dp
+    real(dp) :: phi_error, xp_error, amplification, lost, part
     integer :: n, k
 
     if (.not. (allocated(monodromy%phi) .and. allocated(monodromy%xp))) then
@@ -81,7 +82,10 @@ contains
       if (known) then
         do k = 1, size(monodromy%phi_change, 3)
           associate (e => balanced(monodromy%phi_change(:, :, k), d))
-            lost = max(lost, lost_by(e, inverted, amplification))
+            ! |(E - Phi)^-1 E'|, or more where that does not matter.
+            part = amplification * norm2(e)
+            if (part > little) part = norm2(matmul(inverted, e))
+            lost = max(lost, part)
             disturbance = matmul(inverted, matmul(e, x) + monodromy%xp_change(:, k) / d)
           end associate
           ! A component can be small by chance.
@@ -98,15 +102,6 @@ contains
       solution%error = (norm2(inverted, dim=2) * (norm2(x) * phi_error + xp_error) + change) / (1 - lost) * d
     end associate
   end subroutine solve_periodic
-
-  !> |(E - Phi)^-1 E'|, or more where that does not matter.
-  pure real(dp) function lost_by(e, inverted, amplification) result(lost)
-    real(dp), intent(in) :: e(:, :), inverted(:, :), amplification
-    real(dp), parameter :: little = 0.01_dp
-
-    lost = amplification * norm2(e)
-    if (lost > little) lost = norm2(matmul(inverted, e))
-  end function lost_by
 
   !> The periodic motion at `phases` (ascending, in [0, 1]), shape (n, points). Errors: there is no solution; as of
   !> `trajectory`.

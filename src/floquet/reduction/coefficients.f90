@@ -28,18 +28,16 @@ contains
     integer :: n, i, j
 
     n = system%states
-    allocate(p(n, n, size(phases)), f(n, size(phases)), source=0.0_dp)
-    if (forced) then
-      call system%sample(phases, p, f)
-    else
-      call system%sample(phases, p)
-    end if
-    allocate(coefficients%a(size(phases), n, n), coefficients%f(size(phases), n))
+    allocate(p(n, n, size(phases)))
+    ! What is not allocated is absent where it is an argument.
+    if (forced) allocate(f(n, size(phases)))
+    call system%sample(phases, p, f)
+    allocate(coefficients%a(size(phases), n, n), coefficients%f(size(phases), n), source=0.0_dp)
     do j = 1, n
       do i = 1, n
         coefficients%a(:, i, j) = p(i, j, :) * (system%period * scale(j) / scale(i))
       end do
-      coefficients%f(:, j) = f(j, :) * (system%period / scale(j))
+      if (forced) coefficients%f(:, j) = f(j, :) * (system%period / scale(j))
     end do
     if (all(ieee_is_finite(coefficients%a)) .and. all(ieee_is_finite(coefficients%f))) return
     call fatal_error(error, "the coefficients of the system are not finite", failed_computation)

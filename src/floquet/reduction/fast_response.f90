@@ -31,7 +31,7 @@ contains
     real(dp), dimension(size(f, 1), size(f, 2)) :: load, z, change, best, slope, tried
     real(dp) :: derivative(size(f, 1), size(f, 1)), size_d, size_f, rest, left
     logical :: done
-    integer :: round
+    integer :: round, number
 
     derivative = differentiation(size(f, 1))
     call multiply(motion%inverted, f, load)
@@ -51,8 +51,13 @@ contains
       done = rest <= enough .or. rest >= 0.5_dp * left
       left = rest
       if (done) exit
-      call response(motion%d, g, modes, change, error)
-      if (allocated(error)) return
+      change = 0
+      do number = 1, size(modes%group)
+        associate (own => columns_of(modes%group, number))
+          if (size(own) > 0) call respond(motion%d, g, modes%conjugate, own, change, error)
+          if (allocated(error)) return
+        end associate
+      end do
       z = z + change
     end do
     if (left >= huge(left)) then
@@ -62,23 +67,7 @@ contains
     call multiply(s, best, p)
   end subroutine decouple_forcing
 
-  !> z of D_g z_g = -g_g for all groups but the slow one, where it is zero. Error: a group has the eigenvalue zero.
-  subroutine response(d, g, modes, z, error)
-    real(dp), contiguous, intent(in) :: d(:, :, :), g(:, :)
-    type(modes_type), intent(in) :: modes
-    real(dp), contiguous, intent(out) :: z(:, :)
-    type(error_type), allocatable, intent(out) :: error
-    integer :: number
-
-    z = 0
-    do number = 1, size(modes%group)
-      associate (own => columns_of(modes%group, number))
-        if (size(own) > 0) call respond(d, g, modes%conjugate, own, z, error)
-        if (allocated(error)) return
-      end associate
-    end do
-  end subroutine response
-
+  !> z of D_g z_g = -g_g for one group, whose columns are `own`. Error: it has the eigenvalue zero.
   subroutine respond(d, g, conjugate, own, z, error)
     real(dp), contiguous, intent(in) :: d(:, :, :), g(:, :)
     integer, intent(in) :: conjugate(:), own(:)

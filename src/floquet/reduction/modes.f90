@@ -54,18 +54,11 @@ contains
     do k = 1, size(modes%group)
       where (clash == modes%group(k)) mirrored = modes%group(modes%conjugate(k))
     end do
-    call join(modes%group, clash)
+    where (modes%group == maxval(clash)) modes%group = minval(clash)
     ! The first union may have renamed one of them.
     where (mirrored == maxval(clash)) mirrored = minval(clash)
-    call join(modes%group, mirrored)
+    where (modes%group == maxval(mirrored)) modes%group = minval(mirrored)
   end subroutine unite
-
-  pure subroutine join(group, pair)
-    integer, intent(inout) :: group(:)
-    integer, intent(in) :: pair(2)
-
-    where (group == maxval(pair)) group = minval(pair)
-  end subroutine join
 
   !> At phase 0: eigenvectors; in a group that is its own conjugate, an orthonormal basis of their real and imaginary
   !> parts.

@@ -135,10 +135,17 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: exact = 1.0e3_dp * epsilon(1.0_dp)
     real(dp), allocatable :: product(:, :, :), defect(:), one(:, :)
-    integer :: n, i, k
+    real(dp) :: some(lanes, size(a, 2), size(a, 2))
+    integer :: n, first, last, i, k
 
     n = size(a, 2)
-    call eliminate(a, inverted)
+    do first = 1, size(a, 1), lanes
+      last = min(first + lanes - 1, size(a, 1))
+      some(:last - first + 1, :, :) = a(first:last, :, :)
+      some(last - first + 2:, :, :) = 1
+      call gauss_jordan(n, some)
+      inverted(first:last, :, :) = some(:last - first + 1, :, :)
+    end do
     allocate(product, mold=a)
     call multiply(a, inverted, product)
     allocate(defect(size(a, 1)), source=0.0_dp)
@@ -167,7 +174,8 @@ contains
     !> What is left of a sum of so many terms, over the greatest of these.
     real(dp), parameter :: exact = 1.0e3_dp * epsilon(1.0_dp)
     real(dp) :: some(lanes, size(right, 2), size(right, 2) + 1), x(lanes, size(right, 2)), left(lanes), size_of(lanes)
-    integer :: n, first, last, k
+    real(dp) :: lu(size(right, 2), size(right, 2)), one(size(right, 2), 1)
+    integer :: pivots(size(right, 2)), n, first, last, k
 
     n = size(right, 2)
     do first = 1, size(right, 1), lanes
@@ -176,21 +184,25 @@ contains
       some(:last - first + 1, :, n + 1) = right(first:last, :)
       some(last - first + 2:, :, :) = 1
       call solve_in_lanes(n, some, x)
-      call look_at_solution(n, operator(first:last, :, :), right(first:last, :), x(:last - first + 1, :), &
+      call find_residuals(n, operator(first:last, :, :), right(first:last, :), x(:last - first + 1, :), &
         & left(:last - first + 1), size_of(:last - first + 1))
       do k = first, last
         if (left(k - first + 1) <= exact * size_of(k - first + 1)) then
           right(k, :) = x(k - first + 1, :)
         else
-          call solve_one(operator(k, :, :), right(k, :), error)
+          lu = operator(k, :, :)
+          call factorise(lu, pivots, error)
           if (allocated(error)) return
+          one(:, 1) = right(k, :)
+          call solve_factored(lu, pivots, one)
+          right(k, :) = one(:, 1)
         end if
       end do
     end do
   end subroutine solve
 
   !> The sums over the equations of |A x - b|, and of |A| |x| + |b|, at each phase.
-  pure subroutine look_at_solution(n, a, b, x, left, size_of)
+  pure subroutine find_residuals(n, a, b, x, left, size_of)
     integer, intent(in) :: n
     real(dp), intent(in) :: a(:, :, :), b(:, :), x(:, :)
     real(dp), intent(out) :: left(:), size_of(:)
@@ -206,22 +218,7 @@ contains
       end do
     end do
     left = sum(abs(missed), dim=2)
-  end subroutine look_at_solution
-
-  subroutine solve_one(a, b, error)
-    real(dp), intent(in) :: a(:, :)
-    real(dp), intent(inout) :: b(:)
-    type(error_type), allocatable, intent(out) :: error
-    real(dp) :: lu(size(b), size(b)), x(size(b), 1)
-    integer :: pivots(size(b))
-
-    lu = a
-    call factorise(lu, pivots, error)
-    if (allocated(error)) return
-    x(:, 1) = b
-    call solve_factored(lu, pivots, x)
-    b = x(:, 1)
-  end subroutine solve_one
+  end subroutine find_residuals
 
   !> x of [A b], which is lost, shape (lanes, n, n + 1).
   pure subroutine solve_in_lanes(n, w, x)
@@ -256,22 +253,7 @@ contains
     pivot = merge(value, 1.0_dp, abs(value) > least)
   end function pivot_of
 
-  !> The inverses by elimination with the pivots along the diagonal.
-  pure subroutine eliminate(a, inverted)
-    real(dp), contiguous, intent(in) :: a(:, :, :)
-    real(dp), contiguous, intent(out) :: inverted(:, :, :)
-    real(dp) :: some(lanes, size(a, 2), size(a, 2))
-    integer :: first, last
-
-    do first = 1, size(a, 1), lanes
-      last = min(first + lanes - 1, size(a, 1))
-      some(:last - first + 1, :, :) = a(first:last, :, :)
-      some(last - first + 2:, :, :) = 1
-      call gauss_jordan(size(a, 2), some)
-      inverted(first:last, :, :) = some(:last - first + 1, :, :)
-    end do
-  end subroutine eliminate
-
+  !> The inverse of w, in its place, by elimination with the pivots along the diagonal.
   pure subroutine gauss_jordan(n, w)
     integer, intent(in) :: n
     real(dp), intent(inout) :: w(lanes, n, n)

@@ -21,7 +21,7 @@ module gestell_floquet_reduction
   use gestell_floquet_reduction_decoupling, only: balance, decouple, examine, motion_type
   use gestell_floquet_reduction_fast_response, only: decouple_forcing
   use gestell_floquet_reduction_modes, only: modes_type
-  use gestell_floquet_reduction_phasewise, only: along_phases, multiply, times
+  use gestell_floquet_reduction_phasewise, only: along_phases, multiply
   use gestell_floquet_reduction_residuals, only: measure, measure_forcing, residuals_type
   use gestell_floquet_reduction_resolution, only: phases_needed
   use gestell_floquet_reduction_separation, only: least_distance
@@ -114,9 +114,14 @@ contains
       needed = phases_for(decoupled, phase_advance, max(aim, least_residual(reduction) * phase_advance))
       if (needed == n) then
         call balance(decoupled%modes, decoupled%s, decoupled%motion)
-        if (forced) call respond(decoupled, 0.1_dp * aim, error)
-        if (allocated(error)) return
-        if (forced) needed = phases_for_response(decoupled, aim)
+        if (forced) then
+          if (allocated(decoupled%p)) deallocate(decoupled%p, decoupled%g)
+          allocate(decoupled%p, decoupled%g, mold=decoupled%own%f)
+          call decouple_forcing(decoupled%own%f, decoupled%modes, 0.1_dp * aim, decoupled%s, decoupled%motion, decoupled%p, &
+            & decoupled%g, error)
+          if (allocated(error)) return
+          needed = phases_for_response(decoupled, aim)
+        end if
       end if
       if (needed > n) then
         n = needed
@@ -236,17 +241,6 @@ contains
     if (allocated(error)) return
     call decouple(decoupled%own%a, decoupled%modes, enough, decoupled%s, decoupled%motion, decoupled%left, error)
   end subroutine decouple_from_modes
-
-  !> p and g. Errors: those of `decouple_forcing`.
-  subroutine respond(decoupled, enough, error)
-    type(decoupled_type), intent(inout) :: decoupled
-    real(dp), intent(in) :: enough
-    type(error_type), allocatable, intent(out) :: error
-
-    if (allocated(decoupled%p)) deallocate(decoupled%p, decoupled%g)
-    allocate(decoupled%p, decoupled%g, mold=decoupled%own%f)
-    call decouple_forcing(decoupled%own%f, decoupled%modes, enough, decoupled%s, decoupled%motion, decoupled%p, decoupled%g, error)
-  end subroutine respond
 
   !> The result, with its residuals. Error: S becomes singular between the phases.
   subroutine assemble(nodes, middle, decoupled, forced, reduction, error)

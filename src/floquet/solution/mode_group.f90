@@ -136,20 +136,13 @@ contains
       call set_multipliers(rho, right, left, group%error + size(rho) * epsilon(1.0_dp) * norm2(abs(group%phi)), multipliers)
       if (vectors) multipliers%vectors = right
     end if
-    call multiply(multipliers, group%shift)
-  end subroutine group_multipliers
-
-  !> The multipliers times exp(shift).
-  pure subroutine multiply(multipliers, shift)
-    type(multipliers_type), intent(inout) :: multipliers
-    complex(dp), intent(in) :: shift
-
-    multipliers%log_abs = multipliers%log_abs + real(shift)
-    multipliers%arg = multipliers%arg + aimag(shift)
+    ! Times exp(shift).
+    multipliers%log_abs = multipliers%log_abs + real(group%shift)
+    multipliers%arg = multipliers%arg + aimag(group%shift)
     multipliers%arg = multipliers%arg - 2 * pi * anint(multipliers%arg / (2 * pi))
     multipliers%exponent = cmplx(multipliers%log_abs, multipliers%arg, dp)
     multipliers%rho = multiplier(multipliers%exponent)
-  end subroutine multiply
+  end subroutine group_multipliers
 
   pure subroutine mirror(multipliers)
     type(multipliers_type), intent(inout) :: multipliers

@@ -68,7 +68,7 @@ module gestell_math_optimum_minimax
   end type search_type
 
   !> The greatest and the least weight; a group's violation, and a part of Phi, that rounding errors may make; the shortest
-  !> part of a step; a step that is none.
+  !> part of a step; the norm below which a step counts as zero.
   real(dp), parameter :: heaviest = 1.0e6_dp, lightest = 0.01_dp
   real(dp), parameter :: nothing = 1.0e-11_dp, noise = 1.0e-13_dp, shortest = 1.0e-9_dp, standstill = 1.0e-10_dp
   !> The least size of the objective, in parts of that at the start, that numbers are relative to.
@@ -79,8 +79,8 @@ contains
   !> A local minimum from `start`, which is moved into the bounds. `tolerance`: of the stationarity, 1e-8 is usual; where
   !> rounding errors do not allow that, the best point is returned, not `converged`; nor can an optimum be where a norm is zero,
   !> which has no gradient there (its square has one). Limits that cannot be met: a point where the sum of their violations, each
-  !> in parts of its limit's size at the start, is least. Errors: bounds that are none, nothing known at the start, what `evaluate`
-  !> reports.
+  !> in parts of its limit's size at the start, is least. Errors: bounds that are not finite or lower > upper; the problem cannot be
+  !> evaluated at the start; what `evaluate` reports.
   subroutine minimise(problem, start, tolerance, optimum, error)
     class(minimax_problem), intent(inout) :: problem
     real(dp), intent(in) :: start(:), tolerance
@@ -362,7 +362,9 @@ contains
     ! dL/ds, and what is missing for each branch with a multiplier to be its group's value.
     slope = matmul(here%slope, lambda)
     slack = dot_product(lambda, top(here%group) - here%value)
-    now%bound_price = merge(slope, 0.0_dp, held(here%s, slope) .or. problem%lower >= problem%upper) * search%unit(1) / search%span
+    ! Where a bound holds a parameter.
+    now%bound_price = merge(slope, 0.0_dp, (here%s <= 0 .and. slope > 0) .or. (here%s >= 1 .and. slope < 0) &
+      & .or. problem%lower >= problem%upper) * search%unit(1) / search%span
     now%slope = spread(0.0_dp, 1, size(slope))
     now%slope(search%free) = slope(search%free) * search%unit(1) / search%span(search%free)
     now%slack = (objective - dot_product(lambda, here%value)) * search%unit(1)
@@ -373,16 +375,6 @@ contains
       now%gap = (objective - dot_product(lambda, here%value) + sum(max(s * sloping, -(1 - s) * sloping))) &
         & / max(floor_of_size, abs(objective))
     end associate
-
-  contains
-
-    !> Whether a bound holds a parameter.
-    elemental logical function held(s, sloping)
-      real(dp), intent(in) :: s, sloping
-
-      held = (s <= 0 .and. sloping > 0) .or. (s >= 1 .and. sloping < 0)
-    end function held
-
   end subroutine judge
 
 end module gestell_math_optimum_minimax

@@ -89,7 +89,7 @@ contains
     self%free = pack([(i, i = 1, size(start))], self%span > 0)
     where (.not. self%span > 0) self%span = 1
     allocate(self%unit(problem%objectives + problem%constraints), source=1.0_dp)
-        call self%look(problem, (min(max(start, problem%lower), problem%upper) - problem%lower) / self%span, .true., here, error)
+    call self%look(problem, (min(max(start, problem%lower), problem%upper) - problem%lower) / self%span, .true., here, error)
     if (allocated(error)) return
     if (.not. here%known) then
       call fatal_error(error, "there is nothing to start from", failed_computation)

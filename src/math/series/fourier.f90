@@ -190,6 +190,7 @@ contains
     !> The spacing is divided by `finer` at a time, while so many places times the divisor are left.
     integer, parameter :: finer = 4, finest = finer**2, few = 8
     real(dp), allocatable :: f(:)
+    complex(dp), allocatable :: c(:)
     integer :: divisor, i, n
 
     f = abs(samples)
@@ -201,22 +202,11 @@ contains
         & .and. f >= cshift(f, 1))
       if (divisor == finest .or. size(places) <= few * finer * divisor) return
       divisor = finer * divisor
-      f = abs(values_at(mean, cosine, sine, divisor * size(samples)))
+      c = spread((0.0_dp, 0.0_dp), 1, divisor * size(samples))
+      c(:size(cosine) + 1) = [cmplx(mean, 0, dp), cmplx(cosine, sine, dp)]
+      f = abs(real(dft(c)))
     end do
   end subroutine find_tops
-
-  !> f at n equidistant places, n more than twice the orders.
-  pure function values_at(mean, cosine, sine, n) result(f)
-    real(dp), intent(in) :: mean, cosine(:), sine(:)
-    integer, intent(in) :: n
-    real(dp) :: f(n)
-    complex(dp) :: c(n)
-
-    c = 0
-    c(1) = mean
-    c(2:1 + size(cosine)) = cmplx(cosine, sine, dp)
-    f = real(dft(c))
-  end function values_at
 
   !> The greatest |f| beside `start`, where |f| is not smaller than one `step` to both sides: Newton's iteration for f' = 0,
   !> kept between a place where |f| rises to the top and one beyond it.

@@ -71,7 +71,11 @@ contains
       do j = 1, functions, 2
         allocate(z(places), source=(0.0_dp, 0.0_dp))
         do k = 0, orders
-          power = factor(k, orders, n)
+          ! (k / K)^n / n!
+          power = 1
+          do p = 1, n
+            power = power * (real(k, dp) / orders) / p
+          end do
           turned = power * (0.0_dp, 1.0_dp)**n * cmplx(self%cosine(k, j), -self%sine(k, j), dp)
           call add_order(z, k, turned, (1.0_dp, 0.0_dp))
           if (j == functions) cycle
@@ -87,17 +91,6 @@ contains
       end do
     end do
   end subroutine tabulate
-
-  !> (k / K)^n / n!
-  pure real(dp) function factor(k, orders, n)
-    integer, intent(in) :: k, orders, n
-    integer :: i
-
-    factor = 1
-    do i = 1, n
-      factor = factor * (real(k, dp) / orders) / i
-    end do
-  end function factor
 
   !> Adds Re(c exp(i k theta)), times `unit`, to the orders k and -k of a transform.
   pure subroutine add_order(z, k, c, unit)
@@ -235,11 +228,9 @@ contains
     do k = ubound(self%cosine, 1), 1, -1
       if (any(hypot(self%cosine(k, :), self%sine(k, :)) > least * units)) exit
     end do
-    allocate(shorter(0:k, size(units)))
-    shorter = self%cosine(:k, :)
+    allocate(shorter(0:k, size(units)), source=self%cosine(:k, :))
     call move_alloc(shorter, self%cosine)
-    allocate(shorter(0:k, size(units)))
-    shorter = self%sine(:k, :)
+    allocate(shorter(0:k, size(units)), source=self%sine(:k, :))
     call move_alloc(shorter, self%sine)
     if (allocated(self%taylor)) deallocate(self%taylor)
   end subroutine trim_series
