@@ -2,7 +2,7 @@
 module population_library
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_floquet_integrator_methods, only: method_names
+  use gestell_floquet_choice_methods, only: method_names
   use gestell_floquet_solution_integrated, only: integrated_type
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type, nothing_known

@@ -6,10 +6,10 @@ module test_cheapest
   use gestell_base_text, only: text
   use gestell_floquet_integrator_method, only: method_type, name_length
   use gestell_floquet_choice_cheapest, only: cheapest_method
-  use gestell_floquet_integrator_methods, only: method_names, new_method
-  use gestell_floquet_choice_prediction, only: first_steps, outlook_type
+  use gestell_floquet_choice_methods, only: method_names, new_method
+  use gestell_floquet_choice_prediction, only: first_steps
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
-  use gestell_floquet_period_survey, only: survey, survey_type
+  use gestell_floquet_choice_survey, only: survey_system, survey_type
   use gestell_model_frame, only: frame_type
   use gestell_system_periodic, only: periodic_system
   use machines, only: frame_of_machine
@@ -99,18 +99,18 @@ contains
     call frame_of_machine(khang_machine(240.0_dp), frame, failure)
     call check_success(error, failure)
     if (allocated(error)) return
-    call cheapest_method(frame, outlook_type(1.5_dp, 1.5_dp, [3.0_dp, 3.0_dp]), 1.0e-3_dp, method)
+    call cheapest_method(frame, survey_type(1.5_dp, 1.5_dp, [3.0_dp, 3.0_dp]), 1.0e-3_dp, method)
     ! Eight steps once are less than three solutions of a lower order: the lowest that has others embedded.
     call check(error, method%name, "gauss6", more="easy")
     if (allocated(error)) return
-    call cheapest_method(frame, outlook_type(1500.0_dp, 1500.0_dp), 1.0e-12_dp, method)
+    call cheapest_method(frame, survey_type(1500.0_dp, 1500.0_dp), 1.0e-12_dp, method)
     call check(error, method%name, "gauss10", more="hard")
     if (allocated(error)) return
     work = 0
     do k = 1, 14
       before = work
-      call cheapest_method(frame, outlook_type(20.0_dp, 20.0_dp), 10.0_dp**(-k), method)
-      work = first_steps(method, frame, outlook_type(20.0_dp, 20.0_dp), 10.0_dp**(-k)) * method%work(frame%states, .true.)
+      call cheapest_method(frame, survey_type(20.0_dp, 20.0_dp), 10.0_dp**(-k), method)
+      work = first_steps(method, frame, survey_type(20.0_dp, 20.0_dp), 10.0_dp**(-k)) * method%work(frame%states, .true.)
       call check_that(error, work, ">=", before, "the tighter, the more work: " // method%name)
       call check_that(error, method%order, ">=", 12, "one that has others embedded")
       if (allocated(error)) return
@@ -118,19 +118,19 @@ contains
 
     ! Of 24 states in first order collocation solves 96 equations, too many for lanes, where Magnus multiplies matrices.
     still = still_type(states=24, period=1.0_dp)
-    call cheapest_method(still, outlook_type(60.0_dp, 60.0_dp), 1.0e-6_dp, method)
+    call cheapest_method(still, survey_type(60.0_dp, 60.0_dp), 1.0e-6_dp, method)
     call check(error, method%name(:6), "magnus", more="nothing changes")
     if (allocated(error)) return
     still%change = 0.02_dp
-    call cheapest_method(still, outlook_type(60.0_dp, 60.0_dp), 1.0e-9_dp, method)
+    call cheapest_method(still, survey_type(60.0_dp, 60.0_dp), 1.0e-9_dp, method)
     call check(error, method%name, "magnus6", more="slow changes of a fiftieth")
     if (allocated(error)) return
     still%least_steps = 300
-    call cheapest_method(still, outlook_type(60.0_dp, 60.0_dp), 1.0e-9_dp, method)
+    call cheapest_method(still, survey_type(60.0_dp, 60.0_dp), 1.0e-9_dp, method)
     call check_that(error, method%name(:6), "/=", "magnus", "fast changes")
     if (allocated(error)) return
     still = still_type(states=24, period=1.0_dp, change=5.0_dp)
-    call cheapest_method(still, outlook_type(60.0_dp, 60.0_dp), 1.0e-9_dp, method)
+    call cheapest_method(still, survey_type(60.0_dp, 60.0_dp), 1.0e-9_dp, method)
     call check_that(error, method%name(:6), "/=", "magnus", "great changes")
   end subroutine test_choice
 
@@ -141,7 +141,7 @@ contains
     character(len=name_length), allocatable :: names(:)
     class(method_type), allocatable :: method
     type(frame_type) :: frame
-    type(survey_type) :: seen
+    type(survey_type) :: survey
     type(monodromy_type) :: monodromy
     type(gestell_error), allocatable :: failure
     real(dp) :: work, least, chosen
@@ -150,11 +150,11 @@ contains
     allocate(names, source=method_names())
     do i = 1, size(rpm)
       call frame_of_machine(khang_machine(rpm(i)), frame, failure)
-      if (.not. allocated(failure)) call survey(frame, seen, failure, .true.)
+      if (.not. allocated(failure)) call survey_system(frame, survey, failure, .true.)
       call check_success(error, failure)
       if (allocated(error)) return
       do k = 3, 12, 3
-        call cheapest_method(frame, seen, 10.0_dp**(-k), method)
+        call cheapest_method(frame, survey, 10.0_dp**(-k), method)
         least = huge(least)
         chosen = 0
         do m = 2, size(names)
@@ -202,7 +202,7 @@ contains
     system%period = 1
     do k = 4, 12
       system%w = 10.0_dp**k
-      call cheapest_method(system, outlook_type(system%w, system%w), 1.0e-6_dp, method)
+      call cheapest_method(system, survey_type(system%w, system%w), 1.0e-6_dp, method)
       if (.not. allocated(error)) call check_that(error, method%order, ">=", 8, method%name)
     end do
     allocate(names, source=method_names())
@@ -228,7 +228,7 @@ contains
     system%period = 1
     system%least_steps = 1
     system%w = 0.01_dp
-    call cheapest_method(system, outlook_type(0.02_dp, 0.02_dp), 1.0e-3_dp, method)
+    call cheapest_method(system, survey_type(0.02_dp, 0.02_dp), 1.0e-3_dp, method)
     call check_that(error, method%name(:5), "/=", "gauss", method%name)
   end subroutine test_few_steps
 

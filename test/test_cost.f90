@@ -6,7 +6,7 @@ module test_cost
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_integrator_method, only: method_type
-  use gestell_floquet_integrator_methods, only: new_method
+  use gestell_floquet_choice_methods, only: new_method
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_solution, only: evidence, evidence_type
   use gestell_model_linkage_diagnosis, only: diagnose, diagnosis_type

@@ -7,7 +7,7 @@ module test_guards
   use gestell_floquet_period_period_map, only: end_of_block, period_map
   use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_method, only: method_type
-  use gestell_floquet_integrator_methods, only: new_method
+  use gestell_floquet_choice_methods, only: new_method
   use gestell_floquet_reduction_phasewise, only: inverses
   use gestell_floquet_period_composition, only: multiply_maps
   use gestell_system_mass, only: solve_mass

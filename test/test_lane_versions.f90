@@ -14,7 +14,7 @@ module test_lane_versions
   use gestell_math_lapack, only: eigensystem
   use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_method, only: method_type
-  use gestell_floquet_integrator_methods, only: new_method
+  use gestell_floquet_choice_methods, only: new_method
   use gestell_floquet_multipliers_gershgorin, only: discs_type, find_discs
   use gestell_floquet_period_period_map, only: period_map, period_map_type
   use gestell_model_frame, only: frame_type

@@ -6,7 +6,7 @@ module test_lanes
   use gestell_base_processor, only: has_long_vectors, has_versions
   use gestell_math_lanes, only: block, eliminate, lanes, padded, reduce, schur_complement, width
   use gestell_floquet_integrator_method, only: method_type, unseen_type
-  use gestell_floquet_integrator_methods, only: new_method
+  use gestell_floquet_choice_methods, only: new_method
   use gestell_floquet_integrator_tableau, only: find_legendre, gauss_tableau, tableau_type
   use gestell_math_lapack, only: factorise, solve_factored
   use gestell_system_mass, only: solve_mass

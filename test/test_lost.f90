@@ -3,7 +3,7 @@ module test_lost
   use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
-  use gestell_floquet_integrator_methods, only: method_names
+  use gestell_floquet_choice_methods, only: method_names
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_multipliers, only: multipliers_type, solve_multipliers
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type, solve_periodic

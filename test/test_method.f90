@@ -5,7 +5,7 @@ module test_method
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_period_map, only: period_map, trajectory
   use gestell_floquet_integrator_method, only: method_type, name_length
-  use gestell_floquet_integrator_methods, only: method_names, new_method
+  use gestell_floquet_choice_methods, only: method_names, new_method
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_period_periodic_solution, only: follow, periodic_solution_type, solve_periodic
   use gestell_system_periodic, only: periodic_system

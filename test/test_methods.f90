@@ -4,12 +4,12 @@ module test_methods
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: text
-  use gestell_floquet_integrator_cooper_verner, only: cooper_verner_tableau
+  use gestell_floquet_integrator_comparison_cooper_verner, only: cooper_verner_tableau
   use gestell_floquet_period_period_map, only: period_map
-  use gestell_floquet_integrator_magnus, only: expm
+  use gestell_floquet_integrator_comparison_magnus, only: expm
   use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_method, only: method_type, name_length
-  use gestell_floquet_integrator_methods, only: method_names, new_method
+  use gestell_floquet_choice_methods, only: method_names, new_method
   use gestell_floquet_integrator_tableau, only: gauss_tableau, tableau_type
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_system_periodic, only: periodic_system

@@ -7,12 +7,13 @@ module test_pair
   use gestell_base_text, only: text
   use gestell_floquet_integrator_gauss, only: gauss_method
   use gestell_floquet_integrator_method, only: method_type
-  use gestell_floquet_integrator_methods, only: new_method
+  use gestell_floquet_choice_methods, only: new_method
   use gestell_floquet_integrator_pace, only: pace_of
   use gestell_floquet_integrator_step_coefficients, only: coefficients_type, sample_coefficients
   use gestell_floquet_integrator_nested, only: left_by_embedded, nested_tableau, nested_type
   use gestell_floquet_integrator_tableau, only: find_legendre, gauss_tableau
   use gestell_floquet_period_level, only: level_type, solve_level
+  use gestell_floquet_period_period_map, only: period_map_type
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type, solve_periodic
   use gestell_math_matrix, only: balanced, unit_matrix
@@ -95,7 +96,8 @@ contains
     type(plain_type) :: plain
     class(periodic_system), allocatable :: system
     class(method_type), allocatable :: method
-    type(level_type) :: level, lower(2)
+    type(level_type) :: level
+    type(period_map_type) :: lower(2)
     type(gestell_error), allocatable :: failure
     real(dp) :: exact(4, 4), missed(2, 2)
     integer :: s, k, form, steps

@@ -7,7 +7,7 @@ module test_periodic_schur
   use gestell_math_lapack, only: eigensystem, log_abs_determinant
   use gestell_floquet_period_period_map, only: period_map
   use gestell_floquet_integrator_method, only: method_type
-  use gestell_floquet_integrator_methods, only: new_method
+  use gestell_floquet_choice_methods, only: new_method
   use gestell_floquet_factors_periodic_schur, only: periodic_multipliers, periodic_schur
   use gestell_system_periodic, only: periodic_system
   use reference_linear, only: eigenvalues, qp

@@ -3,12 +3,12 @@ module test_prediction
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_floquet_integrator_methods, only: new_method
-  use gestell_floquet_choice_prediction, only: first_steps, growth, outlook_type
+  use gestell_floquet_choice_methods, only: new_method
+  use gestell_floquet_choice_prediction, only: first_steps
   use gestell_floquet_integrator_method, only: method_type, unseen_type
   use gestell_floquet_period_convergence, only: left_unseen
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
-  use gestell_floquet_period_survey, only: survey, survey_type
+  use gestell_floquet_choice_survey, only: growth, survey_system, survey_type
   use gestell_system_periodic, only: periodic_system
   use systems, only: oscillators_type
   use testdrive, only: error_type, new_unittest, unittest_type
@@ -79,22 +79,22 @@ contains
   subroutine test_widths(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: ratios(*) = [0.05_dp, 0.1_dp, 0.2_dp, 0.3_dp, 0.4_dp]
-    type(survey_type) :: seen
+    type(survey_type) :: survey
     type(gestell_error), allocatable :: failure
     real(dp) :: greatest(2)
     integer :: i
 
     do i = 1, size(ratios)
-      call survey(new_kernel(ratios(i), ratios(size(ratios) + 1 - i)), seen, failure, .true.)
+      call survey_system(new_kernel(ratios(i), ratios(size(ratios) + 1 - i)), survey, failure, .true.)
       call check_success(error, failure)
       if (allocated(error)) return
-      call check_that(error, abs(seen%width / (-log([ratios(i), ratios(size(ratios) + 1 - i)])) - 1), "<", 0.05_dp, "widths")
+      call check_that(error, abs(survey%width / (-log([ratios(i), ratios(size(ratios) + 1 - i)])) - 1), "<", 0.05_dp, "widths")
       if (allocated(error)) return
       ! Amplitudes are 2 k^p r^k beside the greatest value; 2 % of the width, 3 at most, count eight times.
       greatest = [kernel(0.0_dp, ratios(i), growth(1)), kernel(0.0_dp, ratios(size(ratios) + 1 - i), growth(2))]
-      call check_that(error, abs(log(seen%height * greatest / 2)), "<", 0.5_dp, "heights")
+      call check_that(error, abs(log(survey%height * greatest / 2)), "<", 0.5_dp, "heights")
       ! K changes by 2 r beside its mean; its size, by which that is told, is its greatest value over sqrt 2. Weights are 1 to 2.
-      call check_that(error, abs(seen%changing / (4 * sqrt(2.0_dp) * ratios(i) / greatest(1)) - 1), "<", 1.0_dp, &
+      call check_that(error, abs(survey%changing / (4 * sqrt(2.0_dp) * ratios(i) / greatest(1)) - 1), "<", 1.0_dp, &
         & "part that changes")
       if (allocated(error)) return
     end do
@@ -104,16 +104,16 @@ contains
   subroutine test_eighth(error)
     type(error_type), allocatable, intent(out) :: error
     type(kernel_type) :: system
-    type(survey_type) :: seen
+    type(survey_type) :: survey
     type(gestell_error), allocatable :: failure
 
     system = new_kernel(0.0_dp, 0.0_dp)
     system%eighth = 0.1_dp
-    call survey(system, seen, failure, .true.)
+    call survey_system(system, survey, failure, .true.)
     call check_success(error, failure)
     if (allocated(error)) return
-    call check_that(error, seen%width(1), "<=", 0.0_dp, "harmonics that do not fall")
-    call check_that(error, seen%changing, ">", 0.05_dp, "part that changes")
+    call check_that(error, survey%width(1), "<=", 0.0_dp, "harmonics that do not fall")
+    call check_that(error, survey%changing, ">", 0.05_dp, "part that changes")
   end subroutine test_eighth
 
   !> Of vibrations that do not act on each other |Phi(T)| and the fastest one's part are known: exp(-d) of each, d = damping T / 2.
@@ -123,18 +123,18 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: damping(3, 4) = reshape([0.0_dp, 0.0_dp, 0.0_dp, 0.2_dp, 0.2_dp, 2.0_dp, 0.4_dp, 0.8_dp, 5.0_dp, &
       & 1.0_dp, 1.0_dp, 0.1_dp], [3, 4])
-    type(survey_type) :: seen
+    type(survey_type) :: survey
     type(gestell_error), allocatable :: failure
     real(dp) :: left(3)
     integer :: i
 
     do i = 1, size(damping, 2)
-      call survey(oscillators_type(states=6, period=1.0_dp, square=[3.0_dp, 11.0_dp, 40.0_dp]**2, damping=damping(:, i), &
-        & amplitude=[0.0_dp, 0.0_dp, 0.0_dp]), seen, failure)
+      call survey_system(oscillators_type(states=6, period=1.0_dp, square=[3.0_dp, 11.0_dp, 40.0_dp]**2, damping=damping(:, i), &
+        & amplitude=[0.0_dp, 0.0_dp, 0.0_dp]), survey, failure)
       call check_success(error, failure)
       if (allocated(error)) return
       left = exp(-damping(:, i) / 2)
-      call check_that(error, abs(seen%fade / (left(3) / norm2(left)) - 1), "<", 0.06_dp, "fade")
+      call check_that(error, abs(survey%fade / (left(3) / norm2(left)) - 1), "<", 0.06_dp, "fade")
       if (allocated(error)) return
     end do
   end subroutine test_fade
@@ -161,15 +161,15 @@ contains
   !> Then no steps are taken for it.
   subroutine test_constant(error)
     type(error_type), allocatable, intent(out) :: error
-    type(survey_type) :: seen, alone
+    type(survey_type) :: survey, alone
     type(gestell_error), allocatable :: failure
 
-    call survey(new_kernel(0.0_dp, 0.3_dp), seen, failure, .true.)
-    if (.not. allocated(failure)) call survey(new_kernel(0.0_dp, 0.3_dp), alone, failure, .false.)
+    call survey_system(new_kernel(0.0_dp, 0.3_dp), survey, failure, .true.)
+    if (.not. allocated(failure)) call survey_system(new_kernel(0.0_dp, 0.3_dp), alone, failure, .false.)
     call check_success(error, failure)
     if (allocated(error)) return
-    call check_that(error, seen%width(1), ">", 1.0e3_dp, "constant coefficients")
-    call check_that(error, seen%width(2), "<", 2.0_dp, "loads")
+    call check_that(error, survey%width(1), ">", 1.0e3_dp, "constant coefficients")
+    call check_that(error, survey%width(2), "<", 2.0_dp, "loads")
     call check_that(error, alone%width(2), ">", 1.0e3_dp, "loads that are not asked for")
   end subroutine test_constant
 
@@ -204,20 +204,20 @@ contains
     call check_that(error, second, "<=", 2, "second numbers of steps")
     if (allocated(error)) return
     call new_method("gauss8", method, failure)
-    call check_that(error, first_steps(method, system, outlook_type(1.0_dp, 1.0_dp, [9.0_dp, 2.0_dp]), 1.0e-9_dp), "<", &
-      & first_steps(method, system, outlook_type(1.0_dp, 1.0_dp, [9.0_dp, 1.0_dp]), 1.0e-9_dp), "wider loads")
-    call check_that(error, first_steps(method, system, outlook_type(1.0_dp, 1.0_dp, [9.0_dp, 1.0_dp], [1.0_dp, 1.0e-4_dp]), &
-      & 1.0e-9_dp), "<", first_steps(method, system, outlook_type(1.0_dp, 1.0_dp, [9.0_dp, 1.0_dp]), 1.0e-9_dp), "lower loads")
+    call check_that(error, first_steps(method, system, survey_type(1.0_dp, 1.0_dp, [9.0_dp, 2.0_dp]), 1.0e-9_dp), "<", &
+      & first_steps(method, system, survey_type(1.0_dp, 1.0_dp, [9.0_dp, 1.0_dp]), 1.0e-9_dp), "wider loads")
+    call check_that(error, first_steps(method, system, survey_type(1.0_dp, 1.0_dp, [9.0_dp, 1.0_dp], [1.0_dp, 1.0e-4_dp]), &
+      & 1.0e-9_dp), "<", first_steps(method, system, survey_type(1.0_dp, 1.0_dp, [9.0_dp, 1.0_dp]), 1.0e-9_dp), "lower loads")
     ! (1 / 64)^(1 / 16) is 0.77.
-    call check_that(error, first_steps(method, system, outlook_type(80.0_dp, 80.0_dp, [9.0_dp, 9.0_dp], fade=1 / 64.0_dp), &
-      & 1.0e-12_dp), "<", first_steps(method, system, outlook_type(80.0_dp, 80.0_dp, [9.0_dp, 9.0_dp]), 1.0e-12_dp), &
+    call check_that(error, first_steps(method, system, survey_type(80.0_dp, 80.0_dp, [9.0_dp, 9.0_dp], fade=1 / 64.0_dp), &
+      & 1.0e-12_dp), "<", first_steps(method, system, survey_type(80.0_dp, 80.0_dp, [9.0_dp, 9.0_dp]), 1.0e-12_dp), &
       & "a fast motion that dies out")
     ! Of no digits, and where the embedded methods have matrices to eliminate.
-    call check_that(error, first_steps(method, system, outlook_type(88.0_dp, 88.0_dp, [9.0_dp, 9.0_dp]), 1.0e6_dp), ">=", 16.0_dp, &
+    call check_that(error, first_steps(method, system, survey_type(88.0_dp, 88.0_dp, [9.0_dp, 9.0_dp]), 1.0e6_dp), ">=", 16.0_dp, &
       & "5.5 radians in a step of an even number of stages")
     deallocate(method)
     call new_method("gauss9", method, failure)
-    call check_that(error, first_steps(method, system, outlook_type(88.0_dp, 88.0_dp, [9.0_dp, 9.0_dp]), 1.0e6_dp), ">=", 8.8_dp, &
+    call check_that(error, first_steps(method, system, survey_type(88.0_dp, 88.0_dp, [9.0_dp, 9.0_dp]), 1.0e6_dp), ">=", 8.8_dp, &
       & "10 radians of an odd one")
   end subroutine test_first
 

@@ -6,7 +6,7 @@ module test_trade
   use gestell_floquet_period_period_map, only: period_map
   use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_method, only: method_type
-  use gestell_floquet_integrator_methods, only: new_method
+  use gestell_floquet_choice_methods, only: new_method
   use gestell_floquet_period_monodromy, only: accuracy_type, solve_monodromy
   use gestell_floquet_solution, only: solve_multipliers, solve_periodic
   use gestell_model_frame, only: frame_type

@@ -11,7 +11,7 @@
 !> checking the file are not timed.
 program chart
   use gestell_door_numerics, only: dp, error_type
-  use gestell_floquet_period_survey, only: survey, survey_type
+  use gestell_floquet_choice_survey, only: survey_system, survey_type
   use gestell_input_schema_check, only: check_document
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_registry, only: input_schema, read_configuration
@@ -140,16 +140,16 @@ contains
     real(dp), intent(in) :: tolerance
     class(periodic_system), allocatable :: system
     type(error_type), allocatable :: error
-    type(survey_type) :: seen
+    type(survey_type) :: survey
     integer :: places(2, points), k
 
     places = random_points(all_points(plan), points)
     do k = 1, points
       associate (parameters => plan%grid%parameters(places(1, k), places(2, k)))
         call plan%family%member(parameters, system, error)
-        if (.not. allocated(error)) call survey(system, seen, error)
+        if (.not. allocated(error)) call survey_system(system, survey, error)
         if (allocated(error)) error stop error%message
-        print "(*(es24.17, :, ' '))", parameters, radius_at(plan, places(:, k), tolerance), seen%scale
+        print "(*(es24.17, :, ' '))", parameters, radius_at(plan, places(:, k), tolerance), survey%scale
       end associate
     end do
   end subroutine draw

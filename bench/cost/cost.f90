@@ -13,7 +13,7 @@ program cost
   use gestell_door_numerics, only: accuracy_type, dp, error_type, evidence, evidence_type, floquet_type, frame_type, linkage_type, &
     & multipliers_type, new_frame, periodic_solution_type, pi, solve_floquet, solve_multipliers, solve_periodic, &
     & stiffness_matrix, support_type
-  use gestell_floquet_period_survey, only: survey, survey_type
+  use gestell_floquet_choice_survey, only: survey_system, survey_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
 
@@ -57,11 +57,11 @@ contains
 
   real(dp) function turns_of(frame)
     type(frame_type), intent(in) :: frame
-    type(survey_type) :: seen
+    type(survey_type) :: survey
     type(error_type), allocatable :: error
 
-    call survey(frame, seen, error)
-    turns_of = seen%phase_advance
+    call survey_system(frame, survey, error)
+    turns_of = survey%phase_advance
     if (allocated(error)) error stop error%message
   end function turns_of
 

@@ -7,7 +7,7 @@
 program reference
   use data_files, only: machine_of_file
   use gestell_base_error, only: error_type
-  use gestell_floquet_period_survey, only: survey, survey_type
+  use gestell_floquet_choice_survey, only: survey_system, survey_type
   use gestell_model_frame, only: frame_type
   use machines, only: frame_of_machine
   use reference_frame, only: frame_of, frame_period
@@ -37,7 +37,7 @@ contains
     type(machine_data) :: machine
     type(frame_type) :: frame
     type(error_type), allocatable :: error
-    type(survey_type) :: seen
+    type(survey_type) :: survey
     real(qp) :: phi(6, 6, 2), xp(6, 2), x0(6, 2)
     complex(qp) :: rho(6)
     integer :: i
@@ -47,7 +47,7 @@ contains
       machine%speed_rpm = speed
       call frame_of_machine(machine, frame, error)
     end if
-    if (.not. allocated(error)) call survey(frame, seen, error)
+    if (.not. allocated(error)) call survey_system(frame, survey, error)
     if (allocated(error)) error stop error%message
 
     do i = 1, 2
@@ -55,8 +55,8 @@ contains
     end do
     call eigenvalues(phi(:, :, 2), rho)
 
-    write (unit, "(a, 2(1x, f0.3))") "case " // name, speed, seen%phase_advance
-    write (unit, "(a, 6(1x, es22.15))") "scale", seen%scale
+    write (unit, "(a, 2(1x, f0.3))") "case " // name, speed, survey%phase_advance
+    write (unit, "(a, 6(1x, es22.15))") "scale", survey%scale
     do i = 1, 6
       write (unit, "(a, 6(1x, es27.20))") "phi", phi(i, :, 2)
     end do

@@ -4,7 +4,7 @@ module gestell_door_guarded
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
   use gestell_door_roughness, only: describe_roughness, rows, watched
-  use gestell_floquet_period_survey, only: survey, survey_type
+  use gestell_floquet_choice_survey, only: survey_system, survey_type
   use gestell_math_lapack, only: factorise
   use gestell_math_root_search, only: root_search_type
   use gestell_system_periodic, only: periodic_system
@@ -107,14 +107,14 @@ contains
   subroutine find_absurd_period(system, watch)
     class(periodic_system), intent(in) :: system
     type(watch_type), intent(inout) :: watch
-    type(survey_type) :: seen
+    type(survey_type) :: survey
     type(error_type), allocatable :: error
 
-    call survey(system, seen, error)
+    call survey_system(system, survey, error)
     if (allocated(error)) return
-    if (.not. seen%fastest > absurd_advance) return
+    if (.not. survey%fastest > absurd_advance) return
     watch%reason = "the period of " // concise(system%period, 4) // " is too long: the fastest free motion turns by " &
-      & // concise(seen%fastest, 2) // " rad in it (is it in the unit of time of the coefficients?)"
+      & // concise(survey%fastest, 2) // " rad in it (is it in the unit of time of the coefficients?)"
   end subroutine find_absurd_period
 
   !> Finds a time at which det M changes its sign or vanishes.

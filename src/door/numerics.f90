@@ -12,7 +12,7 @@ module gestell_door_numerics
   use gestell_floquet_period_period_map, only: period_map, trajectory
   use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_method, only: method_type
-  use gestell_floquet_integrator_methods, only: method_names, new_method
+  use gestell_floquet_choice_methods, only: method_names, new_method
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_solution_part, only: solution_methods

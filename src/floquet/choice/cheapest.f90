@@ -3,10 +3,11 @@ module gestell_floquet_choice_cheapest
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_math_lapack, only: balancing
-  use gestell_floquet_choice_prediction, only: first_steps, outlook_type, steps_in_all
+  use gestell_floquet_choice_prediction, only: first_steps, steps_in_all
+  use gestell_floquet_choice_survey, only: survey_type
   use gestell_floquet_integrator_gauss, only: gauss
   use gestell_floquet_integrator_method, only: method_type, name_length
-  use gestell_floquet_integrator_methods, only: find_method, method_names, stages_of
+  use gestell_floquet_choice_methods, only: find_method, method_names, stages_of
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: has_positions
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -22,9 +23,9 @@ contains
 
   !> The method that solves `system`, of which so much is known, to `tolerance` with the least work, by the orders, error constants
   !> and works that the methods tell of themselves.
-  subroutine cheapest_method(system, outlook, tolerance, method)
+  subroutine cheapest_method(system, survey, tolerance, method)
     class(periodic_system), intent(in) :: system
-    class(outlook_type), intent(in) :: outlook
+    type(survey_type), intent(in) :: survey
     real(dp), intent(in) :: tolerance
     class(method_type), allocatable, intent(out) :: method
     class(method_type), allocatable :: candidate
@@ -45,7 +46,7 @@ contains
     allocate(names, source=method_names())
     do i = 2, size(names)
       if (names(i)(:5) == "gauss") then
-        ! Most are of this family: none of them is a piece of memory.
+        ! Most candidates are Gauss methods: they are made on the stack.
         call consider(gauss(stages_of(names(i))))
       else
         call find_method(names(i), candidate, error)
@@ -63,9 +64,9 @@ contains
       real(dp) :: work
 
       if (one%lower_order > 0) then
-        work = pair_work * first_steps(one, system, outlook, tolerance)
+        work = pair_work * first_steps(one, system, survey, tolerance)
       else
-        work = steps_in_all(one, system, outlook, tolerance, part)
+        work = steps_in_all(one, system, survey, tolerance, part)
       end if
       work = work * one%work(system%states, second_order)
       if (work >= least_work) return

@@ -13,8 +13,8 @@ module gestell_floquet_factors
   use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_method, only: method_type
   use gestell_floquet_period_monodromy, only: accuracy_type, choose_method
-  use gestell_floquet_choice_prediction, only: outlook_type
-  use gestell_floquet_period_survey, only: survey, survey_type
+  use gestell_floquet_choice_survey, only: survey_system, survey_type
+  use gestell_floquet_period_turn_errors, only: relative_rounding
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
@@ -57,33 +57,30 @@ module gestell_floquet_factors
 contains
 
   !> The factors of `system`, and the b if `forced`, to `accuracy`: the sum of their relative errors, measured as
-  !> `solve_monodromy` measures it for one. `seen`: of a system that was surveyed already. Errors: singular equations,
-  !> tolerance out of reach.
-  subroutine solve_factors(system, accuracy, forced, factors, error, seen)
+  !> `solve_monodromy` measures it for one. `surveyed`: the survey of the system, where there is one already.
+  !> Errors: singular equations, tolerance out of reach.
+  subroutine solve_factors(system, accuracy, forced, factors, error, surveyed)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
     logical, intent(in) :: forced
     type(factors_type), intent(out) :: factors
     type(error_type), allocatable, intent(out) :: error
-    type(survey_type), intent(in), optional :: seen
+    type(survey_type), intent(in), optional :: surveyed
     type(level_type) :: coarse, middle, fine
     real(dp), allocatable :: d12(:, :), d23(:, :), left(:, :), floor(:)
     type(begin_type) :: begin
-    type(survey_type) :: look
+    type(survey_type) :: survey
     real(dp) :: phase_advance
     integer :: steps
     logical :: rounding
 
     factors%period = system%period
-    if (present(seen)) then
-      look = seen
-    else
-      call survey(system, look, error)
-      if (allocated(error)) return
-    end if
-    factors%scale = look%scale
-    phase_advance = look%phase_advance
-    call choose_method(system, accuracy, outlook_type(phase_advance, phase_advance), factors%method, error)
+    if (present(surveyed)) survey = surveyed
+    if (.not. present(surveyed)) call survey_system(system, survey, error)
+    if (allocated(error)) return
+    factors%scale = survey%scale
+    phase_advance = survey%phase_advance
+    call choose_method(system, accuracy, survey_type(phase_advance, phase_advance), factors%method, error)
     if (allocated(error)) return
     associate (order => factors%method%order)
       if (3 * phase_advance / order > most_steps) then
@@ -97,7 +94,8 @@ contains
       if (allocated(error)) return
       d12 = distances(coarse, middle, forced)
       do
-        floor = roundoff(system, middle, phase_advance)
+        ! The estimate for a whole period, shared out to the segments.
+        floor = spread(relative_rounding(system, middle%steps, phase_advance) / size(d12, 1), 1, size(d12, 1))
         steps = next_steps(coarse%steps, middle%steps, maxval(sum(d12, dim=1)), order, max(accuracy%tolerance, sum(floor)))
         if (steps > most_steps) then
           call too_many_steps(error)
@@ -119,7 +117,7 @@ contains
         d12 = d23
       end do
     end associate
-    floor = roundoff(system, fine, phase_advance)
+    floor = spread(relative_rounding(system, fine%steps, phase_advance) / size(left, 1), 1, size(left, 1))
     factors%relative_error = sum(safety * left(:, 1) + floor)
     factors%error = (safety * left(:, 1) + floor) * fine%size_a
     factors%b_error = (safety * left(:, 2) + floor + system%load_rounding) * fine%size_b
@@ -225,17 +223,5 @@ contains
       if (forced .and. other%size_b(k) > 0) d(k, 2) = norm2(one%b(:, k) - other%b(:, k)) / other%size_b(k)
     end do
   end function distances
-
-  !> The same estimate as for a whole period, shared out to the segments.
-  pure function roundoff(system, level, phase_advance) result(part)
-    class(periodic_system), intent(in) :: system
-    type(level_type), intent(in) :: level
-    real(dp), intent(in) :: phase_advance
-    real(dp), allocatable :: part(:)
-    integer :: count
-
-    count = size(level%size_a)
-    allocate(part(count), source=(epsilon(1.0_dp) * (size(level%a, 1) * level%steps + 2 * phase_advance) + system%rounding) / count)
-  end function roundoff
 
 end module gestell_floquet_factors

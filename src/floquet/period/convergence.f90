@@ -4,7 +4,7 @@ module gestell_floquet_period_convergence
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
   use gestell_floquet_integrator_method, only: unseen_type
-  use gestell_floquet_integrator_methods, only: begun, pair_begun
+  use gestell_floquet_choice_methods, only: begun, pair_begun
   implicit none (type, external)
   private
 

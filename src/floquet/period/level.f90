@@ -13,8 +13,8 @@ module gestell_floquet_period_level
   public :: distance, roundoff, solve_level
 
   !> The period's map with a number of steps, and what their nodes do not tell.
-  type, public :: level_type
-    real(dp), allocatable :: nodes(:), phi(:, :), xp(:)
+  type, public, extends(period_map_type) :: level_type
+    real(dp), allocatable :: nodes(:)
     real(dp) :: norm = 0, xp_peak = 0, transient_growth = 1
     integer :: steps = 0, stages = 0
     type(unseen_type) :: unseen
@@ -22,8 +22,8 @@ module gestell_floquet_period_level
 
 contains
 
-  !> With so many steps, in units `scale` of the states; `lower`, shape (2): by the methods that are embedded,
-  !> measured as the level itself. Errors: as of `period_map`.
+  !> With so many steps, in units `scale` of the states; `lower`, shape (2): by the methods that are embedded.
+  !> Errors: as of `period_map`.
   subroutine solve_level(system, method, scale, steps, forced, level, error, lower)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method
@@ -32,28 +32,17 @@ contains
     logical, intent(in) :: forced
     type(level_type), intent(out) :: level
     type(error_type), allocatable, intent(out) :: error
-    type(level_type), intent(out), optional :: lower(:)
-    ! What is not allocated is absent where it is an argument.
-    type(period_map_type), allocatable :: low(:)
-    integer :: i
+    type(period_map_type), intent(out), optional :: lower(:)
 
     level%nodes = mesh(system, steps)
     level%steps = size(level%nodes) - 1
     level%stages = method%stages
     allocate(level%phi(system%states, system%states))
+    ! What is not allocated is absent where it is an argument.
     if (forced) allocate(level%xp(system%states))
-    if (present(lower)) allocate(low(size(lower)))
-    call period_map(system, method, level%nodes, scale, level%phi, error, level%xp, level%xp_peak, level%transient_growth, low, &
+    call period_map(system, method, level%nodes, scale, level%phi, error, level%xp, level%xp_peak, level%transient_growth, lower, &
       & level%unseen)
-    if (allocated(error)) return
-    level%norm = scaled_norm(level%phi, scale)
-    if (.not. present(lower)) return
-    do i = 1, size(lower)
-      call move_alloc(low(i)%phi, lower(i)%phi)
-      call move_alloc(low(i)%xp, lower(i)%xp)
-      lower(i)%norm = level%norm
-      lower(i)%xp_peak = level%xp_peak
-    end do
+    if (.not. allocated(error)) level%norm = norm2(balanced(level%phi, scale))
   end subroutine solve_level
 
   !> Differences of Phi(T) and of x_p(T) between two solutions, relative to the `other`. Where all free vibrations die
@@ -63,7 +52,7 @@ contains
     real(dp), intent(in) :: scale(:)
     real(dp) :: d(2)
 
-    d(1) = scaled_norm(one%phi - other%phi, scale) / max(other%norm, tiny(1.0_dp))
+    d(1) = norm2(balanced(one%phi - other%phi, scale)) / max(other%norm, tiny(1.0_dp))
     d(2) = 0
     if (allocated(other%xp)) then
       if (other%xp_peak > 0) d(2) = norm2((one%xp - other%xp) / scale) / other%xp_peak
@@ -81,12 +70,5 @@ contains
     roundoff = (epsilon(1.0_dp) * ((size(level%phi, 1) + level%stages) * level%steps + 2 * phase_advance) + system%rounding) &
       & * level%transient_growth
   end function roundoff
-
-  !> Frobenius' norm of D^-1 A D, D = diag(scale).
-  pure real(dp) function scaled_norm(a, scale)
-    real(dp), intent(in) :: a(:, :), scale(:)
-
-    scaled_norm = norm2(balanced(a, scale))
-  end function scaled_norm
 
 end module gestell_floquet_period_level

@@ -7,14 +7,15 @@ module gestell_floquet_period_monodromy
   use gestell_base_text, only: text
   use gestell_floquet_period_convergence, only: begin_type, detect_rounding, left_by_pair, left_unseen, more_steps, &
     & most_steps, next_steps, promised, remaining, safety, too_many_steps
-  use gestell_floquet_period_pair, only: foretell, look_at_pair, pair_type
+  use gestell_floquet_period_pair, only: compare_pair, extrapolate, pair_type
   use gestell_floquet_period_level, only: distance, level_type, roundoff, solve_level
+  use gestell_floquet_period_period_map, only: period_map_type
   use gestell_floquet_integrator_method, only: method_type
   use gestell_floquet_choice_cheapest, only: cheapest_method
-  use gestell_floquet_integrator_methods, only: new_method
-  use gestell_floquet_choice_prediction, only: first_steps, outlook_type, whole_steps
+  use gestell_floquet_choice_methods, only: new_method
+  use gestell_floquet_choice_prediction, only: first_steps, whole_steps
   use gestell_floquet_period_liouville, only: defect_of
-  use gestell_floquet_period_survey, only: survey, survey_type
+  use gestell_floquet_choice_survey, only: survey_system, survey_type
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: has_positions
   implicit none (type, external)
@@ -46,8 +47,8 @@ module gestell_floquet_period_monodromy
     real(dp) :: norm = 0, error = 0, xp_error = 0
     !> The parts of `error` and `xp_error` of which no direction is known: roundoff, and what the nodes of a pair do not tell.
     real(dp) :: roundoff = 0, xp_roundoff = 0
-    !> What integration leaves in Phi(T) and x_p(T), entry by entry and with the safety, by one estimate or two; shapes (n, n,
-    !> estimates) and (n, estimates). Unallocated: the norms are all that is known.
+    !> What integration leaves in Phi(T) and x_p(T), entry by entry and with the safety, by two estimates; shapes (n, n, 2) and
+    !> (n, 2). Unallocated: the norms are all that is known.
     real(dp), allocatable :: phi_change(:, :, :), xp_change(:, :)
     !> Whether the differences between the numbers of steps tell anything of the errors of Phi(T) and of x_p(T); where they do not,
     !> `error` and `xp_error` are no bounds.
@@ -82,34 +83,31 @@ contains
   !> has others embedded, of lower order, is compared with these (gestell_floquet_period_pair).
   !> Steps given by the user are compared with half and twice as many; where that tells nothing, `monodromy%known` says so.
   !> Errors: a system (`check`) or an accuracy that makes no sense, unknown method, singular equations, overflow,
-  !> tolerance out of reach. `seen`: of a system that was surveyed already.
-  subroutine solve_monodromy(system, accuracy, forced, monodromy, error, seen)
+  !> tolerance out of reach. `surveyed`: the survey of the system, where there is one already.
+  subroutine solve_monodromy(system, accuracy, forced, monodromy, error, surveyed)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
     logical, intent(in) :: forced
     type(monodromy_type), intent(out) :: monodromy
     type(error_type), allocatable, intent(out) :: error
-    type(survey_type), intent(in), optional :: seen
-    type(survey_type) :: look
+    type(survey_type), intent(in), optional :: surveyed
+    type(survey_type) :: survey
 
     call system%check(error)
     if (.not. allocated(error)) call check_accuracy(accuracy, error)
     if (allocated(error)) return
     monodromy%period = system%period
-    if (present(seen)) then
-      look = seen
-    else
-      call survey(system, look, error, forced)
-    end if
-    if (.not. allocated(error)) call choose_method(system, accuracy, look, monodromy%method, error)
+    if (present(surveyed)) survey = surveyed
+    if (.not. present(surveyed)) call survey_system(system, survey, error, forced)
+    if (.not. allocated(error)) call choose_method(system, accuracy, survey, monodromy%method, error)
     if (allocated(error)) return
-    monodromy%scale = look%scale
+    monodromy%scale = survey%scale
     if (accuracy%steps > 0) then
-      call with_given_steps(system, accuracy%steps, forced, look%phase_advance, monodromy, error)
+      call with_given_steps(system, accuracy%steps, forced, survey%phase_advance, monodromy, error)
     else if (monodromy%method%lower_order > 0) then
-      call by_pair(system, accuracy, forced, look, monodromy, error)
+      call by_pair(system, accuracy, forced, survey, monodromy, error)
     else
-      call with_tolerance(system, accuracy%tolerance, forced, look%phase_advance, monodromy, error)
+      call with_tolerance(system, accuracy%tolerance, forced, survey%phase_advance, monodromy, error)
     end if
   end subroutine solve_monodromy
 
@@ -127,10 +125,10 @@ contains
 
   !> The method that was ordered; `auto` is the cheapest for the case, unless steps are given. Error: there is none of that
   !> name.
-  subroutine choose_method(system, accuracy, outlook, method, error)
+  subroutine choose_method(system, accuracy, survey, method, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
-    class(outlook_type), intent(in) :: outlook
+    type(survey_type), intent(in) :: survey
     class(method_type), allocatable, intent(out) :: method
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: name
@@ -138,7 +136,7 @@ contains
     name = "auto"
     if (allocated(accuracy%method)) name = accuracy%method
     if (name == "auto" .and. accuracy%steps == 0) then
-      call cheapest_method(system, outlook, accuracy%tolerance, method)
+      call cheapest_method(system, survey, accuracy%tolerance, method)
     else
       call new_method(name, method, error)
     end if
@@ -178,20 +176,21 @@ contains
   end subroutine with_given_steps
 
   !> By a method and the ones embedded in it.
-  subroutine by_pair(system, accuracy, forced, outlook, monodromy, error)
+  subroutine by_pair(system, accuracy, forced, survey, monodromy, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
     logical, intent(in) :: forced
-    class(outlook_type), intent(in) :: outlook
+    type(survey_type), intent(in) :: survey
     type(monodromy_type), intent(inout) :: monodromy
     type(error_type), allocatable, intent(out) :: error
-    type(level_type) :: level, lower(2)
+    type(level_type) :: level
+    type(period_map_type) :: lower(2)
     type(begin_type) :: begin
     type(pair_type) :: pair
     real(dp) :: left(2), unseen(2), floor, steps, angle
     logical :: rounding
 
-    steps = first_steps(monodromy%method, system, outlook, accuracy%tolerance)
+    steps = first_steps(monodromy%method, system, survey, accuracy%tolerance)
     do
       if (.not. steps <= most_steps) then
         call too_many_steps(error)
@@ -199,12 +198,12 @@ contains
       end if
       call try(system, nint(steps), forced, monodromy, level, error, lower)
       if (allocated(error)) return
-      angle = outlook%fastest / level%steps
-      call look_at_pair(level, lower, monodromy%scale, angle, level%unseen%fitted / max(level%unseen%steps, 1), &
+      angle = survey%fastest / level%steps
+      call compare_pair(level, lower, monodromy%scale, angle, level%unseen%fitted / max(level%unseen%steps, 1), &
         & has_positions(system), pair)
       left = left_by_pair(pair%change, pair%next, pair%rest, pair%missed)
       unseen = left_unseen(level%unseen, monodromy%scale, level%xp_peak, angle, level%stages)
-      floor = roundoff(system, level, outlook%phase_advance)
+      floor = roundoff(system, level, survey%phase_advance)
       if (all(safety * (left + unseen) + floor <= accuracy%tolerance &
         & .or. max(pair%change, unseen) <= floor + [0.0_dp, system%load_rounding])) exit
       call detect_rounding(max(pair%change, unseen), level%steps, max(accuracy%tolerance, floor), begin, rounding)
@@ -215,10 +214,10 @@ contains
       steps = whole_steps(monodromy%method, system, more_steps(level%steps, maxval(left + unseen), monodromy%method%order, &
         & max(accuracy%tolerance, floor)))
     end do
-    call foretell(lower, pair%q)
+    call extrapolate(lower, pair%q)
     call estimate_changes(monodromy, level, lower(2), safety * left / max(pair%rest, pair%change / 50, tiny(left)), &
       & lower(1), safety * left / max(pair%change, tiny(left)))
-    call accept(system, level, safety * left, outlook%phase_advance, monodromy, safety * unseen)
+    call accept(system, level, safety * left, survey%phase_advance, monodromy, safety * unseen)
   end subroutine by_pair
 
   subroutine with_tolerance(system, tolerance, forced, phase_advance, monodromy, error)
@@ -242,8 +241,7 @@ contains
     end if
     steps = max(system%least_steps, ceiling(1.5_dp * phase_advance / monodromy%method%order))
     call try(system, steps, forced, monodromy, coarse, error)
-    if (allocated(error)) return
-    call try(system, 2 * steps, forced, monodromy, middle, error)
+    if (.not. allocated(error)) call try(system, 2 * steps, forced, monodromy, middle, error)
     if (allocated(error)) return
     d12 = distance(coarse, middle, monodromy%scale)
 
@@ -279,21 +277,16 @@ contains
   !> motion are more exact than the fastest mode.
   pure subroutine estimate_changes(monodromy, level, first, first_factor, second, second_factor)
     type(monodromy_type), intent(inout) :: monodromy
-    type(level_type), intent(in) :: level, first
-    real(dp), intent(in) :: first_factor(2)
-    type(level_type), intent(in), optional :: second
-    real(dp), intent(in), optional :: second_factor(2)
-    integer :: estimates
+    class(period_map_type), intent(in) :: level, first, second
+    real(dp), intent(in) :: first_factor(2), second_factor(2)
 
-    estimates = 1
-    if (present(second)) estimates = 2
-    allocate(monodromy%phi_change(size(level%phi, 1), size(level%phi, 2), estimates))
+    allocate(monodromy%phi_change(size(level%phi, 1), size(level%phi, 2), 2))
     monodromy%phi_change(:, :, 1) = max(first_factor(1), 0.0_dp) * (first%phi - level%phi)
-    if (present(second)) monodromy%phi_change(:, :, 2) = second_factor(1) * (second%phi - level%phi)
+    monodromy%phi_change(:, :, 2) = second_factor(1) * (second%phi - level%phi)
     if (.not. allocated(level%xp)) return
-    allocate(monodromy%xp_change(size(level%xp), estimates))
+    allocate(monodromy%xp_change(size(level%xp), 2))
     monodromy%xp_change(:, 1) = max(first_factor(2), 0.0_dp) * (first%xp - level%xp)
-    if (present(second)) monodromy%xp_change(:, 2) = second_factor(2) * (second%xp - level%xp)
+    monodromy%xp_change(:, 2) = second_factor(2) * (second%xp - level%xp)
   end subroutine estimate_changes
 
   !> As of `solve_level`, counted.
@@ -304,7 +297,7 @@ contains
     type(monodromy_type), intent(inout) :: monodromy
     type(level_type), intent(out) :: level
     type(error_type), allocatable, intent(out) :: error
-    type(level_type), intent(out), optional :: lower(:)
+    type(period_map_type), intent(out), optional :: lower(:)
 
     call solve_level(system, monodromy%method, monodromy%scale, steps, forced, level, error, lower)
     monodromy%broken = allocated(error)

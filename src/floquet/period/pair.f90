@@ -21,13 +21,14 @@
 !> mean of v^2 is its z^2: the rms of z^2 - v^2 counts.
 module gestell_floquet_period_pair
   use gestell_base_kinds, only: dp
-  use gestell_floquet_integrator_methods, only: pair_begun
+  use gestell_floquet_choice_methods, only: pair_begun
   use gestell_floquet_integrator_nested, only: fall_over, left_by_embedded
   use gestell_floquet_period_level, only: level_type
+  use gestell_floquet_period_period_map, only: period_map_type
   implicit none (type, external)
   private
 
-  public :: foretell, look_at_pair
+  public :: compare_pair, extrapolate
 
   !> What the maps of embedded methods tell, of Phi(T), 1, and of x_p(T), 2, relative to these: `change` by the method over the
   !> first embedded one, D_1, and by that one over the second, `next`, D_2; the `rest`, D_1 - q D_2; q of Phi(T), and the part of
@@ -42,8 +43,9 @@ contains
   !> not less than 0, nor much more than the fastest motion makes it, which turns by `angle` (radians) in a step: then something
   !> else has the error. The method is fitted to motions whose angles have the mean square and mean fourth power `fitted`; the
   !> system has `positions` or not.
-  pure subroutine look_at_pair(level, lower, scale, angle, fitted, positions, pair)
-    type(level_type), intent(in) :: level, lower(2)
+  pure subroutine compare_pair(level, lower, scale, angle, fitted, positions, pair)
+    type(level_type), intent(in) :: level
+    type(period_map_type), intent(in) :: lower(2)
     real(dp), intent(in) :: scale(:), angle, fitted(2)
     logical, intent(in) :: positions
     type(pair_type), intent(out) :: pair
@@ -79,15 +81,15 @@ contains
     pair%missed = sqrt((pair%q * fall_over(level%stages - 1) - fitted(1))**2 + max(fitted(2) - fitted(1)**2, 0.0_dp)) &
       & / fall_over(level%stages) / left_by_embedded(positions)
     pair%rest = sqrt(max([phi(1) - pair%q * (2 * phi(2) - pair%q * phi(3)), xp(1) - pair%q * (2 * xp(2) - pair%q * xp(3))], 0.0_dp))
-  end subroutine look_at_pair
+  end subroutine compare_pair
 
   !> Phi_1 + q D_2 in the place of Phi_2, and x_p(T) likewise: what the embedded methods foretell of the method's.
-  pure subroutine foretell(lower, q)
-    type(level_type), intent(inout) :: lower(2)
+  pure subroutine extrapolate(lower, q)
+    type(period_map_type), intent(inout) :: lower(2)
     real(dp), intent(in) :: q
 
     lower(2)%phi = lower(1)%phi + q * (lower(1)%phi - lower(2)%phi)
     if (allocated(lower(2)%xp)) lower(2)%xp = lower(1)%xp + q * (lower(1)%xp - lower(2)%xp)
-  end subroutine foretell
+  end subroutine extrapolate
 
 end module gestell_floquet_period_pair

@@ -251,9 +251,7 @@ contains
       if (allocated(error)) return
       k = first - 1
       do while (k < last)
-        if (mod(k, in_part) == 0) then
-          now = start
-        end if
+        if (mod(k, in_part) == 0) now = start
         count = min(every - mod(k, every), last - k)
         call follow_maps(k - first + 2, count, of_steps, now, fits)
         if (.not. fits) then

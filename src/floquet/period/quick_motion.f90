@@ -11,12 +11,10 @@ module gestell_floquet_period_quick_motion
   use gestell_base_kinds, only: dp, pi
   use gestell_math_lapack, only: inverse
   use gestell_math_matrix, only: balanced, unit_matrix
-  use gestell_base_text, only: text
   use gestell_floquet_period_period_map, only: motions
   use gestell_floquet_integrator_method, only: method_type
-  use gestell_floquet_integrator_methods, only: new_method
-  use gestell_floquet_period_survey, only: survey, survey_type
-  use gestell_floquet_integrator_gauss, only: gauss
+  use gestell_floquet_choice_survey, only: survey_system, survey_type
+  use gestell_floquet_integrator_gauss, only: gauss, gauss_method
   use gestell_floquet_period_turn_errors, only: relative_rounding
   use gestell_system_periodic, only: periodic_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -62,27 +60,30 @@ contains
     type(quick_motion_type), intent(inout) :: motion
     logical, intent(out) :: fits
     class(method_type), allocatable :: method
-    type(survey_type) :: seen
+    type(survey_type) :: survey
     type(error_type), allocatable :: error
-    real(dp) :: maps(system%states, system%states + 1, phases), inverted(system%states, system%states)
+    real(dp) :: maps(system%states, system%states + 1, phases)
+    !> (E - Phi)^-1 in balanced units.
+    real(dp), allocatable :: inverted(:, :)
     integer :: n, between, trial, k
 
     fits = .false.
     if (allocated(system%breaks)) return
     if (.not. allocated(motion%scale)) then
-      call survey(system, seen, error)
+      call survey_system(system, survey, error)
       if (allocated(error)) return
-      motion%scale = seen%scale
-      motion%phase_advance = seen%phase_advance
+      motion%scale = survey%scale
+      motion%phase_advance = survey%phase_advance
     end if
     if (motion%phase_advance > most_turns) return
     n = system%states
     if (.not. allocated(motion%spectrum)) motion%spectrum = [(usual_ratio**k, k = 0, phases / 2)]
     do trial = 1, most_trials
-      call choose(system, phases, motion, of_motion / (reserve * motion%amplification), method, between)
+      call choose_steps(system, phases, motion, of_motion / (reserve * motion%amplification), method, between)
       if (between == 0) return
       call motions(system, method, [(real(k, dp) / (between * phases), k = 0, between * phases)], 1, maps, error)
-      if (.not. allocated(error)) call invert(maps(:, :n, phases), motion%scale, inverted, error)
+      if (.not. allocated(error)) &
+        & call inverse(unit_matrix(n) - balanced(maps(:, :n, phases), motion%scale), inverted, error)
       if (allocated(error)) return
       ! Where Phi is great (E - Phi)^-1 is small, and lost in rounding where other multipliers are not great.
       motion%amplification = max(norm2(inverted), 1.0_dp)
@@ -145,34 +146,21 @@ contains
       & * sum([(motion%spectrum(k + 1) * (2 * pi * k / steps)**(stages + 1), k = 1, size(motion%spectrum) - 1)])
   end function error_of
 
-  !> (E - Phi)^-1 in balanced units.
-  subroutine invert(phi, scale, inverted, error)
-    real(dp), intent(in) :: phi(:, :), scale(:)
-    real(dp), intent(out) :: inverted(:, :)
-    type(error_type), allocatable, intent(out) :: error
-    real(dp), allocatable :: found(:, :)
-
-    call inverse(unit_matrix(size(scale)) - balanced(phi, scale), found, error)
-    if (.not. allocated(error)) inverted = found
-  end subroutine invert
-
   !> The stages of Gauss collocation, and how many steps `between` two phases, with the least work for `tolerance`; zero: there are
   !> none.
-  subroutine choose(system, phases, motion, tolerance, method, between)
+  subroutine choose_steps(system, phases, motion, tolerance, method, between)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: phases
     type(quick_motion_type), intent(in) :: motion
     real(dp), intent(in) :: tolerance
     class(method_type), allocatable, intent(out) :: method
     integer, intent(out) :: between
-    class(method_type), allocatable :: candidate
-    type(error_type), allocatable :: error
+    type(gauss_method) :: candidate
     real(dp) :: work, least_work
-    integer :: stages, best, steps, fewest
+    integer :: stages, steps, fewest
 
     between = 0
     least_work = huge(least_work)
-    best = 0
     fewest = 1
     do while (fewest * phases < system%least_steps .and. fewest <= most_between)
       fewest = 2 * fewest
@@ -188,13 +176,13 @@ contains
       work = candidate%work(system%states, .true.) * steps
       if (work < least_work) then
         least_work = work
-        best = stages
+        method = candidate
         between = steps
       end if
       ! More stages only cost more.
       if (steps == fewest) exit
     end do
-    if (between > 0) call new_method("gauss" // text(best), method, error)
-  end subroutine choose
+    if (between > 0) call method%prepare()
+  end subroutine choose_steps
 
 end module gestell_floquet_period_quick_motion

@@ -6,7 +6,7 @@ module gestell_floquet_solution_constant
   use gestell_math_lapack, only: balancing, eigensystem, inverse
   use gestell_floquet_constant_harmonics, only: solve_harmonics, spectrum_type
   use gestell_floquet_multipliers, only: arrange, disc_bounds, multiplier, multipliers_type
-  use gestell_floquet_solution_part_solution, only: evidence_type, part_solution_type
+  use gestell_floquet_solution_part_solution, only: part_solution_type
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_period_turn_errors, only: turn_errors_type
   use gestell_system_averaged, only: averaged_system
@@ -23,12 +23,8 @@ module gestell_floquet_solution_constant
     !> conditions and vectors in balanced units.
     complex(dp), allocatable :: values(:), vectors(:, :)
     real(dp), allocatable :: radius(:), condition(:)
-    !> Bound on the norm of the error of P, relative to the norm of P, in balanced units.
-    real(dp) :: error = 0
     !> T (sum of lambda - tr P).
     real(dp) :: trace_defect = 0
-    !> Samples of coefficients and load.
-    integer :: evaluations = 0
     !> The periodic motion, where it was asked for, or why there is none.
     type(spectrum_type), allocatable :: spectrum
     type(error_type), allocatable :: resonance
@@ -37,7 +33,6 @@ module gestell_floquet_solution_constant
     procedure :: start => take_start
     procedure :: follow => take_motion
     procedure :: errors => take_errors
-    procedure :: report => take_report
     procedure :: liouville_defect => take_liouville_defect
   end type constant_type
 
@@ -57,7 +52,6 @@ contains
 
     n = system%states
     constant%period = system%period
-    constant%evaluations = system%evaluations
     call system%matrix(0.0_dp, p)
     if (.not. all(ieee_is_finite(p))) then
       call fatal_error(error, "the coefficients of the system are not finite, or its mass matrix is singular", &
@@ -70,8 +64,10 @@ contains
     if (allocated(error)) return
     ! LAPACK's eigenvalues are those of a matrix that differs by roundoff.
     perturbation = error_of(system, p, constant%scale) + n * epsilon(1.0_dp) * norm2(balanced)
-    constant%error = 1
-    if (perturbation < norm2(balanced)) constant%error = perturbation / norm2(balanced)
+    constant%evidence%methods = "averaged"
+    constant%evidence%evaluations = system%evaluations
+    constant%evidence%error = 1
+    if (perturbation < norm2(balanced)) constant%evidence%error = perturbation / norm2(balanced)
     constant%condition = [(1 / max(abs(dot_product(left(:, k), constant%vectors(:, k))), epsilon(1.0_dp)**2), k = 1, n)]
     constant%radius = n * constant%condition * perturbation
     constant%trace_defect = constant%period * (sum(real(constant%values)) - sum([(p(k, k), k = 1, n)]))
@@ -79,7 +75,7 @@ contains
 
     allocate(constant%spectrum)
     call solve_harmonics(system, constant%scale, constant%values, constant%spectrum, constant%resonance)
-    constant%evaluations = constant%evaluations + constant%spectrum%evaluations
+    constant%evidence%evaluations = constant%evidence%evaluations + constant%spectrum%evaluations
     if (allocated(constant%resonance)) deallocate(constant%spectrum)
   end subroutine solve_constant
 
@@ -181,13 +177,6 @@ contains
     allocate(errors%differences(size(x, 1), 2 * size(phases)), source=0.0_dp)
     allocate(errors%rounding, source=self%spectrum%error)
   end subroutine take_errors
-
-  subroutine take_report(self, found)
-    class(constant_type), intent(in) :: self
-    type(evidence_type), intent(inout) :: found
-
-    call found%add("averaged", self%evaluations, self%error)
-  end subroutine take_report
 
   subroutine take_liouville_defect(self, system, defect, error)
     class(constant_type), intent(in) :: self

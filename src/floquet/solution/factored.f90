@@ -7,9 +7,9 @@ module gestell_floquet_solution_factored
   use gestell_floquet_period_liouville, only: defect_of
   use gestell_floquet_period_period_map, only: trajectory
   use gestell_floquet_multipliers, only: arrange, multipliers_type, pair_conjugates
-  use gestell_floquet_solution_part_solution, only: evidence_type, part_solution_type
+  use gestell_floquet_solution_part_solution, only: part_solution_type
   use gestell_floquet_period_monodromy, only: accuracy_type
-  use gestell_floquet_period_survey, only: survey_type
+  use gestell_floquet_choice_survey, only: survey_type
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type, raise_resonance
   use gestell_floquet_period_turn_errors, only: compare, comparison_type, relative_rounding, take_differences, turn_errors_type
   use gestell_system_periodic, only: periodic_system
@@ -31,28 +31,34 @@ module gestell_floquet_solution_factored
     procedure :: start => take_start
     procedure :: follow => take_motion
     procedure :: errors => take_errors
-    procedure :: report => take_report
     procedure :: liouville_defect => take_liouville_defect
   end type factored_type
 
 contains
 
-  !> The factors of `system` to `accuracy`, and their spectrum; if `forced` also what the periodic motion needs. `seen`: of a system
-  !> that was surveyed already. Errors: those of `solve_factors`. Where they have no spectrum that is an error of
-  !> multipliers and periodic motion.
-  subroutine solve_factored(system, accuracy, forced, factored, error, seen)
+  !> The factors of `system` to `accuracy`, and their spectrum; if `forced` also what the periodic motion needs.
+  !> `surveyed`: the survey of the system, where there is one already. Errors: those of `solve_factors`. Where they have no spectrum
+  !> that is an error of multipliers and periodic motion.
+  subroutine solve_factored(system, accuracy, forced, factored, error, surveyed)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
     logical, intent(in) :: forced
     type(factored_type), intent(out) :: factored
     type(error_type), allocatable, intent(out) :: error
-    type(survey_type), intent(in), optional :: seen
+    type(survey_type), intent(in), optional :: surveyed
     integer :: i
 
-    call solve_factors(system, accuracy, forced, factored%factors, error, seen)
+    call solve_factors(system, accuracy, forced, factored%factors, error, surveyed)
     if (allocated(error)) return
     factored%scale = factored%factors%scale
     factored%phase_advance = factored%factors%phase_advance
+    associate (evidence => factored%evidence, factors => factored%factors)
+      evidence%methods = trim(factors%method%name)
+      evidence%evaluations = factors%evaluations
+      evidence%error = factors%relative_error
+      evidence%steps = factors%steps
+      evidence%factors = size(factors%a, 3)
+    end associate
     associate (spectrum => factored%spectrum)
       call solve_spectrum(factored%factors, spectrum, factored%failure)
       if (allocated(factored%failure) .or. .not. forced) return
@@ -180,17 +186,6 @@ contains
     ! The motion is followed from each start.
     call take_differences(comparison, self%scale, z, z, at_starts, own, errors)
   end subroutine take_errors
-
-  subroutine take_report(self, found)
-    class(factored_type), intent(in) :: self
-    type(evidence_type), intent(inout) :: found
-
-    associate (f => self%factors)
-      call found%add(trim(f%method%name), f%evaluations, f%relative_error)
-      found%steps = found%steps + f%steps
-      found%factors = found%factors + size(f%a, 3)
-    end associate
-  end subroutine take_report
 
   subroutine take_liouville_defect(self, system, defect, error)
     class(factored_type), intent(in) :: self

@@ -3,9 +3,9 @@ module gestell_floquet_solution_integrated
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_multipliers, only: multipliers_type, solve_multipliers
-  use gestell_floquet_solution_part_solution, only: evidence_type, part_solution_type
+  use gestell_floquet_solution_part_solution, only: part_solution_type
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
-  use gestell_floquet_period_survey, only: survey_type
+  use gestell_floquet_choice_survey, only: survey_type
   use gestell_floquet_period_period_map, only: trajectory
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type, raise_resonance, solve_periodic
   use gestell_floquet_period_turn_errors, only: close_turn, compare, comparison_type, relative_rounding, rounding_errors, &
@@ -23,26 +23,31 @@ module gestell_floquet_solution_integrated
     procedure :: start => take_start
     procedure :: follow => take_motion
     procedure :: errors => take_errors
-    procedure :: report => take_report
     procedure :: liouville_defect => take_liouville_defect
   end type integrated_type
 
 contains
 
-  !> Phi(T), and x_p(T) if `forced`, to `accuracy`; `seen`: of a system that was surveyed already. Errors: those of
-  !> `solve_monodromy`.
-  subroutine integrate(system, accuracy, forced, integrated, error, seen)
+  !> Phi(T), and x_p(T) if `forced`, to `accuracy`; `surveyed`: the survey of the system, where there is one already. Errors:
+  !> those of `solve_monodromy`.
+  subroutine integrate(system, accuracy, forced, integrated, error, surveyed)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
     logical, intent(in) :: forced
     type(integrated_type), intent(out) :: integrated
     type(error_type), allocatable, intent(out) :: error
-    type(survey_type), intent(in), optional :: seen
+    type(survey_type), intent(in), optional :: surveyed
 
-    call solve_monodromy(system, accuracy, forced, integrated%monodromy, error, seen)
+    call solve_monodromy(system, accuracy, forced, integrated%monodromy, error, surveyed)
     if (allocated(error)) return
     integrated%scale = integrated%monodromy%scale
     integrated%phase_advance = integrated%monodromy%phase_advance
+    associate (evidence => integrated%evidence, monodromy => integrated%monodromy)
+      evidence%methods = trim(monodromy%method%name)
+      evidence%evaluations = monodromy%evaluations
+      evidence%error = monodromy%error / max(monodromy%norm, tiny(1.0_dp))
+      evidence%steps = monodromy%steps
+    end associate
   end subroutine integrate
 
   subroutine take_multipliers(self, vectors, multipliers, error)
@@ -111,16 +116,6 @@ contains
         & own, errors)
     end associate
   end subroutine take_errors
-
-  subroutine take_report(self, found)
-    class(integrated_type), intent(in) :: self
-    type(evidence_type), intent(inout) :: found
-
-    associate (m => self%monodromy)
-      call found%add(trim(m%method%name), m%evaluations, m%error / max(m%norm, tiny(1.0_dp)))
-      found%steps = found%steps + m%steps
-    end associate
-  end subroutine take_report
 
   subroutine take_liouville_defect(self, system, defect, error)
     class(integrated_type), intent(in) :: self

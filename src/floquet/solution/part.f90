@@ -6,11 +6,11 @@ module gestell_floquet_solution_part
   use gestell_floquet_solution_constant, only: constant_type, solve_constant
   use gestell_floquet_solution_factored, only: factored_type, solve_factored
   use gestell_floquet_integrator_method, only: name_length
-  use gestell_floquet_integrator_methods, only: method_names
+  use gestell_floquet_choice_methods, only: method_names
   use gestell_floquet_solution_part_solution, only: part_solution_type
   use gestell_floquet_solution_integrated, only: integrate, integrated_type
   use gestell_floquet_period_monodromy, only: accuracy_type
-  use gestell_floquet_period_survey, only: survey, survey_type
+  use gestell_floquet_choice_survey, only: survey_system, survey_type
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_reduction, only: reduce, reduction_type
   use gestell_floquet_solution_reduced, only: reduced_type, solve_reduced
@@ -50,7 +50,7 @@ contains
     type(reduced_type), allocatable :: reduced
     type(factored_type), allocatable :: factored
     type(accuracy_type) :: order
-    type(survey_type) :: seen
+    type(survey_type) :: survey
     logical :: lost
 
     select type (system)
@@ -63,14 +63,15 @@ contains
 
     order = accuracy
     if (.not. allocated(order%method)) order%method = "auto"
-    call survey(system, seen, error, forced)
+    call survey_system(system, survey, error, forced)
     if (allocated(error)) return
     if (order%method == "reduced" .or. (order%method == "auto" .and. order%steps == 0 &
-      & .and. seen%phase_advance > large_advance)) then
-      call try_reduction(system, order, forced, seen, reduced, why)
+      & .and. survey%phase_advance > large_advance)) then
+      call try_reduction(system, order, forced, survey, reduced, why)
       if (allocated(reduced)) then
-        if (forced .and. order%method /= "reduced" .and. seen%phase_advance <= most_affordable) then
-          if (.not. tells_motion(reduced, max(few_digits, order%tolerance))) call map_period(system, order, forced, seen, solution)
+        if (forced .and. order%method /= "reduced" .and. survey%phase_advance <= most_affordable) then
+          if (.not. tells_motion(reduced, max(few_digits, order%tolerance))) &
+            & call map_period(system, order, forced, survey, solution)
         end if
         if (.not. allocated(solution)) call move_alloc(reduced, solution)
         return
@@ -82,14 +83,14 @@ contains
     end if
 
     allocate(integrated)
-    call integrate(system, order, forced, integrated, error, seen)
+    call integrate(system, order, forced, integrated, error, survey)
     lost = .not. allocated(error)
     if (lost) lost = integrated%monodromy%loses_modes()
     if (integrated%monodromy%broken) lost = .true.
     if (order%steps == 0 .and. lost) then
       ! Some modes are lost in rounding beside others, or the numbers overflow.
-      if (order%method == "auto" .and. seen%phase_advance <= large_advance) then
-        call try_reduction(system, order, forced, seen, reduced, unfit)
+      if (order%method == "auto" .and. survey%phase_advance <= large_advance) then
+        call try_reduction(system, order, forced, survey, reduced, unfit)
         if (allocated(reduced) .and. forced) then
           if (.not. tells_motion(reduced, max(many_digits, order%tolerance))) deallocate(reduced)
         end if
@@ -98,7 +99,7 @@ contains
         call move_alloc(reduced, solution)
       else
         allocate(factored)
-        call solve_factored(system, order, forced, factored, unfit, seen)
+        call solve_factored(system, order, forced, factored, unfit, survey)
         if (.not. allocated(unfit)) call move_alloc(factored, solution)
       end if
     end if
@@ -112,25 +113,25 @@ contains
   end subroutine solve_part
 
   !> By the map over the period, or its factors where it loses modes; unallocated: it cannot be found.
-  subroutine map_period(system, order, forced, seen, solution)
+  subroutine map_period(system, order, forced, survey, solution)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: order
     logical, intent(in) :: forced
-    type(survey_type), intent(in) :: seen
+    type(survey_type), intent(in) :: survey
     class(part_solution_type), allocatable, intent(out) :: solution
     type(integrated_type), allocatable :: integrated
     type(factored_type), allocatable :: factored
     type(error_type), allocatable :: error
 
     allocate(integrated, factored)
-    call integrate(system, order, forced, integrated, error, seen)
+    call integrate(system, order, forced, integrated, error, survey)
     if (.not. allocated(error)) then
       if (.not. integrated%monodromy%loses_modes()) then
         call move_alloc(integrated, solution)
         return
       end if
     end if
-    call solve_factored(system, order, forced, factored, error, seen)
+    call solve_factored(system, order, forced, factored, error, survey)
     if (.not. allocated(error)) call move_alloc(factored, solution)
   end subroutine map_period
 
@@ -150,19 +151,19 @@ contains
   end function tells_motion
 
   !> By reduction; `unfit`: why not.
-  subroutine try_reduction(system, accuracy, forced, seen, reduced, unfit)
+  subroutine try_reduction(system, accuracy, forced, survey, reduced, unfit)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
     logical, intent(in) :: forced
-    type(survey_type), intent(in) :: seen
+    type(survey_type), intent(in) :: survey
     type(reduced_type), allocatable, intent(out) :: reduced
     type(error_type), allocatable, intent(out) :: unfit
     type(reduction_type) :: reduction
 
-    call reduce(system, seen%scale, forced, accuracy%tolerance, reduction, unfit)
+    call reduce(system, survey%scale, forced, accuracy%tolerance, reduction, unfit)
     if (allocated(unfit)) return
     allocate(reduced)
-    call solve_reduced(system, reduction, seen%scale, accuracy_type(tolerance=accuracy%tolerance), reduced, unfit)
+    call solve_reduced(system, reduction, survey%scale, accuracy_type(tolerance=accuracy%tolerance), reduced, unfit)
     if (allocated(unfit)) deallocate(reduced)
   end subroutine try_reduction
 

@@ -10,7 +10,7 @@ module gestell_floquet_solution_part_solution
   implicit none (type, external)
   private
 
-  !> What a solution rests on, over all parts.
+  !> What a solution rests on, of one part or over all of them.
   type, public :: evidence_type
     !> Methods that integrated, separated by commas; 'averaged': closed form. Empty where all was reduced.
     character(len=:), allocatable :: methods
@@ -28,12 +28,12 @@ module gestell_floquet_solution_part_solution
     real(dp), allocatable :: scale(:)
     !> Radians by which the fastest motion that is integrated turns within the period.
     real(dp) :: phase_advance = 0
+    type(evidence_type) :: evidence
   contains
     procedure(take_multipliers), deferred :: multipliers
     procedure(take_start), deferred :: start
     procedure(take_motion), deferred :: follow
     procedure(take_errors), deferred :: errors
-    procedure(take_report), deferred :: report
     procedure(take_liouville_defect), deferred :: liouville_defect
   end type part_solution_type
 
@@ -82,14 +82,6 @@ module gestell_floquet_solution_part_solution
       real(dp), intent(in), optional :: disturbance
     end subroutine take_errors
 
-    !> Adds what the solution rests on to what was found of other parts.
-    subroutine take_report(self, found)
-      import :: evidence_type, part_solution_type
-      implicit none (type, external)
-      class(part_solution_type), intent(in) :: self
-      type(evidence_type), intent(inout) :: found
-    end subroutine take_report
-
     !> The sum of ln |rho| less the integral of tr P, zero by Liouville's theorem. Errors: the coefficients are not finite; LAPACK
     !> found no eigenvalues.
     subroutine take_liouville_defect(self, system, defect, error)
@@ -104,20 +96,22 @@ module gestell_floquet_solution_part_solution
 
 contains
 
-  !> Adds a method, if there is one that is not named already, what it cost, and its relative error, if it is the greatest.
-  pure subroutine add(self, method, evaluations, error)
+  !> Adds that of another part: its method, if there is one that is not named already, what it cost, and its error, if that is the
+  !> greatest.
+  pure subroutine add(self, part)
     class(evidence_type), intent(inout) :: self
-    character(len=*), intent(in) :: method
-    integer, intent(in) :: evaluations
-    real(dp), intent(in) :: error
+    type(evidence_type), intent(in) :: part
 
-    self%evaluations = self%evaluations + evaluations
-    self%error = max(self%error, error)
-    if (len(method) == 0) return
+    self%steps = self%steps + part%steps
+    self%factors = self%factors + part%factors
+    self%angles = self%angles + part%angles
+    self%evaluations = self%evaluations + part%evaluations
+    self%error = max(self%error, part%error)
+    if (.not. allocated(part%methods)) return
     if (len(self%methods) == 0) then
-      self%methods = method
-    else if (index(", " // self%methods // ",", ", " // method // ",") == 0) then
-      self%methods = self%methods // ", " // method
+      self%methods = part%methods
+    else if (index(", " // self%methods // ",", ", " // part%methods // ",") == 0) then
+      self%methods = self%methods // ", " // part%methods
     end if
   end subroutine add
 

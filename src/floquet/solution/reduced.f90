@@ -7,10 +7,10 @@ module gestell_floquet_solution_reduced
   use gestell_floquet_period_convergence, only: safety
   use gestell_floquet_solution_mode_group, only: blocks, group_amplification, group_multipliers, group_type, least_size, mirror, &
     & solve_group, take_rates
-  use gestell_floquet_reduction_modes, only: columns_of, modes_type
+  use gestell_floquet_reduction_modes, only: columns_of
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: append, arrange, disc_bounds, multipliers_type, no_multipliers, pair_conjugates
-  use gestell_floquet_solution_part_solution, only: evidence_type, part_solution_type
+  use gestell_floquet_solution_part_solution, only: part_solution_type
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_reduction, only: reduction_type
   use gestell_floquet_reduction_trigonometric, only: interpolation
@@ -32,7 +32,6 @@ module gestell_floquet_solution_reduced
     procedure :: start => take_start
     procedure :: follow => take_motion
     procedure :: errors => take_errors
-    procedure :: report => take_report
     procedure :: liouville_defect => take_liouville_defect
   end type reduced_type
 
@@ -46,14 +45,23 @@ contains
     type(accuracy_type), intent(in) :: accuracy
     type(reduced_type), intent(out) :: reduced
     type(error_type), allocatable, intent(out) :: error
-    integer, allocatable :: chosen(:)
-    integer :: k
+    integer, allocatable :: chosen(:), columns(:)
+    integer :: g, k
 
     reduced%reduction = reduction
     reduced%period = system%period
     reduced%scale = scale
+    reduced%evidence%evaluations = reduction%evaluations
+    reduced%evidence%error = reduction%residual
+    reduced%evidence%angles = reduction%angles
     reduced%has_slow = any(reduction%modes%group == 0)
-    allocate(chosen, source=groups_to_solve(reduction%modes))
+    allocate(chosen(0))
+    do g = 0, size(reduction%modes%group)
+      columns = columns_of(reduction%modes%group, g)
+      if (size(columns) == 0) cycle
+      ! Of two conjugate groups the first is solved.
+      if (minval(columns) <= minval(reduction%modes%conjugate(columns))) chosen = [chosen, g]
+    end do
     allocate(reduced%groups(size(chosen)))
     do k = 1, size(chosen)
       associate (group => reduced%groups(k))
@@ -64,27 +72,6 @@ contains
       end associate
     end do
   end subroutine solve_reduced
-
-  !> The numbers of all groups that are not the conjugate of one before.
-  pure function groups_to_solve(modes) result(numbers)
-    type(modes_type), intent(in) :: modes
-    integer, allocatable :: numbers(:)
-    integer :: g
-
-    allocate(numbers, source=pack([(g, g = 0, size(modes%group))], [(stands_first(g), g = 0, size(modes%group))]))
-
-  contains
-
-    pure logical function stands_first(g)
-      integer, intent(in) :: g
-      integer, allocatable :: columns(:)
-
-      columns = columns_of(modes%group, g)
-      stands_first = .false.
-      if (size(columns) > 0) stands_first = minval(columns) <= minval(modes%conjugate(columns))
-    end function stands_first
-
-  end function groups_to_solve
 
   !> What the groups still do to each other is within the bounds.
   subroutine take_multipliers(self, vectors, multipliers, error)
@@ -258,16 +245,6 @@ contains
       errors%rounding = errors%rounding * self%scale + rounding_of(self)
     end associate
   end subroutine take_errors
-
-  subroutine take_report(self, found)
-    class(reduced_type), intent(in) :: self
-    type(evidence_type), intent(inout) :: found
-
-    associate (r => self%reduction)
-      call found%add("", r%evaluations, r%residual)
-      found%angles = found%angles + r%angles
-    end associate
-  end subroutine take_report
 
   subroutine take_liouville_defect(self, system, defect, error)
     class(reduced_type), intent(in) :: self

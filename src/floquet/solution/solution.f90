@@ -106,7 +106,7 @@ contains
     if (.not. allocated(floquet%parts)) return
     found%parts = size(floquet%parts)
     do k = 1, size(floquet%parts)
-      if (allocated(floquet%parts(k)%solution)) call floquet%parts(k)%solution%report(found)
+      if (allocated(floquet%parts(k)%solution)) call found%add(floquet%parts(k)%solution%evidence)
     end do
   end subroutine evidence
 

@@ -9,7 +9,7 @@
 module gestell_study_frame_model_harmonic_balance
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_floquet_period_survey, only: survey, survey_type
+  use gestell_floquet_choice_survey, only: survey_system, survey_type
   use gestell_floquet_period_turn_errors, only: relative_rounding
   use gestell_study_frame_model_gmres, only: gmres_type
   use gestell_study_frame_model_harmonic_means, only: means_type, solve_means
@@ -27,7 +27,7 @@ module gestell_study_frame_model_harmonic_balance
     !> The part of the latter that more phases would take away.
     real(dp) :: left_out = 0
     !> Units of the states and their turns, kept for systems that differ little; unallocated where none were looked at.
-    type(survey_type) :: seen
+    type(survey_type) :: survey
     !> Those that come before the equations, kept likewise.
     type(means_type), private :: means
   contains
@@ -66,14 +66,14 @@ contains
     fits = .false.
     motion%left_out = 0
     if (allocated(system%breaks) .or. phases < phases_in_step * system%least_steps) return
-    if (.not. allocated(motion%seen%scale)) then
-      call survey(system, motion%seen, error)
+    if (.not. allocated(motion%survey%scale)) then
+      call survey_system(system, motion%survey, error)
       if (allocated(error)) return
     end if
-    if (motion%seen%fastest > most_turns) return
-    call sample(system, phases, motion%seen%scale, at, h)
+    if (motion%survey%fastest > most_turns) return
+    call sample(system, phases, motion%survey%scale, at, h)
     if (motion%means%half /= phases / 2) then
-      call solve_means(at%m, at%b, at%c, 2 * pi / system%period, motion%seen, motion%means, fits)
+      call solve_means(at%m, at%b, at%c, 2 * pi / system%period, motion%survey, motion%means, fits)
       if (.not. fits) return
     end if
     associate (means => motion%means)
@@ -97,11 +97,11 @@ contains
         return
       end if
       motion%rounding = max(1.0_dp, means%amplification * krylov%amplification()) * (1 + sqrt(real(system%states, dp))) &
-        & * relative_rounding(system, phases, motion%seen%phase_advance)
+        & * relative_rounding(system, phases, motion%survey%phase_advance)
       motion%left_out = means%left_out(x) / size_of_motion
       motion%truncation = motion%truncation / size_of_motion + motion%left_out
       fits = motion%truncation <= of_motion .and. motion%rounding < of_motion
-      motion%harmonics = x * spread(motion%seen%scale(:means%f), 1, phases)
+      motion%harmonics = x * spread(motion%survey%scale(:means%f), 1, phases)
     end associate
   end subroutine balance_harmonics
 

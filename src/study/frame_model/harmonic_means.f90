@@ -1,7 +1,7 @@
 !> The means of M, B, C over the turn, harmonic by harmonic: A_k = <C> + i k W <B> - (k W)^2 <M>.
 module gestell_study_frame_model_harmonic_means
   use gestell_base_kinds, only: dp, pi
-  use gestell_floquet_period_survey, only: survey_type
+  use gestell_floquet_choice_survey, only: survey_type
   use gestell_math_lanes_waves, only: waves_at, waves_type
   implicit none (type, external)
   private
@@ -33,11 +33,11 @@ module gestell_study_frame_model_harmonic_means
 
 contains
 
-  !> Of coefficients at equidistant phases, shape (phases, f, f), over theta and in the units of the states that were `seen`. `fits`
+  !> Of coefficients at equidistant phases, shape (phases, f, f), over theta and in the units of the `survey`. `fits`
   !> is false where an A_k is singular.
-  pure subroutine solve_means(m, b, c, omega, seen, means, fits)
+  pure subroutine solve_means(m, b, c, omega, survey, means, fits)
     real(dp), intent(in) :: m(:, :, :), b(:, :, :), c(:, :, :), omega
-    type(survey_type), intent(in) :: seen
+    type(survey_type), intent(in) :: survey
     type(means_type), intent(out) :: means
     logical, intent(out) :: fits
     integer :: f, n, furthest, i, k
@@ -47,7 +47,7 @@ contains
     means%f = f
     means%half = n / 2
     means%coefficients = reshape([sum(m, dim=1), sum(b, dim=1), sum(c, dim=1)], [f, f, 3]) / n
-    means%of_velocity = omega * seen%scale(:f) / seen%scale(f + 1:)
+    means%of_velocity = omega * survey%scale(:f) / survey%scale(f + 1:)
     allocate(means%weights(0:n - 1, f), source=1.0_dp)
     do i = 1, f
       do k = 1, n / 2 - 1
@@ -55,7 +55,7 @@ contains
         means%weights(n / 2 + k, i) = means%weights(k, i)
       end do
     end do
-    furthest = max(n / 2 - 1, ceiling(beyond_fastest * seen%fastest / (2 * pi)))
+    furthest = max(n / 2 - 1, ceiling(beyond_fastest * survey%fastest / (2 * pi)))
     allocate(means%along(0:n / 2 - 1, f, f), means%across(0:n / 2 - 1, f, f), means%gains(0:furthest))
     means%waves = waves_at(n)
     call invert_means(means, fits)

@@ -231,7 +231,7 @@ contains
       call balance_harmonics(system, n, next%of_step, next%balance, fits)
     end if
     if (.not. fits) return
-    next%scale = next%balance%seen%scale
+    next%scale = next%balance%survey%scale
     next%error = max(frame%load_rounding, next%balance%rounding)
     next%truncation = next%balance%truncation
     allocate(harmonics(0:n - 1, frame%dofs()), source=0.0_dp)
@@ -262,9 +262,9 @@ contains
     type(series_type), intent(in), optional :: from
     class(second_order_system), intent(in), optional :: lack
 
-    if (.not. allocated(next%quick%scale) .and. allocated(next%balance%seen%scale)) then
-      next%quick%scale = next%balance%seen%scale
-      next%quick%phase_advance = next%balance%seen%phase_advance
+    if (.not. allocated(next%quick%scale) .and. allocated(next%balance%survey%scale)) then
+      next%quick%scale = next%balance%survey%scale
+      next%quick%phase_advance = next%balance%survey%phase_advance
     end if
     if (present(lack)) then
       call solve_quickly(lack, n, next%of_step, next%quick, fits)

@@ -8,7 +8,7 @@ module gestell_study_mode_motion
   use gestell_floquet_solution_factored, only: factored_type, solve_factored
   use gestell_floquet_integrator_mesh, only: merged, refined
   use gestell_floquet_period_monodromy, only: accuracy_type
-  use gestell_floquet_period_survey, only: survey, survey_type
+  use gestell_floquet_choice_survey, only: survey_system, survey_type
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
@@ -40,23 +40,23 @@ contains
     type(motions_type), intent(out) :: motions
     type(error_type), allocatable, intent(out) :: error
     type(factored_type) :: factored
-    type(survey_type) :: seen
+    type(survey_type) :: survey
     integer :: n, samples
 
-    call survey(system, seen, error)
+    call survey_system(system, survey, error)
     if (allocated(error)) return
-    if (seen%phase_advance > most_turns) then
+    if (survey%phase_advance > most_turns) then
       call fatal_error(error, "the free vibrations are too fast against the period to tell their modes", failed_computation)
       return
     end if
-    call solve_factored(system, accuracy_type(tolerance=accuracy%tolerance), .false., factored, error, seen)
+    call solve_factored(system, accuracy_type(tolerance=accuracy%tolerance), .false., factored, error, survey)
     if (.not. allocated(error) .and. allocated(factored%failure)) allocate(error, source=factored%failure)
     if (allocated(error)) return
     n = system%states
     motions%exponent = factored%spectrum%z
     motions%error = factored%spectrum%bound
     ! More than twice the order of the fastest vibration, and what the coefficients add to it.
-    samples = 2**ceiling(log(max(64.0_dp, 1.5_dp * seen%phase_advance / pi + 4 * system%least_steps)) / log(2.0_dp))
+    samples = 2**ceiling(log(max(64.0_dp, 1.5_dp * survey%phase_advance / pi + 4 * system%least_steps)) / log(2.0_dp))
     allocate(motions%positions(samples, n / 2, n))
     call follow_vectors(system, factored, motions, error)
     motions%exponent = motions%exponent / system%period

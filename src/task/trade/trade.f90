@@ -8,9 +8,9 @@ module gestell_task_trade
   use gestell_floquet_period_period_map, only: period_map
   use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_method, only: method_type, name_length
-  use gestell_floquet_integrator_methods, only: method_names, new_method
+  use gestell_floquet_choice_methods, only: method_names, new_method
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
-  use gestell_floquet_period_survey, only: survey, survey_type
+  use gestell_floquet_choice_survey, only: survey_system, survey_type
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_solution, only: evidence, evidence_type, floquet_type, solve_floquet, solve_multipliers, solve_periodic
@@ -98,16 +98,16 @@ contains
     real(dp), intent(in) :: budget
     type(trade_type), intent(inout) :: trade
     type(trade_row_type) :: row
-    type(survey_type) :: seen
+    type(survey_type) :: survey
     type(error_type), allocatable :: error
     real(dp) :: spent, wanted
     integer :: steps, before
 
-    call survey(frame, seen, error)
+    call survey_system(frame, survey, error)
     if (allocated(error)) return
     before = size(trade%rows)
     ! Before the fastest vibration turns by less than `order` radians in a step nothing converges.
-    steps = max(frame%least_steps, nint(seen%phase_advance / method%order))
+    steps = max(frame%least_steps, nint(survey%phase_advance / method%order))
     spent = 0
     do
       call measure_row(frame, method, steps, converged, row, wanted, error)

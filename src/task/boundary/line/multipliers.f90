@@ -5,7 +5,7 @@ module gestell_task_boundary_line_multipliers
   use gestell_base_kinds, only: dp
   use gestell_floquet_solution_factored, only: factored_type, solve_factored
   use gestell_floquet_period_monodromy, only: accuracy_type
-  use gestell_floquet_period_survey, only: survey, survey_type
+  use gestell_floquet_choice_survey, only: survey_system, survey_type
   use gestell_floquet_multipliers, only: append, arrange, multipliers_type, no_multipliers
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
   use gestell_system_averaged, only: averaged_system
@@ -57,7 +57,7 @@ contains
     real(dp), parameter :: many_turns = 700
     type(factored_type) :: factored
     type(floquet_type) :: floquet
-    type(survey_type) :: seen
+    type(survey_type) :: survey
     logical :: factors
 
     factors = accuracy%steps <= 0
@@ -67,9 +67,9 @@ contains
       factors = .false.
     end select
     if (factors) then
-      call survey(system, seen, error)
-      if (.not. allocated(error)) factors = .not. seen%phase_advance > many_turns
-      if (factors .and. .not. allocated(error)) call solve_factored(system, accuracy, .false., factored, error, seen)
+      call survey_system(system, survey, error)
+      if (.not. allocated(error)) factors = .not. survey%phase_advance > many_turns
+      if (factors .and. .not. allocated(error)) call solve_factored(system, accuracy, .false., factored, error, survey)
       if (factors .and. .not. allocated(error)) then
         call factored%multipliers(.false., multipliers, error)
         if (.not. allocated(error)) return

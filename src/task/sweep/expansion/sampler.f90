@@ -11,7 +11,7 @@ module gestell_task_sweep_expansion_sampler
   use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_method, only: method_type
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
-  use gestell_floquet_period_survey, only: survey, survey_phases, survey_type
+  use gestell_floquet_choice_survey, only: survey_system, survey_phases, survey_type
   use gestell_floquet_solution, only: floquet_type, solve_floquet
   use gestell_model_frame, only: frame_type
   use gestell_system_family, only: family_type, take_member
@@ -81,7 +81,7 @@ contains
     integer, intent(in) :: points
     logical, intent(out) :: fits
     class(periodic_system), allocatable :: system
-    type(survey_type) :: seen
+    type(survey_type) :: survey
     type(monodromy_type) :: monodromy
     type(error_type), allocatable :: error
     type(accuracy_type) :: sharper
@@ -98,11 +98,11 @@ contains
     do k = 1, size(corners, 2)
       call take_member(family, corners(:, k), system, error)
       if (allocated(error)) return
-      call survey(system, seen, error)
+      call survey_system(system, survey, error)
       if (allocated(error)) return
-      turns(k) = seen%phase_advance
+      turns(k) = survey%phase_advance
       if (turns(k) > most_turns) return
-      if (k == 1) sampler%scale = seen%scale
+      if (k == 1) sampler%scale = survey%scale
       if (system%states /= size(sampler%scale)) return
       sampler%conserves = sampler%conserves .and. system%conserves([(i, i = 1, system%states / 2)])
       call solve_monodromy(system, sharper, forced, monodromy, error)
@@ -119,7 +119,7 @@ contains
       end if
       nodes = real(monodromy%steps, dp) * monodromy%method%stages
       sampler%fewest = min(sampler%fewest, nodes)
-      sampler%fastest = max(sampler%fastest, seen%fastest)
+      sampler%fastest = max(sampler%fastest, survey%fastest)
       if (nodes <= most) cycle
       most = nodes
       if (allocated(sampler%method)) deallocate(sampler%method)
@@ -272,7 +272,7 @@ contains
     real(dp), intent(out) :: values(:)
     logical, intent(out) :: fits
     class(periodic_system), allocatable :: system
-    type(survey_type) :: seen
+    type(survey_type) :: survey
     type(error_type), allocatable :: error
     real(dp) :: maps(size(self%scale), self%parts%columns(), self%parts%parts * (self%parts%between + 1))
 
@@ -285,8 +285,8 @@ contains
     if (allocated(system%breaks) .and. size(maps, 3) > 1) return
     self%solutions = self%solutions + 1
     call exchange(self, system)
-    if (size(self%steps) > 1) call survey(system, seen, error)
-    if (.not. allocated(error)) call motions(system, self%method, mesh(system, enough(self, seen%fastest, system)), &
+    if (size(self%steps) > 1) call survey_system(system, survey, error)
+    if (.not. allocated(error)) call motions(system, self%method, mesh(system, enough(self, survey%fastest, system)), &
       & self%parts%parts, maps, error)
     call exchange(self, system)
     fits = .not. allocated(error)

@@ -1,5 +1,5 @@
 !> Magnus integrators: the step of x' = P x is the exponential of one matrix, exact where P is constant.
-module gestell_floquet_integrator_magnus
+module gestell_floquet_integrator_comparison_magnus
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_math_lapack, only: balancing
@@ -96,36 +96,29 @@ contains
         augmented(:n, :n, i) = p(:, :, s * (k - 1) + i) * similarity
         if (forced) augmented(:n, n + 1, i) = f(:, s * (k - 1) + i) / (d * size_of_f)
       end do
-      if (s == 2) then
-        step = expm(exponent_4(augmented, (to(k) - from(k)) * system%period))
-      else
-        step = expm(exponent_6(augmented, (to(k) - from(k)) * system%period))
-      end if
+      step = expm(exponent_of(augmented, (to(k) - from(k)) * system%period))
       map(k, :, :n) = step(:n, :n) / similarity
       if (forced) map(k, :, n + 1) = step(:n, n + 1) * d * size_of_f
     end do
   end subroutine maps
 
-  !> Order 4 from P at two Gauss nodes (S. Blanes, F. Casas, J. A. Oteo, J. Ros, Physics Reports 470 (2009) 151, (253)).
-  pure function exponent_4(p, h) result(omega)
-    real(dp), intent(in) :: p(:, :, :), h
-    real(dp) :: omega(size(p, 1), size(p, 1))
-
-    omega = h / 2 * (p(:, :, 1) + p(:, :, 2)) - h**2 * sqrt(3.0_dp) / 12 * commutator(p(:, :, 1), p(:, :, 2))
-  end function exponent_4
-
-  !> Order 6 from P at three Gauss nodes, with three commutators (the same, (257)).
-  pure function exponent_6(p, h) result(omega)
+  !> The exponent of a step of length `h` (S. Blanes, F. Casas, J. A. Oteo, J. Ros, Physics Reports 470 (2009) 151): of order 4 from
+  !> P at two Gauss nodes, (253), or of order 6 from P at three, with three commutators, (257).
+  pure function exponent_of(p, h) result(omega)
     real(dp), intent(in) :: p(:, :, :), h
     real(dp), dimension(size(p, 1), size(p, 1)) :: omega, a1, a2, a3, c1, c2
 
+    if (size(p, 3) == 2) then
+      omega = h / 2 * (p(:, :, 1) + p(:, :, 2)) - h**2 * sqrt(3.0_dp) / 12 * commutator(p(:, :, 1), p(:, :, 2))
+      return
+    end if
     a1 = h * p(:, :, 2)
     a2 = sqrt(15.0_dp) * h / 3 * (p(:, :, 3) - p(:, :, 1))
     a3 = 10 * h / 3 * (p(:, :, 3) - 2 * p(:, :, 2) + p(:, :, 1))
     c1 = commutator(a1, a2)
     c2 = -commutator(a1, 2 * a3 + c1) / 60
     omega = a1 + a3 / 12 + commutator(-20 * a1 - a3 + c1, a2 + c2) / 240
-  end function exponent_6
+  end function exponent_of
 
   pure function commutator(a, b) result(c)
     real(dp), intent(in) :: a(:, :), b(:, :)
@@ -174,4 +167,4 @@ contains
     end do
   end function expm
 
-end module gestell_floquet_integrator_magnus
+end module gestell_floquet_integrator_comparison_magnus

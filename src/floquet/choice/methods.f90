@@ -1,12 +1,12 @@
 !> The methods by name.
-module gestell_floquet_integrator_methods
+module gestell_floquet_choice_methods
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
-  use gestell_floquet_integrator_cooper_verner, only: cooper_verner
+  use gestell_floquet_integrator_comparison_cooper_verner, only: cooper_verner
   use gestell_floquet_integrator_gauss, only: gauss
-  use gestell_floquet_integrator_magnus, only: magnus
+  use gestell_floquet_integrator_comparison_magnus, only: magnus
   use gestell_floquet_integrator_method, only: method_type, name_length
-  use gestell_floquet_integrator_runge_kutta, only: runge_kutta
+  use gestell_floquet_integrator_comparison_runge_kutta, only: runge_kutta
   implicit none (type, external)
   private
 
@@ -67,4 +67,4 @@ contains
     if (len_trim(name) > 6) stages_of = 10 * stages_of + iachar(name(7:7)) - iachar("0")
   end function stages_of
 
-end module gestell_floquet_integrator_methods
+end module gestell_floquet_choice_methods

@@ -1,9 +1,10 @@
 !> The explicit Runge-Kutta method of order 8 with 11 stages, whose nodes are the five of Lobatto's quadrature.
-module gestell_floquet_integrator_cooper_verner
+module gestell_floquet_integrator_comparison_cooper_verner
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_integrator_method, only: matrix_work, method_type, product_work
-  use gestell_floquet_integrator_step_nodes, only: sample_steps
+  use gestell_floquet_integrator_comparison_step_nodes, only: sample_steps
+  use gestell_math_matrix, only: unit_matrix
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
@@ -88,14 +89,8 @@ contains
 
     n = system%states
     forced = size(map, 3) > n
-    associate (c => [0.0_dp, (7 - sqrt(21.0_dp)) / 14, 0.5_dp, (7 + sqrt(21.0_dp)) / 14, 1.0_dp])
-      if (forced) then
-        call sample_steps(system, from, to, c, at, p, f)
-      else
-        call sample_steps(system, from, to, c, at, p)
-      end if
-    end associate
-
+    call sample_steps(system, from, to, [0.0_dp, (7 - sqrt(21.0_dp)) / 14, 0.5_dp, (7 + sqrt(21.0_dp)) / 14, 1.0_dp], forced, at, &
+      & p, f)
     allocate(x(n, size(map, 3)), slope(n, size(map, 3), slopes))
     do k = 1, size(from)
       h = (to(k) - from(k)) * system%period
@@ -115,10 +110,8 @@ contains
       real(dp), intent(in) :: along(:)
       real(dp) :: x(size(slope, 1), size(slope, 2))
 
-      x = 0
-      do j = 1, n
-        x(j, j) = 1
-      end do
+      x(:, :n) = unit_matrix(n)
+      x(:, n + 1:) = 0
       do j = 1, size(along)
         if (abs(along(j)) > 0) x = x + along(j) * slope(:, :, j)
       end do
@@ -126,4 +119,4 @@ contains
 
   end subroutine maps
 
-end module gestell_floquet_integrator_cooper_verner
+end module gestell_floquet_integrator_comparison_cooper_verner

@@ -1,20 +1,35 @@
-!> A first look at a system over its period.
-module gestell_floquet_period_survey
+!> A survey of a system over its period, before it is solved: how fast its fastest motion turns, and how its coefficients change.
+module gestell_floquet_choice_survey
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp, pi
   use gestell_math_lapack, only: balancing
   use gestell_math_matrix, only: balanced
-  use gestell_floquet_choice_prediction, only: growth, outlook_type
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: sample_by_phase
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
-  public :: survey
+  public :: survey_system
 
-  !> What `survey` finds.
-  type, public, extends(outlook_type) :: survey_type
+  !> The powers of k that the harmonics of coefficients, 1, and of loads, 2, are taken to have beside exp(-k width): places have
+  !> branch points (a dyad stretched at complex angles: a root, k^-3/2), loads have their second derivatives, in harmonics this low
+  !> nearly 1 rather than 1/2.
+  real(dp), parameter, public :: growth(2) = [-1.5_dp, 1.0_dp]
+
+  !> What is known of a system before it is solved.
+  type, public :: survey_type
+    !> How far the fastest motion turns within the period, w_max T in radians: at most |P| T / sqrt 2, as w comes with -w.
+    real(dp) :: phase_advance = 0
+    !> (|P^16| / sqrt 2)^(1/16) T where P is greatest, in which of several fast motions little but the fastest counts.
+    real(dp) :: fastest = 0
+    !> How far beside the real axis the coefficients, 1, and the loads, 2, are analytic, in radians of the turn: their k-th harmonic
+    !> is at most height k^growth exp(-k width). Width zero: not known.
+    real(dp) :: width(2) = 0, height(2) = 1
+    !> The part of the fastest motion in Phi(T), what its decay leaves of it.
+    real(dp) :: fade = 1
+    !> The part of the coefficients that changes.
+    real(dp) :: changing = 1
     !> Units that balance the states, from the size of P over the period; shape (n).
     real(dp), allocatable :: scale(:)
   end type survey_type
@@ -34,11 +49,11 @@ module gestell_floquet_period_survey
 
 contains
 
-  !> With `forced` also how the coefficients and, where it is true, the loads change.
+  !> Surveys `system`; with `forced` also how the coefficients and, where it is true, the loads change.
   !> Error: the coefficients are not finite, or the mass matrix is singular.
-  subroutine survey(system, seen, error, forced)
+  subroutine survey_system(system, survey, error, forced)
     class(periodic_system), intent(in) :: system
-    type(survey_type), intent(out) :: seen
+    type(survey_type), intent(out) :: survey
     type(error_type), allocatable, intent(out) :: error
     logical, intent(in), optional :: forced
     real(dp), allocatable :: p(:, :, :), f(:, :)
@@ -53,7 +68,7 @@ contains
       if (forced) allocate(f(points, n))
     end if
     call sample_by_phase(system, survey_phases, p, f)
-    ! A number that is none stays in the sums; these have room for all.
+    ! NaN propagates through the sums; the factor keeps these from overflowing.
     part = 1.0_dp / n**2
     sums = 0
     do j = 1, n
@@ -66,36 +81,40 @@ contains
         & failed_computation)
       return
     end if
+    ! The maximum of abs(x) over the phases, vectorised: maxval tests each element for NaN.
+    greatest = 0
     do j = 1, n
       do i = 1, n
-        greatest(i, j) = greatest_of(p(:, i, j))
+        do k = 1, points
+          greatest(i, j) = max(greatest(i, j), abs(p(k, i, j)))
+        end do
       end do
     end do
-    seen%scale = balancing(greatest)
+    survey%scale = balancing(greatest)
     ! In a unit of which no element has more than one, no square overflows, and none vanishes that counts.
-    unit = max(maxval(balanced(greatest, seen%scale)), tiny(unit))
-    inverse = 1 / seen%scale / unit
+    unit = max(maxval(balanced(greatest, survey%scale)), tiny(unit))
+    inverse = 1 / survey%scale / unit
     squares = 0
     do j = 1, n
       do i = 1, n
-        squares = squares + (p(:, i, j) * seen%scale(j) * inverse(i))**2
+        squares = squares + (p(:, i, j) * survey%scale(j) * inverse(i))**2
       end do
     end do
     k = maxloc(squares, dim=1)
     size_of_p = sqrt(squares(k) / 2) * unit
-    seen%phase_advance = size_of_p * system%period
+    survey%phase_advance = size_of_p * system%period
     unit = max(size_of_p, tiny(unit))
-    one = balanced(p(k, :, :), seen%scale) / unit
+    one = balanced(p(k, :, :), survey%scale) / unit
     ! P^16, each square in a place of its own.
     power = one
     do i = 1, 2
       square = matmul(power, power)
       power = matmul(square, square)
     end do
-    seen%fastest = min(seen%phase_advance, (norm2(power) / sqrt(2.0_dp))**0.0625_dp * unit * system%period)
-    seen%fade = fade_of(one, power, unit * system%period, seen%fastest)
-    if (present(forced)) call look_at_changes(p, system%period, seen, f)
-  end subroutine survey
+    survey%fastest = min(survey%phase_advance, (norm2(power) / sqrt(2.0_dp))**0.0625_dp * unit * system%period)
+    survey%fade = fade_of(one, power, unit * system%period, survey%fastest)
+    if (present(forced)) call find_changes(p, system%period, survey, f)
+  end subroutine survey_system
 
   !> The part of Phi(T) that the fastest motion has, in the norm, from P, shape (n, n), in a unit near its frequency `fastest` T
   !> (radians), and P^16. Its pair of eigenvalues r exp(+-i (pi / 2 + e)), d = fastest e its decay in the period, gives tr P^16 = 2
@@ -105,33 +124,23 @@ contains
     real(dp), intent(in) :: p(:, :), power(:, :), unit, fastest
     real(dp), parameter :: least = 1 / 64.0_dp
     real(dp) :: decay, others, r
-    integer :: n
+    integer :: n, i
 
     fade = 1
     n = size(p, 1)
     if (n < 4 .or. .not. unit > 0) return
     r = fastest / unit
-    decay = fastest * atan2(-sum(p * transpose(power)), r * trace(power)) / 16.5_dp
-    others = (-trace(p) * unit - 2 * decay) / (n - 2)
+    decay = fastest * atan2(-sum(p * transpose(power)), r * sum([(power(i, i), i = 1, n)])) / 16.5_dp
+    others = (-sum([(p(i, i), i = 1, n)]) * unit - 2 * decay) / (n - 2)
     fade = max(1 / sqrt(1 + (n - 2) / 2.0_dp * exp(2 * min(decay - others, 10.0_dp))), least)
   end function fade_of
 
-  pure real(dp) function trace(a)
-    real(dp), intent(in) :: a(:, :)
-    integer :: i
-
-    trace = 0
-    do i = 1, size(a, 1)
-      trace = trace + a(i, i)
-    end do
-  end function trace
-
-  !> How the coefficients, shape (points, n, n), change, and the loads, shape (points, n), by sums with weights that nothing else
-  !> has.
-  pure subroutine look_at_changes(p, period, seen, f)
+  !> Finds how the coefficients, shape (points, n, n), change, and the loads, shape (points, n), from sums of all of them with
+  !> quasi-random weights, which keep components from cancelling.
+  pure subroutine find_changes(p, period, survey, f)
     real(dp), contiguous, intent(in) :: p(:, :, :)
     real(dp), intent(in) :: period
-    type(survey_type), intent(inout) :: seen
+    type(survey_type), intent(inout) :: survey
     real(dp), contiguous, intent(in), optional :: f(:, :)
     !> Of what does not change, or is not there.
     real(dp), parameter :: any_width = 1.0e6_dp, golden = 0.6180339887498949_dp
@@ -142,29 +151,29 @@ contains
       columns(i) = 1 + modulo(golden * i, 1.0_dp)
     end do
     do i = 1, size(rows)
-      rows(i) = columns(size(columns) + 1 - i) / seen%scale(i)
+      rows(i) = columns(size(columns) + 1 - i) / survey%scale(i)
     end do
-    columns = columns * seen%scale
+    columns = columns * survey%scale
     together = 0
     do j = 1, size(columns)
       do i = 1, size(rows)
         together = together + rows(i) * columns(j) * p(:, i, j)
       end do
     end do
-    call see_harmonics(together, any_width, falling(:, 1), seen%width(1), seen%height(1), greatest)
-    seen%changing = greatest * period / max(seen%phase_advance, tiny(period))
-    seen%width(2) = any_width
+    call fit_harmonics(together, any_width, falling(:, 1), survey%width(1), survey%height(1), greatest)
+    survey%changing = greatest * period / max(survey%phase_advance, tiny(period))
+    survey%width(2) = any_width
     if (.not. present(f)) return
     together = 0
     do i = 1, size(rows)
       together = together + rows(i) * f(:, i)
     end do
-    call see_harmonics(together, any_width, falling(:, 2), seen%width(2), seen%height(2), greatest)
-  end subroutine look_at_changes
+    call fit_harmonics(together, any_width, falling(:, 2), survey%width(2), survey%height(2), greatest)
+  end subroutine find_changes
 
   !> The amplitude of the greatest harmonic, and the width by which they fall, from harmonics 3 and 4 to 7 and 8, with the height:
   !> none from 3 on is greater than `height` falling(k) exp(-k width) beside the greatest value.
-  pure subroutine see_harmonics(values, any_width, falling, width, height, greatest)
+  pure subroutine fit_harmonics(values, any_width, falling, width, height, greatest)
     real(dp), intent(in) :: values(points), any_width, falling(points / 2)
     real(dp), intent(out) :: width, height, greatest
     !> What rounding leaves.
@@ -183,17 +192,6 @@ contains
     amplitude = max(amplitude, least) / falling
     width = max(log(maxval(amplitude(3:4)) / maxval(amplitude(7:))) / 4, 0.0_dp)
     height = maxval([(amplitude(k) * exp(k * width), k = 3, points / 2)])
-  end subroutine see_harmonics
+  end subroutine fit_harmonics
 
-  !> The greatest size of finite values; in vectors, as maxval is not, which minds NaN.
-  pure real(dp) function greatest_of(values) result(greatest)
-    real(dp), contiguous, intent(in) :: values(:)
-    integer :: k
-
-    greatest = 0
-    do k = 1, size(values)
-      greatest = max(greatest, abs(values(k)))
-    end do
-  end function greatest_of
-
-end module gestell_floquet_period_survey
+end module gestell_floquet_choice_survey

@@ -1,9 +1,10 @@
 !> The paper's method: classical Runge-Kutta of order 4, whose step is the matrix (18).
-module gestell_floquet_integrator_runge_kutta
+module gestell_floquet_integrator_comparison_runge_kutta
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_integrator_method, only: matrix_work, method_type, product_work
-  use gestell_floquet_integrator_step_nodes, only: sample_steps
+  use gestell_floquet_integrator_comparison_step_nodes, only: sample_steps
+  use gestell_math_matrix, only: unit_matrix
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
@@ -48,24 +49,19 @@ contains
     real(dp), parameter :: c(3) = [0.0_dp, 0.5_dp, 1.0_dp]
     real(dp), allocatable :: p(:, :, :), f(:, :)
     real(dp) :: square(system%states, system%states), h
-    integer :: at(3, size(from)), n, i, k
+    integer :: at(3, size(from)), n, k
     logical :: forced
 
     associate (unused => self)
     end associate
     n = system%states
     forced = size(map, 3) > n
-    if (forced) then
-      call sample_steps(system, from, to, c, at, p, f)
-    else
-      call sample_steps(system, from, to, c, at, p)
-    end if
-
+    call sample_steps(system, from, to, c, forced, at, p, f)
     do k = 1, size(from)
       h = (to(k) - from(k)) * system%period
       associate (p0 => p(:, :, at(1, k)), pm => p(:, :, at(2, k)), p1 => p(:, :, at(3, k)))
         square = matmul(pm, pm)
-        map(k, :, :n) = (h * (p0 + 4 * pm + p1) &
+        map(k, :, :n) = unit_matrix(n) + (h * (p0 + 4 * pm + p1) &
           & + h**2 * (matmul(pm, p0) + square + matmul(p1, pm)) &
           & + h**3 / 2 * (matmul(square, p0) + matmul(p1, square)) &
           & + h**4 / 4 * matmul(p1, matmul(square, p0))) / 6
@@ -78,10 +74,7 @@ contains
           end associate
         end if
       end associate
-      do i = 1, n
-        map(k, i, i) = 1 + map(k, i, i)
-      end do
     end do
   end subroutine maps
 
-end module gestell_floquet_integrator_runge_kutta
+end module gestell_floquet_integrator_comparison_runge_kutta
