@@ -5,12 +5,12 @@ module test_discs
   use gestell_base_kinds, only: dp
   use gestell_base_processor, only: vector_length
   use gestell_floquet_multipliers_gershgorin, only: discs_type, find_discs
-  use gestell_floquet_multipliers_spectra, only: spectral_radii
   use gestell_floquet_multipliers_small_eigensystem, only: small_eigensystem
   use gestell_math_batch_characteristic_roots, only: find_roots, guess_roots
   use gestell_math_batch_hessenberg, only: hessenberg_type, most_states, new_hessenberg
   use gestell_math_lanes, only: lanes
   use gestell_math_lapack, only: eigensystem
+  use many_spectra, only: spectral_radii
   use reference_random, only: random_type
   use testdrive, only: error_type, new_unittest, unittest_type
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value

@@ -5,7 +5,7 @@ module test_spectra
   use gestell_base_kinds, only: dp, pi
   use gestell_math_lapack, only: eigensystem
   use gestell_floquet_multipliers, only: arrange, multipliers_type, pair_conjugates, set_multipliers
-  use gestell_floquet_multipliers_spectra, only: spectral_radii
+  use many_spectra, only: spectral_radii
   use reference_linear, only: qp, solve
   use reference_random, only: random_type
   use testdrive, only: check, error_type, new_unittest, unittest_type

@@ -2,7 +2,7 @@
 module test_spectra_edges
   use checks, only: check_that
   use gestell_base_kinds, only: dp
-  use gestell_floquet_multipliers_spectra, only: spectral_radii
+  use many_spectra, only: spectral_radii
   use reference_random, only: random_type
   use test_spectra, only: compare, disc_apart, set_diagonal, turn
   use testdrive, only: check, error_type, new_unittest, unittest_type

@@ -8,7 +8,8 @@
 !> multipliers of modulus 1. Damped: rotations times 0.99 coupled by a fixed matrix, a smooth family as in a chart.
 program spectra
   use gestell_base_kinds, only: dp
-  use gestell_floquet_multipliers_spectra, only: spectral_radii
+  use gestell_floquet_multipliers_spectra, only: found_type, spectra_of_eight
+  use gestell_math_lanes, only: lanes
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
 
@@ -28,8 +29,7 @@ program spectra
   character(len=*), parameter :: kinds(3) = [character(len=8) :: "random", "undamped", "damped"]
   real(dp), parameter :: perturbation = 1.0e-10_dp
   real(dp), allocatable :: phi(:, :)
-  real(dp), dimension(count) :: radius, log_radius, bound, expected
-  logical, dimension(count) :: stable, unstable
+  real(dp), dimension(count) :: radius, bound, expected
   real(dp) :: alone, bounds, lapack
   integer(int64) :: ticks(4), rate
   integer :: i, k, round, singly
@@ -46,9 +46,9 @@ program spectra
       lapack = huge(lapack)
       do round = 1, rounds
         call system_clock(ticks(1), rate)
-        call spectral_radii(phi, perturbation, radius, log_radius)
+        call solve_in_lanes(sizes(i), .false.)
         call system_clock(ticks(2))
-        call spectral_radii(phi, perturbation, radius, log_radius, bound, stable, unstable, singly)
+        call solve_in_lanes(sizes(i), .true.)
         call system_clock(ticks(3))
         call solve_singly(sizes(i))
         call system_clock(ticks(4))
@@ -64,6 +64,25 @@ program spectra
   end do
 
 contains
+
+  subroutine solve_in_lanes(n, bounds)
+    integer, intent(in) :: n
+    logical, intent(in) :: bounds
+    real(dp) :: eight(lanes, n, n)
+    type(found_type) :: found
+    integer :: first, lane, alone
+
+    singly = 0
+    do first = 1, count, lanes
+      do lane = 1, lanes
+        eight(lane, :, :) = reshape(phi(first + lane - 1, :), [n, n])
+      end do
+      call spectra_of_eight(n, eight, lanes, perturbation, bounds, found, alone)
+      singly = singly + alone
+      radius(first:first + lanes - 1) = found%radius
+      bound(first:first + lanes - 1) = found%bound
+    end do
+  end subroutine solve_in_lanes
 
   subroutine solve_singly(n)
     integer, intent(in) :: n

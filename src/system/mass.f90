@@ -39,8 +39,7 @@ contains
   subroutine solve_lanes(first, m, r, w, safe)
     integer, intent(in) :: first
     real(dp), contiguous, intent(in) :: m(:, :, :)
-    real(dp), contiguous, intent(inout) :: r(:, :, :)
-    real(dp), contiguous, intent(inout) :: w(:, :, :)
+    real(dp), contiguous, intent(inout) :: r(:, :, :), w(:, :, :)
     logical, intent(out) :: safe(lanes)
     real(dp) :: multiplier(lanes)
     integer :: f, n, last, i, k

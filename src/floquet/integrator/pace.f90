@@ -54,10 +54,11 @@ contains
     real(dp), intent(out) :: square(:)
     real(dp), parameter :: least = 1.0e-6_dp
     ! [M C E], and M^-1 C; columns as `high_power` has them.
-    real(dp) :: table(full(at%f), 3 * at%f), y(at%f)
+    real(dp) :: table(full(at%f), 3 * at%f)
+    real(dp), dimension(at%f) :: y, after, before
     real(dp), dimension(full(at%f), at%f) :: a, power
     real(dp), dimension(size(square)) :: of_mass, damping
-    real(dp) :: both
+    real(dp) :: both, p, q
     logical :: singular
     integer :: rows(at%f), f, last, point, k, i, j
 
@@ -84,7 +85,12 @@ contains
     power = a
     call high_power(power)
     k = place_of_greatest(power)
-    if (is_pair(a(:f, :), power(:f, k), power(k, :))) return
+    ! A column u and a row y of a conjugate pair.
+    after = matmul(a(:f, :), power(:f, k))
+    before = matmul(power(k, :), a(:f, :))
+    call find_pair(dot_product(power(k, :), power(:f, k)), dot_product(power(k, :), after), dot_product(before, after), &
+      & dot_product(before, matmul(a(:f, :), after)), p, q)
+    if (p**2 < 4 * q) return
     do i = 1, f
       y(i) = dot_product(power(k, :), table(rows, 2 * f + i))
     end do
@@ -105,18 +111,6 @@ contains
       square = 0
     end where
   end subroutine square_with_positions
-
-  !> Whether a column u and a row y of A^16 are of a conjugate pair of A.
-  pure logical function is_pair(a, u, y)
-    real(dp), intent(in) :: a(:, :), u(:), y(:)
-    real(dp) :: after(size(u)), before(size(u)), p, q
-
-    after = matmul(a, u)
-    before = matmul(y, a)
-    call find_pair(dot_product(y, u), dot_product(y, after), dot_product(before, after), &
-      & dot_product(before, matmul(a, after)), p, q)
-    is_pair = p**2 < 4 * q
-  end function is_pair
 
   !> z^2 = p z - q of the two motions z of which t_j = y A^j u is a sum: t_j+2 = p t_j+1 - q t_j. Zeros: it is little but one.
   elemental subroutine find_pair(t_0, t_1, t_2, t_3, p, q)
@@ -145,8 +139,14 @@ contains
     integer :: n, k, i, j
 
     n = size(b, 2)
+    square = 0
+    do j = 1, n
+      do i = 1, n
+        square = square + b(:, i, j)**2
+      end do
+    end do
     power = 0
-    power(:n, :) = b(point_of_greatest(b), :, :)
+    power(:n, :) = b(maxloc(square, dim=1), :, :)
     call high_power(power)
     k = place_of_greatest(power)
     before = 0
@@ -167,20 +167,6 @@ contains
       & sum(before * twice, dim=2), p, q)
     square = q - p**2 / 2
   end subroutine square_of
-
-  pure integer function point_of_greatest(a) result(point)
-    real(dp), intent(in) :: a(:, :, :)
-    real(dp) :: squares(size(a, 1))
-    integer :: i, j
-
-    squares = 0
-    do j = 1, size(a, 3)
-      do i = 1, size(a, 2)
-        squares = squares + a(:, i, j)**2
-      end do
-    end do
-    point = maxloc(squares, dim=1)
-  end function point_of_greatest
 
   !> The place on the diagonal.
   pure integer function place_of_greatest(a) result(place)

@@ -160,7 +160,7 @@ contains
     type(layout_type), intent(in) :: layout
     real(dp), intent(inout) :: panel(lanes, width, layout%rows)
     real(dp), dimension(lanes, layout%n, layout%f), intent(in) :: damping, stiffness
-    real(dp) :: h(lanes)
+    real(dp), dimension(lanes) :: h, next, last
     integer :: points, i, k, row, lane
 
     if (state <= layout%rows - layout%n) panel(:, c, layout%n + state) = 1
@@ -199,33 +199,23 @@ contains
         end do
       end do
     end if
-    if (layout%nested) call sum_equations(layout, c, panel)
-  end subroutine fill_state
-
-  !> Adds the equations of the last two nodes to those of the others, and those of the last to those of the one before.
-  pure subroutine sum_equations(layout, c, panel)
-    type(layout_type), intent(in) :: layout
-    integer, intent(in) :: c
-    real(dp), intent(inout) :: panel(lanes, width, layout%rows)
-    real(dp), dimension(lanes) :: next, last
-    integer :: s, i, r, lane
-
-    s = layout%s
-    associate (place => layout%place, sums => layout%sums)
-      do r = 1, layout%f
+    if (.not. layout%nested) return
+    ! The equations of the last two nodes are added to those of the others, and those of the last to those of the one before.
+    associate (place => layout%place, sums => layout%sums, s => layout%s)
+      do k = 1, layout%f
         !GCC$ unroll 1
         do lane = 1, lanes
-          next(lane) = panel(lane, c, place(s - 1) + r)
-          last(lane) = panel(lane, c, place(s) + r)
+          next(lane) = panel(lane, c, place(s - 1) + k)
+          last(lane) = panel(lane, c, place(s) + k)
         end do
         do i = 1, s - 1
           !GCC$ unroll 1
           do lane = 1, lanes
-            panel(lane, c, place(i) + r) = panel(lane, c, place(i) + r) + sums(i, 1) * next(lane) + sums(i, 2) * last(lane)
+            panel(lane, c, place(i) + k) = panel(lane, c, place(i) + k) + sums(i, 1) * next(lane) + sums(i, 2) * last(lane)
           end do
         end do
       end do
     end associate
-  end subroutine sum_equations
+  end subroutine fill_state
 
 end module gestell_floquet_integrator_step_equations

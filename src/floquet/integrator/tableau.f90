@@ -66,33 +66,26 @@ contains
   end subroutine fit_tableau
 
   !> To A, of nodes with weights `b` where Legendre's polynomials P_s-1 and P_s-2 are `high` and `next`, what xi_s-1 is more if the
-  !> tail of the continued fraction is in it.
+  !> tail g of the continued fraction, between 1/2 and 1, is in it. Where the motion turns by more than 2 s radians in a step, which
+  !> no method with s stages follows, g is that of 2 s.
   pure subroutine add_tail(high, next, b, turn, a)
     real(dp), intent(in) :: high(:), next(:), b(:), turn
     real(dp), intent(inout) :: a(:, :)
-    real(dp) :: more
-    integer :: j
-
-    more = (1 / sqrt(tail(size(b), turn)) - 1) / 2
-    do j = 1, size(b)
-      a(:, j) = a(:, j) + more * b(j) * (next(j) * high - high(j) * next)
-    end do
-  end subroutine add_tail
-
-  !> g, between 1/2 and 1. Where the motion turns by more than 2 s radians in a step, which no method with s stages follows, it is
-  !> that of 2 s.
-  pure real(dp) function tail(s, turn) result(g)
-    integer, intent(in) :: s
-    real(dp), intent(in) :: turn
     !> Terms that count: each next one falls as (turn / (4 k))^2.
     integer, parameter :: terms = 20
-    integer :: k
+    real(dp) :: g, more
+    integer :: s, j, k
 
+    s = size(b)
     g = 1
     do k = s + terms, s, -1
       g = 1 - min(turn, 2 * real(s, dp))**2 / (4 * (4 * real(k, dp)**2 - 1)) / g
     end do
-  end function tail
+    more = (1 / sqrt(g) - 1) / 2
+    do j = 1, s
+      a(:, j) = a(:, j) + more * b(j) * (next(j) * high - high(j) * next)
+    end do
+  end subroutine add_tail
 
   !> Of small matrices.
   pure function product_of(a, b) result(product)

@@ -20,8 +20,7 @@ contains
     real(dp), intent(in) :: z_re(lanes), z_im(lanes)
     real(dp), intent(inout) :: step_re(lanes), step_im(lanes), condition(lanes), right(lanes), left(lanes)
     integer(c_int), value :: once
-    real(dp) :: x_re(lanes, 0:most_states), x_im(lanes, 0:most_states)
-    real(dp) :: y_re(lanes, most_states + 1), y_im(lanes, most_states + 1)
+    real(dp) :: x_re(lanes, 0:most_states), x_im(lanes, 0:most_states), y_re(lanes, most_states + 1), y_im(lanes, most_states + 1)
     real(dp) :: s_re, s_im, m_re, m_im, x_norm, y_norm, share
     integer :: i, j, k, lane, n
 

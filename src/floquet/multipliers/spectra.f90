@@ -12,53 +12,18 @@ module gestell_floquet_multipliers_spectra
   implicit none (type, external)
   private
 
-  public :: found_type, is_undamped, spectra_of_eight, spectral_radii
+  public :: found_type, is_undamped, spectra_of_eight
 
 contains
 
-  !> radius = max |rho| and its logarithm, shapes (count), of the matrices phi(k, :), shape (count, n n), elements column by column
-  !> in units in which norms make sense, whose errors are at most `perturbation` in norm, roundoff in finding eigenvalues not
-  !> counted. Where asked for: the bound on the error of that multiplier relative to |rho|, and the verdict, all as set_multipliers
-  !> and multipliers_type have it. NaN, with the bound 1e300 and no verdict, for a matrix that is not finite.
+  !> The greatest multiplier max |rho| and its logarithm of eight matrices of `n` rows side by side, the first `filled` of which
+  !> count, in units in which norms make sense, whose errors are at most `perturbation` in norm, roundoff in finding eigenvalues not
+  !> counted. With `bounds` also the bound on the error of that multiplier relative to |rho|, and the verdict, all as
+  !> set_multipliers and multipliers_type have it. NaN, with the bound 1e300 and no verdict, for a matrix that is not finite.
   !>
-  !> Eight at a time; where eigenvalues do not converge, discs touch, eigenvectors are doubtful, or no bound is there to tell of
-  !> roundoff above 1e-10 and above the effect of `perturbation`, one by one with LAPACK, which `singly` counts. The results for a
+  !> Where eigenvalues do not converge, discs touch, eigenvectors are doubtful, or no bound is there to tell of roundoff above 1e-10
+  !> and above the effect of `perturbation`, matrices are solved one by one with LAPACK, which `alone` counts. The results for a
   !> matrix do not depend on the others.
-  subroutine spectral_radii(phi, perturbation, radius, log_radius, error_bound, stable, unstable, singly)
-    real(dp), contiguous, intent(in) :: phi(:, :)
-    real(dp), intent(in) :: perturbation
-    real(dp), intent(out) :: radius(:), log_radius(:)
-    real(dp), intent(out), optional :: error_bound(:)
-    logical, intent(out), optional :: stable(:), unstable(:)
-    integer, intent(out), optional :: singly
-    real(dp), allocatable :: eight(:, :, :)
-    type(found_type) :: found
-    logical :: bounds
-    integer :: first, last, n, lane, alone
-
-    n = nint(sqrt(real(size(phi, 2), dp)))
-    bounds = present(error_bound) .or. present(stable) .or. present(unstable)
-    allocate(eight(lanes, n, n))
-    if (present(singly)) singly = 0
-    do first = 1, size(phi, 1), lanes
-      last = min(first + lanes - 1, size(phi, 1))
-      do lane = 1, lanes
-        eight(lane, :, :) = reshape(phi(min(first + lane - 1, last), :), [n, n])
-      end do
-      call spectra_of_eight(n, eight, last - first + 1, perturbation, bounds, found, alone)
-      if (present(singly)) singly = singly + alone
-      associate (filled => last - first + 1)
-        radius(first:last) = found%radius(:filled)
-        log_radius(first:last) = found%log_radius(:filled)
-        if (present(error_bound)) error_bound(first:last) = found%bound(:filled)
-        if (present(stable)) stable(first:last) = found%stable(:filled)
-        if (present(unstable)) unstable(first:last) = found%unstable(:filled)
-      end associate
-    end do
-  end subroutine spectral_radii
-
-  !> The same for eight matrices of `n` rows side by side, the first `filled` of which count; `alone`: how many of them were
-  !> solved one by one. Without `bounds` neither bound nor verdict is found.
   subroutine spectra_of_eight(n, phi, filled, perturbation, bounds, found, alone)
     integer, intent(in) :: n, filled
     real(dp), intent(in) :: phi(lanes, n, n), perturbation

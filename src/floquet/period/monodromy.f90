@@ -222,9 +222,8 @@ contains
 
   subroutine with_tolerance(system, tolerance, forced, phase_advance, monodromy, error)
     class(periodic_system), intent(in) :: system
-    real(dp), intent(in) :: tolerance
+    real(dp), intent(in) :: tolerance, phase_advance
     logical, intent(in) :: forced
-    real(dp), intent(in) :: phase_advance
     type(monodromy_type), intent(inout) :: monodromy
     type(error_type), allocatable, intent(out) :: error
     type(level_type) :: coarse, middle, fine

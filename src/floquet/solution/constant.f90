@@ -45,9 +45,8 @@ contains
     logical, intent(in) :: forced
     type(constant_type), intent(out) :: constant
     type(error_type), allocatable, intent(out) :: error
-    real(dp) :: p(system%states, system%states), balanced(system%states, system%states)
+    real(dp) :: p(system%states, system%states), balanced(system%states, system%states), perturbation
     complex(dp), allocatable :: left(:, :)
-    real(dp) :: perturbation
     integer :: n, k
 
     n = system%states

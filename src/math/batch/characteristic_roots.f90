@@ -78,8 +78,7 @@ contains
     integer(c_int), value :: n, k, once
     real(dp), intent(in) :: p_re(lanes), p_im(lanes), d_re(lanes), d_im(lanes), converged(lanes)
     real(dp), intent(inout) :: z_re(lanes, 2 * most_states), z_im(lanes, 2 * most_states), greatest(lanes), near(lanes)
-    real(dp) :: moving(lanes)
-    real(dp) :: q_re, q_im, e_re, e_im, a, b, c, n_re, n_im, w_re, w_im
+    real(dp) :: moving(lanes), q_re, q_im, e_re, e_im, a, b, c, n_re, n_im, w_re, w_im
     integer :: lane, j
 
     moving = 1 - converged

@@ -56,8 +56,7 @@ contains
     real(dp), intent(in) :: l(lanes, block, block)
     real(dp), intent(inout), target :: kept(lanes)
     real(dp) :: c11, c21, c31, c41, c51, c61, c12, c22, c32, c42, c52, c62, c13, c23, c33, c43, c53, c63
-    real(dp) :: r1, r2, r3, s1, s2, s3, s4, s5, s6
-    real(dp) :: l21, l31, l32
+    real(dp) :: r1, r2, r3, s1, s2, s3, s4, s5, s6, l21, l31, l32
     integer :: lane, k
 
     ! The second of two: gestell_base_processor.

@@ -32,10 +32,9 @@ contains
     integer, intent(in) :: group(:)
     real(dp), intent(out) :: d(:), multiplier(:)
     type(error_type), allocatable, intent(out) :: error
-    real(dp), allocatable :: inverse_l(:, :), a(:, :)
+    real(dp), allocatable :: inverse_l(:, :), a(:, :), r(:)
     real(dp) :: y(size(d)), dy(size(d)), model(size(value)), excess(size(value)), rounding(size(value)), length(size(value))
     real(dp) :: full, part, over
-    real(dp), allocatable :: r(:)
     integer, allocatable :: working(:)
     integer :: g, i, k, p, step
 
