@@ -1,4 +1,4 @@
-!> What is told of a quantity of the vibration in one number: its peak or its rms over the turn, or of a probe's
+!> A quantity of the vibration as one number: its peak or its rms over the turn, or of a probe's
 !> velocity what a vibration meter shows, the rms within the probe's band of frequencies.
 module gestell_study_measure
   use gestell_base_error, only: error_type, fatal_error, invalid_input
@@ -21,7 +21,7 @@ module gestell_study_measure
   character(len=*), parameter, public :: measure_names(3) = [character(len=4) :: "peak", "rms", "band"]
 
   type, public :: measure_type
-    !> By the user's name (gestell_model_quantity), and what is told of it.
+    !> The user's name of the quantity (gestell_model_quantity); peak, rms or band.
     character(len=word_length) :: quantity = ""
     integer :: kind = peak_measure
     !> Of the number.
@@ -113,7 +113,7 @@ contains
 
   !> The vibration of `system`, a frame or the averaged model of one, at some times, and what is measured of it as `take_measures`
   !> has it. Errors: as of `solve_vibration` and `take_measures`.
-  subroutine solve_measures(system, floquet, probes, measures, vibration, values, error)
+  subroutine solve_measures(system, floquet, probes, measures, vibration, values, error, least_rows)
     class(periodic_system), intent(in), target :: system
     type(floquet_type), intent(in) :: floquet
     type(probe_type), intent(in) :: probes(:)
@@ -121,17 +121,20 @@ contains
     type(vibration_type), intent(out) :: vibration
     real(dp), intent(out) :: values(:, :)
     type(error_type), allocatable, intent(out) :: error
+    !> Rows of the motion that the vibration is to hold at least, if any
+    integer, intent(in), optional :: least_rows
     integer, parameter :: points = 64, harmonics = 20
     class(frame_type), pointer :: frame
     integer :: rows
 
     values = 0
     frame => frame_of(system)
-    if (size(measures) == 0 .or. .not. associated(frame)) then
+    if (.not. associated(frame) .or. (size(measures) == 0 .and. .not. present(least_rows))) then
       call solve_vibration(system, floquet, points, harmonics, vibration, error)
       return
     end if
     call rows_of(frame, probes, measures, rows, error)
+    if (present(least_rows)) rows = max(rows, least_rows)
     if (.not. allocated(error)) call solve_vibration(system, floquet, points, harmonics, vibration, error, rows)
     if (.not. allocated(error)) call take_measures(frame, probes, vibration, measures, values, error)
   end subroutine solve_measures
@@ -147,8 +150,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(quantity_type) :: quantity
     type(statistics_type) :: statistics
-    real(dp), allocatable :: along(:)
-    real(dp) :: greatest
+    real(dp) :: along(3), greatest
     integer :: i
 
     values = 0
@@ -162,10 +164,8 @@ contains
       case (rms_measure)
         values(:, i) = [statistics%rms, statistics%error]
       case default
-        allocate(along(size(statistics%series)))
-        call band_rms(statistics, frame%period, measures(i)%band, along, greatest, error)
+        call band_rms(statistics, frame%period, measures(i)%band, along(:size(statistics%series)), greatest, error)
         if (allocated(error)) return
-        deallocate(along)
         ! a part of an error, in the mean square, is at most its greatest value
         values(:, i) = meter_scale * [greatest, statistics%error]
       end select

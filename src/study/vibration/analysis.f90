@@ -1,4 +1,4 @@
-!> One machine at one speed: what was asked for, and nothing else.
+!> Analyses one machine at one speed: what was requested, and nothing else.
 module gestell_study_vibration_analysis
   use gestell_base_error, only: error_type, failed_computation, resonance
   use gestell_base_kinds, only: dp
@@ -22,7 +22,7 @@ module gestell_study_vibration_analysis
 
   public :: analyse, find_modes
 
-  !> What is asked for.
+  !> What is requested.
   type, public :: analysis_options
     !> Multipliers and verdict; the eigenvectors too; the periodic vibration.
     logical :: stability = .true., modes = .false., response = .true.
@@ -32,7 +32,7 @@ module gestell_study_vibration_analysis
     logical :: averaged = .false.
     !> The frame's model (gestell_study_frame_model).
     character(len=11) :: model = "exact"
-    !> Whether all vibrations of the exact frame are sought, not only the one that is told.
+    !> Whether all vibrations of the exact frame are sought, not only the one that is reported.
     logical :: all_vibrations = .false.
     !> Rows of the whole motion that are kept, 0: none (gestell_model_quantity): what forces, probes and power are made of.
     integer :: rows = 0
@@ -56,7 +56,7 @@ module gestell_study_vibration_analysis
     type(vibration_type), allocatable :: vibration
     !> Where a resonance costs the periodic vibration a digit or more: the multiplier, and its mode once `find_modes` was called.
     type(resonance_type), allocatable :: resonance
-    !> The modes of the same vibration, by `find_modes`; none where they cannot be told.
+    !> The modes of the vibration, by `find_modes`; none where they cannot be computed.
     type(mode_type), allocatable :: modes(:)
   end type analysis_type
 
@@ -92,10 +92,13 @@ contains
     type(averaged_system), target :: model
     class(periodic_system), pointer :: system
     type(multipliers_type) :: multipliers
+    !> Not allocated: none are kept
+    integer, allocatable :: rows
     logical :: blamed
 
     call frame%check(error)
-    if (.not. allocated(error)) call check_tasks(options, error)
+    if (options%rows /= 0) rows = options%rows
+    if (.not. allocated(error)) call check_times(options%points, options%harmonics, error, rows)
     if (allocated(error)) return
     if (options%averaged) then
       allocate(analysis%frame, source=frame)
@@ -116,11 +119,7 @@ contains
     if (allocated(error)) return
     if (.not. options%vibration()) return
     allocate(analysis%vibration)
-    if (options%rows == 0) then
-      call solve_vibration(system, analysis%floquet, options%points, options%harmonics, analysis%vibration, error)
-    else
-      call solve_vibration(system, analysis%floquet, options%points, options%harmonics, analysis%vibration, error, options%rows)
-    end if
+    call solve_vibration(system, analysis%floquet, options%points, options%harmonics, analysis%vibration, error, rows)
     if (allocated(error)) then
       deallocate(analysis%vibration)
       if (error%cause == resonance .and. .not. options%averaged) call explain(frame, accuracy, analysis, error)
@@ -129,7 +128,7 @@ contains
     end if
   end subroutine analyse
 
-  !> The vibrations that were met beside the one that is told, and those that are sought. Errors: as of `list_vibrations`.
+  !> The vibrations that were met beside the one that is reported, and those that are sought. Errors: as of `list_vibrations`.
   subroutine take_several(frame, options, accuracy, analysis, error)
     class(frame_type), intent(in) :: frame
     type(analysis_options), intent(in) :: options
@@ -153,18 +152,6 @@ contains
     if (options%all_vibrations .and. list(1)%newton) call search_vibrations(frame, accuracy, list)
     call list_vibrations(list, accuracy, options%points, options%harmonics, analysis%several, error)
   end subroutine take_several
-
-  !> Error: numbers of points, harmonics or rows out of range, also where no vibration is wanted.
-  pure subroutine check_tasks(options, error)
-    type(analysis_options), intent(in) :: options
-    type(error_type), allocatable, intent(out) :: error
-
-    if (options%rows == 0) then
-      call check_times(options%points, options%harmonics, error)
-    else
-      call check_times(options%points, options%harmonics, error, options%rows)
-    end if
-  end subroutine check_tasks
 
   !> Finds the modes of the vibration, and gives a resonance the name of its mode.
   subroutine find_modes(frame, averaged, accuracy, analysis)

@@ -10,6 +10,7 @@ module gestell_study_vibration_several
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
+  use gestell_math_sorting, only: ascending
   use gestell_model_frame, only: frame_type
   use gestell_model_exact_varied_frame, only: varied_frame, varied_frame_type
   use gestell_study_frame_model_newton, only: first_samples, iterate, values_of
@@ -24,7 +25,7 @@ module gestell_study_vibration_several
 
   !> One of several vibrations.
   type, public :: several_type
-    !> Whether it is the one that all else is told of.
+    !> True for the one that the rest of the report is about.
     logical :: told = .false.
     type(multipliers_type) :: multipliers
     !> Of the degrees of freedom (m, rad), in the frame's order: the greatest over the turn, a bound on its error, rms.
@@ -199,7 +200,7 @@ contains
     same = size_of(q - r) <= alike * size_of(q)
   end function same
 
-  !> What is told of each vibration of `list`, whose first is the one that all else is told of, the smallest first. Errors: as of
+  !> Solves each vibration of `list`, whose first is the one that the rest of the report is about; the smallest first. Errors: as of
   !> `solve_floquet` and `solve_vibration`.
   subroutine list_vibrations(list, accuracy, points, harmonics, several, error)
     type(varied_frame_type), intent(in) :: list(:)
@@ -209,29 +210,25 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(floquet_type) :: floquet
     type(vibration_type) :: vibration
-    type(several_type) :: sorted(size(list)), new
-    integer :: i, k
+    type(several_type) :: found(size(list))
+    integer :: order(size(list)), i, dofs
 
     do i = 1, size(list)
       call solve_floquet(list(i), accuracy, .true., floquet, error)
-      if (.not. allocated(error)) call solve_multipliers(floquet, .false., new%multipliers, error)
+      if (.not. allocated(error)) call solve_multipliers(floquet, .false., found(i)%multipliers, error)
       if (.not. allocated(error)) call solve_vibration(list(i), floquet, points, harmonics, vibration, error)
       if (allocated(error)) return
-      new%told = i == 1
-      associate (dofs => list(i)%dofs())
-        new%peak = vibration%peak(:dofs)
-        new%peak_error = vibration%peak_error(:dofs)
-        new%rms = vibration%rms(:dofs)
-      end associate
-      k = i
-      do while (k > 1)
-        if (norm2(sorted(k - 1)%rms / units_of(list(1))) <= norm2(new%rms / units_of(list(1)))) exit
-        sorted(k) = sorted(k - 1)
-        k = k - 1
-      end do
-      sorted(k) = new
+      dofs = list(i)%dofs()
+      found(i)%told = i == 1
+      found(i)%peak = vibration%peak(:dofs)
+      found(i)%peak_error = vibration%peak_error(:dofs)
+      found(i)%rms = vibration%rms(:dofs)
     end do
-    several = sorted
+    order = ascending([(norm2(found(i)%rms / units_of(list(1))), i = 1, size(list))])
+    allocate(several(size(list)))
+    do i = 1, size(list)
+      several(i) = found(order(i))
+    end do
   end subroutine list_vibrations
 
   !> 1 or -1, the sign of det(E - Phi).

@@ -65,10 +65,10 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer, intent(in), optional :: rows
     class(frame_type), pointer :: frame
-    real(dp), allocatable :: x(:, :), all(:, :), ordered(:, :), phases(:), watched(:), x_watched(:, :)
+    real(dp), allocatable :: x(:, :), all(:, :), phases(:)
     type(turn_errors_type) :: errors
     logical :: resolved_all
-    integer :: samples, every, numbers, k, i
+    integer :: samples, numbers, every, k, i
 
     frame => frame_of(system)
     if (.not. associated(frame)) then
@@ -90,6 +90,17 @@ contains
     if (points <= most_shared) samples = points * ceiling(samples / real(points, dp))
     numbers = 3 * frame%dofs()
     allocate(vibration%series(numbers))
+
+    ! The bounds hold for motions of more samples too.
+    every = stride(samples, checkpoints(floquet))
+    phases = [(real(k, dp) / samples, k = 0, samples, every)]
+    call follow(frame, floquet, vibration%start, phases, x, error)
+    if (.not. allocated(error)) call take_errors(frame, floquet, phases, x, errors, error)
+    if (allocated(error)) return
+    vibration%start%error = min(vibration%start%error, errors%bounds())
+    vibration%error = quantity_errors(frame, errors, x)
+    if (present(rows)) call take_motion_errors(frame, system, phases, x, rows, errors, vibration%motion_errors)
+
     do
       phases = [(real(k, dp) / samples, k = 0, samples)]
       call follow(frame, floquet, vibration%start, phases, x, error)
@@ -99,18 +110,6 @@ contains
       do i = 1, numbers
         vibration%series(i) = fourier_series(all(i, :samples))
       end do
-      vibration%closing_defect = closing_defect(floquet, x)
-      if (.not. allocated(vibration%error)) then
-        ! The bounds hold for motions of more samples too.
-        every = stride(samples, checkpoints(floquet))
-        watched = phases(::every)
-        call follow(frame, floquet, vibration%start, watched, x_watched, error)
-        if (.not. allocated(error)) call take_errors(frame, floquet, watched, x_watched, errors, error)
-        if (allocated(error)) return
-        vibration%start%error = min(vibration%start%error, errors%bounds())
-        vibration%error = quantity_errors(frame, errors, x_watched)
-        if (present(rows)) call take_motion_errors(frame, system, watched, x_watched, rows, errors, vibration%motion_errors)
-      end if
       resolved_all = states_resolved(frame, floquet, vibration, abs(x(:, samples + 1) - x(:, 1)))
       if (present(rows)) then
         call whole_motion(frame, system, phases, x, rows, vibration%motion)
@@ -120,30 +119,25 @@ contains
       if (resolved_all .or. 2 * samples > most_samples) exit
       samples = 2 * samples
     end do
-
-    if (points <= most_shared) then
-      vibration%history = all(:, ::samples / points)
-    else
-      call follow(frame, floquet, vibration%start, [(real(k, dp) / points, k = 0, points)], ordered, error)
-      if (allocated(error)) return
-      vibration%history = all_quantities(frame, ordered)
-    end if
-    if (present(rows)) then
-      if (points <= most_shared) then
-        vibration%motion_history = vibration%motion(:, ::samples / points)
-      else
-        call whole_motion(frame, system, [(real(k, dp) / points, k = 0, points)], ordered, rows, vibration%motion_history)
-      end if
-      vibration%motion = vibration%motion(:, :samples)
-    end if
+    vibration%closing_defect = norm2((x(:, samples + 1) - x(:, 1)) / floquet%scale) &
+      & / max(maxval(norm2(x / spread(floquet%scale, 2, samples + 1), dim=1)), tiny(1.0_dp))
     vibration%peak = [(vibration%series(i)%peak(all(i, :samples)), i = 1, numbers)]
     vibration%rms = [(vibration%series(i)%rms(), i = 1, numbers)]
     vibration%peak_error = vibration%error + [(vibration%series(i)%beyond(), i = 1, numbers)]
-    if (any(.not. ieee_is_finite([vibration%peak, vibration%peak_error, vibration%rms]))) then
-      call fatal_error(error, "the periodic vibration overflows: it lies, with its error, beyond what double precision holds", &
-        & failed_computation)
-      return
+
+    if (points <= most_shared) then
+      vibration%history = all(:, ::samples / points)
+      if (present(rows)) vibration%motion_history = vibration%motion(:, ::samples / points)
+    else
+      phases = [(real(k, dp) / points, k = 0, points)]
+      call follow(frame, floquet, vibration%start, phases, x, error)
+      if (allocated(error)) return
+      vibration%history = all_quantities(frame, x)
+      if (present(rows)) call whole_motion(frame, system, phases, x, rows, vibration%motion_history)
     end if
+    if (present(rows)) vibration%motion = vibration%motion(:, :samples)
+    if (any(.not. ieee_is_finite([vibration%peak, vibration%peak_error, vibration%rms]))) call fatal_error(error, &
+      & "the periodic vibration overflows: it lies, with its error, beyond what double precision holds", failed_computation)
   end subroutine solve_vibration
 
   !> Errors: points, harmonics or rows of the motion out of range.
@@ -253,17 +247,15 @@ contains
   !> The harmonics of the motion's rows; those of the states are there already.
   pure subroutine take_series(vibration)
     type(vibration_type), intent(inout) :: vibration
-    integer :: samples, k
+    integer :: samples, states, k
 
     samples = size(vibration%motion, 2) - 1
     if (allocated(vibration%motion_series)) deallocate(vibration%motion_series)
     allocate(vibration%motion_series(size(vibration%motion, 1)))
-    do k = 1, size(vibration%motion_series)
-      if (k <= 2 * size(vibration%series) / 3) then
-        vibration%motion_series(k) = vibration%series(k)
-      else
-        vibration%motion_series(k) = fourier_series(vibration%motion(k, :samples))
-      end if
+    states = 2 * size(vibration%series) / 3
+    vibration%motion_series(:states) = vibration%series(:states)
+    do k = states + 1, size(vibration%motion_series)
+      vibration%motion_series(k) = fourier_series(vibration%motion(k, :samples))
     end do
   end subroutine take_series
 
@@ -301,7 +293,7 @@ contains
     integer :: states(size(floquet%scale)), k
 
     states = [frame%free, frame%dofs() + frame%free]
-    errors = state_errors(frame, vibration)
+    errors = vibration%error(states)
     associate (series => vibration%series)
       greatest = [(series(states(k))%greatest_term() / floquet%scale(k), k = 1, size(states))]
       states_resolved = all([(is_resolved(series(states(k)), &
@@ -320,26 +312,6 @@ contains
       is_resolved = series%tail() * greatest <= least
     end associate
   end function is_resolved
-
-  !> Errors of the free states.
-  pure function state_errors(frame, vibration) result(errors)
-    class(frame_type), intent(in) :: frame
-    type(vibration_type), intent(in) :: vibration
-    real(dp) :: errors(2 * size(frame%free))
-
-    errors = [vibration%error(frame%free), vibration%error(frame%dofs() + frame%free)]
-  end function state_errors
-
-  !> |x(T) - x(0)| relative to the greatest |x(t)|, in balanced units.
-  pure real(dp) function closing_defect(floquet, x) result(defect)
-    type(floquet_type), intent(in) :: floquet
-    real(dp), intent(in) :: x(:, :)
-    integer :: last
-
-    last = size(x, 2)
-    defect = norm2((x(:, last) - x(:, 1)) / floquet%scale) &
-      & / max(maxval(norm2(x / spread(floquet%scale, 2, last), dim=1)), tiny(1.0_dp))
-  end function closing_defect
 
   !> The quantities from the states of the free degrees of freedom, shape (quantities, points).
   pure function all_quantities(frame, x) result(all)
