@@ -9,7 +9,8 @@
 !> for at given m all of these are affine in c but for m |c|^2, which is rho r whatever alpha. f_0, f_1, f_2 follow from the masses
 !> 1 / r at alpha = 0, pi/2 and pi. What it adds to S'' is, complex, u (exp(i theta))'' + m P''; a pivot rests, P'' = 0.
 !>
-!> On a frame in space the same holds of S'' and H' (gestell_study_balance_in_space), three rows each in the place of two and one; a
+!> On a frame in space the same holds of S'' and the moment H' about a point, or what of it the frame feels by who holds the speed
+!> (gestell_model_space), weights aside: three rows each in the place of two and one; a
 !> counterweight keeps the z of its link, and a body has one in every plane in which it has links.
 module gestell_study_balance
   use gestell_base_error, only: error_type
@@ -21,9 +22,11 @@ module gestell_study_balance
   use gestell_model_linkage_bodies, only: link_type, sum_drive, sum_masses
   use gestell_model_mechanism, only: drive_columns, energy_d, mass_functions_type, table_columns
   use gestell_model_mechanism_held, only: part_of_turn, tabulate_felt
-  use gestell_model_space, only: space_type
+  use gestell_model_space, only: in_frame, new_space, space_type
+  use gestell_model_space_masses, only: plane_type
+  use gestell_model_space_mounting, only: space_support_type
+  use gestell_model_space_rotation, only: cross
   use gestell_study_balance_bodies, only: counterweight_type, find_bodies, point_on, turning_body_type
-  use gestell_study_balance_in_space, only: shaking_of_link, shaking_of_planes
   implicit none (type, external)
   private
 
@@ -56,7 +59,7 @@ module gestell_study_balance
 
 contains
 
-  !> Of each row, 1: a force, 2: a moment.
+  !> Kind of each row: 1 force, 2 moment.
   pure function kinds(self)
     class(rigid_ground_type), intent(in) :: self
     integer, allocatable :: kinds(:)
@@ -68,7 +71,7 @@ contains
   !> The shaking of a prepared linkage whose crank turns `even_in_space` or against the frame, with the moment about `about`, as
   !> seen from the mechanism's origin (m), and what counterweights on its bodies do, at as many angles as resolve both. The radii
   !> are the lengths of the links, or `radii` (m), shape (1), or (size(links)) by `links`, indices of links; with `links` only
-  !> bodies that carry one of these are told. With `space` on that frame, `about` of three values and seen from F; its drive turns.
+  !> bodies that carry one of these are kept. With `space` on that frame, `about` of three values and seen from F; its drive turns.
   !> Error: as of `check`.
   subroutine examine(linkage, even_in_space, about, rigid, error, links, radii, space)
     class(linkage_type), intent(in) :: linkage
@@ -109,17 +112,40 @@ contains
       end if
       call find_bodies(linkage, at, present(space), rigid%bodies, links, radii)
       do b = 1, size(rigid%bodies)
-        associate (link => linkage%links(rigid%bodies(b)%link))
-          if (present(space)) then
-            call find_effect_in_space(link, space, about, angles, rigid%bodies(b))
-          else
-            call find_effect(link, at, part_of_turn(linkage, even_in_space), about, rigid%bodies(b))
-          end if
-        end associate
+        call find_effect(rigid%bodies(b))
       end do
       if (resolved(rigid) .or. 2 * n > most) exit
       n = 2 * n
     end do
+
+  contains
+
+    !> f_0, f_1, f_2 of a counterweight on a body, by masses at the angles 0, pi/2, pi.
+    subroutine find_effect(body)
+      type(turning_body_type), intent(inout) :: body
+      real(dp) :: of(size(rigid%found, 1), n, 3)
+      type(counterweight_type) :: unit
+      type(link_type) :: weight(1)
+      integer :: j
+
+      unit%unbalance = 1
+      do j = 1, 3
+        unit%angle = (j - 1) * pi / 2
+        weight(1) = point_on(linkage%links(body%link), unit%mass(body), unit%center(body))
+        if (present(space)) then
+          of(:, :, j) = shaking_of_link(space, weight(1), about, angles)
+        else
+          of(:, :, j) = shaking_in_plane(weight, at, part_of_turn(linkage, even_in_space), about)
+        end if
+      end do
+      allocate(body%effect, mold=of)
+      body%effect(:, :, 1) = (of(:, :, 1) + of(:, :, 3)) / 2
+      body%effect(:, :, 2) = (of(:, :, 1) - of(:, :, 3)) / 2
+      body%effect(:, :, 3) = of(:, :, 2) - body%effect(:, :, 1)
+      ! a pivot rests: what is left of its acceleration is rounding
+      if (body%pivoted) body%effect(pack([(j, j = 1, size(of, 1))], rigid%kinds() == 1), :, 1) = 0
+    end subroutine find_effect
+
   end subroutine examine
 
   !> What the links' terms leave of themselves where they cancel; near dead points more than a rounding.
@@ -173,70 +199,65 @@ contains
     rows(3, :) = rows(3, :) - about(1) * rows(2, :) + about(2) * rows(1, :)
   end subroutine move_moment
 
-  !> The effect of a counterweight on a body with the axes of `link`, where the crank angle falls back by a `part` of psi.
-  subroutine find_effect(link, at, part, about, body)
-    type(link_type), intent(in) :: link
+  !> What links exert in the plane, shape (3, angles), where the crank angle falls back by a `part` of psi.
+  function shaking_in_plane(links, at, part, about) result(rows)
+    type(link_type), intent(in) :: links(:)
     type(point_type), intent(in) :: at(:, :)
     real(dp), intent(in) :: part, about(2)
-    type(turning_body_type), intent(inout) :: body
-    real(dp) :: of(size(in_plane), size(at, 2), 3), drive(drive_columns)
-    type(link_type) :: weight(1)
-    type(counterweight_type) :: unit
+    real(dp) :: rows(size(in_plane), size(at, 2)), drive(drive_columns)
     type(mass_functions_type) :: a
-    integer :: j, k
-
-    weight(1)%from = link%from
-    weight(1)%to = link%to
-    unit%unbalance = 1
-    weight(1)%mass = unit%mass(body)
-    do j = 1, 3
-      unit%angle = (j - 1) * pi / 2
-      weight(1)%center = unit%center(body)
-      do k = 1, size(at, 2)
-        call sum_masses(weight, at(:, k), a)
-        of(:, k, j) = [a%a1%dd, a%a2%dd, a%a4]
-        if (.not. part > 0) cycle
-        call sum_drive(weight, at(:, k), drive)
-        of(3, k, j) = of(3, k, j) - part * drive(energy_d) / 2
-      end do
-      call move_moment(about, of(:, :, j))
-    end do
-    call take_effect(of, in_plane, body)
-  end subroutine find_effect
-
-  !> The same on a frame in space.
-  subroutine find_effect_in_space(link, space, about, angles, body)
-    type(link_type), intent(in) :: link
-    type(space_type), intent(in) :: space
-    real(dp), intent(in) :: about(3)
-    real(dp), contiguous, intent(in) :: angles(:)
-    type(turning_body_type), intent(inout) :: body
-    real(dp) :: of(size(in_space), size(angles), 3)
-    type(counterweight_type) :: unit
-    integer :: j
-
-    unit%unbalance = 1
-    do j = 1, 3
-      unit%angle = (j - 1) * pi / 2
-      of(:, :, j) = shaking_of_link(space, point_on(link, unit%mass(body), unit%center(body)), about, angles)
-    end do
-    call take_effect(of, in_space, body)
-  end subroutine find_effect_in_space
-
-  !> f_0, f_1, f_2 by masses at the angles 0, pi/2, pi, shape (rows, angles, 3), and what each row is.
-  pure subroutine take_effect(of, kinds, body)
-    real(dp), intent(in) :: of(:, :, :)
-    integer, intent(in) :: kinds(:)
-    type(turning_body_type), intent(inout) :: body
     integer :: k
 
-    allocate(body%effect, mold=of)
-    body%effect(:, :, 1) = (of(:, :, 1) + of(:, :, 3)) / 2
-    body%effect(:, :, 2) = (of(:, :, 1) - of(:, :, 3)) / 2
-    body%effect(:, :, 3) = of(:, :, 2) - body%effect(:, :, 1)
-    ! a pivot rests: what is left of its acceleration is rounding
-    if (body%pivoted) body%effect(pack([(k, k = 1, size(kinds))], kinds == 1), :, 1) = 0
-  end subroutine take_effect
+    do k = 1, size(at, 2)
+      call sum_masses(links, at(:, k), a)
+      rows(:, k) = [a%a1%dd, a%a2%dd, a%a4]
+      if (.not. part > 0) cycle
+      call sum_drive(links, at(:, k), drive)
+      rows(3, k) = rows(3, k) - part * drive(energy_d) / 2
+    end do
+    call move_moment(about, rows)
+  end function shaking_in_plane
+
+  !> What these planes exert on the frame of `space` at rest, at angles of its drive (rad), with moments about a point that is
+  !> `about` from F (m), shape (6, angles): kg m and kg m^2.
+  pure function shaking_of_planes(space, planes, about, angles) result(rows)
+    type(space_type), intent(in) :: space
+    type(plane_type), intent(in) :: planes(:)
+    real(dp), intent(in) :: about(3)
+    real(dp), contiguous, intent(in) :: angles(:)
+    real(dp) :: rows(6, size(angles))
+    real(dp), allocatable :: m(:, :, :), b(:, :, :), c(:, :, :), h(:, :)
+    real(dp), parameter :: weightless(3, 3) = 0, none(6, 6) = 0
+    type(space_type) :: bare
+    type(space_support_type) :: no_supports(0)
+    integer :: k
+
+    call new_space(bare, weightless, planes, no_supports, none, none)
+    bare%drive = space%drive
+    allocate(m(size(angles), 6, 6), b(size(angles), 6, 6), c(size(angles), 6, 6), h(size(angles), 6))
+    call bare%sample_at_rest(0.0_dp, 1.0_dp, angles, [(k, k = 1, 6)], m, b, c, h)
+    rows = -transpose(h(:, in_frame))
+    do k = 1, size(angles)
+      rows(4:, k) = rows(4:, k) - cross(about, rows(:3, k))
+    end do
+  end function shaking_of_planes
+
+  !> What a link alone exerts that moves as those of its plane.
+  pure function shaking_of_link(space, link, about, angles) result(rows)
+    type(space_type), intent(in) :: space
+    type(link_type), intent(in) :: link
+    real(dp), intent(in) :: about(3)
+    real(dp), contiguous, intent(in) :: angles(:)
+    real(dp) :: rows(6, size(angles))
+    type(plane_type) :: plane
+    integer :: k
+
+    do k = 1, size(space%planes)
+      if (space%planes(k)%linkage%links(1)%plane == link%plane) plane = space%planes(k)
+    end do
+    plane%linkage%links = [link]
+    rows = shaking_of_planes(space, [plane], about, angles)
+  end function shaking_of_link
 
   !> What shakes over -Omega^2 with counterweights, shape (rows, angles).
   pure function what_is_left(rigid, weights) result(rows)
@@ -253,7 +274,7 @@ contains
     end do
   end function what_is_left
 
-  !> The same at a speed (rad/s). What is rounding is zero.
+  !> What shakes at a speed (rad/s) with counterweights. What is rounding is zero.
   pure subroutine measure_left(rigid, weights, speed, left)
     type(rigid_ground_type), intent(in) :: rigid
     type(counterweight_type), intent(in) :: weights(:)
@@ -267,7 +288,7 @@ contains
     rows = -speed**2 * what_is_left(rigid, weights)
     do k = 1, 2
       own = pack([(i, i = 1, size(rows, 1))], left%kinds == k)
-      if (rms_of(rows(own, :)) <= speed**2 * rigid%rounding(k)) rows(own, :) = 0
+      if (norm2(rows(own, :)) / sqrt(real(size(rows, 2), dp)) <= speed**2 * rigid%rounding(k)) rows(own, :) = 0
     end do
     allocate(left%series(size(rows, 1)))
     do k = 1, size(rows, 1)
@@ -284,13 +305,6 @@ contains
       if (largest > 0) left%peak(k) = largest * sqrt(greatest(sum((rows(own, :) / largest)**2, dim=1)))
     end do
   end subroutine measure_left
-
-  !> Root of the mean square over the columns.
-  pure real(dp) function rms_of(rows)
-    real(dp), intent(in) :: rows(:, :)
-
-    rms_of = norm2(rows) / sqrt(real(size(rows, 2), dp))
-  end function rms_of
 
   !> The rms of an order of the force (`what` = 1, N) or of the moment (2, N m).
   pure real(dp) function order_rms(self, order, what)

@@ -81,10 +81,10 @@ contains
     !> Unbalances that repetition changes no more than this, or that are no more than this, beside the greatest.
     real(dp), parameter :: settled = 1.0e-15_dp, rounding = 1.0e-10_dp
     complex(dp), allocatable :: columns(:, :), u(:), before(:)
+    real(dp), allocatable :: effects(:, :, :)
     type(least_squares_type) :: least
-    integer, allocatable :: order(:)
+    integer, allocatable :: order(:), kinds(:)
     logical :: pivoted(size(rigid%bodies))
-    integer, allocatable :: kinds(:)
     integer :: k, n
 
     kinds = rigid%kinds()
@@ -96,7 +96,13 @@ contains
       do k = 1, size(order)
         columns(:, k) = force_of(bodies(order(k))%effect(:, :, 2))
       end do
-      if (in_space(rigid)) call prepare(least)
+      if (in_space(rigid)) then
+        allocate(effects(size(rigid%found, 1), size(rigid%found, 2), 2 * size(order)))
+        do k = 1, size(order)
+          effects(:, :, 2 * k - 1:2 * k) = bodies(order(k))%effect(:, :, 2:3)
+        end do
+        call least%prepare(effects, kinds)
+      end if
       u = 0
       do n = 1, most
         before = u
@@ -135,18 +141,6 @@ contains
       matters = any([(unbalance * norm2(effect(j, :)) > rigid%rounding(kinds(j)) * sqrt(real(size(effect, 2), dp)), &
         & j = 1, size(effect, 1))])
     end function matters
-
-    !> The effects of unbalances along both axes of each body.
-    pure subroutine prepare(least)
-      type(least_squares_type), intent(out) :: least
-      real(dp) :: effects(size(rigid%found, 1), size(rigid%found, 2), 2 * size(order))
-      integer :: j
-
-      do j = 1, size(order)
-        effects(:, :, 2 * j - 1:2 * j) = rigid%bodies(order(j))%effect(:, :, 2:3)
-      end do
-      call least%prepare(effects, kinds)
-    end subroutine prepare
 
   end subroutine solve
 

@@ -6,6 +6,7 @@
 !> the force; along N y the moment is a problem of the same kind, and x_1 and N y are at right angles.
 module gestell_study_balance_least_squares
   use gestell_base_kinds, only: dp
+  use gestell_math_matrix, only: unit_matrix
   implicit none (type, external)
   private
 
@@ -36,11 +37,12 @@ contains
     class(least_squares_type), intent(inout) :: self
     real(dp), intent(in) :: effects(:, :, :)
     integer, intent(in) :: kinds(:)
+    integer :: k
 
     self%kinds = kinds
     call self%force%decompose(columns_of(effects, kinds, 1))
     self%of_moment = columns_of(effects, kinds, 2)
-    self%free = kept(self%force%v, .not. self%force%counts)
+    self%free = self%force%v(:, pack([(k, k = 1, size(self%force%counts))], .not. self%force%counts))
     call self%moment%decompose(matmul(self%of_moment, self%free), maxval(norm2(self%of_moment, dim=1)))
   end subroutine prepare
 
@@ -77,16 +79,6 @@ contains
     row = pack(values, spread(kinds == kind, 2, size(values, 2)))
   end function row_of
 
-  !> The columns that are wanted.
-  pure function kept(a, wanted) result(some)
-    real(dp), intent(in) :: a(:, :)
-    logical, intent(in) :: wanted(:)
-    real(dp), allocatable :: some(:, :)
-    integer :: k
-
-    some = a(:, pack([(k, k = 1, size(wanted))], wanted))
-  end function kept
-
   !> Columns of W count beside the longest of A, or beside `size_of_all`.
   pure subroutine decompose(self, a, size_of_all)
     class(singular_type), intent(inout) :: self
@@ -100,11 +92,7 @@ contains
 
     n = size(a, 2)
     self%w = a
-    if (allocated(self%v)) deallocate(self%v)
-    allocate(self%v(n, n), source=0.0_dp)
-    do k = 1, n
-      self%v(k, k) = 1
-    end do
+    self%v = unit_matrix(n)
     longest = maxval([0.0_dp, norm2(a, dim=1)])
     if (present(size_of_all)) longest = size_of_all
     do sweep = 1, most

@@ -1,6 +1,7 @@
 !> The strongest harmonic components of a periodic motion.
 module gestell_study_mode_components
   use gestell_base_kinds, only: dp, pi
+  use gestell_math_dft, only: dft
   use gestell_study_mode_type, only: assurance, mode_type, most_components
   implicit none (type, external)
   private
@@ -28,7 +29,7 @@ contains
 
     samples = size(p, 1)
     do i = 1, size(p, 2)
-      c(:, i) = transformed(p(:, i))
+      c(:, i) = dft(p(:, i))
     end do
     strength = [(real(dot_product(c(i, :), matmul(mass, c(i, :)))), i = 1, samples)]
     all = sum(strength)
@@ -101,24 +102,5 @@ contains
       mode%shapes(:f, k) = turned / sqrt(max(real(dot_product(turned, matmul(mass, turned))), tiny(1.0_dp)))
     end associate
   end subroutine keep_component
-
-  !> sum_j x_j exp(-2 pi i j k / n), n a power of two.
-  pure recursive function transformed(x) result(y)
-    complex(dp), intent(in) :: x(:)
-    complex(dp) :: y(size(x))
-    complex(dp), dimension(size(x) / 2) :: even, odd, turn
-    integer :: n, k
-
-    n = size(x)
-    if (n == 1) then
-      y = x
-      return
-    end if
-    even = transformed(x(1::2))
-    odd = transformed(x(2::2))
-    turn = [(cmplx(cos(2 * pi * k / n), -sin(2 * pi * k / n), dp), k = 0, n / 2 - 1)]
-    y(:n / 2) = even + turn * odd
-    y(n / 2 + 1:) = even - turn * odd
-  end function transformed
 
 end module gestell_study_mode_components

@@ -48,19 +48,19 @@ contains
     select type (system)
     type is (averaged_system)
       call constant_modes(system, mass, modes)
-      call sort(modes)
-      return
+    class default
+      if (maxval(numbers) == 1) then
+        call periodic_modes(system, accuracy, mass, modes)
+      else
+        do k = 1, maxval(numbers)
+          chosen = pack([(i, i = 1, f)], numbers == k)
+          call part_of(system, chosen, part, states)
+          call embed(part, accuracy, mass, chosen, modes)
+        end do
+      end if
     end select
-    if (maxval(numbers) == 1) then
-      call periodic_modes(system, accuracy, mass, modes)
-    else
-      do k = 1, maxval(numbers)
-        chosen = pack([(i, i = 1, f)], numbers == k)
-        call part_of(system, chosen, part, states)
-        call embed(part, accuracy, mass, chosen, modes)
-      end do
-    end if
-    call sort(modes)
+    ! what is not identified stands last
+    modes = modes(ascending(merge(modes%frequency(), huge(1.0_dp), modes%identified)))
   end subroutine solve_modes
 
   !> The modes of a part, in the places of its degrees of freedom.
@@ -229,7 +229,7 @@ contains
       integer, intent(in) :: i, k
       real(dp), parameter :: other_sign = 10
 
-      likeness = assurance(single(i)%shape(), single(k)%shape(), embedded(mass)) &
+      likeness = assurance(single(i)%shape(), single(k)%shape(), mass) &
         & - period / (2 * pi) * abs(single(i)%frequencies(1) - single(k)%frequencies(1))
       if (period > 0) likeness = likeness - other_sign * abs(anint(aimag(z(i) - z(k)) * period / (2 * pi)) &
         & - aimag(z(i) - z(k)) * period / (2 * pi))
@@ -247,21 +247,5 @@ contains
     end function merge_pair
 
   end subroutine pair
-
-  !> For shapes with zeros beyond.
-  pure function embedded(mass) result(all)
-    real(dp), intent(in) :: mass(:, :)
-    real(dp) :: all(most_dofs, most_dofs)
-
-    all = 0
-    all(:size(mass, 1), :size(mass, 2)) = mass
-  end function embedded
-
-  !> By their frequencies; what is not identified stands last.
-  pure subroutine sort(modes)
-    type(mode_type), intent(inout) :: modes(:)
-
-    modes = modes(ascending(merge(modes%frequency(), huge(1.0_dp), modes%identified)))
-  end subroutine sort
 
 end module gestell_study_mode_solution

@@ -1,7 +1,7 @@
 !> Which modes at one speed are which at another one.
 module gestell_study_mode_tracking
   use gestell_base_kinds, only: dp
-  use gestell_study_mode_type, only: assurance, mode_type, most_dofs
+  use gestell_study_mode_type, only: assurance, mode_type
   implicit none (type, external)
   private
 
@@ -79,16 +79,14 @@ contains
     !> Of what is not known; of components weaker than the strongest; a step of the frequency, in that of the period, that
     !> halves the likeness.
     real(dp), parameter :: unknown = 1.0e-3_dp, weight = 2, step = 0.25_dp
-    real(dp) :: full(most_dofs, most_dofs), one
+    real(dp) :: one
     integer :: k
 
     likeness = unknown
     component = 1
     if (.not. (last%identified .and. mode%identified)) return
-    full = 0
-    full(:size(mass, 1), :size(mass, 2)) = mass
     do k = 1, mode%components
-      one = assurance(last%shape(), mode%shapes(:, k), full) &
+      one = assurance(last%shape(), mode%shapes(:, k), mass) &
         & / (1 + ((mode%frequencies(k) - last%frequency()) / (step * base))**2)
       if (k > 1) one = one * min(1.0_dp, weight * mode%shares(k) / mode%shares(1))
       if (one <= likeness) cycle

@@ -82,15 +82,18 @@ contains
     if (abs(self%growth) > 0) damping_ratio = -self%growth / hypot(self%growth, self%frequency())
   end function damping_ratio
 
-  !> The modal assurance criterion |a* M b|^2 / (a* M a) (b* M b): 1 for the same shape, 0 for orthogonal ones.
+  !> The modal assurance criterion |a* M b|^2 / (a* M a) (b* M b): 1 for the same shape, 0 for orthogonal ones. What the shapes have
+  !> beyond the size of M does not count.
   pure real(dp) function assurance(a, b, mass)
     complex(dp), intent(in) :: a(:), b(:)
     real(dp), intent(in) :: mass(:, :)
     real(dp) :: sizes
 
-    sizes = real(dot_product(a, matmul(mass, a))) * real(dot_product(b, matmul(mass, b)))
-    assurance = 0
-    if (sizes > 0) assurance = abs(dot_product(a, matmul(mass, b)))**2 / sizes
+    associate (x => a(:size(mass, 1)), y => b(:size(mass, 1)))
+      sizes = real(dot_product(x, matmul(mass, x))) * real(dot_product(y, matmul(mass, y)))
+      assurance = 0
+      if (sizes > 0) assurance = abs(dot_product(x, matmul(mass, y)))**2 / sizes
+    end associate
   end function assurance
 
 end module gestell_study_mode_type
