@@ -9,8 +9,8 @@ module design_families
   use gestell_input_schema, only: schema_type
   use gestell_input_schema_check, only: check_document
   use gestell_study_design_goal, only: new_goal
-  use gestell_study_design_neighbours, only: condition_type
-  use gestell_study_design_parts, only: mass_part, place_parts
+  use gestell_study_design_perturbed_members, only: condition_type
+  use gestell_study_design_perturbed_members, only: mass_part, place_parts
   use gestell_study_design_problem, only: design_options
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_registry, only: input_schema, read_configuration

@@ -8,8 +8,8 @@ module test_design_gradients
   use gestell_math_optimum_minimax, only: branches_type, optimum_type
   use gestell_study_design_moments, only: moments_type, new_moments
   use gestell_study_design_goal, only: goal_type, new_goal
-  use gestell_study_design_neighbours, only: condition_type
-  use gestell_study_design_parts, only: inertia_part, mass_part, other_part, place_parts
+  use gestell_study_design_perturbed_members, only: condition_type
+  use gestell_study_design_perturbed_members, only: inertia_part, mass_part, other_part, place_parts
   use gestell_study_design_problem, only: design_options, evaluate_goals, goal_branches_type
   use gestell_study_measure, only: band_measure, peak_measure, rms_measure
   use gestell_task_common_configuration, only: configuration_type

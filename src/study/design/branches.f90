@@ -4,7 +4,6 @@
 module gestell_study_design_branches
   use gestell_base_kinds, only: dp, pi
   use gestell_math_series_trigonometric, only: series_through, series_type
-  use gestell_study_design_directions, only: directions_about
   use gestell_study_measure, only: peak_measure, rms_measure
   implicit none (type, external)
   private
@@ -137,6 +136,44 @@ contains
       end do
     end do
   end subroutine within_band
+
+  !> Directions in which a mean square is looked at: that of the greatest eigenvalue of a symmetric matrix, and others all around,
+  !> shape (size, directions).
+  pure function directions_about(square) result(u)
+    real(dp), intent(in) :: square(:, :)
+    real(dp), allocatable :: u(:, :)
+    integer, parameter :: around = 12, iterations = 200
+    !> Half of those to the faces, edges and corners of a cube.
+    integer, parameter :: cube(3, 13) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 0, 1, -1, 0, 1, 0, 1, 1, 0, -1, 0, 1, 1, &
+      & 0, 1, -1, 1, 1, 1, 1, 1, -1, 1, -1, 1, 1, -1, -1], [3, 13])
+    real(dp) :: v(3), angles(around + 1), most
+    integer :: d
+
+    select case (size(square, 1))
+    case (1)
+      u = reshape([1.0_dp], [1, 1])
+    case (2)
+      angles = [atan2(2 * square(1, 2), square(1, 1) - square(2, 2)) / 2, (pi * d / around, d = 1, around)]
+      allocate(u(2, size(angles)))
+      u(1, :) = cos(angles)
+      u(2, :) = sin(angles)
+    case default
+      allocate(u(3, size(cube, 2) + 1))
+      most = -1
+      do d = 1, size(cube, 2)
+        v = cube(:, d)
+        v = v / norm2(v)
+        u(:, d + 1) = v
+        if (dot_product(v, matmul(square, v)) > most) u(:, 1) = v
+        most = max(most, dot_product(v, matmul(square, v)))
+      end do
+      do d = 1, iterations
+        v = matmul(square, u(:, 1))
+        if (.not. norm2(v) > 0) exit
+        u(:, 1) = v / norm2(v)
+      end do
+    end select
+  end function directions_about
 
   !> The mean of y z^T, orders `first` to `last`.
   pure subroutine add_orders(y, z, first, last, mean)

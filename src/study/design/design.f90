@@ -5,27 +5,31 @@
 !> above its tangent (gestell_math_optimum_minimax), whose least value in the box of m, x, y is at one of its corners, for it is
 !> linear in each of them. Nothing has an objective below what L then has. (J. Verschuure, B. Demeulenaere, J. Swevers, J. De
 !> Schutter, J. Mech. Des. 130, 2008, 052301, use the same coordinates.)
+!>
+!> An optimum under a few conditions, at which no other condition is worse, is one under all. So the search begins with the
+!> conditions that are the worst at the start, and adds those that its optimum makes worse until there are none (exchange, as in
+!> semi-infinite programming: R. Hettich, K. O. Kortanek, SIAM Review 35, 1993, 380-429, doi 10.1137/1035089).
 module gestell_study_design
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_math_optimum_minimax, only: minimise, optimum_type
-  use gestell_study_design_exchange, only: add_worse
   use gestell_study_design_goal, only: goal_type, of_machine, of_shaking
   use gestell_study_design_moments, only: new_moments
-  use gestell_study_design_parts, only: mass_part, other_part, place_parts
-  use gestell_study_design_problem, only: design_options, design_problem, inside, is_squared, take_inverse
+  use gestell_study_design_perturbed_members, only: mass_part, other_part, place_parts
+  use gestell_study_design_problem, only: design_options, design_problem, evaluate_goals, goal_branches_type, inside, &
+    & is_squared, take_inverse
   use gestell_system_family, only: family_type
   implicit none (type, external)
   private
 
   public :: halton, is_convex, limits_alone, prove, prove_conflict, search_from
 
-  !> Stationarity that is asked for.
-  real(dp), parameter, public :: usual_tolerance = 1.0e-8_dp
+  !> Stationarity at which a search has converged.
+  real(dp), parameter :: usual_tolerance = 1.0e-8_dp
   !> Over a range steps become short where a resonance lies at its end: `worth` and `patience` of the search there.
   real(dp), parameter :: worth_it = 1.0e-4_dp
   integer, parameter :: patience = 3
-  !> An excess of a number of the machine, relative to its limit, that is none.
+  !> The excess of a number of the machine, relative to its limit, below which it counts as zero.
   real(dp), parameter :: met = 1.0e-9_dp
 
 contains
@@ -38,7 +42,7 @@ contains
     real(dp), intent(in) :: start(:)
     type(optimum_type), intent(out) :: optimum
     type(error_type), allocatable, intent(out) :: error
-    !> Stationarity that is asked for, the usual one without
+    !> Stationarity at which the search has converged
     real(dp), intent(in), optional :: tolerance
     type(design_problem) :: problem
     real(dp), dimension(size(start)) :: corner
@@ -141,6 +145,44 @@ contains
     optimum%iterations = iterations
   end subroutine minimise_under_all
 
+  !> Adds to the conditions `used`, shape (conditions), those that are the worst of all at x (where none is used, for every goal) or
+  !> that are worse there than all used ones, `more`; all where there is no such machine, or no vibration (.not. known). Error: the
+  !> goals make no sense.
+  subroutine add_worse(family, options, x, used, more, known, error)
+    class(family_type), intent(in) :: family
+    type(design_options), intent(in) :: options
+    real(dp), intent(in) :: x(:)
+    logical, intent(inout) :: used(:)
+    logical, intent(out) :: more, known
+    type(error_type), allocatable, intent(out) :: error
+    type(goal_type), allocatable :: goals(:)
+    type(goal_branches_type) :: at
+    real(dp) :: worst(size(used)), threshold
+    logical :: before(size(used))
+    integer :: c, g
+
+    before = used
+    goals = options%goals()
+    call evaluate_goals(family, options, goals, x, .false., at, error)
+    known = at%known
+    if (.not. known) used = .true.
+    do g = 1, size(goals)
+      if (.not. known .or. allocated(error)) exit
+      worst = [(maxval(at%side * (at%value - goals(g)%limit), mask=at%group == g .and. at%condition == c), c = 1, size(used))]
+      if (.not. any(before)) then
+        used(maxloc(worst, dim=1)) = .true.
+        cycle
+      end if
+      ! by how much the goal may exceed its limit at a condition that is not used
+      threshold = maxval(worst, mask=before) + inside * maxval(abs(at%value), mask=at%group == g) / 1000
+      if (g > size(options%objectives)) threshold = max(threshold, 0.0_dp)
+      do c = 1, size(worst)
+        used(c) = used(c) .or. (worst(c) > threshold .and. worst(c) >= maxval(worst(max(1, c - 1):min(c + 1, size(worst)))))
+      end do
+    end do
+    more = any(used .neqv. before)
+  end subroutine add_worse
+
   !> Whether the problem is convex in the masses and first moments of links; `limits`: only the set that its limits allow.
   pure logical function is_convex(options, limits)
     type(design_options), intent(in) :: options
@@ -183,7 +225,7 @@ contains
     if (.not. allocated(error)) excess = optimum%objective - prove(limits, optimum)
   end subroutine prove_conflict
 
-  !> The same design, whose only objective is by how much its limits are exceeded at most, each in parts of its size.
+  !> A design whose only objective is the greatest excess over the limits of `options`, each in parts of its size.
   subroutine limits_alone(options, limits)
     type(design_options), intent(in) :: options
     type(design_options), intent(out) :: limits

@@ -1,28 +1,19 @@
 !> The goals of a design at one condition, as branches with derivatives.
 module gestell_study_design_evaluation
-  use gestell_base_error, only: error_type
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
-  use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_math_optimum_minimax, only: branches_type
   use gestell_model_frame, only: frame_type
-  use gestell_model_quantity_rows, only: probe_type
   use gestell_study_design_branches, only: measure_branches
-  use gestell_study_design_exponents, only: solve_exponents
+  use gestell_study_design_coordinates, only: coordinates_type, find_coordinates
   use gestell_study_design_goal, only: components, goal_type, of_machine, of_multipliers, plain_values, take_samples
   use gestell_study_design_motion, only: beside, coarse, motion_type
-  use gestell_study_design_neighbours, only: at_condition, condition_type, neighbours_type, step_type
+  use gestell_study_design_perturbed_members, only: at_condition, condition_type, members_type, setting_type, step_type
   use gestell_study_design_separation, only: find_branches, separation_type
   implicit none (type, external)
   private
 
   public :: add_condition, add_top, no_branches
-
-  !> How machines are solved: by which model, how accurately; the probes that goals may name.
-  type, public :: setting_type
-    type(probe_type), allocatable :: probes(:)
-    character(len=11) :: model = "exact"
-    type(accuracy_type) :: accuracy
-  end type setting_type
 
   !> A range of conditions, between those that are given as well.
   type, abstract, public :: range_type
@@ -60,7 +51,7 @@ module gestell_study_design_evaluation
     integer, allocatable :: link(:)
     real(dp), allocatable :: unit(:)
   contains
-    procedure :: steps
+    procedure :: steps, goals, combined
   end type design_options
 
   !> Branches of goals, each at a condition, shape (branches); `side`: 1: it keeps below a limit, -1: above.
@@ -77,12 +68,11 @@ module gestell_study_design_evaluation
   abstract interface
     !> The maxima of each goal over the range that are near the worst of it; `known`: there is a vibration everywhere. Error: the
     !> goals make no sense.
-    subroutine find_tops(self, neighbours, setting, goals, tops, known, error)
-      import :: error_type, goal_type, neighbours_type, range_type, setting_type, top_type
+    subroutine find_tops(self, members, goals, tops, known, error)
+      import :: error_type, goal_type, members_type, range_type, top_type
       implicit none (type, external)
       class(range_type), intent(in) :: self
-      type(neighbours_type), intent(in) :: neighbours
-      class(setting_type), intent(in) :: setting
+      type(members_type), intent(in) :: members
       type(goal_type), intent(in) :: goals(:)
       type(top_type), allocatable, intent(out) :: tops(:)
       logical, intent(out) :: known
@@ -96,17 +86,31 @@ contains
   pure function steps(self)
     class(design_options), intent(in) :: self
     type(step_type) :: steps(size(self%lower))
-    integer :: k
 
     steps%range = self%upper - self%lower
-    if (allocated(self%link)) then
-      do k = 1, size(steps)
-        steps(k)%link = self%link(k)
-        steps(k)%part = self%part(k)
-        steps(k)%unit = self%unit(k)
-      end do
-    end if
+    if (.not. allocated(self%link)) return
+    steps%link = self%link
+    steps%part = self%part
+    steps%unit = self%unit
   end function steps
+
+  !> The objectives, then the constraints.
+  pure function goals(self)
+    class(design_options), intent(in) :: self
+    type(goal_type) :: goals(size(self%objectives) + size(self%constraints))
+
+    goals(:size(self%objectives)) = self%objectives
+    goals(size(self%objectives) + 1:) = self%constraints
+  end function goals
+
+  !> The objective from the values of the objectives.
+  pure real(dp) function combined(self, values)
+    class(design_options), intent(in) :: self
+    real(dp), intent(in) :: values(:)
+
+    combined = sum(self%objectives%weight * values)
+    if (self%largest) combined = maxval(self%objectives%weight * values)
+  end function combined
 
   !> An empty list of branches of a design with this number of parameters.
   pure function no_branches(parameters) result(branches)
@@ -117,10 +121,9 @@ contains
   end function no_branches
 
   !> Adds the branches of the goals at one condition.
-  subroutine add_condition(neighbours, motion, setting, goals, condition, at, error)
-    type(neighbours_type), intent(in) :: neighbours
+  subroutine add_condition(members, motion, goals, condition, at, error)
+    type(members_type), intent(in) :: members
     type(motion_type), intent(in) :: motion
-    class(setting_type), intent(in) :: setting
     type(goal_type), intent(in) :: goals(:)
     integer, intent(in) :: condition
     type(goal_branches_type), intent(inout) :: at
@@ -132,16 +135,16 @@ contains
 
     allocate(slopes(size(samples, 1), size(samples, 2), size(goals), motion%parameters()), source=0.0_dp)
     if (any(goals%is_periodic())) then
-      call take_samples(goals, motion%frame, setting%probes, motion%phases, motion%q, samples, error)
-      if (.not. allocated(error)) call differentiate_samples(neighbours, motion, setting%probes, goals, samples, slopes, error)
+      call take_samples(goals, motion%frame, members%setting%probes, motion%phases, motion%q, samples, error)
+      if (.not. allocated(error)) call differentiate_samples(members, motion, goals, samples, slopes, error)
       if (allocated(error)) return
     end if
     do g = 1, size(goals)
       select case (goals(g)%about)
       case (of_multipliers)
-        call solve_exponents(neighbours, motion, coarse(setting%accuracy), found(g)%values, found(g)%changes, error)
+        call differentiate_multipliers(members, motion, found(g)%values, found(g)%changes, error)
       case (of_machine)
-        call differentiate_plain(neighbours, motion, goals(g), found(g)%values, found(g)%changes, error)
+        call differentiate_plain(members, motion, goals(g), found(g)%values, found(g)%changes, error)
       case default
         call measure_branches(goals(g)%measure%kind, goals(g)%measure%band, motion%frame%period, samples(:, :, g), &
           & slopes(:, :, g, :), found(g)%values, found(g)%changes)
@@ -155,10 +158,9 @@ contains
   !> Adds the goal that a top is of, at the motion there: the highest branch; the others have their own tops elsewhere, and beside a
   !> resonance what they do at this speed says nothing of how high these are. At the end of a line all branches count. Error: the
   !> goals make no sense.
-  subroutine add_top(neighbours, motion, setting, goal, top, number, at, error)
-    type(neighbours_type), intent(in) :: neighbours
+  subroutine add_top(members, motion, goal, top, number, at, error)
+    type(members_type), intent(in) :: members
     type(motion_type), intent(in) :: motion
-    class(setting_type), intent(in) :: setting
     type(goal_type), intent(in) :: goal
     type(top_type), intent(in) :: top
     !> That of the condition
@@ -170,13 +172,11 @@ contains
     integer :: i
 
     there = no_branches(size(at%slope, 1))
-    call add_condition(neighbours, motion, setting, [goal], number, there, error)
+    call add_condition(members, motion, [goal], number, there, error)
     if (allocated(error)) return
     counts = [(i, i = 1, size(there%value))]
     if (top%inside) counts = [maxloc(there%side * (there%value - goal%limit), dim=1)]
-    do i = 1, size(counts)
-      call append(at, top%goal, number, there%side(counts(i)), counts(i:i), there%value, there%slope)
-    end do
+    call append(at, spread(top%goal, 1, size(counts)), number, there%side(counts), there%value(counts), there%slope(:, counts))
   end subroutine add_top
 
   !> Adds the branches of all goals at a condition, at once: added one by one each would copy all those before it.
@@ -186,16 +186,11 @@ contains
     type(goal_values_type), intent(in) :: found(:)
     integer, allocatable :: group(:), side(:)
     real(dp), allocatable :: value(:), slope(:, :)
-    integer :: g, i, k, n, s
+    integer :: g, i, k, s
 
-    n = size(at%slope, 2)
-    k = 0
-    do g = 1, size(found)
-      k = k + count(found(g)%sides)
-    end do
-    allocate(group(k), side(k), value(k), slope(size(at%slope, 1), n + k))
-    slope(:, :n) = at%slope
-    slope(:, n + 1:) = 0
+    k = sum([(count(found(g)%sides), g = 1, size(found))])
+    allocate(group(k), side(k), value(k))
+    allocate(slope(size(at%slope, 1), k), source=0.0_dp)
     k = 0
     do g = 1, size(found)
       do s = 1, 2
@@ -205,41 +200,30 @@ contains
           group(k) = g
           side(k) = 3 - 2 * s
           value(k) = found(g)%values(i)
-          slope(:size(found(g)%changes, 1), n + k) = found(g)%changes(:, i)
+          slope(:size(found(g)%changes, 1), k) = found(g)%changes(:, i)
         end do
       end do
     end do
-    at%group = [at%group, group]
-    at%condition = [at%condition, spread(condition, 1, k)]
-    at%side = [at%side, side]
-    at%value = [at%value, value]
-    call move_alloc(slope, at%slope)
+    call append(at, group, condition, side, value, slope)
   end subroutine append_all
 
-  !> Adds the `chosen` ones of a goal's branches at a condition.
-  pure subroutine append(at, group, condition, side, chosen, values, changes)
+  !> Adds branches of goals at a condition.
+  pure subroutine append(at, group, condition, side, value, slope)
     type(goal_branches_type), intent(inout) :: at
-    integer, intent(in) :: group, condition, side, chosen(:)
-    real(dp), intent(in) :: values(:), changes(:, :)
-    real(dp), allocatable :: slope(:, :)
-    integer :: n, i
+    integer, intent(in) :: group(:), condition, side(:)
+    real(dp), intent(in) :: value(:), slope(:, :)
 
-    n = size(at%value)
-    allocate(slope(size(at%slope, 1), n + size(chosen)), source=0.0_dp)
-    slope(:, :n) = at%slope
-    slope(:size(changes, 1), n + 1:) = changes(:, chosen)
-    call move_alloc(slope, at%slope)
-    at%group = [at%group, [(group, i = 1, size(chosen))]]
-    at%condition = [at%condition, [(condition, i = 1, size(chosen))]]
-    at%side = [at%side, [(side, i = 1, size(chosen))]]
-    at%value = [at%value, values(chosen)]
+    at%group = [at%group, group]
+    at%condition = [at%condition, spread(condition, 1, size(group))]
+    at%side = [at%side, side]
+    at%value = [at%value, value]
+    at%slope = reshape([at%slope, slope], [size(slope, 1), size(at%value)])
   end subroutine append
 
-  !> Derivatives of the goals' samples, shape (phases, components, goals, parameters), by the neighbours with their motions.
-  subroutine differentiate_samples(neighbours, motion, probes, goals, samples, slopes, error)
-    type(neighbours_type), intent(in) :: neighbours
+  !> Derivatives of the goals' samples, shape (phases, components, goals, parameters), by the perturbed members with their motions.
+  subroutine differentiate_samples(members, motion, goals, samples, slopes, error)
+    type(members_type), intent(in) :: members
     type(motion_type), intent(in) :: motion
-    type(probe_type), intent(in) :: probes(:)
     type(goal_type), intent(in) :: goals(:)
     real(dp), intent(in) :: samples(:, :, :)
     real(dp), intent(out) :: slopes(:, :, :, :)
@@ -249,20 +233,66 @@ contains
     integer :: i, k
 
     do k = 1, size(slopes, 4)
-      slopes(:, :, :, k) = neighbours%weight(0, k) * samples
+      slopes(:, :, :, k) = members%weight(0, k) * samples
       do i = 1, 2
-        q = motion%q + neighbours%distance(i, k) * motion%slope(:, :, :, k)
-        call beside(neighbours, motion%frame, motion, q, k, i, frame)
-        call take_samples(goals, frame, probes, motion%phases, q, other, error)
+        call beside(members, motion%frame, motion, k, i, frame, q)
+        call take_samples(goals, frame, members%setting%probes, motion%phases, q, other, error)
         if (allocated(error)) return
-        slopes(:, :, :, k) = slopes(:, :, :, k) + neighbours%weight(i, k) * other
+        slopes(:, :, :, k) = slopes(:, :, :, k) + members%weight(i, k) * other
       end do
     end do
   end subroutine differentiate_samples
 
+  !> abs(rho), shape (states), and their derivatives, shape (parameters, states), no parameters without the motion's derivatives.
+  !> In Floquet's coordinates (gestell_study_design_coordinates) a change dA of the equations x' = A x changes the logarithm of the
+  !> i-th multiplier by
+  !>
+  !>     d ln rho_i = integral over the period of [W dA P]_ii
+  !>
+  !> (Seyranian, Mailybaev, Multiparameter Stability Theory with Mechanical Applications, 2003, chapter 9). The integrand is
+  !> periodic, so its mean over equidistant phases is exact but for orders that they do not resolve; where the period changes too,
+  !> A T takes the place of A. Error: the free vibrations are too fast against the period, or multipliers coincide.
+  subroutine differentiate_multipliers(members, motion, moduli, changes, error)
+    type(members_type), intent(in) :: members
+    type(motion_type), intent(in) :: motion
+    real(dp), allocatable, intent(out) :: moduli(:), changes(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    type(coordinates_type) :: free
+    class(frame_type), allocatable :: frame
+    real(dp), dimension(motion%frame%states, motion%frame%states, size(motion%phases)) :: a, other
+    real(dp) :: q(size(motion%phases), size(motion%q, 2), 0:2)
+    logical :: fits
+    integer :: i, j, k, n
+
+    n = motion%frame%states
+    call find_coordinates(motion%frame, size(motion%phases), coarse(members%setting%accuracy), free, fits, motion%quick)
+    if (.not. fits) then
+      call fatal_error(error, "the multipliers' derivatives cannot be told", failed_computation)
+      return
+    end if
+    moduli = exp(real(free%lambda) * free%period)
+    allocate(changes(motion%parameters(), n), source=0.0_dp)
+    do k = 1, size(changes, 1)
+      ! d(T A)/dp with the motion about which the system is varied
+      call motion%frame%sample(motion%phases, a)
+      a = members%weight(0, k) * motion%frame%period * a
+      do i = 1, 2
+        call beside(members, motion%frame, motion, k, i, frame, q)
+        call frame%sample(motion%phases, other)
+        a = a + members%weight(i, k) * frame%period * other
+      end do
+      do j = 1, size(a, 3)
+        do i = 1, n
+          changes(k, i) = changes(k, i) + real(sum(free%w(i, :, j) / free%scale * matmul(a(:, :, j), free%scale * free%p(:, i, j))))
+        end do
+      end do
+      changes(k, :) = moduli * changes(k, :) / size(a, 3)
+    end do
+  end subroutine differentiate_multipliers
+
   !> A number of the machine and its derivatives, shape (parameters, values). Error: as of `find_branches`.
-  subroutine differentiate_plain(neighbours, motion, goal, values, changes, error)
-    type(neighbours_type), intent(in) :: neighbours
+  subroutine differentiate_plain(members, motion, goal, values, changes, error)
+    type(members_type), intent(in) :: members
     type(motion_type), intent(in) :: motion
     type(goal_type), intent(in) :: goal
     real(dp), allocatable, intent(out) :: values(:), changes(:, :)
@@ -272,17 +302,17 @@ contains
     real(dp), allocatable :: other(:)
     integer :: i, k
 
-    call at_condition(neighbours%frame, motion%condition, run)
+    call at_condition(members%frame, motion%condition, run)
     if (goal%is_least()) call find_branches(run, goal%speeds, branches, error)
     if (allocated(error)) return
     call plain_values(goal, run, branches, values)
     allocate(changes(motion%parameters(), size(values)))
     do k = 1, size(changes, 1)
-      changes(k, :) = neighbours%weight(0, k) * values
+      changes(k, :) = members%weight(0, k) * values
       do i = 1, 2
-        call at_condition(neighbours%beside(i, k), motion%condition, run)
+        call at_condition(members%perturbed(i, k), motion%condition, run)
         call plain_values(goal, run, branches, other)
-        changes(k, :) = changes(k, :) + neighbours%weight(i, k) * other
+        changes(k, :) = changes(k, :) + members%weight(i, k) * other
       end do
     end do
   end subroutine differentiate_plain

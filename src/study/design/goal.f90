@@ -39,6 +39,9 @@ module gestell_study_design_goal
     procedure :: is_least
     procedure :: needs_motion
     procedure :: is_periodic
+    procedure :: is_inverted
+    procedure :: level
+    procedure :: excess_at
     procedure :: name => name_of
   end type goal_type
 
@@ -164,6 +167,34 @@ contains
 
     is_periodic = any(self%about == [of_motion, of_shaking, of_torque])
   end function is_periodic
+
+  !> Whether levels are those of 1 / value^2.
+  elemental logical function is_inverted(self)
+    class(goal_type), intent(in) :: self
+
+    is_inverted = self%sense > 0 .and. all(self%about /= [of_multipliers, of_machine])
+  end function is_inverted
+
+  !> The level of an excess, a function that rises with it, on which maxima over a range are climbed. Beside a resonance a goal goes
+  !> as P = P_0 / sqrt(1 + u^2), u the distance in half-widths, so -1 / P^2 is exactly a parabola.
+  elemental real(dp) function level(self, excess)
+    class(goal_type), intent(in) :: self
+    real(dp), intent(in) :: excess
+
+    level = excess
+    if (.not. self%is_inverted()) return
+    level = -huge(level)
+    if (excess + self%limit > 1 / sqrt(huge(level))) level = -1 / (excess + self%limit)**2
+  end function level
+
+  !> The excess at a level.
+  elemental real(dp) function excess_at(self, level)
+    class(goal_type), intent(in) :: self
+    real(dp), intent(in) :: level
+
+    excess_at = level
+    if (self%is_inverted()) excess_at = 1 / sqrt(-level) - self%limit
+  end function excess_at
 
   !> As it is called in reports: f rms, added_mass.
   pure function name_of(self) result(name)

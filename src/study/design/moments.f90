@@ -3,7 +3,7 @@
 module gestell_study_design_moments
   use gestell_base_kinds, only: dp
   use gestell_math_optimum_minimax, only: branches_type, optimum_type
-  use gestell_study_design_parts, only: mass_part, place_parts
+  use gestell_study_design_perturbed_members, only: mass_part, place_parts
   implicit none (type, external)
   private
 
@@ -54,12 +54,9 @@ contains
     class(moments_type), intent(in) :: self
     real(dp), intent(in) :: x(:)
     real(dp) :: y(size(x))
-    integer :: k
 
     y = x
-    do k = 1, size(x)
-      if (self%mass(k) > 0) y(k) = x(self%mass(k)) * x(k)
-    end do
+    where (self%mass > 0) y = x(max(self%mass, 1)) * x
   end function from
 
   !> Parameters from these coordinates.
@@ -67,12 +64,9 @@ contains
     class(moments_type), intent(in) :: self
     real(dp), intent(in) :: y(:)
     real(dp) :: x(size(y))
-    integer :: k
 
     x = y
-    do k = 1, size(y)
-      if (self%mass(k) > 0) x(k) = y(k) / y(self%mass(k))
-    end do
+    where (self%mass > 0) x = y / y(max(self%mass, 1))
   end function to
 
   !> Derivatives with respect to parameters x, shape (parameters, values), become those with respect to these coordinates.

@@ -3,7 +3,7 @@
 !>
 !>     M s'' + B s' + C s = -dR/dp,
 !>
-!> M, B, C of the equations varied about q. R is algebraic in p and in q, q', q'' (gestell_study_design_neighbours).
+!> M, B, C of the equations varied about q. R is algebraic in p and in q, q', q'' (gestell_study_design_perturbed_members).
 module gestell_study_design_motion
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp, pi
@@ -15,7 +15,7 @@ module gestell_study_design_motion
   use gestell_model_frame, only: frame_type
   use gestell_model_exact_varied_frame, only: varied_frame, varied_frame_type
   use gestell_study_design_coordinates, only: coordinates_type, find_coordinates, respond
-  use gestell_study_design_neighbours, only: at_condition, condition_type, neighbours_type
+  use gestell_study_design_perturbed_members, only: at_condition, condition_type, members_type
   use gestell_study_frame_model, only: settle
   use gestell_study_frame_model_newton, only: next_motion, next_type
   use gestell_system_second_order, only: second_order_system
@@ -30,6 +30,9 @@ module gestell_study_design_motion
   type, public :: motion_type
     type(condition_type) :: condition
     class(frame_type), allocatable :: frame
+    !> False: the frame rests
+    logical :: moves = .true.
+    type(series_type) :: series
     real(dp), allocatable :: phases(:), q(:, :, :), slope(:, :, :, :)
     !> The solution that it comes from, with its maps, where it was quick and about rest.
     type(quick_motion_type) :: quick
@@ -78,108 +81,73 @@ contains
     coarse = max(of_slope, 10 * accuracy%tolerance)
   end function coarse
 
-  !> The motion of `neighbours%frame` as it is run, by its `model`; where it does not move, `moves`, the frame rests. Errors: there
-  !> is no vibration that could be told; as of `settle`.
-  subroutine solve_motion(neighbours, condition, model, accuracy, moves, motion, error, near)
-    type(neighbours_type), intent(in) :: neighbours
+  !> Computes the periodic vibration of the machine under one operating condition. Fails if no periodic vibration exists (resonance
+  !> without damping) or the model finds none (see `settle`).
+  subroutine solve_motion(members, condition, moves, motion, error, near)
+    type(members_type), intent(in) :: members
     type(condition_type), intent(in) :: condition
-    character(len=*), intent(in) :: model
-    type(accuracy_type), intent(in) :: accuracy
+    !> False: no goal needs the vibration, the frame stays at rest
     logical, intent(in) :: moves
     type(motion_type), intent(out) :: motion
     type(error_type), allocatable, intent(out) :: error
-    !> A motion under a condition beside this one.
+    !> The motion under a similar condition, where the search for that of an exact frame begins
     type(motion_type), intent(in), optional :: near
     type(frame_type) :: run
-    type(series_type) :: series
+    type(series_type), allocatable :: start
+    type(next_type) :: next
     integer :: k, n
 
     motion%condition = condition
-    call at_condition(neighbours%frame, condition, run)
+    motion%moves = moves
+    call at_condition(members%frame, condition, run)
     if (moves) then
-      call settle_beside(run, model, accuracy, motion%frame, error, near)
-      if (.not. allocated(error)) call take_series(motion%frame, accuracy, allocated(neighbours%beside), series, &
-        & motion%quick, error)
+      if (present(near)) then
+        if (allocated(near%series%cosine)) start = near%series
+      end if
+      call settle(run, members%setting%model, members%setting%accuracy, motion%frame, error, near=start)
       if (allocated(error)) return
+      select type (frame => motion%frame)
+      class is (varied_frame_type)
+        motion%series = frame%motion
+      class default
+        next%of_step = of_slope
+        next%quick%keeps = allocated(members%perturbed)
+        call next_motion(frame, frame, members%setting%accuracy, fewest, next, error)
+        if (allocated(error)) return
+        motion%series = next%series
+        if (next%quickly) motion%quick = next%quick
+      end select
     else
       allocate(motion%frame, source=run)
-      allocate(series%cosine(0:0, run%dofs()), series%sine(0:0, run%dofs()), source=0.0_dp)
+      allocate(motion%series%cosine(0:0, run%dofs()), motion%series%sine(0:0, run%dofs()), source=0.0_dp)
     end if
-    n = max(fewest, 8 * ((2 * ubound(series%cosine, 1) + 9) / 8), 8 * ((min(4 * run%least_steps, 4096) + 7) / 8))
+    n = max(fewest, 8 * ((2 * ubound(motion%series%cosine, 1) + 9) / 8), 8 * ((min(4 * run%least_steps, 4096) + 7) / 8))
     motion%phases = [(real(k, dp) / n, k = 0, n - 1)]
     allocate(motion%q(n, run%dofs(), 0:2))
-    call series%values(motion%phases, motion%q(:, :, 0), motion%q(:, :, 1), motion%q(:, :, 2))
+    call motion%series%values(motion%phases, motion%q(:, :, 0), motion%q(:, :, 1), motion%q(:, :, 2))
   end subroutine solve_motion
 
-  !> `frame` by its model, from the motion `near` where it is that of an exact frame. Errors: as of `settle`.
-  subroutine settle_beside(frame, model, accuracy, settled, error, near)
-    type(frame_type), intent(in) :: frame
-    character(len=*), intent(in) :: model
-    type(accuracy_type), intent(in) :: accuracy
-    class(frame_type), allocatable, intent(out) :: settled
-    type(error_type), allocatable, intent(out) :: error
-    type(motion_type), intent(in), optional :: near
-
-    if (present(near)) then
-      if (allocated(near%frame)) then
-        select type (other => near%frame)
-        class is (varied_frame_type)
-          call settle(frame, model, accuracy, settled, error, near=other%motion)
-          return
-        end select
-      end if
-    end if
-    call settle(frame, model, accuracy, settled, error)
-  end subroutine settle_beside
-
-  !> The derivatives of a motion that was solved with these arguments. Errors: as of `find_slopes`.
-  subroutine solve_slopes(neighbours, model, accuracy, moves, motion, error)
-    type(neighbours_type), intent(in) :: neighbours
-    character(len=*), intent(in) :: model
-    type(accuracy_type), intent(in) :: accuracy
-    logical, intent(in) :: moves
+  !> The derivatives of a motion that was solved with these members. Errors: as of `find_slopes`.
+  subroutine solve_slopes(members, motion, error)
+    type(members_type), intent(in) :: members
     type(motion_type), intent(inout) :: motion
     type(error_type), allocatable, intent(out) :: error
     type(frame_type) :: run
 
-    allocate(motion%slope(size(motion%phases), size(motion%q, 2), 0:2, size(neighbours%beside, 2)), source=0.0_dp)
-    if (.not. moves) return
-    if (model == "exact") then
-      call find_slopes(neighbours, motion%frame, accuracy, motion, error)
+    allocate(motion%slope(size(motion%phases), size(motion%q, 2), 0:2, size(members%perturbed, 2)), source=0.0_dp)
+    if (.not. motion%moves) return
+    if (members%setting%model == "exact") then
+      call find_slopes(members, motion%frame, motion, error)
     else
-      call at_condition(neighbours%frame, motion%condition, run)
-      call find_slopes(neighbours, run, accuracy, motion, error)
+      call at_condition(members%frame, motion%condition, run)
+      call find_slopes(members, run, motion, error)
     end if
   end subroutine solve_slopes
 
-  !> The vibration of a frame that is settled; `quick`: its solution, which `keeps` its maps, if it was quick and about rest.
-  subroutine take_series(frame, accuracy, keeps, series, quick, error)
-    class(frame_type), intent(in) :: frame
-    type(accuracy_type), intent(in) :: accuracy
-    logical, intent(in) :: keeps
-    type(series_type), intent(out) :: series
-    type(quick_motion_type), intent(out) :: quick
-    type(error_type), allocatable, intent(out) :: error
-    type(next_type) :: next
-
-    select type (frame)
-    class is (varied_frame_type)
-      series = frame%motion
-    class default
-      next%of_step = of_slope
-      next%quick%keeps = keeps
-      call next_motion(frame, frame, accuracy, fewest, next, error)
-      if (allocated(error)) return
-      series = next%series
-      if (next%quickly) quick = next%quick
-    end select
-  end subroutine take_series
-
   !> `system`: M, B, C of the equations that the motion satisfies. Error: as of `follow_loads`.
-  subroutine find_slopes(neighbours, system, accuracy, motion, error)
-    type(neighbours_type), intent(in) :: neighbours
+  subroutine find_slopes(members, system, motion, error)
+    type(members_type), intent(in) :: members
     class(frame_type), intent(in) :: system
-    type(accuracy_type), intent(in) :: accuracy
     type(motion_type), intent(inout) :: motion
     type(error_type), allocatable, intent(out) :: error
     type(coordinates_type) :: coordinates
@@ -190,7 +158,7 @@ contains
     logical :: fits
 
     associate (phases => size(motion%phases), f => size(system%free), parameters => motion%parameters())
-      call find_coordinates(system, phases, coarse(accuracy), coordinates, fits, motion%quick)
+      call find_coordinates(system, phases, coarse(members%setting%accuracy), coordinates, fits, motion%quick)
       allocate(loads(phases, f, parameters), changes(phases, f, 0:2, parameters))
       most = 0
       before = 0
@@ -198,7 +166,7 @@ contains
       ! and in space the shaft's lag
       do correction = 1, merge(most_corrections, 1, system%held_by == "flywheel")
         do k = 1, parameters
-          call differentiate_equations(neighbours, system, motion, k, lack)
+          call differentiate_equations(members, system, motion, k, lack)
           if (correction > 1) lack = lower_part(lack, merge(phases / 4, 0, allocated(system%space)))
           loads(:, :, k) = -lack(:, system%free)
           lacking(k) = maxval(norm2(lack, dim=1))
@@ -211,7 +179,7 @@ contains
         if (fits) then
           call respond(system, coordinates, motion%phases, loads, changes)
         else
-          call follow_loads(system, accuracy, motion%phases, loads, changes, error)
+          call follow_loads(system, members%setting%accuracy, motion%phases, loads, changes, error)
           if (allocated(error)) return
         end if
         motion%slope(:, system%free, :, :) = motion%slope(:, system%free, :, :) + changes
@@ -241,7 +209,7 @@ contains
     call series%values([(real(k, dp) / size(values, 1), k = 0, size(values, 1) - 1)], lower, unused, also_unused)
   end function lower_part
 
-  !> The same as `respond`, load by load, where free vibrations are too fast, or some are lost beside others. Errors: as of
+  !> What `respond` computes, load by load, where free vibrations are too fast, or some are lost beside others. Errors: as of
   !> `solve_floquet` and `solve_periodic`.
   subroutine follow_loads(system, accuracy, phases, loads, changes, error)
     class(frame_type), intent(in), target :: system
@@ -277,9 +245,9 @@ contains
     end associate
   end subroutine follow_loads
 
-  !> dR/dp + dR/dq s by the neighbours along parameter `k`, at all phases, s being the derivatives that the motion has.
-  subroutine differentiate_equations(neighbours, system, motion, k, lack)
-    type(neighbours_type), intent(in) :: neighbours
+  !> dR/dp + dR/dq s by the perturbed members along parameter `k`, at all phases; s are the derivatives that the motion has.
+  subroutine differentiate_equations(members, system, motion, k, lack)
+    type(members_type), intent(in) :: members
     class(frame_type), intent(in) :: system
     type(motion_type), intent(in) :: motion
     integer, intent(in) :: k
@@ -289,31 +257,32 @@ contains
     integer :: i
 
     lack = 0
-    if (abs(neighbours%weight(0, k)) > 0) then
+    if (abs(members%weight(0, k)) > 0) then
       call take_equations(system, motion%phases, motion%q, r)
-      lack = neighbours%weight(0, k) * r
+      lack = members%weight(0, k) * r
     end if
     do i = 1, 2
-      q = motion%q + neighbours%distance(i, k) * motion%slope(:, :, :, k)
-      call beside(neighbours, system, motion, q, k, i, frame)
+      call beside(members, system, motion, k, i, frame, q)
       call take_equations(frame, motion%phases, q, r)
-      lack = lack + neighbours%weight(i, k) * r
+      lack = lack + members%weight(i, k) * r
     end do
   end subroutine differentiate_equations
 
-  !> Neighbour `i` along parameter `k` as it is run, and varied about the motion q as `system` is about its own.
-  subroutine beside(neighbours, system, motion, q, k, i, frame)
-    type(neighbours_type), intent(in) :: neighbours
+  !> Perturbed member `i` along parameter `k` as it is run, and its motion q to first order. The member is varied about q as
+  !> `system` is about its own motion.
+  subroutine beside(members, system, motion, k, i, frame, q)
+    type(members_type), intent(in) :: members
     class(frame_type), intent(in) :: system
     type(motion_type), intent(in) :: motion
-    real(dp), intent(in) :: q(:, :, 0:)
     integer, intent(in) :: k, i
     class(frame_type), allocatable, intent(out) :: frame
+    real(dp), intent(out) :: q(:, :, 0:)
     type(frame_type), allocatable :: run
     type(varied_frame_type), allocatable :: varied
 
+    q = motion%q + members%distance(i, k) * motion%slope(:, :, :, k)
     allocate(run)
-    call at_condition(neighbours%beside(i, k), motion%condition, run)
+    call at_condition(members%perturbed(i, k), motion%condition, run)
     select type (system)
     class is (varied_frame_type)
       allocate(varied)

@@ -3,12 +3,12 @@ module gestell_study_design_problem
   use gestell_base_error, only: error_type, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_math_optimum_minimax, only: branches_type, minimax_problem
-  use gestell_study_design_evaluation, only: add_condition, add_top, design_options, goal_branches_type, &
-    & no_branches, top_type
+  use gestell_study_design_evaluation, only: add_condition, add_top, design_options, goal_branches_type, no_branches, &
+    & range_type, top_type
   use gestell_study_design_goal, only: goal_type, of_torque
   use gestell_study_design_moments, only: moments_type
   use gestell_study_design_motion, only: motion_type, solve_motion, solve_slopes, usual_phases
-  use gestell_study_design_neighbours, only: find_neighbours, neighbours_type, remember
+  use gestell_study_design_perturbed_members, only: condition_type, find_members, members_type, remember, step_type
   use gestell_system_family, only: family_type
   use gestell_study_measure, only: rms_measure
   implicit none (type, external)
@@ -55,15 +55,14 @@ contains
     type(branches_type), intent(out) :: at
     type(error_type), allocatable, intent(out) :: error
     type(goal_branches_type) :: own
-    type(goal_type) :: goals(size(self%options%objectives) + size(self%options%constraints))
+    type(goal_type), allocatable :: goals(:)
     real(dp) :: parameters(size(x)), worst
     integer :: i, g, n
 
     parameters = self%moments%to(x)
     worst = -huge(worst)
     n = size(self%options%objectives)
-    goals(:n) = self%options%objectives
-    goals(n + 1:) = self%options%constraints
+    goals = self%options%goals()
     if (is_last()) then
       own = self%last
     else
@@ -158,45 +157,42 @@ contains
     logical, intent(in) :: gradients
     type(goal_branches_type), intent(out) :: at
     type(error_type), allocatable, intent(out) :: error
-    type(neighbours_type) :: neighbours
+    type(members_type) :: members
+    type(step_type), allocatable :: steps(:)
 
     at = no_branches(size(x))
-    if (gradients) then
-      call find_neighbours(family, x, neighbours, at%known, error, options%steps())
-    else
-      call find_neighbours(family, x, neighbours, at%known, error)
-    end if
+    if (gradients) steps = options%steps()
+    call find_members(family, x, members, at%known, error, steps)
     if (allocated(error) .or. .not. at%known) return
-    call remember(neighbours, usual_phases(), any(goals%about == of_torque))
+    members%setting = options%setting_type
+    call remember(members, usual_phases(), any(goals%about == of_torque))
     if (allocated(options%range)) then
-      call evaluate_range(neighbours, options, goals, gradients, at, error)
+      call evaluate_range(members, options%range, goals, gradients, at, error)
     else
-      call evaluate_conditions(neighbours, options, goals, gradients, at, error)
+      call evaluate_conditions(members, options%conditions, goals, gradients, at, error)
     end if
     if (.not. allocated(error)) return
     at%known = .false.
     if (error%code /= invalid_input) deallocate(error)
   end subroutine evaluate_goals
 
-  !> The same over the conditions that are given. Error: there is no vibration at one of them.
-  subroutine evaluate_conditions(neighbours, options, goals, gradients, at, error)
-    type(neighbours_type), intent(in) :: neighbours
-    type(design_options), intent(in) :: options
+  !> The branches of `goals` over the given conditions. Error: there is no vibration at one of them.
+  subroutine evaluate_conditions(members, conditions, goals, gradients, at, error)
+    type(members_type), intent(in) :: members
+    type(condition_type), intent(in) :: conditions(:)
     type(goal_type), intent(in) :: goals(:)
     logical, intent(in) :: gradients
     type(goal_branches_type), intent(inout) :: at
     type(error_type), allocatable, intent(out) :: error
-    type(motion_type), allocatable :: motions(:)
+    type(motion_type) :: motions(size(conditions))
     type(goal_branches_type) :: values
-    logical :: counts(size(options%conditions))
+    logical :: counts(size(conditions))
     integer :: c
 
     values = at
-    allocate(motions(size(options%conditions)))
     do c = 1, size(motions)
-      call solve_motion(neighbours, options%conditions(c), trim(options%model), options%accuracy, &
-        & any(goals%needs_motion()), motions(c), error)
-      if (.not. allocated(error)) call add_condition(neighbours, motions(c), options, goals, c, values, error)
+      call solve_motion(members, conditions(c), any(goals%needs_motion()), motions(c), error)
+      if (.not. allocated(error)) call add_condition(members, motions(c), goals, c, values, error)
       if (allocated(error)) return
     end do
     if (.not. gradients) then
@@ -206,25 +202,25 @@ contains
     counts = near_the_greatest(goals, values, size(motions))
     do c = 1, size(motions)
       if (.not. counts(c)) cycle
-      call solve_slopes(neighbours, trim(options%model), options%accuracy, any(goals%needs_motion()), motions(c), error)
-      if (.not. allocated(error)) call add_condition(neighbours, motions(c), options, goals, c, at, error)
+      call solve_slopes(members, motions(c), error)
+      if (.not. allocated(error)) call add_condition(members, motions(c), goals, c, at, error)
       if (allocated(error)) return
     end do
   end subroutine evaluate_conditions
 
-  !> The same over the whole range. Error: there is no vibration at one of its maxima.
-  subroutine evaluate_range(neighbours, options, goals, gradients, at, error)
-    type(neighbours_type), intent(in) :: neighbours
-    type(design_options), intent(in) :: options
+  !> The branches of `goals` over the whole range. Error: there is no vibration at one of its maxima.
+  subroutine evaluate_range(members, range, goals, gradients, at, error)
+    type(members_type), intent(in) :: members
+    class(range_type), intent(in) :: range
     type(goal_type), intent(in) :: goals(:)
     logical, intent(in) :: gradients
     type(goal_branches_type), intent(inout) :: at
     type(error_type), allocatable, intent(out) :: error
     type(top_type), allocatable :: tops(:)
-    type(motion_type), allocatable :: motions(:)
+    type(motion_type) :: motion
     integer :: k
 
-    call options%range%find_tops(neighbours, options, goals, tops, at%known, error)
+    call range%find_tops(members, goals, tops, at%known, error)
     if (allocated(error) .or. .not. at%known) return
     if (.not. gradients) then
       at%group = tops%goal
@@ -233,13 +229,10 @@ contains
       at%value = tops%excess + goals(tops%goal)%limit
       return
     end if
-    allocate(motions(size(tops)))
     do k = 1, size(tops)
-      call solve_motion(neighbours, tops(k)%condition, trim(options%model), options%accuracy, &
-        & any(goals%needs_motion()), motions(k), error, tops(k)%motion)
-      if (.not. allocated(error)) call solve_slopes(neighbours, trim(options%model), options%accuracy, any(goals%needs_motion()), &
-        & motions(k), error)
-      if (.not. allocated(error)) call add_top(neighbours, motions(k), options, goals(tops(k)%goal), tops(k), k, at, error)
+      call solve_motion(members, tops(k)%condition, any(goals%needs_motion()), motion, error, tops(k)%motion)
+      if (.not. allocated(error)) call solve_slopes(members, motion, error)
+      if (.not. allocated(error)) call add_top(members, motion, goals(tops(k)%goal), tops(k), k, at, error)
       if (allocated(error)) return
     end do
   end subroutine evaluate_range
@@ -253,19 +246,14 @@ contains
     logical :: counts(conditions)
     real(dp), parameter :: near = 0.25_dp
     real(dp) :: excess(size(values%value)), worst(size(goals))
-    integer :: greatest(size(goals)), g, i
+    integer :: g, i
 
-    counts = .false.
-    greatest = 0
-    do i = 1, size(excess)
-      g = values%group(i)
-      excess(i) = values%side(i) * (values%value(i) - goals(g)%limit)
-      if (greatest(g) == 0) greatest(g) = i
-      if (excess(i) > excess(greatest(g))) greatest(g) = i
-    end do
+    excess = values%side * (values%value - goals(values%group)%limit)
     do g = 1, size(goals)
-      if (greatest(g) > 0) worst(g) = excess(greatest(g)) - near * abs(values%value(greatest(g)))
+      i = maxloc(excess, dim=1, mask=values%group == g)
+      if (i > 0) worst(g) = excess(i) - near * abs(values%value(i))
     end do
+    counts = .false.
     do i = 1, size(excess)
       if (excess(i) >= worst(values%group(i))) counts(values%condition(i)) = .true.
     end do

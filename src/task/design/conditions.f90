@@ -7,7 +7,7 @@ module gestell_task_design_conditions
   use gestell_input_schema_read, only: read
   use gestell_input_wording, only: lower
   use gestell_math_sorting, only: ascending
-  use gestell_study_design_neighbours, only: along_speed, along_stiffness, condition_type
+  use gestell_study_design_perturbed_members, only: along_speed, along_stiffness, condition_type
   use gestell_task_common_configuration, only: configuration_type, read_plan
   use gestell_task_design_keys, only: robust_keys
   use gestell_task_design_range, only: range_line_type
@@ -28,15 +28,13 @@ contains
     logical, intent(out) :: robust
     type(error_type), allocatable, intent(out) :: error
     type(group_type) :: group
-    type(condition_type), allocatable :: longer(:)
-    real(dp), allocatable :: speeds(:)
+    real(dp), allocatable :: speeds(:), of_speed(:), of_stiffness(:), of_damping(:)
     real(dp) :: scatter(3)
-    integer :: i, j, k, s, n
+    integer :: i, j, k, s
 
     robust = .false.
-    allocate(speeds(1))
-    speeds = 0
-    if (all(lower(paths) /= "drive.speed_rpm")) speeds = configuration%frame%speed
+    speeds = [0.0_dp]
+    if (all(lower(paths) /= "drive.speed_rpm")) speeds = [configuration%frame%speed]
     if (count_groups(configuration%document, "sweep") > 0) then
       if (any(lower(paths) == "drive.speed_rpm")) then
         call input_error(the_group(configuration%document, "sweep"), "parameter", "the speed is a parameter of the design", error)
@@ -53,29 +51,28 @@ contains
     if (allocated(error)) return
     scatter = scatter / 100
     robust = any(scatter > 0)
-    allocate(longer(27 * size(speeds)))
-    n = 0
-    do s = 1, size(speeds)
-      do k = -1, 1
-        if (k /= 0 .and. .not. scatter(3) > 0) cycle
-        do j = -1, 1
-          if (j /= 0 .and. .not. scatter(2) > 0) cycle
-          do i = -1, 1
-            if (i /= 0 .and. .not. scatter(1) > 0) cycle
-            n = n + 1
-            longer(n) = condition_type(speeds(s), 1 + i * scatter(1), 1 + j * scatter(2), 1 + k * scatter(3))
-          end do
-        end do
-      end do
-    end do
-    conditions = longer(:n)
-    call lay_lines(conditions, scatter, lines)
+    of_speed = factors_within(scatter(1))
+    of_stiffness = factors_within(scatter(2))
+    of_damping = factors_within(scatter(3))
+    conditions = [((((condition_type(speeds(s), of_speed(i), of_stiffness(j), of_damping(k)), i = 1, size(of_speed)), &
+      & j = 1, size(of_stiffness)), k = 1, size(of_damping)), s = 1, size(speeds))]
+    call lay_lines(conditions, of_stiffness, of_damping, lines)
   end subroutine read_conditions
 
+  !> The factors at which a number is tried that may differ by a part of it up and down.
+  pure function factors_within(scatter) result(factors)
+    real(dp), intent(in) :: scatter
+    real(dp), allocatable :: factors(:)
+
+    factors = [1.0_dp]
+    if (scatter > 0) factors = [1 - scatter, 1.0_dp, 1 + scatter]
+  end function factors_within
+
   !> Lines over the speed at every corner of the other scatter, and over the stiffness at the least and the greatest speed.
-  subroutine lay_lines(conditions, scatter, lines)
+  subroutine lay_lines(conditions, of_stiffness, of_damping, lines)
     type(condition_type), intent(in) :: conditions(:)
-    real(dp), intent(in) :: scatter(3)
+    !> Factors of stiffness and damping of the mounting
+    real(dp), intent(in) :: of_stiffness(:), of_damping(:)
     type(range_line_type), allocatable, intent(out) :: lines(:)
     type(condition_type) :: start
     real(dp), allocatable :: speeds(:), ends(:)
@@ -83,30 +80,27 @@ contains
 
     allocate(lines(0))
     start%speed = conditions(1)%speed
-    start%along = along_speed
-    allocate(speeds(size(conditions)))
     speeds = conditions%speed * conditions%speed_factor
     if (.not. abs(start%speed) > 0) speeds = conditions%speed_factor
     speeds = unlike(speeds(ascending(abs(speeds))))
-    do k = -1, 1
-      if (k /= 0 .and. .not. scatter(3) > 0) cycle
-      start%damping_factor = 1 + k * scatter(3)
-      do j = -1, 1
-        if (size(speeds) == 1 .or. (j /= 0 .and. .not. scatter(2) > 0)) cycle
-        start%stiffness_factor = 1 + j * scatter(2)
-        lines = [lines, range_line_type(start, speeds)]
+    if (size(speeds) > 1) then
+      do k = 1, size(of_damping)
+        start%damping_factor = of_damping(k)
+        do j = 1, size(of_stiffness)
+          start%stiffness_factor = of_stiffness(j)
+          lines = [lines, range_line_type(start, speeds)]
+        end do
       end do
-    end do
-    if (.not. scatter(2) > 0) return
+    end if
+    if (size(of_stiffness) == 1) return
     ends = unlike([speeds(1), speeds(size(speeds))])
-    do k = -1, 1
-      if (k /= 0 .and. .not. scatter(3) > 0) cycle
-      start%damping_factor = 1 + k * scatter(3)
+    do k = 1, size(of_damping)
+      start%damping_factor = of_damping(k)
       do e = 1, size(ends)
         start%along = along_speed
         start = start%moved_to(ends(e))
         start%along = along_stiffness
-        lines = [lines, range_line_type(start, [1 - scatter(2), 1.0_dp, 1 + scatter(2)])]
+        lines = [lines, range_line_type(start, of_stiffness)]
       end do
     end do
   end subroutine lay_lines

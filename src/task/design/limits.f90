@@ -7,7 +7,7 @@ module gestell_task_design_limits
   use gestell_input_namelist_message, only: input_error
   use gestell_input_schema_read, only: read
   use gestell_study_design_goal, only: goal_type, of_machine
-  use gestell_study_design_neighbours, only: find_neighbours, neighbours_type
+  use gestell_study_design_perturbed_members, only: find_members, members_type
   use gestell_system_family, only: family_type
   use gestell_study_measure, only: peak_measure, rms_measure
   use gestell_task_design_keys, only: constraint_keys, limit_keys
@@ -120,10 +120,10 @@ contains
     !> Not known: there is no such machine.
     real(dp) function mass_at(x)
       real(dp), intent(in) :: x(:)
-      type(neighbours_type) :: there
+      type(members_type) :: there
 
       mass_at = 0
-      call find_neighbours(family, x, there, known, failure)
+      call find_members(family, x, there, known, failure)
       known = known .and. .not. allocated(failure)
       if (known) mass_at = there%frame%mass + there%frame%mechanism%mass
     end function mass_at

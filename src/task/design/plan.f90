@@ -15,11 +15,9 @@ module gestell_task_design_plan
   use gestell_input_wording, only: lower, shown
   use gestell_study_design, only: is_convex
   use gestell_study_design_goal, only: goal_type, new_goal, of_machine
-  use gestell_study_design_neighbours, only: along_speed
-  use gestell_study_design_parts, only: inertia_part, mass_part, other_part, place_parts
+  use gestell_study_design_perturbed_members, only: along_speed, mass_part, other_part, part_names
   use gestell_study_design_problem, only: design_options
   use gestell_system_family, only: family_type
-  use gestell_study_measure, only: peak_measure
   use gestell_system_periodic, only: periodic_system
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_design_conditions, only: read_conditions
@@ -91,8 +89,8 @@ contains
 
     if (configuration%analysis%averaged) then
       call input_error(the_group(configuration%document, "model"), "coefficients", "the task 'design' needs 'periodic'", error)
+      return
     end if
-    if (allocated(error)) return
     call read_parameters(configuration, plan, error)
     if (.not. allocated(error)) call read_goals(configuration, "objective", objective_keys, plan%options%objectives, error)
     if (.not. allocated(error)) call read_goals(configuration, "constraint", constraint_keys, plan%options%constraints, error)
@@ -104,8 +102,13 @@ contains
     if (allocated(error)) return
     plan%turns = configuration%turns()
     if (size(plan%lines) > 0) then
-      if (plan%lines(1)%start%along == along_speed .and. abs(plan%lines(1)%start%speed) > 0) call keep_away(plan%options, &
-        & minval(abs(plan%lines(1)%places)), maxval(abs(plan%lines(1)%places)))
+      associate (line => plan%lines(1))
+        if (line%start%along == along_speed .and. abs(line%start%speed) > 0) then
+          ! separations are those over the whole range of speeds
+          plan%options%constraints%speeds(1) = minval(abs(line%places))
+          plan%options%constraints%speeds(2) = maxval(abs(line%places))
+        end if
+      end associate
     end if
     plan%options%probes = configuration%probes
     plan%options%model = configuration%model()
@@ -115,88 +118,96 @@ contains
     if (plan%convex .and. all(plan%options%lower > 0 .or. plan%options%part /= mass_part)) plan%starts = 1
   end subroutine read_design
 
+  !> The groups &design. Errors: none, or too many; paths, ranges and values that make no sense.
   subroutine read_parameters(configuration, plan, error)
     type(configuration_type), intent(in) :: configuration
     type(design_plan_type), intent(inout) :: plan
     type(error_type), allocatable, intent(out) :: error
     type(group_type), allocatable :: groups(:)
     type(target_type), allocatable :: targets(:)
-    character(len=word_length), allocatable :: with(:)
-    character(len=:), allocatable :: path
-    integer :: i, k
+    integer :: i, n
 
-    associate (doc => configuration%document, schema => configuration%schema)
-      groups = groups_named(doc, "design")
-      if (size(groups) == 0) then
-        call input_error(the_group(doc, "case"), "tasks", "the task 'design' needs a group &design: parameter, from, to", error)
-        return
-      else if (size(groups) > most_parameters) then
-        call input_error(groups(most_parameters + 1), "", "is one too many: a design has up to 40 parameters", error)
-        return
-      end if
-      associate (n => size(groups))
-        allocate(plan%paths(n), plan%units(n), plan%options%lower(n), plan%options%upper(n), plan%options%body(n), &
-          & plan%options%part(n), plan%options%link(n), plan%options%unit(n), plan%base(n), plan%start(n), &
-          & plan%all_paths(0), plan%owners(0), targets(0))
-      end associate
-      do i = 1, size(groups)
-        call read(groups(i), design_keys, "parameter", path, error)
-        if (.not. allocated(error)) call add_path("parameter", trim(adjustl(path)))
-        if (allocated(error)) return
-        plan%paths(i) = adjustl(path)
-        call take_part(plan%paths(i), has(groups(i), "with"), plan%options%body(i), plan%options%part(i))
-        associate (target => targets(size(targets)))
-          plan%options%link(i) = 0
-          ! of several mechanisms a group may be several links, and their axes are turned
-          if (plan%options%part(i) /= other_part .and. size(target%groups) > 0 .and. count_groups(doc, "mechanism") == 0) then
-            plan%options%link(i) = count([(doc%groups(k)%name == "link", k = 1, target%groups(1))])
-          end if
-          plan%options%unit(i) = configuration%units%to_si(schema%keys(target%rule), target%element, 1.0_dp)
-          plan%units(i) = unit_symbol(schema%keys(target%rule), target%element, configuration%units)
-        end associate
-        if (has(groups(i), "with")) then
-          call read(groups(i), design_keys, "with", with, error)
-          do k = 1, size(with)
-            if (.not. allocated(error)) call add_path("with", trim(adjustl(with(k))))
-          end do
-        end if
-        if (.not. allocated(error)) call read(groups(i), design_keys, "from", plan%options%lower(i), error)
-        if (.not. allocated(error)) call read(groups(i), design_keys, "to", plan%options%upper(i), error)
-        if (allocated(error)) return
-        if (.not. plan%options%upper(i) > plan%options%lower(i)) then
-          call input_error(groups(i), "to", "must be greater than from", error)
-          return
-        end if
-        call take_start(configuration, plan, i)
-      end do
-      do i = 1, size(groups)
-        plan%options%body(i) = findloc([(same_link(plan%paths(k), plan%paths(i)), k = 1, i)], .true., dim=1)
-      end do
-      plan%family%owner = plan%owners
-      call new_document_family(plan%family%inner, doc, schema, configuration%units, plan%all_paths, error, plan%start(plan%owners))
+    groups = groups_named(configuration%document, "design")
+    n = size(groups)
+    if (n == 0) call input_error(the_group(configuration%document, "case"), "tasks", &
+      & "the task 'design' needs a group &design: parameter, from, to", error)
+    if (n > most_parameters) call input_error(groups(most_parameters + 1), "", &
+      & "is one too many: a design has up to 40 parameters", error)
+    if (allocated(error)) return
+    allocate(plan%paths(n), plan%units(n), plan%base(n), plan%start(n), plan%all_paths(0), plan%owners(0), targets(0))
+    associate (options => plan%options)
+      allocate(options%lower(n), options%upper(n), options%body(n), options%part(n), options%link(n), options%unit(n))
     end associate
+    do i = 1, n
+      call read_parameter(groups(i))
+      if (allocated(error)) return
+    end do
+    plan%family%owner = plan%owners
+    call new_document_family(plan%family%inner, configuration%document, configuration%schema, configuration%units, plan%all_paths, &
+      & error, plan%start(plan%owners))
     if (allocated(error)) then
       call in_group(groups(1), error)
-      return
+    else
+      call try_values(groups, plan, error)
     end if
-    call try_values(groups, plan, error)
 
   contains
 
+    !> Parameter number i.
+    subroutine read_parameter(group)
+      type(group_type), intent(in) :: group
+      character(len=word_length), allocatable :: with(:)
+      character(len=:), allocatable :: path
+      integer :: k
+
+      call read(group, design_keys, "parameter", path, error)
+      if (.not. allocated(error)) call add_path("parameter", trim(adjustl(path)))
+      if (allocated(error)) return
+      associate (options => plan%options, target => targets(size(targets)), doc => configuration%document, &
+        & rules => configuration%schema%keys)
+        plan%paths(i) = adjustl(path)
+        options%part(i) = merge(other_part, part_of(plan%paths(i)), has(group, "with"))
+        options%body(i) = findloc([(same_link(plan%paths(k), plan%paths(i)), k = 1, i)], .true., dim=1)
+        options%link(i) = 0
+        ! of several mechanisms a group may be several links, and their axes are turned
+        if (options%part(i) /= other_part .and. size(target%groups) > 0 .and. count_groups(doc, "mechanism") == 0) then
+          options%link(i) = count([(doc%groups(k)%name == "link", k = 1, target%groups(1))])
+        end if
+        options%unit(i) = configuration%units%to_si(rules(target%rule), target%element, 1.0_dp)
+        plan%units(i) = unit_symbol(rules(target%rule), target%element, configuration%units)
+      end associate
+      if (has(group, "with")) then
+        call read(group, design_keys, "with", with, error)
+        do k = 1, size(with)
+          if (.not. allocated(error)) call add_path("with", trim(adjustl(with(k))))
+        end do
+      end if
+      if (.not. allocated(error)) call read(group, design_keys, "from", plan%options%lower(i), error)
+      if (.not. allocated(error)) call read(group, design_keys, "to", plan%options%upper(i), error)
+      if (allocated(error)) return
+      if (.not. plan%options%upper(i) > plan%options%lower(i)) then
+        call input_error(group, "to", "must be greater than from", error)
+        return
+      end if
+      plan%base(i) = value_in_file(configuration, plan%paths(i))
+      plan%start(i) = min(max(plan%base(i), plan%options%lower(i)), plan%options%upper(i))
+    end subroutine read_parameter
+
+    !> A path whose number parameter i changes.
     subroutine add_path(key, name)
       character(len=*), intent(in) :: key, name
       type(target_type) :: target, both(2)
       integer :: j
 
       call find_number(configuration%document, configuration%schema, groups(i), key, name, target, error)
-      if (allocated(error)) return
       do j = 1, size(targets)
+        if (allocated(error)) return
         both(1) = targets(j)
         both(2) = target
         if (overlap(configuration%document, both)) call input_error(groups(i), key, shown(name) &
           & // " is changed already", error)
-        if (allocated(error)) return
       end do
+      if (allocated(error)) return
       targets = [targets, target]
       plan%all_paths = [character(len=word_length) :: plan%all_paths, name]
       plan%owners = [plan%owners, i]
@@ -204,30 +215,15 @@ contains
 
   end subroutine read_parameters
 
-  !> What a parameter is of a link, where it stands alone.
-  pure subroutine take_part(path, shared, body, part)
+  !> Which property of a link a path names; `other_part`: none.
+  pure integer function part_of(path) result(part)
     character(len=*), intent(in) :: path
-    logical, intent(in) :: shared
-    integer, intent(out) :: body, part
     integer :: closing
 
-    body = 0
-    part = other_part
     closing = index(path, ").")
-    if (shared .or. index(lower(path), "link(") /= 1 .or. closing == 0) return
-    select case (lower(trim(path(closing + 2:))))
-    case ("mass")
-      part = mass_part
-    case ("center(1)")
-      part = place_parts(1)
-    case ("center(2)")
-      part = place_parts(2)
-    case ("inertia")
-      part = inertia_part
-    case default
-      part = other_part
-    end select
-  end subroutine take_part
+    part = other_part
+    if (index(lower(path), "link(") == 1 .and. closing > 0) part = findloc(part_names == lower(path(closing + 2:)), .true., dim=1)
+  end function part_of
 
   pure logical function same_link(one, other)
     character(len=*), intent(in) :: one, other
@@ -235,23 +231,20 @@ contains
     same_link = one(:index(one, ").")) == other(:index(other, ")."))
   end function same_link
 
-  !> The value of the file where it gives one, within the range.
-  subroutine take_start(configuration, plan, i)
+  !> The number of the file at a path; 0 where it gives none.
+  real(dp) function value_in_file(configuration, path) result(value)
     type(configuration_type), intent(in) :: configuration
-    type(design_plan_type), intent(inout) :: plan
-    integer, intent(in) :: i
+    character(len=*), intent(in) :: path
     type(document_type) :: copy
     type(error_type), allocatable :: none
     real(dp), allocatable :: values(:)
 
-    plan%base(i) = 0
+    value = 0
     copy = configuration%document
-    call get_path(copy, configuration%schema, trim(plan%paths(i)), values, none)
-    if (.not. allocated(none)) then
-      if (size(values) > 0) plan%base(i) = values(1)
-    end if
-    plan%start(i) = min(max(plan%base(i), plan%options%lower(i)), plan%options%upper(i))
-  end subroutine take_start
+    call get_path(copy, configuration%schema, trim(path), values, none)
+    if (allocated(none)) return
+    if (size(values) > 0) value = values(1)
+  end function value_in_file
 
   !> Tries the ends of every range beside the start. Error: a value that makes no sense.
   subroutine try_values(groups, plan, error)
@@ -284,7 +277,6 @@ contains
     type(group_type), allocatable :: groups(:)
     character(len=:), allocatable :: quantity
     integer :: i, kind
-    real(dp) :: base
 
     groups = groups_named(configuration%document, name)
     allocate(goals(size(groups)))
@@ -301,10 +293,8 @@ contains
           & error)
         return
       end if
-      if (goals(i)%about == of_machine .and. goals(i)%measure%quantity == "added_mass") then
-        base = configuration%frame%mass + configuration%frame%mechanism%mass
-        goals(i)%offset = base
-      end if
+      if (goals(i)%about == of_machine .and. goals(i)%measure%quantity == "added_mass") &
+        & goals(i)%offset = configuration%frame%mass + configuration%frame%mechanism%mass
       if (name == "objective") then
         call read(groups(i), keys, "weight", goals(i)%weight, error)
         if (.not. allocated(error) .and. goals(i)%measure%quantity == "separation") call input_error(groups(i), "quantity", &
@@ -348,21 +338,7 @@ contains
     character(len=*), intent(in) :: key
     integer :: i
 
-    having = 1
-    do i = size(groups), 1, -1
-      if (has(groups(i), key)) having = i
-    end do
+    having = max(1, findloc([(has(groups(i), key), i = 1, size(groups))], .true., dim=1))
   end function having
-
-  !> Separations are those over the whole range of speeds.
-  pure subroutine keep_away(options, least, greatest)
-    type(design_options), intent(inout) :: options
-    real(dp), intent(in) :: least, greatest
-    integer :: g
-
-    do g = 1, size(options%constraints)
-      options%constraints(g)%speeds = [least, greatest]
-    end do
-  end subroutine keep_away
 
 end module gestell_task_design_plan

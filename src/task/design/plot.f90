@@ -58,8 +58,7 @@ contains
   end function plot_starts
 
   !> design_goals.gp: all of them after the design, in per cent of what they were, with the limits.
-  function plot_goals(plan, design) result(figure)
-    type(design_plan_type), intent(in) :: plan
+  function plot_goals(design) result(figure)
     type(design_type), intent(in) :: design
     type(figure_type) :: figure
     character(len=:), allocatable :: block, lines, tics
@@ -70,12 +69,12 @@ contains
     tics = ""
     top = 110
     do g = 1, size(design%goals)
-      before = worst_of(design%before, design, g, plan%turns)
-      after = worst_of(design%after, design, g, plan%turns)
+      before = worst_of(design%before, design, g)
+      after = worst_of(design%after, design, g)
       if (.not. abs(before(1)) > 0) cycle
       tics = tics // ", " // tic(design%goals(g)%name()) // " " // text(g)
       block = block // text(g) // "," // concise(100 * after(1) / before(1), 6) // ","
-      if (g > size(plan%options%objectives)) then
+      if (g > size(design%options%objectives)) then
         block = block // concise(100 * design%goals(g)%limit / before(1), 6)
         top = max(top, 110 * design%goals(g)%limit / before(1))
       else
@@ -113,8 +112,7 @@ contains
   end function plot_range
 
   !> design_trade_off.gp: the curve, where the machine stands and where the design does.
-  function plot_curve(plan, design) result(figure)
-    type(design_plan_type), intent(in) :: plan
+  function plot_curve(design) result(figure)
     type(design_type), intent(in) :: design
     type(figure_type) :: figure
     character(len=:), allocatable :: lines
@@ -122,8 +120,8 @@ contains
     integer :: g
 
     do g = 1, 2
-      numbers(:, g, 1) = worst_of(design%before, design, g, plan%turns)
-      numbers(:, g, 2) = worst_of(design%after, design, g, plan%turns)
+      numbers(:, g, 1) = worst_of(design%before, design, g)
+      numbers(:, g, 2) = worst_of(design%after, design, g)
     end do
     lines = "set title heading noenhanced" // newline // "set key top right; set offsets graph 0.05, graph 0.05, graph 0.05, " &
       & // "graph 0.05" // newline // axis("x", 1) // axis("y", 2) // point("before", 1) // point("after", 2) &
@@ -139,8 +137,8 @@ contains
       integer, intent(in) :: k
       character(len=:), allocatable :: line
 
-      line = "set " // which // "label " // quoted(plan%options%objectives(k)%name() // " (" &
-        & // trim(plan%options%objectives(k)%measure%unit) // ")") // " noenhanced" // newline
+      line = "set " // which // "label " // quoted(design%options%objectives(k)%name() // " (" &
+        & // trim(design%options%objectives(k)%measure%unit) // ")") // " noenhanced" // newline
     end function axis
 
     function point(name, k) result(line)

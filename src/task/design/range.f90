@@ -10,12 +10,11 @@ module gestell_task_design_range
   use gestell_base_verdict, only: operator(/=), operator(==), stable
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
-  use gestell_study_design_evaluation, only: design_options, range_type, setting_type, top_type
+  use gestell_study_design_evaluation, only: design_options, range_type, top_type
   use gestell_study_design_goal, only: goal_type, of_multipliers, of_torque
   use gestell_study_design_motion, only: usual_phases
-  use gestell_study_design_neighbours, only: condition_type, find_neighbours, joined, neighbours_type, remember
+  use gestell_study_design_perturbed_members, only: condition_type, find_members, joined, members_type, remember
   use gestell_study_design_range_climb, only: climb_type
-  use gestell_study_design_range_level, only: excess_of, level_of
   use gestell_study_design_range_top, only: climb_from, look, look_beside_end
   use gestell_system_family, only: family_type
   use gestell_study_speed_point, only: speed_point_type
@@ -65,10 +64,9 @@ module gestell_task_design_range
 
 contains
 
-  subroutine find_tops(self, neighbours, setting, goals, tops, known, error)
+  subroutine find_tops(self, members, goals, tops, known, error)
     class(lines_type), intent(in) :: self
-    type(neighbours_type), intent(in) :: neighbours
-    class(setting_type), intent(in) :: setting
+    type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goals(:)
     type(top_type), allocatable, intent(out) :: tops(:)
     logical, intent(out) :: known
@@ -76,10 +74,12 @@ contains
     type(curve_type) :: curves(size(self%lines))
     integer :: l
 
-    call look_along(neighbours, setting, goals, self%lines, curves, error, self%enough)
-    if (allocated(error)) return
+    do l = 1, size(curves)
+      call look_along(members, goals, self%lines(l), curves(l), error, self%enough)
+      if (allocated(error)) return
+    end do
     known = all([(all(curves(l)%points%state == stable), l = 1, size(curves))])
-    if (known) call climb_all(neighbours, setting, goals, curves, .false., tops, error, self%enough)
+    if (known) call climb_all(members, goals, curves, .false., tops, error, self%enough)
   end subroutine find_tops
 
   !> The machine at the parameters `x` along all lines. Errors: x or the goals make no sense.
@@ -93,13 +93,13 @@ contains
     logical, intent(in) :: reported
     type(survey_type), intent(out) :: survey
     type(error_type), allocatable, intent(out) :: error
-    type(neighbours_type) :: neighbours
+    type(members_type) :: members
     logical :: known
 
-    call find_neighbours(family, x, neighbours, known, error)
+    call find_members(family, x, members, known, error)
     if (allocated(error)) return
     if (known) then
-      call survey_machine(neighbours%frame, options, lines, reported, survey, error)
+      call survey_machine(members%frame, options, lines, reported, survey, error)
     else
       allocate(survey%conditions(0))
       allocate(survey%excess(size(options%objectives) + size(options%constraints) + merge(1, 0, reported)), source=-huge(1.0_dp))
@@ -108,7 +108,7 @@ contains
     end if
   end subroutine survey_range
 
-  !> The same of a machine.
+  !> A machine along all lines.
   subroutine survey_machine(machine, options, lines, reported, survey, error)
     type(frame_type), intent(in) :: machine
     type(design_options), intent(in) :: options
@@ -116,27 +116,29 @@ contains
     logical, intent(in) :: reported
     type(survey_type), intent(out) :: survey
     type(error_type), allocatable, intent(out) :: error
-    type(neighbours_type) :: neighbours
+    type(members_type) :: members
     type(goal_type), allocatable :: goals(:)
     type(curve_type) :: curves(size(lines))
     type(top_type), allocatable :: tops(:)
-    integer :: k, l, n
+    type(goal_type) :: stability
+    integer :: k, l
 
-    n = size(options%objectives) + size(options%constraints)
-    allocate(goals(n + merge(1, 0, reported)), survey%conditions(0))
-    goals(:size(options%objectives)) = options%objectives
-    goals(size(options%objectives) + 1:n) = options%constraints
-    if (reported) then
-      goals(n + 1)%about = of_multipliers
-      goals(n + 1)%measure%quantity = "rho_max"
-      goals(n + 1)%limit = 1
-    end if
+    stability%about = of_multipliers
+    stability%measure%quantity = "rho_max"
+    stability%limit = 1
+    goals = options%goals()
+    if (reported) goals = [goals, stability]
+    allocate(survey%conditions(0))
     allocate(survey%excess(size(goals)), source=-huge(1.0_dp))
     allocate(survey%line(size(goals)), source=1)
-    neighbours%frame = machine
-    call remember(neighbours, usual_phases(), any(goals%about == of_torque))
-    call look_along(neighbours, options, goals, lines, curves, error)
-    if (.not. allocated(error)) call climb_all(neighbours, options, goals, curves, reported, tops, error)
+    members%frame = machine
+    members%setting = options%setting_type
+    call remember(members, usual_phases(), any(goals%about == of_torque))
+    do l = 1, size(curves)
+      call look_along(members, goals, lines(l), curves(l), error)
+      if (allocated(error)) return
+    end do
+    call climb_all(members, goals, curves, reported, tops, error)
     if (allocated(error)) return
     do k = 1, size(tops)
       associate (g => tops(k)%goal)
@@ -153,61 +155,41 @@ contains
     end do
   end subroutine survey_machine
 
-  !> The points of all lines.
-  subroutine look_along(neighbours, setting, goals, lines, curves, error, enough)
-    type(neighbours_type), intent(in) :: neighbours
-    class(setting_type), intent(in) :: setting
+  !> The points of a line: those that are given, and more until none are wanted.
+  subroutine look_along(members, goals, line, curve, error, enough)
+    type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goals(:)
-    type(range_line_type), intent(in) :: lines(:)
-    type(curve_type), intent(out) :: curves(:)
+    type(range_line_type), intent(in) :: line
+    type(curve_type), intent(out) :: curve
     type(error_type), allocatable, intent(out) :: error
     !> Excess of each goal at which no more points are needed
     real(dp), intent(in), optional :: enough(:)
-    integer :: l
-
-    do l = 1, size(lines)
-      curves(l)%line = lines(l)
-      allocate(curves(l)%points(0))
-      call refine(neighbours, setting, goals, curves(l), error, enough)
-      if (allocated(error)) return
-    end do
-  end subroutine look_along
-
-  !> Adds points until none are wanted.
-  subroutine refine(neighbours, setting, goals, curve, error, enough)
-    type(neighbours_type), intent(in) :: neighbours
-    class(setting_type), intent(in) :: setting
-    type(goal_type), intent(in) :: goals(:)
-    type(curve_type), intent(inout) :: curve
-    type(error_type), allocatable, intent(out) :: error
-    !> As of `look_along`
-    real(dp), intent(in), optional :: enough(:)
     type(speed_point_type), allocatable :: points(:)
     real(dp), allocatable :: wanted(:), new(:)
-    logical :: tongues
     integer :: g, i, round
 
-    tongues = any(goals%about == of_multipliers)
-    curve%descends = curve%line%places(size(curve%line%places)) < curve%line%places(1)
-    allocate(new, source=curve%line%places)
+    curve%line = line
+    allocate(curve%points(0))
+    curve%descends = line%places(size(line%places)) < line%places(1)
+    new = line%places
     do round = 1, most_rounds
       allocate(points(size(new)))
       do i = 1, size(new)
-        call look(neighbours, setting, goals, curve%line%start%moved_to(new(i)), .true., points(i), error)
+        call look(members, goals, line%start%moved_to(new(i)), .true., points(i), error)
         if (allocated(error)) return
       end do
       call curve%insert(points, refined=round > 1)
       deallocate(points)
       if (is_enough(curve, enough)) exit
       wanted = crossing_speeds(curve, counts=is_high(curve, goals))
-      if (tongues) wanted = [wanted, crossing_speeds(curve, pairs=.true.)]
+      if (any(goals%about == of_multipliers)) wanted = [wanted, crossing_speeds(curve, pairs=.true.)]
       do g = 1, size(goals)
         wanted = [wanted, roomy_places(curve, goals(g), excesses(curve, g))]
       end do
       call curve%new_ones(wanted, same, new)
       if (size(new) == 0 .or. size(curve%points) + size(new) > most_points) exit
     end do
-  end subroutine refine
+  end subroutine look_along
 
   !> Whether a goal is at least half of its worst, or the multipliers are a goal.
   pure function is_high(curve, goals) result(high)
@@ -284,9 +266,8 @@ contains
   end function roomy_places
 
   !> Climbs all maxima of all goals that are near the worst, unless one is more than enough.
-  subroutine climb_all(neighbours, setting, goals, curves, reported, tops, error, enough)
-    type(neighbours_type), intent(in) :: neighbours
-    class(setting_type), intent(in) :: setting
+  subroutine climb_all(members, goals, curves, reported, tops, error, enough)
+    type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goals(:)
     type(curve_type), intent(in) :: curves(:)
     !> As of `survey_range`
@@ -315,7 +296,7 @@ contains
     do k = 1, size(tops)
       tops(k)%goal = found(1, k)
       tops(k)%line = found(2, k)
-      call climb_one(neighbours, setting, goals(found(1, k)), curves(found(2, k)), found(3, k), reported, tops(k), error, &
+      call climb_one(members, goals(found(1, k)), curves(found(2, k)), found(3, k), reported, tops(k), error, &
         & any([(is_enough(curves(l), enough), l = 1, size(curves))]))
       if (allocated(error)) return
     end do
@@ -325,20 +306,17 @@ contains
   pure function tops_of(values, least) result(places)
     real(dp), intent(in) :: values(:), least
     integer, allocatable :: places(:)
-    real(dp) :: all_of_them(0:size(values) + 1)
+    real(dp), parameter :: nothing = -huge(1.0_dp)
     integer :: i
 
-    all_of_them(0) = -huge(least)
-    all_of_them(size(values) + 1) = -huge(least)
-    all_of_them(1:size(values)) = values
-    places = pack([(i, i = 1, size(values))], [(all_of_them(i) > -huge(least) .and. all_of_them(i) >= least &
-      & .and. all_of_them(i) > all_of_them(i - 1) .and. all_of_them(i) >= all_of_them(i + 1), i = 1, size(values))])
+    associate (before => [nothing, values(:size(values) - 1)], after => [values(2:), nothing])
+      places = pack([(i, i = 1, size(values))], values > nothing .and. values >= least .and. values > before .and. values >= after)
+    end associate
   end function tops_of
 
   !> Climbs from point `i` of a curve, which neither neighbour exceeds, to the top there.
-  subroutine climb_one(neighbours, setting, goal, curve, i, reported, top, error, skipped)
-    type(neighbours_type), intent(in) :: neighbours
-    class(setting_type), intent(in) :: setting
+  subroutine climb_one(members, goal, curve, i, reported, top, error, skipped)
+    type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goal
     type(curve_type), intent(in) :: curve
     integer, intent(in) :: i
@@ -361,27 +339,27 @@ contains
         three = merge([i + 1, i, i - 1], [i - 1, i, i + 1], curve%descends)
         if (any(p(three)%state /= stable)) return
         places = [p(three(1))%speed, p(three(2))%speed, p(three(3))%speed]
-        levels = level_of(goal, [p(three(1))%values(1, g), p(three(2))%values(1, g), p(three(3))%values(1, g)])
+        levels = goal%level([p(three(1))%values(1, g), p(three(2))%values(1, g), p(three(3))%values(1, g)])
       else
         k = merge(2, size(p) - 1, i == 1)
         if (p(k)%state /= stable) return
-        call look_beside_end(neighbours, setting, goal, start, [p(k)%speed, p(i)%speed], level_of(goal, [p(k)%values(1, g), &
+        call look_beside_end(members, goal, start, [p(k)%speed, p(i)%speed], goal%level([p(k)%values(1, g), &
           & p(i)%values(1, g)]), places, levels, error)
         if (allocated(error) .or. .not. levels(2) > max(levels(1), levels(3))) return
         top%inside = .true.
       end if
-      call climb_from(neighbours, setting, goal, start, places, levels, climb, error, top%motion)
+      call climb_from(members, goal, start, places, levels, climb, error, top%motion)
       if (allocated(error)) return
       if (reported) then
-        call look(neighbours, setting, [goal], start%moved_to(climb%top), .false., point, error)
+        call look(members, [goal], start%moved_to(climb%top), .false., point, error)
         if (allocated(error)) return
         ! a vibration that was found from its neighbour may be another one
-        if (.not. climb%smooth .or. abs(point%values(1, 1) - excess_of(goal, climb%highest)) > agreement &
-          & * size_of(goal, point%values(1, 1))) call climb_from(neighbours, setting, goal, start, places, levels, climb, error)
+        if (.not. climb%smooth .or. abs(point%values(1, 1) - goal%excess_at(climb%highest)) > agreement &
+          & * size_of(goal, point%values(1, 1))) call climb_from(members, goal, start, places, levels, climb, error)
         if (allocated(error)) return
       end if
       top%condition = start%moved_to(climb%top)
-      top%excess = max(top%excess, excess_of(goal, climb%highest))
+      top%excess = max(top%excess, goal%excess_at(climb%highest))
     end associate
   end subroutine climb_one
 

@@ -1,12 +1,13 @@
-!> What the report tells of a design.
+!> The part of the report on a design.
 module gestell_task_design_report
-  use gestell_base_kinds, only: dp, pi
+  use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
+  use gestell_base_verdict, only: operator(/=), stable, verdict_type
   use gestell_input_wording, only: counted
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_verdict, only: section
   use gestell_study_design_goal, only: goal_type, of_machine
-  use gestell_study_design_told, only: told_type
+  use gestell_study_design_reported_goals, only: reported_goals_type
   use gestell_task_design_plan, only: design_plan_type
   use gestell_task_design_search, only: design_type
   use gestell_task_design_starts, only: is_there
@@ -14,7 +15,7 @@ module gestell_task_design_report
   implicit none (type, external)
   private
 
-  public :: design_headline, limit_state, limit_worth, proof_words, report_design, worst_of
+  public :: design_headline, limit_state, limit_worth, report_design, worst_of
 
   character, parameter :: newline = new_line("a")
   !> A gap below which the objective is called the least there is.
@@ -28,25 +29,22 @@ module gestell_task_design_report
 
 contains
 
-  !> A goal at its worst condition: value, error, speed (1/min; 0: the machine's own).
-  pure function worst_of(told, design, g, turns) result(numbers)
-    type(told_type), intent(in) :: told
+  !> Goal number g at its worst condition: value, error, speed (1/min; 0: the machine's own).
+  pure function worst_of(reported, design, g) result(numbers)
+    type(reported_goals_type), intent(in) :: reported
     type(design_type), intent(in) :: design
-    !> Its number, and the turns of the drive in a period
-    integer, intent(in) :: g, turns
+    integer, intent(in) :: g
     real(dp) :: numbers(3)
     integer :: c
 
-    c = told%worst(g, design%goals(g))
-    numbers = [told%values(g, max(c, 1)), told%errors(g, max(c, 1)), 0.0_dp]
+    c = reported%worst(g, design%goals(g))
+    numbers = [reported%values(g, max(c, 1)), reported%errors(g, max(c, 1)), 0.0_dp]
     if (c == 0) return
-    associate (condition => design%options%conditions(c))
-      numbers(3) = condition%speed * condition%speed_factor * turns * 30 / pi
-    end associate
+    numbers(3) = design%options%conditions(c)%drive_rpm(design%turns)
     if (size(design%options%conditions) > 1 .and. design%goals(g)%about /= of_machine) numbers(2) = numbers(2) + of_place &
       & * abs(numbers(1))
     ! of a condition where there is no vibration nothing is known
-    if (.not. all(ieee_is_finite(told%values(g, :)))) numbers(2) = ieee_value(1.0_dp, ieee_positive_inf)
+    if (.not. all(ieee_is_finite(reported%values(g, :)))) numbers(2) = ieee_value(1.0_dp, ieee_positive_inf)
   end function worst_of
 
   !> met, violated or undecided.
@@ -90,21 +88,19 @@ contains
   end function proof_words
 
   !> The sentence that is read first, and its state.
-  subroutine design_headline(plan, design, state, words)
-    type(design_plan_type), intent(in) :: plan
+  subroutine design_headline(design, state, words)
     type(design_type), intent(in) :: design
     character(len=:), allocatable, intent(out) :: state, words
     real(dp) :: before(3), after(3)
-    integer :: g, n
+    integer :: g
 
-    n = size(plan%options%objectives)
-    before = worst_of(design%before, design, 1, plan%turns)
-    after = worst_of(design%after, design, 1, plan%turns)
+    before = worst_of(design%before, design, 1)
+    after = worst_of(design%after, design, 1)
     words = "DESIGN: " // design%goals(1)%name() // " from " // concise(before(1), 4) // " to " // concise(after(1), 4) // " " &
       & // trim(design%goals(1)%measure%unit) // change_words(before(1), after(1))
     state = ""
-    do g = n + 1, size(design%goals)
-      after = worst_of(design%after, design, g, plan%turns)
+    do g = size(design%options%objectives) + 1, size(design%goals)
+      after = worst_of(design%after, design, g)
       if (limit_state(design%goals(g), after(1), after(2)) == "met") cycle
       state = "unstable"
       words = "DESIGN OUT OF REACH within these ranges" // trim(merge(" (proved)", "         ", design%conflict > 0)) // ": " &
@@ -112,10 +108,10 @@ contains
         & // trim(design%goals(g)%measure%unit) // ", limit " // concise(design%goals(g)%limit, 4)
       return
     end do
-    if (design%after%verdict() /= "stable") then
-      state = design%after%verdict()
-      words = words // ", and the machine is then " // trim(state)
-    end if
+    associate (verdict => design%after%verdict())
+      if (verdict /= stable) state = trim(verdict%word())
+    end associate
+    if (state /= "") words = words // ", and the machine is then " // state
   end subroutine design_headline
 
   pure function change_words(before, after) result(words)
@@ -128,31 +124,33 @@ contains
     words = trim(merge(" ( ", " (+", words(1:1) == "-")) // words
   end function change_words
 
-  function report_design(plan, design) result(report)
+  function report_design(plan, design, after) result(report)
     type(design_plan_type), intent(in) :: plan
     type(design_type), intent(in) :: design
-    character(len=:), allocatable :: report, after
+    !> The verdict on the design
+    character(len=*), intent(in) :: after
+    character(len=:), allocatable :: report
+    type(verdict_type) :: before
 
-    after = trim(design%after%verdict())
+    before = design%before%verdict()
     associate (best => design%found(design%best))
       report = section("DESIGN", after) // "  " // proof_words(design) // newline // "  "
       ! where limits are not met the search was for less of an excess
       if (best%feasible) report = report // "optimality conditions met to " // concise(best%stationarity, 2) // "; "
       report = report // text(sum(design%found%evaluations)) // " machines solved" // newline // "  the machine is " &
-        & // trim(design%before%verdict()) // " before, " // after // " after" // newline
+        & // trim(before%word()) // " before, " // after // " after" // newline
       if (after /= "stable") report = report // "  a limit keeps it stable: &constraint quantity='rho_max', at_most=0.999 /" &
         & // newline
       if (size(design%options%conditions) > 1) report = report // "  worst of " &
         & // counted(size(plan%options%conditions), "condition") &
         & // trim(merge(": speeds and scatter", ": speeds            ", plan%robust)) // trim(merge(", and of all between them", &
         & "                         ", size(plan%lines) > 0)) // newline
-      report = report // newline // goal_lines(plan, design) // newline // parameter_lines(plan, design)
+      report = report // newline // goal_lines(design) // newline // parameter_lines(plan, design)
     end associate
     if (size(design%found) > 1) report = report // newline // start_lines(design)
   end function report_design
 
-  function goal_lines(plan, design) result(lines)
-    type(design_plan_type), intent(in) :: plan
+  function goal_lines(design) result(lines)
     type(design_type), intent(in) :: design
     character(len=:), allocatable :: lines
     character(len=2), parameter :: signs(-1:1) = [">=", "= ", "<="]
@@ -161,12 +159,12 @@ contains
     integer :: g, n
 
     over_range = size(design%options%conditions) > 1
-    n = size(plan%options%objectives)
+    n = size(design%options%objectives)
     lines = ""
     do g = 1, size(design%goals)
       associate (goal => design%goals(g))
-        before = worst_of(design%before, design, g, plan%turns)
-        after = worst_of(design%after, design, g, plan%turns)
+        before = worst_of(design%before, design, g)
+        after = worst_of(design%after, design, g)
         lines = lines // goal%name() // tab // concise(before(1), 5) // tab // concise(after(1), 5) // tab &
           & // concise(after(2), 1) // tab // trim(goal%measure%unit) // tab
         if (g <= n) then

@@ -7,15 +7,14 @@ module gestell_task_design_search
   use gestell_study_design, only: is_convex, prove, prove_conflict, search_from
   use gestell_model_frame, only: frame_type
   use gestell_study_design_goal, only: goal_type
-  use gestell_study_design_neighbours, only: find_neighbours, joined, neighbours_type
+  use gestell_study_design_perturbed_members, only: find_members, joined, members_type
   use gestell_study_design_problem, only: design_options, evaluate_goals, goal_branches_type
-  use gestell_study_design_told, only: tell_goals, told_type
+  use gestell_study_design_reported_goals, only: report_goals, reported_goals_type
   use gestell_system_family, only: family_type
-  use gestell_task_design_cover, only: better, judge_by
   use gestell_task_design_improved, only: digits
   use gestell_task_design_plan, only: design_plan_type
   use gestell_task_design_range, only: lines_type, survey_machine, survey_range, survey_type
-  use gestell_task_design_starts, only: is_there, search_starts
+  use gestell_task_design_starts, only: better, is_there, judge_by, search_starts
   use gestell_task_common_executor, only: executor_type
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none (type, external)
@@ -39,9 +38,9 @@ module gestell_task_design_search
     integer :: best = 0
     !> What was asked for, under the conditions that are reported: those that were given, then the maxima between them.
     type(design_options) :: options
-    !> The same over the whole range.
+    !> What was asked for, over the whole range.
     type(design_options) :: over_range
-    !> The parameters, to the digits that are told.
+    !> The parameters, to the digits that are reported.
     real(dp), allocatable :: x(:)
     !> By how much the objective may be above the least, relative to that of the machine of the file.
     real(dp) :: gap = huge(1.0_dp)
@@ -49,10 +48,12 @@ module gestell_task_design_search
     real(dp) :: conflict = 0
     !> Objectives, then constraints, of the machine of the file and of the design.
     type(goal_type), allocatable :: goals(:)
-    type(told_type) :: before, after
+    type(reported_goals_type) :: before, after
     !> By what the objective rises where a parameter alone goes back, relative to it.
     real(dp), allocatable :: shares(:)
     type(trade_type), allocatable :: curve(:)
+    !> Turns of the drive in a period.
+    integer :: turns = 1
   end type design_type
 
 contains
@@ -66,7 +67,7 @@ contains
     type(design_type), intent(out) :: design
     type(error_type), allocatable, intent(out) :: error
     class(executor_type), intent(inout), optional :: executor
-    type(neighbours_type) :: found
+    type(members_type) :: found
     type(survey_type) :: before, after
     type(optimum_type) :: base
     logical :: known
@@ -74,6 +75,7 @@ contains
 
     call search_starts(family, plan, design%found, error, executor)
     if (allocated(error)) return
+    design%turns = plan%turns
     design%over_range = plan%options
     if (plan%covers()) design%over_range%range = lines_type(lines=plan%lines)
     call survey_machine(machine, plan%options, plan%lines, .true., before, error)
@@ -99,16 +101,14 @@ contains
       end if
     end if
     design%x = [(rounded(design%found(design%best)%x(k)), k = 1, size(plan%start))]
-    allocate(design%goals(size(plan%options%objectives) + size(plan%options%constraints)))
-    design%goals(:size(plan%options%objectives)) = plan%options%objectives
-    design%goals(size(plan%options%objectives) + 1:) = plan%options%constraints
+    design%goals = plan%options%goals()
     call survey_range(family, plan%options, plan%lines, design%x, .true., after, error)
-    if (.not. allocated(error)) call find_neighbours(family, design%x, found, known, error)
+    if (.not. allocated(error)) call find_members(family, design%x, found, known, error)
     if (allocated(error)) return
     design%options = plan%options
     design%options%conditions = joined(joined(plan%options%conditions, after%conditions), before%conditions)
-    call tell_goals(machine, design%options, design%goals, design%before, error)
-    if (.not. allocated(error)) call tell_goals(found%frame, design%options, design%goals, design%after, error)
+    call report_goals(machine, design%options, design%goals, design%before, error)
+    if (.not. allocated(error)) call report_goals(found%frame, design%options, design%goals, design%after, error)
     if (allocated(error)) return
     call find_gap(plan, design)
     if (.not. design%found(design%best)%feasible .and. is_convex(plan%options, limits=.true.)) then
@@ -128,9 +128,9 @@ contains
 
     do g = 1, size(values)
       c = max(1, design%before%worst(g, plan%options%objectives(g)))
-      values(g) = plan%options%objectives(g)%weight * design%before%values(g, c)
+      values(g) = design%before%values(g, c)
     end do
-    before = merge(maxval(values), sum(values), plan%options%largest)
+    before = plan%options%combined(values)
     associate (best => design%found(design%best))
       if (.not. before > 0) before = best%objective
       if (.not. before > 0) return
@@ -139,7 +139,7 @@ contains
     end associate
   end subroutine find_gap
 
-  !> To the digits that are told, so that what is told is what the numbers give.
+  !> Rounds to the digits that are reported, so that the reported numbers give the reported values.
   real(dp) function rounded(x)
     real(dp), intent(in) :: x
     character(len=:), allocatable :: typed
@@ -174,14 +174,12 @@ contains
     real(dp), intent(in) :: x(:)
     type(error_type), allocatable, intent(out) :: error
     type(goal_branches_type) :: at
-    real(dp) :: values(size(options%objectives))
     integer :: g
 
     value = ieee_value(value, ieee_quiet_nan)
     call evaluate_goals(family, options, options%objectives, x, .false., at, error)
     if (allocated(error) .or. .not. at%known) return
-    values = [(options%objectives(g)%weight * maxval(at%value, at%group == g), g = 1, size(values))]
-    value = merge(maxval(values), sum(values), options%largest)
+    value = options%combined([(maxval(at%value, at%group == g), g = 1, size(options%objectives))])
   end function value_of
 
   !> The least of the first objective for levels of the second, from its value where the first is least to its own least: the curve
@@ -193,32 +191,28 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(design_options) :: options
     type(optimum_type) :: ends(2), found
-    type(goal_type), allocatable :: limits(:)
+    type(goal_type) :: limit
     real(dp), allocatable :: start(:)
     real(dp) :: low, high
-    integer :: k, c
+    integer :: k
 
-    limits = plan%options%constraints
     do k = 1, 2
       options = design%over_range
       options%objectives = design%over_range%objectives(k:k)
       call search_from(family, options, design%x, ends(k), error)
       if (allocated(error)) return
     end do
-    c = size(limits) + 1
     options = design%over_range
     options%objectives = design%over_range%objectives(1:1)
-    deallocate(options%constraints)
-    allocate(options%constraints(c))
-    options%constraints(:c - 1) = limits
-    options%constraints(c) = design%over_range%objectives(2)
-    options%constraints(c)%sense = 1
+    limit = design%over_range%objectives(2)
+    limit%sense = 1
     low = ends(2)%objective / design%over_range%objectives(2)%weight
     high = second(ends(1)%x)
     allocate(design%curve(plan%curve))
     do k = 1, plan%curve
       if (allocated(error)) return
-      options%constraints(c)%limit = high + (low - high) * real(k - 1, dp) / (plan%curve - 1)
+      limit%limit = high + (low - high) * real(k - 1, dp) / (plan%curve - 1)
+      options%constraints = [plan%options%constraints, limit]
       start = design%x
       if (k > 1) start = found%x
       call search_from(family, options, start, found, error)

@@ -1,6 +1,6 @@
 !> The tables of a design.
 module gestell_task_design_tables
-  use gestell_base_kinds, only: dp, pi
+  use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: new_unit, plain, rpm, unit_type
@@ -45,8 +45,7 @@ contains
   end function parameter_table
 
   !> design_goals.csv: a row for every objective and limit.
-  type(table_type) function goal_table(plan, design, verdict) result(table)
-    type(design_plan_type), intent(in) :: plan
+  type(table_type) function goal_table(design, verdict) result(table)
     type(design_type), intent(in) :: design
     character(len=*), intent(in) :: verdict
     real(dp), dimension(3, size(design%goals)) :: before, after
@@ -56,15 +55,15 @@ contains
     character(len=4) :: measure(size(design%goals))
     integer :: g, n
 
-    n = size(plan%options%objectives)
+    n = size(design%options%objectives)
     limit = ieee_value(1.0_dp, ieee_quiet_nan)
     worth = limit
     state = ""
     measure = ""
     do g = 1, size(design%goals)
       associate (goal => design%goals(g))
-        before(:, g) = worst_of(design%before, design, g, plan%turns)
-        after(:, g) = worst_of(design%after, design, g, plan%turns)
+        before(:, g) = worst_of(design%before, design, g)
+        after(:, g) = worst_of(design%after, design, g)
         role(g) = "objective"
         if (goal%is_periodic()) measure(g) = measure_names(goal%measure%kind)
         if (g <= n) cycle
@@ -100,8 +99,7 @@ contains
 
     associate (conditions => design%options%conditions)
       table = new_table("design_range", "Before and after over the range", "Objectives and limits at every condition.", verdict)
-      call table%add("speed", rpm, "crank speed; 0: it is a parameter", conditions%speed * conditions%speed_factor &
-        & * plan%turns * 30 / pi)
+      call table%add("speed", rpm, "crank speed; 0: it is a parameter", conditions%drive_rpm(design%turns))
       call table%add("speed_factor", plain, "by which it differs", (conditions%speed_factor))
       call table%add("stiffness_factor", plain, "by which the mounting differs", (conditions%stiffness_factor))
       call table%add("damping_factor", plain, "by which its damping differs", (conditions%damping_factor))
@@ -118,8 +116,8 @@ contains
           call table%add(trim(name) // "_after_error", unit, "bound on its error", design%after%errors(g, :))
         end associate
       end do
-      call table%add("verdict_before", "on the machine of the file", design%before%verdicts)
-      call table%add("verdict_after", "on the design", design%after%verdicts)
+      call table%add("verdict_before", "on the machine of the file", design%before%verdicts%word())
+      call table%add("verdict_after", "on the design", design%after%verdicts%word())
       call table%add("between", "1: a maximum between the conditions that were given", [(c > size(plan%options%conditions), c = 1, &
         & size(conditions))])
     end associate

@@ -2,7 +2,7 @@
 module gestell_task_design_task
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_input_schema, only: group_rule, schema_type
-  use gestell_base_verdict, only: verdict_named
+  use gestell_base_verdict, only: undamped, undecided, unstable, operator(==), verdict_type
   use gestell_output_report_verdict, only: judgement_type
   use gestell_output_result, only: result_type
   use gestell_task_common_task, only: longest_table, task_type, unsolved_machine
@@ -65,6 +65,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(locked_family_type) :: family
     type(design_type) :: design
+    type(verdict_type) :: judged
     character(len=:), allocatable :: state, words, improved, verdict
 
     ! what settles the machines is the search's own
@@ -78,38 +79,35 @@ contains
       if (.not. allocated(error)) call improved_text(configuration%document, configuration%schema, plan%all_paths, &
         & design%x(plan%owners), improved, error)
       if (allocated(error)) return
-      verdict = trim(design%after%verdict())
+      judged = design%after%verdict()
+      verdict = trim(judged%word())
       call result%add(parameter_table(plan, design, verdict), plot_parameters(plan))
-      call result%add(goal_table(plan, design, verdict), plot_goals(plan, design))
+      call result%add(goal_table(design, verdict), plot_goals(design))
       if (size(design%options%conditions) > 1) call result%add(range_table(plan, design, verdict), plot_range(plan))
       if (size(design%found) > 1) call result%add(start_table(plan, design, verdict), plot_starts((design%found%objective)))
-      if (plan%curve > 0) call result%add(curve_table(plan, design), plot_curve(plan, design))
+      if (plan%curve > 0) call result%add(curve_table(plan, design), plot_curve(design))
       if (len(improved) > 0) call result%attach("design.nml", improved)
-      call design_headline(plan, design, state, words)
+      call design_headline(design, state, words)
       call result%warn(state, words)
-      call judge(verdict, result)
-      call result%say(report_design(plan, design))
+      call judge(judged, result)
+      call result%say(report_design(plan, design, verdict))
     end associate
   end subroutine run
 
   !> A design that does not keep to its vibration has the last line.
   pure subroutine judge(verdict, result)
-    character(len=*), intent(in) :: verdict
+    type(verdict_type), intent(in) :: verdict
     type(result_type), intent(inout) :: result
-    character(len=:), allocatable :: words
 
-    select case (verdict)
-    case ("unstable")
-      words = "UNSTABLE: the design does not keep to its vibration"
-    case ("undecided")
-      words = "UNDECIDED: whether the design keeps to its vibration is within the errors"
-    case ("undamped")
-      words = "UNDAMPED: the free vibrations of the design neither grow nor decay"
-    case default
-      call result%include_verdict(verdict_named(verdict))
-      return
-    end select
-    call result%judge(judgement_type(verdict_named(verdict), words))
+    if (verdict == unstable) then
+      call result%judge(judgement_type(verdict, "UNSTABLE: the design does not keep to its vibration"))
+    else if (verdict == undecided) then
+      call result%judge(judgement_type(verdict, "UNDECIDED: whether the design keeps to its vibration is within the errors"))
+    else if (verdict == undamped) then
+      call result%judge(judgement_type(verdict, "UNDAMPED: the free vibrations of the design neither grow nor decay"))
+    else
+      call result%include_verdict(verdict)
+    end if
   end subroutine judge
 
 end module gestell_task_design_task

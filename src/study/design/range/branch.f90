@@ -7,12 +7,10 @@ module gestell_study_design_range_branch
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_study_design_branches, only: maxima_over_turn
-  use gestell_study_design_evaluation, only: setting_type
   use gestell_study_design_goal, only: components, goal_type, take_samples
   use gestell_study_design_motion, only: motion_type, solve_motion
-  use gestell_study_design_neighbours, only: condition_type, neighbours_type
-  use gestell_study_design_range_climb, only: climb_type, of_smooth
-  use gestell_study_design_range_level, only: gain, is_inverted, level_of
+  use gestell_study_design_perturbed_members, only: condition_type, members_type
+  use gestell_study_design_range_climb, only: climb_type, gain, of_smooth
   use gestell_study_measure, only: peak_measure
   implicit none (type, external)
   private
@@ -33,9 +31,8 @@ contains
 
   !> Climbs those of the other maxima over the turn that may rise above `climb`, a smooth top over the line, and moves it to the
   !> highest. Error: the goal makes no sense.
-  subroutine climb_branches(neighbours, setting, goal, start, bounds, climb, error, motion)
-    type(neighbours_type), intent(in) :: neighbours
-    class(setting_type), intent(in) :: setting
+  subroutine climb_branches(members, goal, start, bounds, climb, error, motion)
+    type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goal
     !> A condition on the line, and the part of the line that is not left
     type(condition_type), intent(in) :: start
@@ -50,12 +47,12 @@ contains
     real(dp) :: width, h, places(-1:1)
     integer :: b, k
 
-    if (.not. (climb%smooth .and. goal%is_periodic() .and. goal%measure%kind == peak_measure .and. is_inverted(goal))) return
+    if (.not. (climb%smooth .and. goal%is_periodic() .and. goal%measure%kind == peak_measure .and. goal%is_inverted())) return
     width = sqrt(-climb%highest / climb%bend)
     h = beside * width
     places = climb%top + [-h, 0.0_dp, h]
     do k = -1, 1
-      call look_over_turn(neighbours, setting, goal, start%moved_to(places(k)), at(k), error, motion)
+      call look_over_turn(members, goal, start%moved_to(places(k)), at(k), error, motion)
       if (allocated(error) .or. size(at(k)%places) == 0) return
     end do
     levels = reshape([((at(k)%levels(closest(at(k), at(0)%places(b))), k = -1, 1), b = 1, size(at(0)%places))], &
@@ -67,10 +64,10 @@ contains
       b = maxloc(expected, dim=1)
       if (.not. expected(b) > climb%highest + gain * abs(climb%highest)) return
       expected(b) = -huge(h)
-      call other%start(places, levels(:, b), [max(bounds(1), places(0) - width), min(bounds(2), places(0) + width)], gain, &
+      call other%start(places, levels(:, b), [max(bounds(1), places(0) - width), min(bounds(2), places(0) + width)], &
         & of_smooth)
       do while (.not. other%done)
-        call look_over_turn(neighbours, setting, goal, start%moved_to(other%next), at(1), error, motion)
+        call look_over_turn(members, goal, start%moved_to(other%next), at(1), error, motion)
         if (allocated(error) .or. size(at(1)%places) == 0) return
         call other%take(at(1)%levels(closest(at(1), at(0)%places(b))))
       end do
@@ -82,9 +79,8 @@ contains
   end subroutine climb_branches
 
   !> The maxima over the turn under a condition; none where there is no vibration. Error: the goal makes no sense.
-  subroutine look_over_turn(neighbours, setting, goal, condition, turn, error, near)
-    type(neighbours_type), intent(in) :: neighbours
-    class(setting_type), intent(in) :: setting
+  subroutine look_over_turn(members, goal, condition, turn, error, near)
+    type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goal
     type(condition_type), intent(in) :: condition
     type(turn_type), intent(out) :: turn
@@ -96,13 +92,13 @@ contains
     real(dp), allocatable :: samples(:, :, :), sizes(:), unused(:, :)
 
     allocate(turn%places(0), turn%levels(0))
-    call solve_motion(neighbours, condition, trim(setting%model), setting%accuracy, goal%needs_motion(), motion, failure, near)
+    call solve_motion(members, condition, goal%needs_motion(), motion, failure, near)
     if (allocated(failure)) return
     allocate(samples(size(motion%phases), components(motion%frame), 1))
-    call take_samples([goal], motion%frame, setting%probes, motion%phases, motion%q, samples, error)
+    call take_samples([goal], motion%frame, members%setting%probes, motion%phases, motion%q, samples, error)
     if (allocated(error)) return
     call maxima_over_turn(samples(:, :, 1), turn%places, sizes, unused)
-    turn%levels = level_of(goal, sizes - goal%limit)
+    turn%levels = goal%level(sizes - goal%limit)
     if (present(near)) near = motion
   end subroutine look_over_turn
 

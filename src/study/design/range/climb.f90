@@ -17,14 +17,14 @@ module gestell_study_design_range_climb
   type, public :: climb_type
     !> The place to be looked at next; where the maximum is, which may be a little above the highest value that is known, `highest`.
     real(dp) :: next = 0, top = 0, highest = 0
-    !> Whether the maximum is found, to the `gain` that is asked for, or the steps are used up; how many values were taken.
+    !> Whether the maximum is found, to a relative `gain`, or the steps are used up; how many values were taken.
     logical :: done = .false.
     !> Whether it is a smooth maximum; otherwise it lies at a jump or at the end of the interval, or was not found.
     logical :: smooth = .false.
     !> Of a smooth maximum: the value falls by `bend` t^2 at the distance t from it.
     real(dp) :: bend = 0
     integer :: steps = 0
-    real(dp), private :: x(3) = 0, f(3) = 0, bounds(2) = 0, gain = 0, before = 0
+    real(dp), private :: x(3) = 0, f(3) = 0, bounds(2) = 0, before = 0
     integer, private :: most = 0
   contains
     procedure :: start
@@ -33,6 +33,8 @@ module gestell_study_design_range_climb
   end type climb_type
 
   real(dp), parameter :: golden = 0.381966011250105_dp
+  !> What a further step of a search may win, relative to the value.
+  real(dp), parameter, public :: gain = 1.0e-10_dp
   !> A smooth maximum is found within so many steps.
   integer, parameter, public :: of_smooth = 12
   !> The shortest interval, relative to the place.
@@ -40,16 +42,15 @@ module gestell_study_design_range_climb
 
 contains
 
-  !> `bounds`: the interval that is never left. `gain`: what a further step may win, relative to the value; `most`: most steps.
-  subroutine start(self, x, f, bounds, gain, most)
+  !> `bounds`: the interval that is never left; `most`: most steps.
+  subroutine start(self, x, f, bounds, most)
     class(climb_type), intent(out) :: self
-    real(dp), intent(in) :: x(3), f(3), bounds(2), gain
+    real(dp), intent(in) :: x(3), f(3), bounds(2)
     integer, intent(in) :: most
 
     self%x = x
     self%f = f
     self%bounds = bounds
-    self%gain = gain
     self%most = most
     self%before = x(3) - x(1)
     call self%aim()
@@ -115,7 +116,7 @@ contains
       b = ((f(3) - f(2)) / right * left + (f(2) - f(1)) / left * right) / (left + right)
       step = 0
       if (a > 0) step = b / (2 * a)
-      self%done = a > 0 .and. b**2 / (4 * a) <= self%gain * abs(f(2)) .and. min(f(2) - f(1), f(2) - f(3)) <= 100 * self%gain &
+      self%done = a > 0 .and. b**2 / (4 * a) <= gain * abs(f(2)) .and. min(f(2) - f(1), f(2) - f(3)) <= 100 * gain &
         & * abs(f(2))
       self%smooth = self%done
       if (self%done) then

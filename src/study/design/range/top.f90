@@ -11,13 +11,12 @@ module gestell_study_design_range_top
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
   use gestell_math_sorting, only: ascending
   use gestell_study_design_coordinates, only: coordinates_type, find_coordinates
-  use gestell_study_design_evaluation, only: add_condition, goal_branches_type, no_branches, setting_type
+  use gestell_study_design_evaluation, only: add_condition, goal_branches_type, no_branches
   use gestell_study_design_goal, only: goal_type, of_multipliers
   use gestell_study_design_motion, only: coarse, motion_type, solve_motion
-  use gestell_study_design_neighbours, only: condition_type, neighbours_type
+  use gestell_study_design_perturbed_members, only: condition_type, members_type
   use gestell_study_design_range_branch, only: climb_branches
   use gestell_study_design_range_climb, only: climb_type, of_smooth
-  use gestell_study_design_range_level, only: gain, level_of
   use gestell_study_frame_model_newton, only: rough
   use gestell_study_speed_point, only: speed_point_type, take_turns
   implicit none (type, external)
@@ -34,9 +33,8 @@ contains
 
   !> The machine at a condition: `point%values(1, g)` is by how much goal g exceeds its limit; its turns and growth are those of the
   !> free vibrations where they can be told. No solution: `point%state`. Error: the goals make no sense.
-  subroutine look(neighbours, setting, goals, condition, multipliers, point, error, near)
-    type(neighbours_type), intent(in) :: neighbours
-    class(setting_type), intent(in) :: setting
+  subroutine look(members, goals, condition, multipliers, point, error, near)
+    type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goals(:)
     type(condition_type), intent(in) :: condition
     !> Whether the free vibrations are wanted too
@@ -48,29 +46,24 @@ contains
     type(motion_type) :: motion
     type(goal_branches_type) :: at
     type(error_type), allocatable :: failure
-    integer :: g, i
+    integer :: g
 
     point%speed = condition%number()
     point%state = failed
     allocate(point%values(1, size(goals)), source=-huge(1.0_dp))
-    call solve_motion(neighbours, condition, trim(setting%model), setting%accuracy, any(goals%needs_motion()), motion, failure, &
-      & near)
+    call solve_motion(members, condition, any(goals%needs_motion()), motion, failure, near)
     if (allocated(failure)) return
-    at = no_branches(0)
     do g = 1, size(goals)
       if (goals(g)%about == of_multipliers) cycle
-      call add_condition(neighbours, motion, setting, goals(g:g), g, at, error)
+      at = no_branches(0)
+      call add_condition(members, motion, goals(g:g), 1, at, error)
       if (allocated(error)) return
-    end do
-    ! of one goal at a time the group is 1, and its number the condition
-    do i = 1, size(at%value)
-      g = at%condition(i)
-      point%values(1, g) = max(point%values(1, g), at%side(i) * (at%value(i) - goals(g)%limit))
+      point%values(1, g) = maxval(at%side * (at%value - goals(g)%limit))
     end do
     point%state = stable
     if (present(near)) near = motion
     if (.not. (multipliers .or. any(goals%about == of_multipliers))) return
-    call take_free_vibrations(motion, setting%accuracy, point, failure)
+    call take_free_vibrations(motion, members%setting%accuracy, point, failure)
     if (allocated(failure)) return
     do g = 1, size(goals)
       if (goals(g)%about == of_multipliers) point%values(1, g) = goals(g)%excess(exp(maxval(point%growth)))
@@ -106,9 +99,8 @@ contains
 
   !> Climbs to the maximum of a goal over a line from three places, ascending, whose levels are known. Error: the goal makes no
   !> sense.
-  subroutine climb_from(neighbours, setting, goal, start, places, levels, climb, error, motion)
-    type(neighbours_type), intent(in) :: neighbours
-    class(setting_type), intent(in) :: setting
+  subroutine climb_from(members, goal, start, places, levels, climb, error, motion)
+    type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goal
     !> A condition on the line
     type(condition_type), intent(in) :: start
@@ -121,23 +113,22 @@ contains
     real(dp) :: level
 
     ! what is found from its neighbour is a step of a search: where it is not smooth a rough place is enough
-    call climb%start(places, levels, places([1, 3]), gain, merge(of_smooth, most_steps, present(motion)))
+    call climb%start(places, levels, places([1, 3]), merge(of_smooth, most_steps, present(motion)))
     do while (.not. climb%done)
-      call look(neighbours, setting, [goal], start%moved_to(climb%next), .false., point, error, motion)
+      call look(members, [goal], start%moved_to(climb%next), .false., point, error, motion)
       if (allocated(error)) return
       level = -huge(level)
-      if (point%state == stable) level = level_of(goal, point%values(1, 1))
+      if (point%state == stable) level = goal%level(point%values(1, 1))
       call climb%take(level)
     end do
-    call climb_branches(neighbours, setting, goal, start, places([1, 3]), climb, error, motion)
+    call climb_branches(members, goal, start, places([1, 3]), climb, error, motion)
   end subroutine climb_from
 
   !> Looks for a maximum between the end of a line, which is higher than the point before it, and that point: the middle is looked
   !> at until it is higher than the end, or until the parabola through the three has its vertex beyond the end. Error: the goal
   !> makes no sense.
-  subroutine look_beside_end(neighbours, setting, goal, start, ends, end_levels, places, levels, error)
-    type(neighbours_type), intent(in) :: neighbours
-    class(setting_type), intent(in) :: setting
+  subroutine look_beside_end(members, goal, start, ends, end_levels, places, levels, error)
+    type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goal
     !> A condition on the line
     type(condition_type), intent(in) :: start
@@ -154,9 +145,9 @@ contains
     beyond = 0
     do k = 1, most_halvings
       places(2) = (places(1) + places(3)) / 2
-      call look(neighbours, setting, [goal], start%moved_to(places(2)), .false., point, error)
+      call look(members, [goal], start%moved_to(places(2)), .false., point, error)
       if (allocated(error) .or. point%state /= stable) exit
-      levels(2) = level_of(goal, point%values(1, 1))
+      levels(2) = goal%level(point%values(1, 1))
       if (levels(2) > levels(3)) exit
       ! the slope at the end: far from it the parabola may be wrong once
       if (.not. 3 * levels(3) - 4 * levels(2) + levels(1) < 0) beyond = beyond + 1

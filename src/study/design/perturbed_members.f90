@@ -1,14 +1,15 @@
-!> A machine of a family and its neighbours along each parameter, by which functions of the machine that need no solution, as the
-!> coefficients of its equations, are differentiated:
+!> A machine of a family, and members beside it along each parameter. By differences between them functions of the machine that
+!> need no solution, as the coefficients of its equations, are differentiated:
 !>
 !>     df/dp = (w_0 f(p) + w_1 f(p + d_1 h) + w_2 f(p + d_2 h)) / h,
 !>
 !> d = -1, 1 or, where there is no machine on one side, 1, 2 or -1, -2. Such functions are known to rounding, so the step needs no
 !> guess: h = epsilon^(1/3) of the parameter's range leaves h^2 |f'''| / 6 (/ 3 on one side) and epsilon |f| / h, about 1e-10 of
 !> what f changes within the range. (Nocedal, Wright, Numerical Optimization, 2006, section 8.1.)
-module gestell_study_design_neighbours
+module gestell_study_design_perturbed_members
   use gestell_base_error, only: error_type, fatal_error, impossible_mechanism, invalid_input
   use gestell_base_kinds, only: dp, pi
+  use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_gravity, only: gravity_of, weigh_frame, weighs
   use gestell_model_joints_joint, only: point_type
@@ -16,13 +17,18 @@ module gestell_study_design_neighbours
   use gestell_model_linkage_bodies, only: sum_drive
   use gestell_model_mechanism, only: drive_columns
   use gestell_model_mechanism_tabulated, only: new_tabulated, tabulated_type
-  use gestell_study_design_parts, only: inertia_part, mass_part, other_part, place_parts
+  use gestell_model_quantity_rows, only: probe_type
   use gestell_system_family, only: family_type, take_member
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
 
-  public :: at_condition, find_neighbours, joined, remember
+  public :: at_condition, find_members, joined, remember
+
+  !> Which property of a link a design parameter changes: mass, a coordinate of its center of mass, moment of inertia; or none.
+  integer, parameter, public :: other_part = 0, mass_part = 1, place_parts(2) = [2, 3], inertia_part = 4
+  !> The keys of these properties.
+  character(len=9), parameter, public :: part_names(4) = [character(len=9) :: "mass", "center(1)", "center(2)", "inertia"]
 
   !> Numbers of a condition that may differ along a line.
   integer, parameter, public :: along_speed = 1, along_stiffness = 2
@@ -36,6 +42,7 @@ module gestell_study_design_neighbours
   contains
     procedure :: number
     procedure :: moved_to
+    procedure :: drive_rpm
   end type condition_type
 
   !> How a parameter is changed for derivatives: its range; where it is the `part` of one link alone, its index in the linkage and
@@ -46,13 +53,23 @@ module gestell_study_design_neighbours
     real(dp) :: unit = 1
   end type step_type
 
-  type, public :: neighbours_type
+  !> How machines are solved: by which model, how accurately; the probes that goals may name.
+  type, public :: setting_type
+    type(probe_type), allocatable :: probes(:)
+    character(len=11) :: model = "exact"
+    type(accuracy_type) :: accuracy
+  end type setting_type
+
+  type, public :: members_type
+    type(setting_type) :: setting
+    !> The machine itself
     type(frame_type) :: frame
     type(step_type), allocatable :: steps(:)
-    !> Shape (2, parameters), and how they are weighed, shapes (2, parameters) and, w_0 / h, w_1 / h, w_2 / h, (0:2, parameters).
-    type(frame_type), allocatable :: beside(:, :)
+    !> Members d_1 h and d_2 h beside the machine along each parameter, shape (2, parameters); not allocated without derivatives
+    type(frame_type), allocatable :: perturbed(:, :)
+    !> d_1 h, d_2 h, shape (2, parameters), and w_0 / h, w_1 / h, w_2 / h, shape (0:2, parameters)
     real(dp), allocatable :: distance(:, :), weight(:, :)
-  end type neighbours_type
+  end type members_type
 
   real(dp), parameter :: offsets(2, 3) = reshape([-1.0_dp, 1.0_dp, 1.0_dp, 2.0_dp, -1.0_dp, -2.0_dp], [2, 3])
   real(dp), parameter :: weights(0:2, 3) = reshape([0.0_dp, -0.5_dp, 0.5_dp, -1.5_dp, 2.0_dp, -0.5_dp, 1.5_dp, -2.0_dp, 0.5_dp], &
@@ -60,42 +77,44 @@ module gestell_study_design_neighbours
 
 contains
 
-  !> The machine at `parameters`, and with `steps`, shape (parameters), its neighbours; `known`: there is one. Errors: the
-  !> parameters make no sense; the members are no frames.
-  subroutine find_neighbours(family, parameters, neighbours, known, error, steps)
+  !> The machine at `parameters`, and with `steps`, shape (parameters), the members beside it; the setting is left to the caller.
+  !> `known`: there is such a machine. Errors: the parameters make no sense; the members are no frames.
+  subroutine find_members(family, parameters, members, known, error, steps)
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: parameters(:)
-    type(neighbours_type), intent(out) :: neighbours
+    type(members_type), intent(out) :: members
     logical, intent(out) :: known
     type(error_type), allocatable, intent(out) :: error
     type(step_type), intent(in), optional :: steps(:)
-    real(dp) :: h
+    real(dp) :: h, x(size(parameters))
     integer :: k, side, i
 
-    call take_frame(family, parameters, neighbours%frame, known, error)
+    call take_frame(family, parameters, members%frame, known, error)
     if (allocated(error) .or. .not. known .or. .not. present(steps)) return
-    neighbours%steps = steps
-    select type (mechanism => neighbours%frame%mechanism)
+    members%steps = steps
+    select type (mechanism => members%frame%mechanism)
     type is (linkage_type)
     class default
-      neighbours%steps%link = 0
+      members%steps%link = 0
     end select
     ! links are those of its planes there
-    if (allocated(neighbours%frame%space)) neighbours%steps%link = 0
+    if (allocated(members%frame%space)) members%steps%link = 0
     associate (n => size(parameters))
-      allocate(neighbours%beside(2, n), neighbours%distance(2, n), neighbours%weight(0:2, n))
+      allocate(members%perturbed(2, n), members%distance(2, n), members%weight(0:2, n))
     end associate
     do k = 1, size(parameters)
       h = epsilon(h)**(1.0_dp / 3) * max(steps(k)%range, epsilon(h)**(1.0_dp / 3) * abs(parameters(k)))
       do side = 1, size(offsets, 2)
+        members%distance(:, k) = offsets(:, side) * h
         do i = 1, 2
           if (allocated(error)) deallocate(error)
-          neighbours%distance(i, k) = offsets(i, side) * h
-          if (neighbours%steps(k)%link > 0) then
-            call change_link(neighbours%frame, steps(k), neighbours%distance(i, k), neighbours%beside(i, k), error)
+          if (members%steps(k)%link > 0) then
+            call change_link(members%frame, steps(k), members%distance(i, k), members%perturbed(i, k), error)
             known = .not. allocated(error)
           else
-            call take_frame(family, moved(parameters, k, neighbours%distance(i, k)), neighbours%beside(i, k), known, error)
+            x = parameters
+            x(k) = x(k) + members%distance(i, k)
+            call take_frame(family, x, members%perturbed(i, k), known, error)
           end if
           if (allocated(error)) known = .false.
           if (.not. known) exit
@@ -103,9 +122,9 @@ contains
         if (known) exit
       end do
       if (.not. known) return
-      neighbours%weight(:, k) = weights(:, side) / h
+      members%weight(:, k) = weights(:, side) / h
     end do
-  end subroutine find_neighbours
+  end subroutine find_members
 
   !> `frame` where a link is heavier, or elsewhere, by `distance` in the parameter's unit. A mass may become negative: what is
   !> differentiated is linear in it. Error: nothing carries the weights.
@@ -137,15 +156,6 @@ contains
     if (weighs(changed)) call weigh_frame(changed, gravity_of(changed), error)
   end subroutine change_link
 
-  pure function moved(parameters, k, distance)
-    real(dp), intent(in) :: parameters(:), distance
-    integer, intent(in) :: k
-    real(dp) :: moved(size(parameters))
-
-    moved = parameters
-    moved(k) = moved(k) + distance
-  end function moved
-
   subroutine take_frame(family, parameters, frame, known, error)
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: parameters(:)
@@ -170,8 +180,8 @@ contains
 
   !> Tabulates all mechanisms at these phases, with what the drive feels where it is asked for: they are asked again and again, at
   !> all speeds. Links that are changed in place move as those of the machine: the joints are located once for all.
-  subroutine remember(neighbours, phases, drive)
-    type(neighbours_type), intent(inout) :: neighbours
+  subroutine remember(members, phases, drive)
+    type(members_type), intent(inout) :: members
     real(dp), intent(in) :: phases(:)
     logical, intent(in) :: drive
     type(linkage_type), allocatable :: linkage
@@ -180,19 +190,9 @@ contains
     logical :: known
     integer :: i, k
 
-    angles = neighbours%frame%crank_angles(phases)
-    if (allocated(neighbours%frame%space)) then
-      call neighbours%frame%remember(phases)
-      if (.not. allocated(neighbours%beside)) return
-      do k = 1, size(neighbours%beside, 2)
-        do i = 1, size(neighbours%beside, 1)
-          call neighbours%beside(i, k)%remember(phases)
-        end do
-      end do
-      return
-    end if
-    if (drive .and. allocated(neighbours%beside)) then
-      select type (mechanism => neighbours%frame%mechanism)
+    angles = members%frame%crank_angles(phases)
+    if (drive .and. allocated(members%perturbed) .and. .not. allocated(members%frame%space)) then
+      select type (mechanism => members%frame%mechanism)
       type is (linkage_type)
         allocate(linkage, source=mechanism)
       end select
@@ -203,12 +203,12 @@ contains
         call linkage%points(angles(i), at(:, i))
       end do
     end if
-    call remember_one(neighbours%frame)
-    if (.not. allocated(neighbours%beside)) return
-    if (allocated(linkage)) call neighbours%frame%mechanism%tabulate_drive(angles, felt, known)
-    do k = 1, size(neighbours%beside, 2)
-      do i = 1, size(neighbours%beside, 1)
-        call remember_one(neighbours%beside(i, k), neighbours%steps(k)%link)
+    call remember_one(members%frame)
+    if (.not. allocated(members%perturbed)) return
+    if (allocated(linkage)) call members%frame%mechanism%tabulate_drive(angles, felt, known)
+    do k = 1, size(members%perturbed, 2)
+      do i = 1, size(members%perturbed, 1)
+        call remember_one(members%perturbed(i, k), members%steps(k)%link)
       end do
     end do
 
@@ -222,7 +222,10 @@ contains
       real(dp), allocatable :: changed(:, :)
       integer :: k
 
-      if (present(link) .and. allocated(linkage)) then
+      if (allocated(frame%space)) then
+        call frame%remember(phases)
+        return
+      else if (present(link) .and. allocated(linkage)) then
         select type (mechanism => frame%mechanism)
         type is (linkage_type)
           if (link > 0) then
@@ -253,7 +256,7 @@ contains
     if (self%along == along_stiffness) number = self%stiffness_factor
   end function number
 
-  !> The same condition at another place of the line.
+  !> This condition moved to another place of the line.
   elemental function moved_to(self, value) result(there)
     class(condition_type), intent(in) :: self
     real(dp), intent(in) :: value
@@ -269,6 +272,14 @@ contains
       there%speed_factor = value
     end if
   end function moved_to
+
+  !> Mean speed of the drive (1/min), which makes `turns` in the period; 0: the machine's own.
+  elemental real(dp) function drive_rpm(self, turns)
+    class(condition_type), intent(in) :: self
+    integer, intent(in) :: turns
+
+    drive_rpm = self%speed * self%speed_factor * turns * 30 / pi
+  end function drive_rpm
 
   !> The machine as it is run.
   subroutine at_condition(frame, condition, run)
@@ -312,4 +323,4 @@ contains
       & - other%damping_factor]) <= alike)
   end function is_same
 
-end module gestell_study_design_neighbours
+end module gestell_study_design_perturbed_members
