@@ -5,7 +5,7 @@ module machines
   use gestell_model_frame, only: frame_type, new_frame
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_linkage, only: linkage_type
-  use gestell_model_frame_mounting, only: support_type
+  use gestell_model_mounting, only: support_type
   use reference_machine, only: joint_data, machine_data
   implicit none (type, external)
   private

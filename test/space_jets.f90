@@ -4,7 +4,7 @@ module space_jets
   use gestell_model_joints_joint, only: point_type
   use gestell_model_joints_path, only: carried, direction
   use gestell_model_space_masses, only: masses_type, new_masses, plane_type
-  use gestell_model_space_rotation, only: cross
+  use gestell_math_rotation, only: cross
   implicit none (type, external)
   private
 

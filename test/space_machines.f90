@@ -8,8 +8,8 @@ module space_machines
   use gestell_model_frame, only: frame_type, new_frame
   use gestell_model_frame_in_space, only: put_in_space
   use gestell_model_space_masses, only: plane_type
-  use gestell_model_space_mounting, only: space_support_type
-  use gestell_model_space_rotation, only: cross, rotation_matrix
+  use gestell_model_mounting, only: support_type
+  use gestell_math_rotation, only: cross, rotation_matrix
   implicit none (type, external)
   private
 
@@ -25,7 +25,7 @@ contains
     type(frame_type), intent(out) :: frame
     real(dp), intent(in) :: mass, inertia(3, 3), speed
     type(plane_type), intent(in) :: planes(:)
-    type(space_support_type), intent(in) :: supports(:)
+    type(support_type), intent(in) :: supports(:)
     integer, intent(in) :: free(:)
     type(gestell_error), allocatable, intent(out) :: error
     real(dp) :: none(3, 3)
@@ -41,7 +41,7 @@ contains
     type(frame_type), intent(out) :: frame
     type(gestell_error), allocatable, intent(out) :: error
     type(plane_type) :: planes(2)
-    type(space_support_type) :: supports(4)
+    type(support_type) :: supports(4)
     real(dp), parameter :: x(4) = [0.22_dp, -0.22_dp, 0.20_dp, -0.20_dp], z(4) = [0.16_dp, 0.16_dp, -0.18_dp, -0.18_dp], &
       & yaw(4) = [45.0_dp, -45.0_dp, 45.0_dp, -45.0_dp], pitch(4) = [0.0_dp, 0.0_dp, 20.0_dp, -20.0_dp]
     integer :: i
@@ -56,7 +56,7 @@ contains
       planes(i)%linkage%links%across = [0.006_dp, 1.3e-3_dp, 2.5e-4_dp]
     end do
     do i = 1, 4
-      supports(i) = space_support_type([x(i), -0.17_dp, z(i)], [7.0e4_dp, 1.3e5_dp, 6.0e4_dp], [50.0_dp, 80.0_dp, 50.0_dp], &
+      supports(i) = support_type([x(i), -0.17_dp, z(i)], [7.0e4_dp, 1.3e5_dp, 6.0e4_dp], [50.0_dp, 80.0_dp, 50.0_dp], &
         & turned_axes([yaw(i), pitch(i), 0.0_dp]))
     end do
     call new_space_frame(frame, 58.0_dp, tensor([1.9_dp, 1.6_dp, 1.7_dp, 0.05_dp, -0.06_dp, 0.08_dp]), planes, supports, speed, &
@@ -104,7 +104,7 @@ contains
     type(frame_type), intent(out) :: frame
     type(gestell_error), allocatable, intent(out) :: error
     type(plane_type) :: planes(3)
-    type(space_support_type) :: supports(4)
+    type(support_type) :: supports(4)
     real(dp), parameter :: places(3, 4) = reshape([0.30_dp, -0.20_dp, 0.20_dp, -0.30_dp, -0.20_dp, 0.20_dp, 0.25_dp, -0.20_dp, &
       & -0.25_dp, -0.25_dp, 0.20_dp, -0.20_dp], [3, 4]), angles(3, 4) = reshape([20.0_dp, 10.0_dp, -15.0_dp, -20.0_dp, 30.0_dp, &
       & 5.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 40.0_dp], [3, 4])
@@ -129,7 +129,7 @@ contains
     planes(3)%axes = reshape([1.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, -1.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, -1.0_dp], [3, 3])
     planes(3)%origin = [0.05_dp, 0.10_dp, -0.08_dp]
     do i = 1, 4
-      supports(i) = space_support_type(places(:, i), [4.0e4_dp, 6.0e4_dp, 3.0e4_dp], damping * [50.0_dp, 60.0_dp, 40.0_dp], &
+      supports(i) = support_type(places(:, i), [4.0e4_dp, 6.0e4_dp, 3.0e4_dp], damping * [50.0_dp, 60.0_dp, 40.0_dp], &
         & turned_axes(angles(:, i)))
     end do
     call new_space_frame(frame, 26.0_dp, tensor([0.9_dp, 0.8_dp, 1.0_dp, 0.05_dp, -0.08_dp, 0.06_dp]), planes, supports, &

@@ -10,7 +10,7 @@ module test_axes
   use gestell_model_quantity_driving, only: damper_watts, drive_watts, stored_energy
   use gestell_model_frame, only: frame_type, new_frame
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
-  use gestell_model_frame_mounting, only: support_type
+  use gestell_model_mounting, only: support_type
   use gestell_model_quantity_rows, only: guide_forces
   use gestell_study_vibration_analysis, only: analyse, analysis_type, analysis_options
   use gestell_task_power_drive, only: drive_type, find_drive

@@ -5,7 +5,7 @@ module test_forces
   use gestell_base_kinds, only: dp, pi
   use gestell_model_frame, only: frame_type, new_frame
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
-  use gestell_model_frame_mounting, only: support_type
+  use gestell_model_mounting, only: support_type
   use gestell_model_quantity, only: find_quantity
   use gestell_model_quantity_rows, only: probe_type, quantity_type
   use gestell_study_vibration_analysis, only: analysis_type

@@ -8,7 +8,7 @@ module test_model
   use gestell_model_joints_joint, only: point_type
   use gestell_model_linkage, only: linkage_type
   use gestell_model_mechanism, only: mass_functions_type
-  use gestell_model_frame_mounting, only: damping_matrix, stiffness_matrix, support_type
+  use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type
   use machines, only: frame_of_machine, linkage_of_machine
   use reference_cases, only: random_machine
   use reference_frame, only: frame_matrices, frame_of

@@ -8,7 +8,7 @@ module test_parts
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_solution, only: floquet_type, follow, solve_floquet, solve_multipliers, solve_periodic
   use gestell_model_frame, only: frame_type, new_frame
-  use gestell_model_frame_mounting, only: stiffness_matrix, support_type
+  use gestell_model_mounting, only: stiffness_matrix, support_type
   use gestell_system_part, only: find_parts
   use gestell_system_periodic, only: periodic_system
   use machines, only: frame_of_machine

@@ -6,10 +6,9 @@ module test_small_motions
   use gestell_base_kinds, only: dp, pi
   use gestell_math_series_trigonometric, only: series_through
   use gestell_model_frame, only: frame_type, new_frame
-  use gestell_model_frame_mounting, only: support_type
+  use gestell_model_mounting, only: support_type
   use gestell_model_exact_varied_frame, only: varied_frame, varied_frame_type
   use gestell_model_space_masses, only: plane_type
-  use gestell_model_space_mounting, only: space_support_type
   use space_machines, only: four_bar_plane, new_space_frame
   use testdrive, only: error_type, new_unittest, unittest_type
   implicit none (type, external)
@@ -56,11 +55,11 @@ contains
     integer :: i
 
     call massless(plane, failure)
-    if (.not. allocated(failure)) call new_space_frame(frame, 18.0_dp, inertia, [plane], [space_support_type(places(:, 1), &
-      & springs, dampers), space_support_type(places(:, 2), springs, dampers, turning=.true.)], speed, [(i, i = 1, 6)], failure)
+    if (.not. allocated(failure)) call new_space_frame(frame, 18.0_dp, inertia, [plane], [support_type(places(:, 1), &
+      & springs, dampers), support_type(places(:, 2), springs, dampers, turning=.true.)], speed, [(i, i = 1, 6)], failure)
     call check_success(error, failure)
     if (allocated(error)) return
-    frame%space%supports(2)%static = static
+    frame%supports(2)%static = static
     call compare(frame, error)
   end subroutine test_space
 

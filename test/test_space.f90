@@ -10,8 +10,7 @@ module test_space
   use gestell_floquet_solution, only: floquet_type, follow, solve_floquet, solve_multipliers, solve_periodic
   use gestell_math_dft, only: dft
   use gestell_math_series_trigonometric, only: series_through
-  use gestell_model_frame, only: frame_type
-  use gestell_model_frame_gravity, only: weigh_frame
+  use gestell_model_frame, only: frame_type, weigh_frame
   use gestell_model_exact_varied_frame, only: varied_frame, varied_frame_type
   use gestell_model_space_masses, only: masses_type, plane_type, sum_planes
   use gestell_model_space, only: in_frame
@@ -102,7 +101,7 @@ contains
 
     call three_planes(-420 * rpm, 1.0_dp, frame, failure)
     ! with weights, and static forces of which one turns
-    frame%space%supports(2)%turning = .true.
+    frame%supports(2)%turning = .true.
     if (.not. allocated(failure)) call weigh_frame(frame, [3.0_dp, -8.0_dp, 4.0_dp], failure)
     call check_success(error, failure)
     if (allocated(error)) return
@@ -132,7 +131,7 @@ contains
       real(dp), intent(out) :: derivatives(6, 6, 0:2)
       real(dp) :: r(6)
 
-      call vary(frame%space, masses, 1, q, r, derivatives(:, :, 2), derivatives(:, :, 1), derivatives(:, :, 0))
+      call vary(frame, frame%space%drive, masses, 1, q, r, derivatives(:, :, 2), derivatives(:, :, 1), derivatives(:, :, 0))
     end subroutine derive
 
     function left(i, k, change) result(r)
@@ -142,7 +141,7 @@ contains
 
       there = q
       there(i, k) = there(i, k) + change
-      call vary(frame%space, masses, 1, there, r, m, b, c)
+      call vary(frame, frame%space%drive, masses, 1, there, r, m, b, c)
     end function left
 
   end subroutine test_derivatives

@@ -6,12 +6,11 @@ module test_space_held
   use gestell_base_kinds, only: dp, pi
   use gestell_math_series_trigonometric, only: series_through, series_type
   use gestell_model_frame, only: frame_type, new_frame
-  use gestell_model_frame_mounting, only: support_type
+  use gestell_model_mounting, only: support_type
   use gestell_model_exact_varied_frame, only: varied_frame, varied_frame_type
   use gestell_model_mechanism_held, only: holders
   use gestell_model_space_drive, only: drive_type
   use gestell_model_space_masses, only: plane_type
-  use gestell_model_space_mounting, only: space_support_type
   use gestell_model_space_variation, only: sample_varied
   use gestell_system_second_order, only: second_order_system
   use space_machines, only: four_bar_plane, new_space_frame, v_twin
@@ -37,7 +36,7 @@ contains
     real(dp), parameter :: speed = -31.0_dp, origin(2) = [0.1_dp, -0.25_dp]
     type(gestell_error), allocatable :: failure
     type(plane_type) :: plane
-    type(space_support_type) :: support
+    type(support_type) :: support
     type(frame_type) :: space, flat
     type(varied_frame_type) :: flat_varied, space_varied
     type(series_type) :: motion, motion_6
@@ -137,7 +136,7 @@ contains
     subroutine sample(at)
       real(dp), intent(in) :: at(6, 0:2)
 
-      call sample_varied(frame%space, frame%mass, frame%speed, angle, reshape(at(:, 0), [1, 6]), reshape(at(:, 1), [1, 6]), &
+      call sample_varied(frame, frame%space, angle, reshape(at(:, 0), [1, 6]), reshape(at(:, 1), [1, 6]), &
         & reshape(at(:, 2), [1, 6]), lag, r, m, b, c)
     end subroutine sample
 

@@ -8,7 +8,7 @@ module test_weights
   use gestell_model_quantity_driving, only: damper_watts, drive_watts, rigid_torque, stored_energy
   use gestell_model_frame, only: frame_type, new_frame
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
-  use gestell_model_frame_mounting, only: support_type
+  use gestell_model_mounting, only: support_type
   use gestell_model_quantity_rows, only: guide_forces
   use gestell_model_exact_varied_frame, only: varied_frame_type
   use gestell_study_vibration_analysis, only: analyse, analysis_type, analysis_options
@@ -270,7 +270,7 @@ contains
       expected = (machine%frame_mass + sum(machine%links%mass)) * machine%gravity
       call near(error, force, expected, 1.0e-11_dp * norm2(expected), "sum")
       call near(error, static_force(frame, "total"), expected, 1.0e-12_dp * norm2(expected), "total")
-      call near(error, frame%weights%sag, real(sag(machine), dp), 1.0e-10_dp * maxval(abs(frame%weights%sag)), "sag")
+      call near(error, frame%weights%sag([1, 2, 6]), real(sag(machine), dp), 1.0e-10_dp * maxval(abs(frame%weights%sag)), "sag")
       if (allocated(error)) return
     end do
   end subroutine test_static

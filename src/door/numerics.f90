@@ -22,7 +22,7 @@ module gestell_door_numerics
   use gestell_model_linkage_bodies, only: link_type
   use gestell_model_linkage_diagnosis, only: diagnose, diagnosis_type
   use gestell_model_quantity_driving, only: damper_watts, drive_power, drive_watts, power_rows, rigid_torque, stored_energy, torque
-  use gestell_model_frame, only: frame_type, dof_names, new_frame
+  use gestell_model_frame, only: frame_type, dof_names, new_frame, weigh_frame
   use gestell_model_mechanism_shaking, only: shaking, shaking_type
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
   use gestell_model_joints_guide, only: guide_type
@@ -32,13 +32,11 @@ module gestell_door_numerics
   use gestell_model_linkage, only: linkage_type
   use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_dd, a3_v, a4_v, mass_functions_type, &
     & mechanism_type, table_columns
-  use gestell_model_frame_mounting, only: damping_matrix, stiffness_matrix, support_type
+  use gestell_model_mounting, only: damping_matrix, space_support_type => support_type, stiffness_matrix, support_type
   use gestell_model_quantity, only: find_quantity, point_quantity
   use gestell_model_quantity_rows, only: accelerations, displacements, guide_forces, probe_type, quantity_type, velocities
-  use gestell_model_frame_gravity, only: weigh_frame
   use gestell_model_frame_in_space, only: planes_of, put_in_space
   use gestell_model_space_masses, only: plane_type
-  use gestell_model_space_mounting, only: space_support_type
   use gestell_study_vibration_analysis, only: analyse, analysis_options, analysis_type, tasks_type => analysis_options
   use gestell_task_boundary_line_borders, only: border_accuracy, border_rest_type, border_type, find_borders, &
     & nearest_stable, nearest_type, open_border_type

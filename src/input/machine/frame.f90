@@ -17,15 +17,13 @@ module gestell_input_machine_frame
   use gestell_model_frame, only: frame_type, dof_names, new_frame
   use gestell_model_mechanism_held, only: held_subject, holders
   use gestell_model_mechanism, only: mechanism_type
-  use gestell_model_frame_gravity, only: weigh_frame
   use gestell_model_frame_in_space, only: planes_of, put_in_space
   use gestell_model_linkage, only: linkage_type
   use gestell_model_space_drive, only: drive_type
   use gestell_model_space_masses, only: plane_type
-  use gestell_model_space_mounting, only: space_support_type
-  use gestell_model_space_rotation, only: rotation_matrix
-  use gestell_model_frame_mounting, only: damping_matrix, stiffness_matrix, support_type
-  use gestell_model_frame_weights, only: gravity_subject
+  use gestell_math_rotation, only: rotation_matrix
+  use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type
+  use gestell_model_mounting_weights, only: gravity_subject
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -62,15 +60,13 @@ module gestell_input_machine_frame
     & key_type("support", "axes", text_key, "whether the axes stay in space or turn with the frame, see below", word="space", &
     &   words="space, frame")]
 
-  !> Drive, frame and mounting in SI, stiffness and damping of the foundation alone; the mechanism is missing. `supports` are those
-  !> of a frame of the plane, `in_space` those of one in space.
+  !> Drive, frame and mounting in SI, stiffness and damping of the foundation alone; the mechanism is missing.
   type, public :: frame_data_type
     real(dp) :: mass = 0, inertia(3, 3) = 0, origin(3) = 0, stiffness(6, 6) = 0, damping(6, 6) = 0, speed = 0, gravity(3) = 0, &
       & flywheel_inertia = 0
     character(len=8) :: held_by = "motor"
     integer, allocatable :: free(:)
     type(support_type), allocatable :: supports(:)
-    type(space_support_type), allocatable :: in_space(:)
   end type frame_data_type
 
 contains
@@ -135,10 +131,10 @@ contains
     end select
     call new_frame(frame, mechanism, data%mass, data%inertia(3, 3), data%origin(:2), (data%stiffness(:3, :3)), &
       & (data%damping(:3, :3)), data%speed, error)
-    if (.not. allocated(error)) call put_in_space(frame, data%inertia, planes, data%in_space, data%free, error, data%stiffness, &
+    if (.not. allocated(error)) call put_in_space(frame, data%inertia, planes, data%supports, data%free, error, data%stiffness, &
       & data%damping, drive)
     if (.not. allocated(error)) frame%space%origin = data%origin
-    if (.not. allocated(error)) call weigh_frame(frame, data%gravity, error)
+    if (.not. allocated(error)) call frame%weigh(data%gravity, error)
   end subroutine read_frame_in_space
 
   !> All of it but the mechanism.
@@ -161,7 +157,7 @@ contains
     if (.not. allocated(error)) call read_gravity(groups_named(doc, "gravity"), units, in_space, data%gravity, error)
     if (.not. allocated(error)) call read_inertia(group, units, any(data%free > 4), data%inertia, error)
     call read_place(group, frame_keys, "origin", units, data%origin, error)
-    if (.not. allocated(error)) call read_supports(doc, units, data, error)
+    if (.not. allocated(error)) call read_supports(doc, units, in_space, data%supports, error)
     if (.not. allocated(error) .and. .not. in_space) call refuse_tilted(doc, error)
   end subroutine read_drive_and_frame
 
@@ -262,35 +258,35 @@ contains
     end do
   end function values_out_of_the_plane
 
-  !> The supports, as those of the plane and as those in space.
-  subroutine read_supports(doc, units, data, error)
+  !> The supports, along axes in the plane or `in_space`.
+  subroutine read_supports(doc, units, in_space, supports, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
-    type(frame_data_type), intent(inout) :: data
+    logical, intent(in) :: in_space
+    type(support_type), allocatable, intent(out) :: supports(:)
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: axes
-    real(dp) :: angles(3)
+    real(dp), dimension(3) :: position, stiffness, damping, angles
     integer, allocatable :: at(:)
     integer :: i, n
 
     allocate(at, source=indices_named(doc, "support"))
-    allocate(data%supports(size(at)), data%in_space(size(at)))
+    allocate(supports(size(at)))
     do i = 1, size(at)
-      associate (support => data%supports(i), there => data%in_space(i), group => doc%groups(at(i)))
-        call read_place(group, support_keys, "position", units, there%position, error)
-        call read_place(group, support_keys, "stiffness", units, there%stiffness, error)
-        call read_place(group, support_keys, "damping", units, there%damping, error)
+      associate (group => doc%groups(at(i)))
+        call read_place(group, support_keys, "position", units, position, error)
+        call read_place(group, support_keys, "stiffness", units, stiffness, error)
+        call read_place(group, support_keys, "damping", units, damping, error)
         angles = 0
         n = max(1, count_values(group, "angle"))
         call read(group, support_keys, "angle", angles(:n), error, units)
         call read(group, support_keys, "axes", axes, error)
         if (allocated(error)) return
-        support = support_type(there%position(:2), there%stiffness(:2), there%damping(:2), angles(1), axes == "frame")
-        there%turning = axes == "frame"
+        supports(i) = support_type(position, stiffness, damping, angles(1), axes == "frame")
         angles = modulo(angles, 2 * pi)
-        if (any(angles > 0)) there%axes = matmul(rotation_matrix([0.0_dp, 0.0_dp, angles(1)]), &
+        if (in_space) supports(i)%axes = matmul(rotation_matrix([0.0_dp, 0.0_dp, angles(1)]), &
           & matmul(rotation_matrix([0.0_dp, angles(2), 0.0_dp]), rotation_matrix([angles(3), 0.0_dp, 0.0_dp])))
-        if (all(ieee_is_finite(stiffness_matrix([support])) .and. ieee_is_finite(damping_matrix([support])))) cycle
+        if (all(ieee_is_finite(stiffness_matrix(supports(i:i))) .and. ieee_is_finite(damping_matrix(supports(i:i))))) cycle
         call input_error(group, "position", "so far from F its stiffness or damping about F overflows", error)
         return
       end associate

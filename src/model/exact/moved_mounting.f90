@@ -18,7 +18,7 @@
 module gestell_model_exact_moved_mounting
   use gestell_base_kinds, only: dp
   use gestell_math_turn, only: less_one
-  use gestell_model_frame_mounting, only: support_type
+  use gestell_model_mounting, only: support_type
   implicit none (type, external)
   private
 
@@ -242,7 +242,7 @@ contains
   end subroutine elongate
 
   pure complex(dp) function complex_of(a)
-    real(dp), intent(in) :: a(2)
+    real(dp), intent(in) :: a(3)
 
     complex_of = cmplx(a(1), a(2), dp)
   end function complex_of
@@ -267,9 +267,9 @@ contains
   end subroutine subtract_plane
 
   pure type(pair_type) function pair_of(k, angle)
-    real(dp), intent(in) :: k(2), angle
+    real(dp), intent(in) :: k(3), angle
 
-    pair_of%mean = sum(k) / 2
+    pair_of%mean = sum(k(:2)) / 2
     pair_of%difference = (k(1) - k(2)) / 2 * exp(2 * i * angle)
   end function pair_of
 

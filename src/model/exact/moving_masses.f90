@@ -18,8 +18,6 @@ module gestell_model_exact_moving_masses
     real(dp), allocatable :: inertia(:), inertia_t(:), inertia_psi(:), inertia_tpsi(:), inertia_psipsi(:)
     !> The moment that the load exerts where the frame rests, with the other sign (N m), and its derivative.
     real(dp), allocatable :: moment(:), moment_psi(:)
-    !> The parts of S_1 and S_2 that weigh where they are (kg m): without those of the mechanism's origin.
-    complex(dp), allocatable :: sums_1(:), sums_2(:)
   end type masses_type
 
 contains
@@ -31,24 +29,20 @@ contains
     type(masses_type), intent(out) :: at
     complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
     real(dp) :: felt(size(angles), table_columns), load(size(angles), 3), slope(size(angles))
-    complex(dp) :: origin
     real(dp) :: part
 
     call tabulate_felt(frame%mechanism, frame%origin, frame%even_in_space(), angles, felt, load, slope)
-    origin = frame%mechanism%mass * cmplx(frame%origin(1), frame%origin(2), dp)
     associate (omega => frame%speed, xi0 => frame%origin(1), eta0 => frame%origin(2), m_g => frame%mechanism%mass)
       at%s_tt = omega**2 * cmplx(load(:, 1), load(:, 2), dp)
       at%moment = omega**2 * (xi0 * load(:, 2) - eta0 * load(:, 1) + load(:, 3))
-      at%sums_1 = cmplx(felt(:, a1_v), felt(:, a2_v), dp)
-      at%s_1 = origin + at%sums_1
+      at%s_1 = frame%mechanism%mass * cmplx(xi0, eta0, dp) + cmplx(felt(:, a1_v), felt(:, a2_v), dp)
       at%s_1_t = omega * cmplx(felt(:, a1_d), felt(:, a2_d), dp)
       at%s_1_tt = omega**2 * cmplx(felt(:, a1_dd), felt(:, a2_dd), dp)
       at%inertia = frame%inertia + frame%mechanism%inertia + m_g * (xi0**2 + eta0**2) + turned(a1_v, a2_v, a3_v)
       at%inertia_t = omega * turned(a1_d, a2_d, a3_d)
       if (frame%even_in_space()) then
         part = part_of_turn(frame%mechanism, .true.)
-        at%sums_2 = at%sums_1 + i * part * at%s_1_t / omega
-        at%s_2 = origin + at%sums_2
+        at%s_2 = at%s_1 + i * part * at%s_1_t / omega
         at%s_2_t = at%s_1_t + i * part * at%s_1_tt / omega
         at%s_3 = at%s_2 + i * part * at%s_2_t / omega
         at%inertia_psi = -part * at%inertia_t / omega
@@ -56,7 +50,6 @@ contains
         at%inertia_tpsi = -omega * part * turned(a1_dd, a2_dd, a3_dd)
         at%moment_psi = -omega**2 * slope
       else
-        at%sums_2 = at%sums_1
         at%s_2 = at%s_1
         at%s_2_t = at%s_1_t
         at%s_3 = at%s_1

@@ -7,7 +7,7 @@
 !>     m u'' + E [S'' + 2 i psi' S' + (i psi'' - psi'^2) S]           = sum of F_j
 !>     J psi'' + J' psi' + H' + Im(conj(E S) u'')                     = sum of M_j
 !>
-!> with the mounting's F_j, M_j (gestell_model_exact_moved_mounting) and the weights' moment (gestell_model_frame_weights). About
+!> with the mounting's F_j, M_j (gestell_model_exact_moved_mounting) and the weights' moment (gestell_model_mounting_weights). About
 !> the rest q = 0 they are (8) to (12). All are functions of the crank angle phi = Omega t, so ' is Omega d/dphi.
 !>
 !> Of a crank that turns evenly in space (gestell_model_mechanism_held) phi = Omega t - p psi. Then the moment of the masses Z = E S
@@ -25,7 +25,6 @@ module gestell_model_exact_varied_frame
   use gestell_base_kinds, only: dp, pi
   use gestell_math_series_trigonometric, only: series_through, series_type
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_mounting, only: damping_matrix, stiffness_matrix
   use gestell_model_exact_moved_mounting, only: add_mounting, ground_load, mounting_energy, mounting_power
   use gestell_model_space, only: in_frame, is_rotation
   use gestell_model_space_blocks, only: all_connected
@@ -53,8 +52,6 @@ module gestell_model_exact_varied_frame
     !> In space, beside a flywheel: the frame's turning about the shaft, chi, and its mean rate (gestell_model_space_drive).
     type(series_type) :: spun
     real(dp) :: drift = 0
-    !> The foundation's part of the mounting.
-    real(dp) :: foundation_stiffness(3, 3) = 0, foundation_damping(3, 3) = 0
   contains
     procedure :: move_to, lag, sample_second_order, coupled, ground_forces
     procedure :: turned, turning, rotation, potential, dissipation
@@ -72,8 +69,6 @@ contains
 
     varied%frame_type = frame
     varied%about_rest = .false.
-    varied%foundation_stiffness = frame%stiffness - stiffness_matrix(frame%supports)
-    varied%foundation_damping = frame%damping - damping_matrix(frame%supports)
     call varied%move_to(motion)
   end function varied_frame
 
@@ -120,7 +115,7 @@ contains
       call follow_frame(self%space%drive, self%speed, a(k, in_frame(:3)), reshape([q(k, in_frame(4:)), v(k, in_frame(4:)), &
         & a(k, in_frame(4:))], [3, 3]), driven%moved, driven%turn)
       rate(k, 1) = driven%turn%chi(1) * self%mechanism%turns
-      self%motor_torque = self%motor_torque + mounting_power_in_space(self%space, q(k, in_frame), v(k, in_frame)) &
+      self%motor_torque = self%motor_torque + mounting_power_in_space(self, q(k, in_frame), v(k, in_frame)) &
         & / (points * self%speed * self%mechanism%turns)
     end do
     self%spun = series_through(rate)
@@ -158,19 +153,22 @@ contains
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
     real(dp), contiguous, intent(out), optional :: h(:, :)
-    real(dp), dimension(size(phases), self%dofs(), self%dofs()) :: all_m, all_b, all_c
-    real(dp), dimension(size(phases), self%dofs()) :: q, v, a, r
+    real(dp), dimension(size(phases), self%dofs(), self%dofs()) :: all_m, all_b, all_c, rest_m, rest_b, rest_c
+    real(dp), dimension(size(phases), self%dofs()) :: q, v, a, r, load
     integer :: j, k
 
     call self%motion%values(phases, q, v, a)
     v = v * (2 * pi / self%period)
     a = a * (2 * pi / self%period)**2
     if (allocated(self%space)) then
-      call sample_varied(self%space, self%mass, self%speed, self%crank_angles(phases), q, v, a, self%lag(phases), r, all_m, &
-        & all_b, all_c)
-      if (self%excitation < 1 .or. self%excitation > 1) call take_excitation_in_space(self, phases, r)
+      call sample_varied(self, self%space, self%crank_angles(phases), q, v, a, self%lag(phases), r, all_m, all_b, all_c)
     else
       call vary_in_plane(self, phases, q, v, a, r, all_m, all_b, all_c)
+    end if
+    if (self%excitation < 1 .or. self%excitation > 1) then
+      ! what does not act of the load where the frame rests
+      call self%sample_at_rest(self%crank_angles(phases), [(k, k = 1, self%dofs())], rest_m, rest_b, rest_c, load)
+      r = r + (1 - self%excitation) * load
     end if
     do k = 1, size(self%free)
       do j = 1, size(self%free)
@@ -246,41 +244,10 @@ contains
     c(:, 1, 3) = real(varied)
     c(:, 2, 3) = aimag(varied)
     if (frame%weights%act) then
-      r(:, 3) = r(:, 3) - frame%weights%moment(turn, at%sums_1)
-      c(:, 3, 3) = c(:, 3, 3) + frame%weights%stiffness(turn, at%sums_2)
+      r(:, 3) = r(:, 3) - frame%weights%moment(turn, at%s_1)
+      c(:, 3, 3) = c(:, 3, 3) + frame%weights%moment_stiffness(turn, at%s_2)
     end if
-    if (frame%excitation < 1 .or. frame%excitation > 1) call take_excitation(frame, phases, r)
   end subroutine vary_inertia
-
-  !> Takes away what of the excitation does not act: of the load where the frame rests.
-  subroutine take_excitation(frame, phases, r)
-    type(varied_frame_type), intent(in) :: frame
-    real(dp), contiguous, intent(in) :: phases(:)
-    real(dp), intent(inout) :: r(:, :)
-    complex(dp), parameter :: upright = 1
-    type(masses_type) :: at
-
-    call find_masses(frame, frame%crank_angles(phases), at)
-    associate (part => 1 - frame%excitation)
-      r(:, 1) = r(:, 1) - part * real(at%s_tt)
-      r(:, 2) = r(:, 2) - part * aimag(at%s_tt)
-      r(:, 3) = r(:, 3) - part * at%moment
-      if (frame%weights%act) r(:, 3) = r(:, 3) + part * frame%weights%moment(upright, at%sums_1)
-    end associate
-  end subroutine take_excitation
-
-  !> The same in space.
-  subroutine take_excitation_in_space(frame, phases, r)
-    type(varied_frame_type), intent(in) :: frame
-    real(dp), contiguous, intent(in) :: phases(:)
-    real(dp), intent(inout) :: r(:, :)
-    real(dp), dimension(size(phases), 6, 6) :: m, b, c
-    real(dp) :: h(size(phases), 6)
-    integer :: i
-
-    call frame%space%sample_at_rest(frame%mass, frame%speed, frame%crank_angles(phases), [(i, i = 1, 6)], m, b, c, h)
-    r = r + (1 - frame%excitation) * h
-  end subroutine take_excitation_in_space
 
   !> The foundation, whose potential is quadratic in xi, eta, psi.
   pure subroutine add_foundation(self, q, v, r, b, c)
@@ -305,14 +272,12 @@ contains
     class(varied_frame_type), intent(in) :: self
     logical, allocatable :: coupled(:, :), turns(:)
     real(dp), dimension(4, size(self%free), size(self%free)) :: m, b, c
-    real(dp) :: damping(self%dofs(), self%dofs())
     integer :: first, k
 
     coupled = self%frame_type%coupled()
     turns = is_rotation(self%free)
     coupled = coupled .or. spread(turns, 1, size(turns)) .or. spread(turns, 2, size(turns))
-    damping = self%ground_damping()
-    k = count([(damping(self%free(k), self%free(k)) > 0, k = 1, size(self%free))])
+    k = count([(self%damping(self%free(k), self%free(k)) > 0, k = 1, size(self%free))])
     if (k == 0 .or. k == size(self%free)) return
     coupled = .false.
     do first = 0, 4 * self%least_steps - 1, size(m, 1)
@@ -337,7 +302,7 @@ contains
     q(:, self%free) = transpose(x(:f, :))
     v(:, self%free) = transpose(x(f + 1:, :))
     if (allocated(self%space)) then
-      forces = ground_in_space(self%space, q, v)
+      forces = ground_in_space(self, q, v)
       return
     end if
     forces = transpose(ground_load(self%supports, q, v) + matmul(q, transpose(self%foundation_stiffness)) &

@@ -3,63 +3,56 @@ module gestell_model_frame
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
   use gestell_model_mechanism_held, only: check_held, part_of_turn, tabulate_felt
-  use gestell_model_frame_inertia, only: mass_matrix, mean_mass_matrix, set_matrices
+  use gestell_model_frame_inertia, only: mass_matrix, set_matrices
   use gestell_model_frame_data, only: check_frame_data, check_free, check_turning
   use gestell_model_frame_load, only: cancellation, set_load
-  use gestell_model_mechanism, only: a1_v, a2_v, mass_functions_type, mechanism_type, table_columns
-  use gestell_model_frame_mounting, only: damping_matrix, is_conservative, load_matrix, load_rounding, stiffness_matrix, &
-    & support_type, turned_loads
+  use gestell_model_mechanism, only: a1_d, a1_v, a2_d, a2_v, mass_functions_type, mechanism_type, table_columns
+  use gestell_model_mechanism_mean_moment, only: average_masses
+  use gestell_model_mounting, only: is_rotation, load_matrix, load_rounding, support_type
+  use gestell_model_mounting_mounted, only: mounted_system
+  use gestell_model_mounting_weights, only: new_weights
   use gestell_model_mechanism_tabulated, only: new_tabulated, tabulated_type
-  use gestell_model_frame_weights, only: new_weights, weights_type
-  use gestell_model_space, only: in_space, space_type
+  use gestell_model_space, only: space_type
   use gestell_system_averaged, only: average, averaged_system, term_size
   use gestell_system_natural_frequencies, only: solve_natural_frequencies
-  use gestell_system_second_order, only: check_second_order, second_order_system
+  use gestell_system_second_order, only: check_second_order
   implicit none (type, external)
   private
 
-  public :: new_frame
+  public :: new_frame, weigh_frame
 
   !> Names of the degrees of freedom of the frame's centre of mass F, in the order of the matrices; a frame in space has all.
   character(len=7), parameter, public :: dof_names(6) = [character(len=7) :: "xi", "eta", "psi", "zeta", "rot_xi", "rot_eta"]
 
   !> The frame as a periodic system; states (q, q') in m, rad, m/s, rad/s, time in s from crank angle 0.
-  type, extends(second_order_system), public :: frame_type
-    !> m_F (kg), J_F about F (kg m^2), the mechanism's origin O in the frame's system (m): xi_0, eta_0.
-    real(dp) :: mass = 0, inertia = 0, origin(2) = 0
-    !> c_ij (N/m, N, N m) and b_ij (N s/m, N s, N m s) of supports and foundation.
-    real(dp) :: stiffness(3, 3) = 0, damping(3, 3) = 0
-    !> The supports that c_ij and b_ij contain, where they are known one by one: what is left is the foundation's.
-    type(support_type), allocatable :: supports(:)
-    !> Crank speed Omega (rad/s), negative: clockwise.
-    real(dp) :: speed = 0
-    !> Who holds it, one of `holders` of gestell_model_mechanism_held; what a flywheel has beyond the links (kg m^2), 0: not known.
+  type, extends(mounted_system), public :: frame_type
+    !> J_F about F (kg m^2), the mechanism's origin O in the frame's system (m): xi_0, eta_0.
+    real(dp) :: inertia = 0, origin(2) = 0
+    !> Who holds the crank speed, one of `holders` of gestell_model_mechanism_held; what a flywheel has beyond the links (kg m^2),
+    !> 0: not known.
     character(len=8) :: held_by = "motor"
     real(dp) :: flywheel_inertia = 0
     !> The motor's torque, the mean, where the frame feels that alone (N m); of the exact frame, about rest there is none.
     real(dp) :: motor_torque = 0
-    !> The degrees of freedom that are free, as indices into `dof_names`.
-    integer, allocatable :: free(:)
     class(mechanism_type), allocatable :: mechanism
-    !> As `new_frame` found them.
-    type(weights_type) :: weights
-    !> What a frame in space has (gestell_model_frame_in_space); supports and origin above are then its own, not these.
+    !> What a frame in space has instead of mechanism and origin (gestell_model_frame_in_space).
     type(space_type), allocatable :: space
     !> Whether the equations are those about rest, and not along a motion.
     logical :: about_rest = .true.
   contains
     procedure :: matrices
     procedure :: load
-    procedure :: sample_second_order
+    procedure :: sample_second_order, sample_at_rest
     procedure :: crank_angles, even_in_space
-    procedure :: remember, weigh
+    procedure :: remember
+    procedure :: weigh => weigh_frame
     procedure :: coupled
     procedure :: check
     procedure :: averaged
-    procedure :: natural_frequencies, conserves
+    procedure :: mean_matrices, natural_frequencies, conserves
     procedure :: drive_speed
     procedure :: drive_rpm
-    procedure :: dofs, ground_stiffness, ground_damping
+    procedure :: dofs
     procedure :: ground_forces
     procedure :: turned, turning, rotation, potential, dissipation
   end type frame_type
@@ -83,15 +76,11 @@ contains
     !> Roundings of each term of the load: of the joints' accelerations, and of the crank angle, up to 2 pi.
     real(dp), parameter :: share = 12
 
-    frame%stiffness = stiffness
-    frame%damping = damping
-    allocate(frame%supports(0))
     if (present(supports)) then
-      frame%supports = supports
-      frame%stiffness = stiffness + stiffness_matrix(supports)
-      frame%damping = damping + damping_matrix(supports)
-      frame%supports%static(1) = 0
-      frame%supports%static(2) = 0
+      call frame%put_on(supports, stiffness, damping)
+      frame%supports%position(3) = 0
+    else
+      call frame%put_on([support_type ::], stiffness, damping)
     end if
     call check_frame_data(mass, inertia, origin, frame%stiffness, frame%damping, speed, error)
     if (allocated(error)) return
@@ -120,17 +109,28 @@ contains
     frame%load_rounding = min(1.0_dp, share * frame%rounding * cancellation(frame%mechanism, frame%free, origin, mass, inertia, &
       & frame%even_in_space()))
     frame%least_steps = max(8, ceiling(2 * pi / frame%mechanism%angle_scale))
-    if (present(gravity)) call frame%weigh(gravity, error)
+    if (present(gravity)) call frame%weigh([gravity, 0.0_dp], error)
   end subroutine new_frame
 
-  !> The weights, and what carries them, of the masses as they are. `gravity`: along xi and eta (m/s^2). Error: of `new_weights`.
-  subroutine weigh(self, gravity, error)
-    class(frame_type), intent(inout) :: self
-    real(dp), intent(in) :: gravity(2)
+  !> Gives all masses of a frame weight, as they are, and what carries them their static forces; `gravity` (m/s^2) along xi, eta,
+  !> zeta, which must be 0 in the plane. Errors: no spring carries the weights along some degree of freedom; they overflow.
+  subroutine weigh_frame(frame, gravity, error)
+    class(frame_type), intent(inout) :: frame
+    real(dp), intent(in) :: gravity(3)
     type(error_type), allocatable, intent(out) :: error
+    complex(dp) :: swung
+    real(dp) :: mean(3), mass, greatest
 
-    call new_weights(self%weights, gravity, self%mechanism, self%mass, self%origin, self%stiffness, self%supports, self%free, error)
-  end subroutine weigh
+    if (allocated(frame%space)) then
+      call frame%space%average(mean, mass, greatest)
+    else
+      call average_masses(frame%mechanism, swung, greatest)
+      mass = frame%mechanism%mass
+      mean = [mass * frame%origin + [real(swung), aimag(swung)], 0.0_dp]
+      greatest = mass * norm2(frame%origin) + greatest
+    end if
+    call new_weights(frame%weights, gravity, frame%mass + mass, mean, greatest, frame%stiffness, frame%supports, frame%free, error)
+  end subroutine weigh_frame
 
   !> As of any second-order system; what `new_frame` set is there, and the period is still that of the speed.
   subroutine check(self, error)
@@ -175,27 +175,60 @@ contains
     h = all(1, :)
   end subroutine load
 
-  !> M, B, C, h at many phases of the turn: (9) to (12) by what the frame feels of the mechanism (gestell_model_mechanism_held).
+  !> M, B, C, h at many phases of the turn.
   subroutine sample_second_order(self, phases, m, b, c, h)
     class(frame_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
     real(dp), contiguous, intent(out), optional :: h(:, :)
-    real(dp) :: felt(size(phases), table_columns), load(size(phases), 3), slope(size(phases))
-    integer :: psi
+
+    call self%sample_at_rest(self%crank_angles(phases), self%free, m, b, c, h)
+  end subroutine sample_second_order
+
+  !> The equations about rest at crank angles, of the degrees of freedom `free`.
+  subroutine sample_at_rest(self, angles, free, m, b, c, h)
+    class(frame_type), intent(in) :: self
+    real(dp), contiguous, intent(in) :: angles(:)
+    integer, intent(in) :: free(:)
+    real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
+    real(dp), contiguous, intent(out), optional :: h(:, :)
 
     if (allocated(self%space)) then
-      call self%space%sample_at_rest(self%mass, self%speed, self%crank_angles(phases), self%free, m, b, c, h)
-      return
+      call self%space%sample_at_rest(self, angles, free, m, b, c, h)
+    else
+      call sample_in_plane(self, angles, free, m, b, c, h)
     end if
-    call tabulate_felt(self%mechanism, self%origin, self%even_in_space(), self%crank_angles(phases), felt, load, slope)
-    call set_matrices(self%free, mass_matrix(self%mass, self%inertia, self%origin, self%mechanism, mass_functions_type()), &
-      & self%damping, self%stiffness + load_matrix(self%supports), self%speed, self%origin, felt, m, b, c)
-    psi = findloc(self%free, 3, dim=1)
+  end subroutine sample_at_rest
+
+  !> The same in the plane, (9) to (12), by what the frame feels of the mechanism (gestell_model_mechanism_held).
+  subroutine sample_in_plane(self, angles, free, m, b, c, h)
+    class(frame_type), intent(in) :: self
+    real(dp), contiguous, intent(in) :: angles(:)
+    integer, intent(in) :: free(:)
+    real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
+    real(dp), contiguous, intent(out), optional :: h(:, :)
+    real(dp) :: felt(size(angles), table_columns), load(size(angles), 3), slope(size(angles)), part
+    complex(dp) :: swung(size(angles)), rest
+    complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
+    integer :: psi
+
+    call tabulate_felt(self%mechanism, self%origin, self%even_in_space(), angles, felt, load, slope)
+    call set_matrices(free, mass_matrix(self%mass, self%inertia, self%origin, self%mechanism, mass_functions_type()), &
+      & self%damping, self%rest_stiffness(), self%speed, self%origin, felt, m, b, c)
+    psi = findloc(free, 3, dim=1)
     if (self%even_in_space() .and. psi > 0) c(:, psi, psi) = c(:, psi, psi) - self%speed**2 * slope
-    if (present(h)) call set_load(self%free, self%speed, self%origin, load, h)
-    if (self%weights%act) call self%weights%add(self%free, felt, part_of_turn(self%mechanism, self%even_in_space()), c, h)
-  end subroutine sample_second_order
+    if (present(h)) call set_load(free, self%speed, self%origin, load, h)
+    if (.not. self%weights%act .or. psi == 0) return
+    ! Where the crank angle falls back by a part p of psi the masses' moment is S + i p S', and what changes with psi is that of
+    ! S + 2 i p S' - p^2 S''.
+    associate (g => self%weights%gravity_in_plane(), mean => self%weights%mean)
+      part = part_of_turn(self%mechanism, self%even_in_space())
+      rest = self%mechanism%mass * cmplx(self%origin(1), self%origin(2), dp) - cmplx(mean(1), mean(2), dp)
+      swung = cmplx(felt(:, a1_v), felt(:, a2_v), dp) + rest
+      c(:, psi, psi) = c(:, psi, psi) + real(conjg(swung + i * part * cmplx(felt(:, a1_d), felt(:, a2_d), dp)) * g)
+      if (present(h)) h(:, psi) = h(:, psi) + aimag(conjg(swung) * g)
+    end associate
+  end subroutine sample_in_plane
 
   !> Whether the crank turns evenly in space, and not against the frame.
   pure logical function even_in_space(self)
@@ -242,9 +275,11 @@ contains
     real(dp) :: table(1, table_columns)
     integer :: k
 
-    if (allocated(self%space)) coupled = self%space%coupled(self%mass, self%free, 4 * self%least_steps)
-    if (allocated(self%space)) return
-    all = abs(self%stiffness + load_matrix(self%supports)) > 0 .or. abs(self%damping) > 0
+    if (allocated(self%space)) then
+      coupled = self%space%coupled(self, 4 * self%least_steps)
+      return
+    end if
+    all = abs(self%rest_stiffness()) > 0 .or. abs(self%damping) > 0
     do k = 1, 4 * self%least_steps
       if (all(1, 3) .and. all(2, 3)) exit
       call tabulate_felt(self%mechanism, self%origin, self%even_in_space(), [2 * pi * k / (4 * self%least_steps)], table)
@@ -269,36 +304,47 @@ contains
     model%m_error = model%m_error + rounding * moved(self%free, self%free)
     model%b = self%damping(self%free, self%free)
     model%b_error = rounding * term_size(model%b)
-    moved = self%stiffness + load_matrix(self%supports)
-    moved(3, 3) = moved(3, 3) + real(self%weights%rest, dp)
+    moved = self%rest_stiffness()
     model%c = moved(self%free, self%free)
-    moved = rounding * term_size(self%stiffness) + load_rounding(self%supports)
+    moved = rounding * term_size(self%stiffness) + load_rounding(self%supports, 3)
     moved(3, 3) = moved(3, 3) + self%weights%rounding
     model%c_error = moved(self%free, self%free)
   end subroutine averaged
 
-  !> Natural angular frequencies (rad/s) of the undamped frame about rest, whose M, gyroscopic moments (in space) and C are averaged
-  !> over the turn, as `solve_natural_frequencies` has them, and its errors.
+  !> Means over the turn of M, of the gyroscopic moments G in B, which only space has, and of C about rest, of the degrees of
+  !> freedom `free`.
+  subroutine mean_matrices(self, free, m, g, c)
+    class(frame_type), intent(in) :: self
+    integer, intent(in) :: free(:)
+    real(dp), allocatable, intent(out) :: m(:, :), g(:, :), c(:, :)
+    real(dp), allocatable, dimension(:, :, :) :: all_m, all_b, all_c
+    integer :: angles, k
+
+    angles = 4 * self%least_steps
+    allocate(all_m(angles, size(free), size(free)), all_b(angles, size(free), size(free)), all_c(angles, size(free), size(free)))
+    call self%sample_at_rest([(2 * pi * k / angles, k = 1, angles)], free, all_m, all_b, all_c)
+    m = sum(all_m, dim=1) / angles
+    c = self%rest_stiffness()
+    c = c(free, free)
+    g = 0 * m
+    if (.not. allocated(self%space)) return
+    all_b = all_b - spread(self%damping(free, free), 1, angles)
+    g = sum(all_b, dim=1) / angles
+    g = (g - transpose(g)) / 2
+    where (abs(g) <= 64 * epsilon(1.0_dp) * maxval(abs(all_b), dim=1)) g = 0
+  end subroutine mean_matrices
+
+  !> Natural angular frequencies (rad/s) of the undamped frame about rest, with these means, as `solve_natural_frequencies` has
+  !> them, and its errors.
   subroutine natural_frequencies(self, frequencies, error)
     class(frame_type), intent(in) :: self
     real(dp), allocatable, intent(out) :: frequencies(:)
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable, dimension(:, :) :: m, g, c
-    integer :: k
 
     call self%check(error)
     if (allocated(error)) return
-    if (allocated(self%space)) then
-      call self%space%mean_matrices(self%mass, self%speed, self%free, 4 * self%least_steps, m, g, c)
-    else
-      m = mean_mass_matrix(self%mass, self%inertia, self%origin, self%mechanism, self%even_in_space(), &
-        & [(2 * pi * k / (4 * self%least_steps), k = 1, 4 * self%least_steps)])
-      c = self%stiffness + load_matrix(self%supports)
-      c(3, 3) = c(3, 3) + real(self%weights%rest, dp)
-      m = m(self%free, self%free)
-      c = c(self%free, self%free)
-      g = 0 * m
-    end if
+    call self%mean_matrices(self%free, m, g, c)
     call solve_natural_frequencies(m, g, (c + transpose(c)) / 2, frequencies, error)
   end subroutine natural_frequencies
 
@@ -309,34 +355,24 @@ contains
     dofs = merge(6, 3, allocated(self%space))
   end function dofs
 
-  !> What the forces on the ground and their moment about F at rest have of q, shape (dofs, dofs).
-  pure function ground_stiffness(self) result(c)
-    class(frame_type), intent(in) :: self
-    real(dp), allocatable :: c(:, :)
-
-    if (allocated(self%space)) c = self%space%ground_stiffness()
-    if (.not. allocated(self%space)) c = self%stiffness + turned_loads(self%supports)
-  end function ground_stiffness
-
-  !> The same of q'.
-  pure function ground_damping(self) result(b)
-    class(frame_type), intent(in) :: self
-    real(dp), allocatable :: b(:, :)
-
-    b = self%damping
-    if (allocated(self%space)) b = self%space%damping(in_space, in_space)
-  end function ground_damping
-
-  !> Whether nothing damps the degrees of freedom `chosen` of those that are free, and their stiffness is symmetric.
+  !> Whether the equations of the degrees of freedom `chosen` of those that are free are those of a Lagrangian: nothing damps them,
+  !> their stiffness is symmetric; in space also that the drive stands on the frame, and that of two rotations nothing is left out,
+  !> as it is about rest.
   pure logical function conserves(self, chosen)
     class(frame_type), intent(in) :: self
     integer, intent(in) :: chosen(:)
+    integer :: i
 
-    if (allocated(self%space)) then
-      conserves = self%space%conserves(self%free(chosen), self%about_rest)
-    else
-      conserves = is_conservative(self%stiffness, self%damping, self%supports, self%free(chosen))
-    end if
+    associate (free => self%free(chosen))
+      associate (c => self%stiffness(free, free))
+        conserves = .not. (any(abs(self%damping(free, free)) > 0) .or. any(abs(c - transpose(c)) > 0))
+      end associate
+      ! Once the frame turns, dampers along the others act too.
+      if (any(is_rotation(free))) conserves = conserves &
+        & .and. .not. any([(self%supports(i)%damping > 0, i = 1, size(self%supports))])
+      if (allocated(self%space)) conserves = conserves &
+        & .and. .not. (self%even_in_space() .or. self%about_rest .and. count(is_rotation(free)) > 1)
+    end associate
   end function conserves
 
   !> Forces (N) and moment about F at rest (N m) of supports and foundation on the ground, shape (dofs, points), for states
@@ -344,11 +380,11 @@ contains
   pure function ground_forces(self, x) result(forces)
     class(frame_type), intent(in) :: self
     real(dp), intent(in) :: x(:, :)
-    real(dp), allocatable :: forces(:, :), stiffness(:, :), damping(:, :)
+    real(dp), allocatable :: forces(:, :), stiffness(:, :)
 
     stiffness = self%ground_stiffness()
-    damping = self%ground_damping()
-    forces = matmul(stiffness(:, self%free), x(:size(self%free), :)) + matmul(damping(:, self%free), x(size(self%free) + 1:, :))
+    forces = matmul(stiffness(:, self%free), x(:size(self%free), :)) &
+      & + matmul(self%damping(:, self%free), x(size(self%free) + 1:, :))
   end function ground_forces
 
   !> A vector of the frame's system in space, where the frame has turned by psi: s + psi k x s, to first order.
@@ -386,7 +422,7 @@ contains
     class(frame_type), intent(in) :: self
     real(dp), intent(in) :: q(3)
 
-    potential = dot_product(q, matmul(self%stiffness + load_matrix(self%supports), q)) / 2
+    potential = dot_product(q, matmul(self%stiffness + load_matrix(self%supports, 3), q)) / 2
   end function potential
 
   !> Power that the mounting takes (W), dampers and the part of the stiffness that is not symmetric.

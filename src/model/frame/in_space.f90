@@ -6,10 +6,9 @@ module gestell_model_frame_in_space
   use gestell_model_frame_data, only: check_free
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
-  use gestell_model_space, only: new_space
   use gestell_model_space_drive, only: drive_type
   use gestell_model_space_masses, only: plane_type
-  use gestell_model_space_mounting, only: space_support_type
+  use gestell_model_mounting, only: support_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -27,7 +26,7 @@ contains
     type(frame_type), intent(inout) :: frame
     real(dp), intent(in) :: inertia(3, 3)
     type(plane_type), intent(in) :: planes(:)
-    type(space_support_type), intent(in) :: supports(:)
+    type(support_type), intent(in) :: supports(:)
     integer, intent(in) :: free(:)
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(in), optional :: stiffness(6, 6), damping(6, 6)
@@ -57,14 +56,16 @@ contains
       end associate
     end do
     allocate(frame%space)
+    frame%space%inertia = inertia
+    call move_alloc(prepared, frame%space%planes)
     c = 0
     c(:3, :3) = frame%stiffness
     if (present(stiffness)) c = stiffness
     b = 0
     b(:3, :3) = frame%damping
     if (present(damping)) b = damping
-    call new_space(frame%space, inertia, prepared, supports, c, b)
-    if (.not. all(ieee_is_finite(frame%space%stiffness)) .or. .not. all(ieee_is_finite(frame%space%damping))) then
+    call frame%put_on(supports, c, b)
+    if (.not. all(ieee_is_finite(frame%stiffness)) .or. .not. all(ieee_is_finite(frame%damping))) then
       call fatal_error(error, "a support is so far from F that its stiffness or damping about F overflows", invalid_input)
       return
     end if

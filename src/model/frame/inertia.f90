@@ -1,13 +1,11 @@
 !> The matrices (9) to (11) of a frame with its mechanism.
 module gestell_model_frame_inertia
   use gestell_base_kinds, only: dp
-  use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_v, mass_functions_type, mechanism_type, &
-    & table_columns
-  use gestell_model_mechanism_held, only: tabulate_felt
+  use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_v, mass_functions_type, mechanism_type
   implicit none (type, external)
   private
 
-  public :: mass_matrix, mean_mass_matrix, set_matrices
+  public :: mass_matrix, set_matrices
 
 contains
 
@@ -30,24 +28,6 @@ contains
       m(3, 3) = inertia + mechanism%inertia + m_g * (xi0**2 + eta0**2) + a%a3%v + 2 * xi0 * a%a1%v + 2 * eta0 * a%a2%v
     end associate
   end function mass_matrix
-
-  !> Its mean over these crank angles (rad), of a crank that turns evenly against the frame or `even_in_space`.
-  function mean_mass_matrix(mass, inertia, origin, mechanism, even_in_space, angles) result(m)
-    real(dp), intent(in) :: mass, inertia, origin(2)
-    real(dp), contiguous, intent(in) :: angles(:)
-    class(mechanism_type), intent(in) :: mechanism
-    logical, intent(in) :: even_in_space
-    real(dp) :: m(3, 3)
-    real(dp), allocatable :: table(:, :)
-    type(mass_functions_type) :: mean
-
-    allocate(table(size(angles), table_columns))
-    call tabulate_felt(mechanism, origin, even_in_space, angles, table)
-    mean%a1%v = sum(table(:, a1_v)) / size(angles)
-    mean%a2%v = sum(table(:, a2_v)) / size(angles)
-    mean%a3%v = sum(table(:, a3_v)) / size(angles)
-    m = mass_matrix(mass, inertia, origin, mechanism, mean)
-  end function mean_mass_matrix
 
   !> (9) to (11) of the `free` degrees of freedom from a table of the mass functions, shapes (angles, size(free), size(free));
   !> `constant`: M without them; `damping` and `stiffness`: B_0, C_0. The mass functions depend on the crank angle alone; the speed

@@ -7,8 +7,8 @@ module gestell_model_frame_shaking
   use gestell_model_frame_load, only: set_load
   use gestell_model_mechanism, only: table_columns
   use gestell_model_mechanism_held, only: part_of_turn, tabulate_felt
-  use gestell_model_space, only: in_frame, is_rotation, space_type
-  use gestell_model_space_rotation, only: cross
+  use gestell_model_mounting, only: in_space, is_rotation
+  use gestell_math_rotation, only: cross
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -37,14 +37,11 @@ contains
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), allocatable, intent(out) :: loads(:, :)
     real(dp) :: felt(size(phases), table_columns), forces(size(phases), 3)
-    real(dp), dimension(size(phases), 6, 6) :: m, b, c
-    type(space_type) :: weightless
-    integer :: i
 
     allocate(loads(size(phases), frame%dofs()))
     if (allocated(frame%space)) then
-      weightless = without_weights(frame%space)
-      call weightless%sample_at_rest(frame%mass, frame%speed, frame%crank_angles(phases), [(i, i = 1, 6)], m, b, c, loads)
+      call frame%space%shake(frame%speed, frame%crank_angles(phases), loads)
+      loads = loads(:, in_space)
     else
       call tabulate_felt(frame%mechanism, frame%origin, frame%even_in_space(), frame%crank_angles(phases), felt, forces)
       call set_load([1, 2, 3], frame%speed, frame%origin, forces, loads)
@@ -72,14 +69,6 @@ contains
     terms = frame%speed**2 * terms
   end function shaking_terms
 
-  pure type(space_type) function without_weights(space) result(weightless)
-    type(space_type), intent(in) :: space
-
-    weightless = space
-    weightless%weights%act = .false.
-    weightless%weights%gravity = 0
-  end function without_weights
-
   !> Orders, peaks and vectors of the same loads of a frame in space, their moments taken about O instead of F.
   subroutine shaking_in_space(frame, found)
     class(frame_type), intent(in) :: frame
@@ -87,33 +76,29 @@ contains
     integer, parameter :: most = 8192
     !> Samples are known to so much of the sum of the absolute terms.
     real(dp), parameter :: rounding = 1.0e-12_dp
-    real(dp), allocatable :: h(:, :), m(:, :, :), b(:, :, :), c(:, :, :)
-    type(space_type) :: weightless
+    real(dp), allocatable :: h(:, :)
     real(dp) :: terms(2)
     integer :: i, n
 
-    weightless = without_weights(frame%space)
     terms = frame%space%terms()
     found%noise = rounding * frame%speed**2 * [spread(terms(1), 1, 3), spread(terms(2), 1, 3)]
     n = max(128, min(most, 4 * frame%least_steps))
     do
-      if (allocated(h)) deallocate(h, m, b, c)
-      allocate(h(n, 6), m(n, 6, 6), b(n, 6, 6), c(n, 6, 6))
-      call weightless%sample_at_rest(frame%mass, frame%speed, frame%crank_angles([(real(i, dp) / n, i = 0, n - 1)]), &
-        & [(i, i = 1, 6)], m, b, c, h)
-      h = h(:, in_frame)
+      if (allocated(h)) deallocate(h)
+      allocate(h(n, 6))
+      call frame%space%shake(frame%speed, frame%crank_angles([(real(i, dp) / n, i = 0, n - 1)]), h)
       do i = 1, n
         h(i, 4:) = h(i, 4:) - cross(frame%space%origin, (h(i, :3)))
       end do
       do i = 1, 6
         found%series(i) = fourier_series(h(:, i))
       end do
-      if (n >= most) exit
-      if (all_resolved(found)) exit
+      if (n >= most .or. all([(found%series(i)%tail() < 1.0e-9_dp .or. found%series(i)%greatest_term() <= found%noise(i), &
+        & i = 1, 6)])) exit
       n = 2 * n
     end do
     found%rms = [(found%series(i)%rms(), i = 1, 6)]
-    if (.not. all_finite(found%rms)) return
+    if (.not. all(ieee_is_finite(found%rms))) return
     found%peak = [(found%series(i)%peak(h(:, i)), i = 1, 6)]
     found%shaft = frame%space%planes(1)%axes(:, 3)
     associate (x => frame%space%planes(1)%axes(:, 1), y => frame%space%planes(1)%axes(:, 2))
@@ -121,19 +106,6 @@ contains
       found%couple = turning_vectors(found%series(4:), size(found%series(1)%amplitude), x, sign(1.0_dp, frame%speed) * y)
     end associate
   end subroutine shaking_in_space
-
-  pure logical function all_resolved(found)
-    type(space_shaking_type), intent(in) :: found
-    integer :: i
-
-    all_resolved = all([(found%series(i)%tail() < 1.0e-9_dp .or. found%series(i)%greatest_term() <= found%noise(i), i = 1, 6)])
-  end function all_resolved
-
-  pure logical function all_finite(values)
-    real(dp), intent(in) :: values(:)
-
-    all_finite = all(ieee_is_finite(values))
-  end function all_finite
 
   !> Of a vector in space with these components, across the shaft, of the orders 1, 2, ..., shape (orders, 2): with Re C_x
   !> e^(ik theta) along x and Re C_y e^(ik theta) along y it is F+ e^(ik theta) + F- e^(-ik theta) in the plane x + iy,

@@ -17,7 +17,7 @@
 !> C_0, B_0 the mounting's matrices. (The part of C_0 that is not symmetric, as no spring has it, takes power beside B_0.) Of the
 !> exact frame s + psi k x s is the vector s turned by psi, k x s its derivative, and the mounting's energy and power are those of
 !> its springs and dampers where they are: the balance is the same. With weights M_d lifts the links too, and the energy has their
-!> potential (gestell_model_frame_weights), about rest to second order in psi.
+!> potential (gestell_model_mounting_weights), about rest to second order in psi.
 !>
 !> Of a crank that turns evenly in space (gestell_model_mechanism_held) phi = Omega t - p psi in all of this, so
 !>
@@ -108,7 +108,7 @@ contains
             & + frame%potential(q)
           if (frame%weights%act) then
             turn = frame%rotation(q(3))
-            sums = cmplx(a(a1_v), a(a2_v), dp)
+            sums = cmplx(s(1), s(2), dp)
             sums_d = cmplx(s_d(1), s_d(2), dp)
             sums_dd = cmplx(s_dd(1), s_dd(2), dp)
             power(torque, k) = power(torque, k) + frame%weights%torque(turn, sums_d)
@@ -120,7 +120,7 @@ contains
             terms = rate**2 * max(abs(drive(k, energy_d)), frame%mechanism%terms(4)) / 2 + v(3)**2 * abs(inertia_d) / 2 &
               & + dot_product(abs(acceleration(:2)), abs(frame%turned(q(3), s_d)) + frame%mechanism%terms(:2)) &
               & + abs(acceleration(3)) * (abs(spin) + even * drive(k, energy_v))
-            if (frame%weights%act) terms = terms + abs(frame%weights%gravity) * (norm2(s_d) + norm2(frame%mechanism%terms(:2)))
+            if (frame%weights%act) terms = terms + norm2(frame%weights%gravity) * (norm2(s_d) + norm2(frame%mechanism%terms(:2)))
             torque_error = max(torque_error, dot_product(abs(frame%turned(q(3), s_d)), errors(7:8)) &
               & + abs(spin - even * drive(k, energy_v)) * errors(9) + abs(by_turn) * errors(3) + abs(by_rate) * errors(6) &
               & + torque_roundings * (epsilon(terms) + frame%rounding) * terms)

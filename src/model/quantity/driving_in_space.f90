@@ -18,7 +18,7 @@ module gestell_model_quantity_driving_in_space
   use gestell_model_space_energy, only: mounting_energy, mounting_power
   use gestell_model_space_masses, only: masses_type
   use gestell_model_space_moving, only: find_moving, moving_type
-  use gestell_model_space_rotation, only: cross, turning_matrices
+  use gestell_math_rotation, only: cross, turning_matrices
   implicit none (type, external)
   private
 
@@ -55,7 +55,7 @@ contains
     if (present(torque_error)) torque_error = 0
     do k = 1, size(phases)
       q = reshape([motion(in_frame, k), motion(6 + in_frame, k), motion(12 + in_frame, k)], [6, 3])
-      falling = q(:3, 2) - frame%space%weights%gravity
+      falling = q(:3, 2) - frame%weights%gravity
       if (told) then
         call follow_frame(frame%space%drive, frame%speed, falling, q(4:, :), driven%moved, driven%turn, lag(k, :))
       else
@@ -64,14 +64,14 @@ contains
       call find_moving(frame%space%planes, angles(k), rigid)
       call find_moving(frame%space%planes, angles(k) - driven%turn%chi(0), driven%moving)
       call find_torque(driven%turn, driven%moving, driven%moved, power(1, k), by_gain, by_rate, by_place)
-      power(2, k) = frame%speed**2 * rigid%k(1) / 2 - dot_product(frame%space%weights%gravity, rigid%s(:, 1))
+      power(2, k) = frame%speed**2 * rigid%k(1) / 2 - dot_product(frame%weights%gravity, rigid%s(:, 1))
       ! beside a flywheel chi' is w n less its mean: phi' + w n = Omega + c
       power(3, k) = power(1, k) * (driven%moved%rate + dot_product(driven%turn%b, driven%moved%w)) &
         & - dot_product(driven%moved%motor, driven%moved%w)
-      power(4, k) = mounting_power(frame%space, q(:, 0), q(:, 1))
+      power(4, k) = mounting_power(frame, q(:, 0), q(:, 1))
       call frame%space%masses_at(frame%mass, 1.0_dp, [angles(k) - driven%turn%chi(0)], at)
       power(5, k) = kinetic_energy(at, matmul(q(:3, 1), driven%moved%rotation), driven) &
-        & + mounting_energy(frame%space, q(:, 0), at%s(1, :, 0))
+        & + mounting_energy(frame, q(:, 0), at%s(1, :, 0))
       if (present(errors) .and. present(torque_error)) torque_error = max(torque_error, effect() &
         & + torque_roundings * (epsilon(1.0_dp) + frame%rounding) * absolute_terms())
     end do

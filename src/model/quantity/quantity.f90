@@ -1,18 +1,14 @@
 !> Quantities of the vibration that are linear in the motion, as rows of weights: displacements, velocities and
-!> accelerations of the frame and of its points, forces of single supports and in total. The names are those of the plane and of
-!> space; what a mounting in space exerts, and how its points move, stands in gestell_model_quantity_quantity_in_space.
+!> accelerations of the frame and of its points, forces of single supports and in total, in the plane and in space.
 module gestell_model_quantity
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text, whole_number
   use gestell_model_frame, only: dof_names, frame_type
-  use gestell_model_frame_mounting, only: damping_matrix, load_rounding, matrix_rounding, stiffness_matrix, support_type, &
-    & turned_loads
-  use gestell_model_quantity_quantity_in_space, only: add_foundation_in_space => add_foundation, &
-    & add_mounting_in_space => add_mounting, add_support_in_space => add_support, point_rows_in_space => point_rows
-  use gestell_model_quantity_rows, only: accelerations, cosine, exact_rows, force_names, ground_forces_type, is_of_probe, &
-    & moment_excess, new_ground_forces, probe_type, quantity_type, rows_of, sine
-  use gestell_model_space, only: is_rotation
+  use gestell_math_rotation, only: cross
+  use gestell_model_mounting, only: damping_matrix, is_rotation, load_rounding, matrix_rounding, stiffness_matrix, turned_loads
+  use gestell_model_quantity_rows, only: accelerations, exact_rows, excess_of_point, excess_row, force_names, ground_forces_type, &
+    & is_of_probe, moment_rows, new_ground_forces, probe_type, quantity_type, rotations_of, rows_of, shifts_of, support_rows
   implicit none (type, external)
   private
 
@@ -79,17 +75,13 @@ contains
     character(len=*), intent(in) :: name
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: words
-    integer :: supports, in_space
+    integer :: in_space
 
     in_space = merge(1, 0, allocated(frame%space))
-    supports = size(frame%supports)
-    if (allocated(frame%space)) supports = size(frame%space%supports)
-    words = "'" // name // "' is no quantity: there are xi, eta, psi"
-    if (allocated(frame%space)) words = words // ", zeta, rot_xi, rot_eta"
-    words = words // " (also with _dot, _ddot), fx, fy"
-    if (allocated(frame%space)) words = words // ", fz, mx, my"
-    words = words // ", m, f"
-    if (supports > 0) words = words // ", support(1).fx (.fy, " // of_space(".fz, ") // ".f; to " // text(supports) // ")"
+    words = "'" // name // "' is no quantity: there are xi, eta, psi" // of_space(", zeta, rot_xi, rot_eta") &
+      & // " (also with _dot, _ddot), fx, fy" // of_space(", fz, mx, my") // ", m, f"
+    if (size(frame%supports) > 0) words = words // ", support(1).fx (.fy, " // of_space(".fz, ") // ".f; to " &
+      & // text(size(frame%supports)) // ")"
     words = words // ", foundation.fx, guide.fx, total.fx (.fy, " // of_space(".fz, ") // ".f, " // of_space(".mx, .my, ") // ".m)"
     if (size(probes) > 0) words = words // ", probe(" // trim(probes(1)%name) // ").x (.y, " // of_space(".z, ") &
       & // ".d, .vx, .vy, " // of_space(".vz, ") // ".v, .ax, .ay, " // of_space(".az, ") // ".a)"
@@ -135,7 +127,7 @@ contains
     integer :: number, k
 
     if (name == "f") then
-      columns = pack([(k, k = 1, frame%dofs())], .not. is_rotation([(k, k = 1, frame%dofs())]))
+      columns = shifts_of(frame)
     else
       columns = pack([(k, k = 1, frame%dofs())], force_names(:frame%dofs()) == name)
     end if
@@ -148,7 +140,7 @@ contains
     case ("guide")
       call add_guides(frame, forces)
     case ("foundation")
-      call add_foundation(frame, forces)
+      call add_matrices(frame%foundation_stiffness, frame%foundation_damping, forces)
     case default
       number = support_number(frame, part)
       if (number == 0 .or. is_rotation(columns(1))) return
@@ -163,14 +155,11 @@ contains
   pure integer function support_number(frame, part) result(number)
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: part
-    integer :: supports
 
-    supports = size(frame%supports)
-    if (allocated(frame%space)) supports = size(frame%space%supports)
     number = 0
     if (index(part, "support(") /= 1) return
     number = whole_number(part(9:len(part) - 1))
-    if (number > supports .or. part /= "support(" // text(number) // ")") number = 0
+    if (number > size(frame%supports) .or. part /= "support(" // text(number) // ")") number = 0
   end function support_number
 
   !> Adds the guides: the forces along the degrees of freedom that are not free. Their rows of moments hold all of the guides'
@@ -192,17 +181,18 @@ contains
   pure subroutine add_mounting(frame, forces)
     class(frame_type), intent(in) :: frame
     type(ground_forces_type), intent(inout) :: forces
+    integer, allocatable :: rows(:), turns(:)
     integer :: k
 
-    if (allocated(frame%space)) then
-      call add_mounting_in_space(frame, forces)
-      return
-    end if
-    call add_matrices(forces, frame%stiffness, frame%damping, matrix_rounding(frame%stiffness), matrix_rounding(frame%damping))
+    call add_matrices(frame%stiffness, frame%damping, forces)
     do k = 1, size(frame%supports)
       call add_turned(frame, k, forces)
     end do
-    forces%weights(moment_excess, 3) = 1
+    rows = moment_rows(frame)
+    turns = rotations_of(frame)
+    do k = 1, size(rows)
+      forces%weights(rows(k), turns(k)) = 1
+    end do
   end subroutine add_mounting
 
   !> Adds the support of this number.
@@ -211,74 +201,60 @@ contains
     integer, intent(in) :: number
     type(ground_forces_type), intent(inout) :: forces
 
-    if (allocated(frame%space)) then
-      call add_support_in_space(frame, number, forces)
-      return
-    end if
-    associate (c => stiffness_matrix([frame%supports(number)]), b => damping_matrix([frame%supports(number)]))
-      call add_matrices(forces, c, b, matrix_rounding(c), matrix_rounding(b))
-    end associate
+    call add_matrices(stiffness_matrix(frame%supports(number:number), frame%dofs()), &
+      & damping_matrix(frame%supports(number:number), frame%dofs()), forces)
     call add_turned(frame, number, forces)
   end subroutine add_support
 
-  !> Adds what is left of the mounting without its supports; differences that are rounding are zero.
-  pure subroutine add_foundation(frame, forces)
-    class(frame_type), intent(in) :: frame
+  !> Adds the forces and moments about F at rest on the ground of a mounting with stiffness c and damping b, and bounds on these.
+  pure subroutine add_matrices(c, b, forces)
+    real(dp), intent(in) :: c(:, :), b(:, :)
     type(ground_forces_type), intent(inout) :: forces
 
-    if (allocated(frame%space)) then
-      call add_foundation_in_space(frame, forces)
-      return
-    end if
-    associate (c => frame%stiffness - stiffness_matrix(frame%supports), b => frame%damping - damping_matrix(frame%supports), &
-      & c_rounding => matrix_rounding(frame%stiffness), b_rounding => matrix_rounding(frame%damping))
-      call add_matrices(forces, merge(c, 0.0_dp, abs(c) > c_rounding), merge(b, 0.0_dp, abs(b) > b_rounding), c_rounding, &
-        & b_rounding)
+    associate (n => size(c, 1))
+      forces%weights(:n, :) = forces%weights(:n, :) + transpose(c)
+      forces%weights(n + 1:2 * n, :) = forces%weights(n + 1:2 * n, :) + transpose(b)
+      forces%rounding(:n, :) = forces%rounding(:n, :) + transpose(matrix_rounding(c))
+      forces%rounding(n + 1:2 * n, :) = forces%rounding(n + 1:2 * n, :) + transpose(matrix_rounding(b))
     end associate
-  end subroutine add_foundation
-
-  !> Adds the forces (fx, fy, moment about F at rest) on the ground of a mounting with stiffness c and damping b, shape (3, 3), and
-  !> bounds on these.
-  pure subroutine add_matrices(forces, c, b, c_rounding, b_rounding)
-    type(ground_forces_type), intent(inout) :: forces
-    real(dp), dimension(3, 3), intent(in) :: c, b, c_rounding, b_rounding
-
-    forces%weights(:3, :) = forces%weights(:3, :) + transpose(c)
-    forces%weights(4:6, :) = forces%weights(4:6, :) + transpose(b)
-    forces%rounding(:3, :) = forces%rounding(:3, :) + transpose(c_rounding)
-    forces%rounding(4:6, :) = forces%rounding(4:6, :) + transpose(b_rounding)
   end subroutine add_matrices
 
-  !> Adds what the force of a support has by the frame's turn and bounds on its roundings: where its axes stay in space, rows of s
-  !> and c, for its head is moved by s k x p + c p too; else its static load turned, and its own rows of the exact frame.
+  !> Adds what the force of a support has by the frame's turn and bounds on its roundings: where its axes stay in space, what its
+  !> head is moved by beyond the linear terms; else its static force turned, and its own rows of the exact frame.
   pure subroutine add_turned(frame, number, forces)
     class(frame_type), intent(in) :: frame
     integer, intent(in) :: number
     type(ground_forces_type), intent(inout) :: forces
     real(dp), parameter :: unit = 16 * epsilon(1.0_dp)
-    real(dp) :: turned(4, 2)
-    type(support_type) :: support
-    integer :: own, k
+    real(dp), allocatable :: load(:, :), moved(:, :), c(:, :), b(:, :)
+    integer, allocatable :: along(:), rows(:), turns(:)
+    integer :: k, n
 
-    support = frame%supports(number)
-    if (support%turning) then
-      forces%weights(:3, :) = forces%weights(:3, :) + transpose(turned_loads([support]))
-      associate (load => load_rounding([support]))
-        forces%rounding(3, :) = forces%rounding(3, :) + load(:, 3)
-      end associate
-      own = moment_excess + 2 * count([(frame%supports(k)%turning, k = 1, number - 1)])
-      forces%weights(own + 1, 1) = 1
-      forces%weights(own + 2, 2) = 1
-      return
-    end if
-    associate (c => stiffness_matrix([support]), b => damping_matrix([support]), p => support%position)
-      turned(1, :) = matmul(c(:2, :2), [-p(2), p(1)])
-      turned(2, :) = matmul(c(:2, :2), p)
-      turned(3, :) = matmul(b(:2, :2), [-p(2), p(1)])
-      turned(4, :) = matmul(b(:2, :2), p)
+    n = frame%dofs()
+    along = shifts_of(frame)
+    associate (support => frame%supports(number:number))
+      if (support(1)%turning) then
+        turns = rotations_of(frame)
+        rows = support_rows(frame, number)
+        load = load_rounding(support, n)
+        forces%weights(:n, :) = forces%weights(:n, :) + transpose(turned_loads(support, n))
+        forces%rounding(turns, :) = forces%rounding(turns, :) + transpose(load(:, turns))
+        do k = 1, size(rows)
+          forces%weights(rows(k), along(k)) = 1
+        end do
+        return
+      end if
+      moved = excess_of_point(frame, support(1)%position)
+      c = stiffness_matrix(support, n)
+      b = damping_matrix(support, n)
     end associate
-    forces%weights(sine:sine + 3, :2) = forces%weights(sine:sine + 3, :2) + turned
-    forces%rounding(sine:sine + 3, :2) = forces%rounding(sine:sine + 3, :2) + unit * abs(turned)
+    do k = 0, 1
+      associate (first => excess_row(frame, k) + 1, last => excess_row(frame, k + 1), &
+        & turned => matmul(moved, merge(c(along, along), b(along, along), k == 0)))
+        forces%weights(first:last, along) = forces%weights(first:last, along) + turned
+        forces%rounding(first:last, along) = forces%rounding(first:last, along) + unit * abs(turned)
+      end associate
+    end do
   end subroutine add_turned
 
   !> The displacement (part x, y, z, d for the magnitude), velocity (vx, ..., v) or acceleration (ax, ..., a) of a point of the
@@ -296,11 +272,7 @@ contains
     level = (axis - 1) / whole
     axis = axis - whole * level
     if (axis == 0 .or. axis == z .and. .not. allocated(frame%space)) return
-    if (allocated(frame%space)) then
-      along = point_rows_in_space(frame, probe, level)
-    else
-      along = point_rows(frame, probe, level)
-    end if
+    along = point_rows(frame, probe, level)
     if (axis == whole) then
       quantity%weights = along
     else
@@ -311,23 +283,31 @@ contains
     quantity%dofs = frame%dofs()
   end subroutine point_quantity
 
-  !> How the place of a probe at (X, Y), level 0, its velocity, 1, or acceleration, 2, along x and y follows from the motion, shape
-  !> (rows, 2): (xi - Y psi, eta + X psi) and its derivatives.
+  !> How the place of a probe, level 0, its velocity, 1, or acceleration, 2, along x, y and z follows from the motion, shape (rows,
+  !> axes): u + theta x p, what the rotation has beyond that, and its derivatives.
   pure function point_rows(frame, probe, level) result(along)
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probe
     integer, intent(in) :: level
-    real(dp) :: along(exact_rows(frame), 2)
+    real(dp), allocatable :: along(:, :)
+    integer, allocatable :: shifts(:), turns(:)
+    real(dp) :: unit(3), arm(3), p(3)
+    integer :: i, first
 
-    along = 0
-    associate (first => 3 * level, s => sine + 2 * level, c => cosine + 2 * level)
-      along(first + 1, 1) = 1
-      along(first + 3, 1) = -probe%position(2)
-      along(first + 2, 2) = 1
-      along(first + 3, 2) = probe%position(1)
-      along(s, :) = [-probe%position(2), probe%position(1)]
-      along(c, :) = probe%position
-    end associate
+    p = [probe%position, probe%z]
+    shifts = shifts_of(frame)
+    turns = rotations_of(frame)
+    first = level * frame%dofs()
+    allocate(along(exact_rows(frame), size(shifts)), source=0.0_dp)
+    do i = 1, size(shifts)
+      unit = 0
+      unit(i) = 1
+      ! e . (theta x p) = theta . (p x e)
+      arm = cross(p, unit)
+      along(first + shifts(i), i) = 1
+      along(first + turns, i) = arm(4 - size(turns):)
+    end do
+    along(excess_row(frame, level) + 1:excess_row(frame, level + 1), :) = excess_of_point(frame, p)
   end function point_rows
 
 end module gestell_model_quantity

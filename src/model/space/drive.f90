@@ -18,7 +18,7 @@
 module gestell_model_space_drive
   use gestell_base_kinds, only: dp
   use gestell_model_space_moving, only: moving_type
-  use gestell_model_space_rotation, only: cross, cross_matrix, outer, rotation_matrix, turning_matrices
+  use gestell_math_rotation, only: cross, cross_matrix, outer, rotation_matrix, turning_matrices
   implicit none (type, external)
   private
 

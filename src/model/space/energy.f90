@@ -1,8 +1,9 @@
 !> Power and potential energy of what holds a frame in space, where it is.
 module gestell_model_space_energy
   use gestell_base_kinds, only: dp
-  use gestell_model_space, only: space_type
-  use gestell_model_space_rotation, only: cross, identity, rotation_less_one, rotation_matrix, turning_matrices
+  use gestell_model_mounting, only: in_frame
+  use gestell_model_mounting_mounted, only: mounted_system
+  use gestell_math_rotation, only: cross, identity, rotation_less_one, rotation_matrix, turning_matrices
   implicit none (type, external)
   private
 
@@ -11,17 +12,17 @@ module gestell_model_space_energy
 contains
 
   !> Potential energy (J) at q of (u, theta), with that of the weights of the masses, whose moment about F is `s` (kg m), up to a
-  !> constant: -tr(R X), X as of gestell_model_space_weights.
-  pure real(dp) function mounting_energy(space, q, s)
-    type(space_type), intent(in) :: space
+  !> constant: -tr(R X), X as of gestell_model_mounting_weights.
+  pure real(dp) function mounting_energy(frame, q, s)
+    class(mounted_system), intent(in) :: frame
     real(dp), intent(in) :: q(6), s(3)
     real(dp) :: turn(3, 3), d(3)
     integer :: i
 
     turn = rotation_less_one(q(4:))
-    mounting_energy = dot_product(q, matmul(space%foundation_stiffness, q)) / 2
-    do i = 1, size(space%supports)
-      associate (support => space%supports(i), p => space%supports(i)%position)
+    mounting_energy = dot_product(q, matmul(frame%foundation_stiffness(in_frame, in_frame), q)) / 2
+    do i = 1, size(frame%supports)
+      associate (support => frame%supports(i), p => frame%supports(i)%position)
         d = q(:3) + matmul(turn, p)
         ! e, and the static force, whose part along the ground's axes is among the weights
         if (support%turning) d = d + matmul(d, turn)
@@ -29,14 +30,14 @@ contains
         if (support%turning) mounting_energy = mounting_energy + dot_product(support%static, d - q(:3))
       end associate
     end do
-    if (space%weights%act) mounting_energy = mounting_energy + dot_product(space%weights%carried, q(4:)) &
-      & - dot_product(space%weights%gravity, matmul(turn + identity(), s - space%weights%mean)) &
-      & - sum(transpose(turn) * space%weights%rest)
+    if (frame%weights%act) mounting_energy = mounting_energy + dot_product(frame%weights%carried, q(4:)) &
+      & - dot_product(frame%weights%gravity, matmul(turn + identity(), s - frame%weights%mean)) &
+      & - sum(transpose(turn) * frame%weights%rest)
   end function mounting_energy
 
   !> Power that dampers take (W) at q and q' of (u, theta).
-  pure real(dp) function mounting_power(space, q, v)
-    type(space_type), intent(in) :: space
+  pure real(dp) function mounting_power(frame, q, v)
+    class(mounted_system), intent(in) :: frame
     real(dp), intent(in) :: q(6), v(6)
     real(dp) :: rotation(3, 3), turning(3, 3, 0:2), w(3), d_d(3)
     integer :: i
@@ -44,9 +45,9 @@ contains
     rotation = rotation_matrix(q(4:))
     turning = turning_matrices(reshape([q(4:), v(4:), 0.0_dp, 0.0_dp, 0.0_dp], [3, 3]))
     w = matmul(turning(:, :, 0), v(4:))
-    mounting_power = dot_product(v, matmul(space%foundation_damping, v))
-    do i = 1, size(space%supports)
-      associate (support => space%supports(i), p => space%supports(i)%position)
+    mounting_power = dot_product(v, matmul(frame%foundation_damping(in_frame, in_frame), v))
+    do i = 1, size(frame%supports)
+      associate (support => frame%supports(i), p => frame%supports(i)%position)
         d_d = v(:3) + matmul(rotation, cross(w, p))
         ! e' = R^T v - w x y, y = R^T (u - p)
         if (support%turning) d_d = matmul(v(:3), rotation) - cross(w, matmul(q(:3) - p, rotation))

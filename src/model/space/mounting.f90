@@ -12,75 +12,19 @@
 !> where the static force G on the ground turns with the axes (gestell_model_exact_moved_mounting has the plane's).
 module gestell_model_space_mounting
   use gestell_base_kinds, only: dp
-  use gestell_model_space_rotation, only: cross, cross_matrix, identity
+  use gestell_math_rotation, only: cross, cross_matrix, identity
+  use gestell_model_mounting, only: support_type
   implicit none (type, external)
   private
 
-  public :: add_supports, load_matrix, support_force, support_matrix, turned_loads
-
-  !> Springs and dampers at `position` in the frame's axes (m), along the three columns of `axes`.
-  type, public :: space_support_type
-    real(dp) :: position(3) = 0, stiffness(3) = 0, damping(3) = 0
-    real(dp) :: axes(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])
-    !> Whether the axes turn with the frame; the static force on the ground by the weights (N), which then turns too.
-    logical :: turning = .false.
-    real(dp) :: static(3) = 0
-  end type space_support_type
+  public :: add_supports, support_force
 
 contains
-
-  !> Of small motions (u, theta), shape (6, 6): sum of k g g^T, g = (n, p x n), over the three axes of a support with the numbers
-  !> `k` along them.
-  pure function support_matrix(support, k) result(c)
-    type(space_support_type), intent(in) :: support
-    real(dp), intent(in) :: k(3)
-    real(dp) :: c(6, 6), g(6)
-    integer :: i
-
-    c = 0
-    do i = 1, 3
-      g = [support%axes(:, i), cross(support%position, support%axes(:, i))]
-      c = c + k(i) * spread(g, 2, 6) * spread(g, 1, 6)
-    end do
-  end function support_matrix
-
-  !> What static forces that turn with the frame add to the stiffness of small motions, shape (6, 6): theta x G against u, and
-  !> e x G, e = u + theta x p, against theta.
-  pure function load_matrix(supports) result(c)
-    type(space_support_type), intent(in) :: supports(:)
-    real(dp) :: c(6, 6), g(3, 3)
-    integer :: i
-
-    c = 0
-    do i = 1, size(supports)
-      if (.not. supports(i)%turning) cycle
-      g = cross_matrix(supports(i)%static)
-      c(:3, 4:) = c(:3, 4:) - g
-      c(4:, :3) = c(4:, :3) + g
-      c(4:, 4:) = c(4:, 4:) - matmul(g, cross_matrix(supports(i)%position))
-    end do
-  end function load_matrix
-
-  !> How these forces on the ground and their moment about F at rest change with small motions: theta x G, p x (theta x G).
-  pure function turned_loads(supports) result(c)
-    type(space_support_type), intent(in) :: supports(:)
-    real(dp) :: c(6, 6)
-    integer :: i
-
-    c = 0
-    do i = 1, size(supports)
-      if (.not. supports(i)%turning) cycle
-      associate (turned => -cross_matrix(supports(i)%static))
-        c(:3, 4:) = c(:3, 4:) + turned
-        c(4:, 4:) = c(4:, 4:) + matmul(cross_matrix(supports(i)%position), turned)
-      end associate
-    end do
-  end function turned_loads
 
   !> What a support exerts on the ground by the motion, along axes in space (N): -F, less the static G. `turn`: R - 1, so that
   !> R x = x + turn x.
   pure function support_force(support, u, v, turn, w) result(force)
-    type(space_support_type), intent(in) :: support
+    type(support_type), intent(in) :: support
     real(dp), intent(in) :: u(3), v(3), turn(3, 3), w(3)
     real(dp) :: force(3), d(3), e(3), e_d(3)
 
@@ -100,7 +44,7 @@ contains
 
   !> K d + B d'.
   pure function held(support, d, d_d) result(force)
-    type(space_support_type), intent(in) :: support
+    type(support_type), intent(in) :: support
     real(dp), intent(in) :: d(3), d_d(3)
     real(dp) :: force(3)
 
@@ -110,7 +54,7 @@ contains
   !> Subtracts force and moment about F of the supports on a frame from r, shape (6), and their derivatives from b and c, shape
   !> (6, 6), with respect to u; to R = 1 + `turn`, which changes by R [dalpha], so that dw = dalpha' + w x dalpha.
   pure subroutine add_supports(supports, u, v, turn, w, r, b, c)
-    type(space_support_type), intent(in) :: supports(:)
+    type(support_type), intent(in) :: supports(:)
     real(dp), intent(in) :: u(3), v(3), turn(3, 3), w(3)
     real(dp), intent(inout) :: r(6), b(6, 6), c(6, 6)
     integer :: i
@@ -125,7 +69,7 @@ contains
   end subroutine add_supports
 
   pure subroutine add_in_space(support, u, v, turn, w, r, b, c)
-    type(space_support_type), intent(in) :: support
+    type(support_type), intent(in) :: support
     real(dp), intent(in) :: u(3), v(3), turn(3, 3), w(3)
     real(dp), intent(inout) :: r(6), b(6, 6), c(6, 6)
     real(dp) :: k(3, 3), d(3, 3), f(3), arm(3), by_turn(3, 3), by_spin(3, 3), back(3, 3), rotation(3, 3)
@@ -160,7 +104,7 @@ contains
   !> The same of a support whose axes turn with the frame: dy = R^T du + y x dalpha, de' = R^T dv - w x R^T du + y x dalpha' +
   !> e' x dalpha. Of the static force's moment r gets what it has beyond that at rest.
   pure subroutine add_in_frame(support, u, v, turn, w, r, b, c)
-    type(space_support_type), intent(in) :: support
+    type(support_type), intent(in) :: support
     real(dp), intent(in) :: u(3), v(3), turn(3, 3), w(3)
     real(dp), intent(inout) :: r(6), b(6, 6), c(6, 6)
     real(dp), dimension(3, 3) :: k, d, arm, load, rotation, back, by_place, by_speed, by_turn, by_spin
@@ -197,7 +141,7 @@ contains
 
   !> K or B of a support with the numbers `k` along its axes.
   pure function matrix(support, k)
-    type(space_support_type), intent(in) :: support
+    type(support_type), intent(in) :: support
     real(dp), intent(in) :: k(3)
     real(dp) :: matrix(3, 3)
 

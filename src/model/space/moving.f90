@@ -9,7 +9,7 @@ module gestell_model_space_moving
   use gestell_model_joints_joint, only: point_type
   use gestell_model_joints_path, only: carried, direction
   use gestell_model_space_masses, only: plane_type
-  use gestell_model_space_rotation, only: cross, outer
+  use gestell_math_rotation, only: cross, outer
   implicit none (type, external)
   private
 

@@ -9,7 +9,7 @@
 !> J. Sound Vib. 234, 2000, 85-114, doi 10.1006/jsvi.1999.2860.)
 module gestell_model_space_torque_roll
   use gestell_base_kinds, only: dp
-  use gestell_model_space_rotation, only: cross
+  use gestell_math_rotation, only: cross
   implicit none (type, external)
   private
 

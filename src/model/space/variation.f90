@@ -8,12 +8,14 @@
 !> Of the rotation vector dalpha = T dtheta, dalpha' = T dtheta' + T' dtheta, dalpha'' = T dtheta'' + 2 T' dtheta' + T'' dtheta.
 module gestell_model_space_variation
   use gestell_base_kinds, only: dp
-  use gestell_model_space, only: in_space, space_type
-  use gestell_model_space_drive, only: add_drive, driven_type, follow_frame, shift_time
+  use gestell_model_mounting, only: damping_matrix, in_frame, in_space, stiffness_matrix, turned_loads
+  use gestell_model_mounting_mounted, only: mounted_system
+  use gestell_model_space, only: space_type
+  use gestell_model_space_drive, only: add_drive, drive_type, driven_type, follow_frame, shift_time
   use gestell_model_space_masses, only: masses_type
-  use gestell_model_space_mounting, only: add_supports, support_force, support_matrix, turned_loads
+  use gestell_model_space_mounting, only: add_supports, support_force
   use gestell_model_space_moving, only: find_moving
-  use gestell_model_space_rotation, only: cross, cross_matrix, identity, rotation_less_one, turning_less_one, turning_matrices
+  use gestell_math_rotation, only: cross, cross_matrix, identity, rotation_less_one, turning_less_one, turning_matrices
   implicit none (type, external)
   private
 
@@ -23,10 +25,11 @@ contains
 
   !> r, M, B, C of all six degrees of freedom of a frame, in its order, along a motion q, v, a, shape (angles, 6), shapes
   !> (angles, 6), (angles, 6, 6). Beside a flywheel `lag`, shape (angles, 3), is as of `follow_frame`.
-  pure subroutine sample_varied(space, mass, speed, angles, q, v, a, lag, r, m, b, c)
+  pure subroutine sample_varied(frame, space, angles, q, v, a, lag, r, m, b, c)
+    class(mounted_system), intent(in) :: frame
     type(space_type), intent(in) :: space
     real(dp), contiguous, intent(in) :: angles(:)
-    real(dp), intent(in) :: mass, speed, q(:, :), v(:, :), a(:, :), lag(:, :)
+    real(dp), intent(in) :: q(:, :), v(:, :), a(:, :), lag(:, :)
     real(dp), intent(out) :: r(:, :), m(:, :, :), b(:, :, :), c(:, :, :)
     type(masses_type) :: masses
     type(driven_type), allocatable :: driven(:)
@@ -35,16 +38,16 @@ contains
 
     if (space%drive%even_in_space()) then
       allocate(driven(size(angles)))
-      call follow_motion(space, mass, speed, angles, v, a, q, lag, masses, driven)
+      call follow_motion(frame, space, angles, v, a, q, lag, masses, driven)
     else
-      call space%masses_at(mass, speed, angles, masses)
+      call space%masses_at(frame%mass, frame%speed, angles, masses)
     end if
     do k = 1, size(angles)
       motion = in_order(q(k, :), v(k, :), a(k, :))
       if (allocated(driven)) then
-        call vary(space, masses, k, motion, all_r, all_m, all_b, all_c, driven(k))
+        call vary(frame, space%drive, masses, k, motion, all_r, all_m, all_b, all_c, driven(k))
       else
-        call vary(space, masses, k, motion, all_r, all_m, all_b, all_c)
+        call vary(frame, space%drive, masses, k, motion, all_r, all_m, all_b, all_c)
       end if
       r(k, :) = all_r(in_space)
       m(k, :, :) = all_m(in_space, in_space)
@@ -64,10 +67,11 @@ contains
   end function in_order
 
   !> A drive that turns evenly in space along a motion, and the masses where it is then.
-  pure subroutine follow_motion(space, mass, speed, angles, v, a, q, lag, masses, driven)
+  pure subroutine follow_motion(frame, space, angles, v, a, q, lag, masses, driven)
+    class(mounted_system), intent(in) :: frame
     type(space_type), intent(in) :: space
     real(dp), contiguous, intent(in) :: angles(:)
-    real(dp), intent(in) :: mass, speed, q(:, :), v(:, :), a(:, :), lag(:, :)
+    real(dp), intent(in) :: q(:, :), v(:, :), a(:, :), lag(:, :)
     type(masses_type), intent(out) :: masses
     type(driven_type), intent(out) :: driven(:)
     real(dp) :: motion(6, 0:2), turned(size(angles)), rates(size(angles), 2)
@@ -75,64 +79,63 @@ contains
 
     do k = 1, size(angles)
       motion = in_order(q(k, :), v(k, :), a(k, :))
-      call follow_frame(space%drive, speed, motion(:3, 2) - space%weights%gravity, motion(4:, :), driven(k)%moved, &
+      call follow_frame(space%drive, frame%speed, motion(:3, 2) - frame%weights%gravity, motion(4:, :), driven(k)%moved, &
         & driven(k)%turn, lag(k, :))
       turned(k) = angles(k) - driven(k)%turn%chi(0)
       rates(k, :) = [driven(k)%moved%rate, driven(k)%moved%gain]
       call find_moving(space%planes, turned(k), driven(k)%moving)
     end do
-    call space%masses_at(mass, speed, turned, masses, rates)
+    call space%masses_at(frame%mass, frame%speed, turned, masses, rates)
   end subroutine follow_motion
 
   !> Forces on the ground along axes in space and their moments about F at rest, in the frame's order, shape (6, points), of a
   !> motion q, v, shape (points, 6). Forces act where the heads of the supports are, of those whose axes turn where they rest.
-  pure function ground_in_space(space, q, v) result(forces)
-    type(space_type), intent(in) :: space
+  pure function ground_in_space(frame, q, v) result(forces)
+    class(mounted_system), intent(in) :: frame
     real(dp), intent(in) :: q(:, :), v(:, :)
-    real(dp) :: forces(6, size(q, 1)), motion(6, 0:2), f(6), force(3), arm(3), turning(3, 3, 0:2), turn(3, 3)
+    real(dp) :: forces(6, size(q, 1)), f(6), force(3), arm(3), turn(3, 3), w(3)
     integer :: i, k
 
+    forces = matmul(frame%foundation_stiffness, transpose(q)) + matmul(frame%foundation_damping, transpose(v))
     do k = 1, size(q, 1)
-      motion(in_space, 0) = q(k, :)
-      motion(in_space, 1) = v(k, :)
-      motion(:, 2) = 0
-      turn = rotation_less_one(motion(4:, 0))
-      turning = turning_matrices(motion(4:, :))
-      f = matmul(space%foundation_stiffness, motion(:, 0)) + matmul(space%foundation_damping, motion(:, 1))
-      do i = 1, size(space%supports)
-        force = support_force(space%supports(i), motion(:3, 0), motion(:3, 1), turn, matmul(turning(:, :, 0), motion(4:, 1)))
+      turn = rotation_less_one(q(k, in_frame(4:)))
+      w = spin_of(q(k, :), v(k, :))
+      f = 0
+      do i = 1, size(frame%supports)
+        force = support_force(frame%supports(i), q(k, in_frame(:3)), v(k, in_frame(:3)), turn, w)
         f(:3) = f(:3) + force
-        arm = space%supports(i)%position
-        if (.not. space%supports(i)%turning) arm = motion(:3, 0) + arm + matmul(turn, arm)
+        arm = frame%supports(i)%position
+        if (.not. frame%supports(i)%turning) arm = q(k, in_frame(:3)) + arm + matmul(turn, arm)
         f(4:) = f(4:) + cross(arm, force)
       end do
-      forces(:, k) = f(in_space)
+      forces(:, k) = forces(:, k) + f(in_space)
     end do
   end function ground_in_space
 
+  !> The angular velocity in the frame's axes of a motion q, v in the frame's order.
+  pure function spin_of(q, v) result(w)
+    real(dp), intent(in) :: q(6), v(6)
+    real(dp) :: w(3)
+
+    w = matmul(turning_less_one(q(in_frame(4:))), v(in_frame(4:))) + v(in_frame(4:))
+  end function spin_of
+
   !> What the forces on the ground of supports whose axes turn with the frame have beyond their linear terms, three of each (N), at
   !> q, v in the frame's order.
-  pure function force_excess(space, q, v) result(excess)
-    type(space_type), intent(in) :: space
+  pure function force_excess(frame, q, v) result(excess)
+    class(mounted_system), intent(in) :: frame
     real(dp), intent(in) :: q(6), v(6)
-    real(dp) :: excess(3 * count(space%supports%turning)), motion(6, 0:2), turning(3, 3, 0:2), c(6, 6)
+    real(dp) :: excess(3 * count(frame%supports%turning)), c(6, 6), b(6, 6)
+    integer, parameter :: along(3) = in_frame(:3)
     integer :: i, n
 
-    motion(in_space, 0) = q
-    motion(in_space, 1) = v
-    motion(:, 2) = 0
-    turning = turning_matrices(motion(4:, :))
     n = 0
-    do i = 1, size(space%supports)
-      associate (support => space%supports(i))
-        if (.not. support%turning) cycle
-        excess(n + 1:n + 3) = support_force(support, motion(:3, 0), motion(:3, 1), rotation_less_one(motion(4:, 0)), &
-          & matmul(turning(:, :, 0), motion(4:, 1)))
-        c = support_matrix(support, support%stiffness) + turned_loads([support])
-        excess(n + 1:n + 3) = excess(n + 1:n + 3) - matmul(c(:3, :), motion(:, 0))
-        c = support_matrix(support, support%damping)
-        excess(n + 1:n + 3) = excess(n + 1:n + 3) - matmul(c(:3, :), motion(:, 1))
-      end associate
+    do i = 1, size(frame%supports)
+      if (.not. frame%supports(i)%turning) cycle
+      c = stiffness_matrix(frame%supports(i:i), 6) + turned_loads(frame%supports(i:i), 6)
+      b = damping_matrix(frame%supports(i:i), 6)
+      excess(n + 1:n + 3) = support_force(frame%supports(i), q(along), v(along), rotation_less_one(q(in_frame(4:))), &
+        & spin_of(q, v)) - matmul(c(along, :), q) - matmul(b(along, :), v)
       n = n + 3
     end do
   end function force_excess
@@ -140,8 +143,9 @@ contains
   !> The left sides of the equations of a frame, of the `masses` at number `k` of their angles, at q, q', q'', shape (6, 0:2): shape
   !> (6), and their derivatives with respect to q'', q' and q, shape (6, 6); all in the order (u, theta). `driven`:
   !> the drive, where it turns evenly in space.
-  pure subroutine vary(space, masses, k, q, r, m, b, c, driven)
-    type(space_type), intent(in) :: space
+  pure subroutine vary(frame, drive, masses, k, q, r, m, b, c, driven)
+    class(mounted_system), intent(in) :: frame
+    type(drive_type), intent(in) :: drive
     type(masses_type), intent(in) :: masses
     integer, intent(in) :: k
     real(dp), intent(in) :: q(6, 0:2)
@@ -150,7 +154,7 @@ contains
     real(dp), dimension(3, 3) :: turn, rotation, back, s, spin, wheel, change
     real(dp), dimension(3, 3, 0:2) :: turning, varied
     real(dp), dimension(3, 0:2) :: theta, sums
-    real(dp) :: inertia(3, 3, 0:1), momenta(3, 0:1), w(3), w_d(3), g(3), a(3), momentum(3)
+    real(dp) :: stiffness(6, 6), damping(6, 6), inertia(3, 3, 0:1), momenta(3, 0:1), w(3), w_d(3), g(3), a(3), momentum(3)
     integer :: i
 
     sums = masses%s(k, :, :)
@@ -188,10 +192,10 @@ contains
     b(4:, 4:) = wheel + matmul(inertia(:, :, 0), spin)
     c(:3, 4:) = matmul(rotation, matmul(change, spin) - matmul(s, cross_matrix(w_d)) - cross_matrix(g))
     c(4:, 4:) = matmul(wheel, spin) + matmul(inertia(:, :, 0), cross_matrix(w_d)) + matmul(s, cross_matrix(a))
-    call add_supports(space%supports, q(:3, 0), q(:3, 1), turn, w, r, b, c)
-    if (space%weights%act) then
-      r(4:) = r(4:) - space%weights%moment(turn, sums(:, 0))
-      c(4:, 4:) = c(4:, 4:) + space%weights%moment_stiffness(rotation, sums(:, 0))
+    call add_supports(frame%supports, q(:3, 0), q(:3, 1), turn, w, r, b, c)
+    if (frame%weights%act) then
+      r(4:) = r(4:) - frame%weights%moment(turn, sums(:, 0))
+      c(4:, 4:) = c(4:, 4:) + frame%weights%moment_stiffness(rotation, sums(:, 0))
     end if
     if (present(driven)) then
       call add_drive(driven%turn, driven%moving, driven%moved, r, m, b, c)
@@ -207,15 +211,17 @@ contains
     c(4:, :) = matmul(transpose(turning(:, :, 0)), c(4:, :))
     do i = 1, 3
       varied = turning_matrices(reshape([theta(:, 0), merge(1.0_dp, 0.0_dp, [1, 2, 3] == i), 0.0_dp, 0.0_dp, 0.0_dp], [3, 3]))
-      c(4:, 3 + i) = c(4:, 3 + i) + matmul(transpose(varied(:, :, 1)), r(4:) - space%weights%carried)
+      c(4:, 3 + i) = c(4:, 3 + i) + matmul(transpose(varied(:, :, 1)), r(4:) - frame%weights%carried)
     end do
     r(4:) = matmul(transpose(turning(:, :, 0)), r(4:))
-    if (space%weights%act) r(4:) = r(4:) - matmul(space%weights%carried, turning_less_one(theta(:, 0)))
+    if (frame%weights%act) r(4:) = r(4:) - matmul(frame%weights%carried, turning_less_one(theta(:, 0)))
     ! the foundation's potential is quadratic in u and theta
-    r = r + matmul(space%foundation_stiffness, q(:, 0)) + matmul(space%foundation_damping, q(:, 1))
-    b = b + space%foundation_damping
-    c = c + space%foundation_stiffness
-    if (space%drive%held_by == "flywheel" .and. present(driven)) call shift_time(driven%turn, w_d, driven%moved%rate &
+    stiffness = frame%foundation_stiffness(in_frame, in_frame)
+    damping = frame%foundation_damping(in_frame, in_frame)
+    r = r + matmul(stiffness, q(:, 0)) + matmul(damping, q(:, 1))
+    b = b + damping
+    c = c + stiffness
+    if (drive%held_by == "flywheel" .and. present(driven)) call shift_time(driven%turn, w_d, driven%moved%rate &
       & + dot_product(driven%turn%b, w), turning, q, m, b, c)
   end subroutine vary
 

@@ -78,15 +78,9 @@ contains
       low = [min(found%low + frame%origin, 0.0_dp), 0.0_dp]
       high = [max(found%high + frame%origin, 0.0_dp), 0.0_dp]
       do i = 1, size(frame%supports)
-        low(:2) = min(low(:2), frame%supports(i)%position)
-        high(:2) = max(high(:2), frame%supports(i)%position)
+        low = min(low, frame%supports(i)%position)
+        high = max(high, frame%supports(i)%position)
       end do
-      if (allocated(frame%space)) then
-        do i = 1, size(frame%space%supports)
-          low = min(low, frame%space%supports(i)%position)
-          high = max(high, frame%space%supports(i)%position)
-        end do
-      end if
       size_of_machine = norm2(high - low)
       lines = lines // frame_slip(frame, mechanism%mass, size_of_machine)
       lines = lines // mounting_slips(frame, frame%mass + mechanism%mass, size_of_machine)
@@ -116,7 +110,7 @@ contains
     real(dp), intent(in) :: moving, size_of_machine
     character(len=:), allocatable :: line
     real(dp) :: radius
-    integer :: i, supports
+    integer :: i
 
     line = ""
     if (frame%mass > no_mass * (frame%mass + moving) .and. frame%mass < light * moving) then
@@ -124,10 +118,8 @@ contains
         & // "right?" // newline
       return
     end if
-    supports = size(frame%supports)
-    if (allocated(frame%space)) supports = size(frame%space%supports)
     ! The size of a frame without supports is not known.
-    if (supports == 0) return
+    if (size(frame%supports) == 0) return
     if (.not. (frame%inertia > 0 .and. frame%mass > no_mass * (frame%mass + moving) .and. any(frame%free >= 3))) return
     radius = sqrt(frame%inertia) / sqrt(frame%mass)
     if (allocated(frame%space)) radius = sqrt(maxval([(frame%space%inertia(i, i), i = 1, 3)])) / sqrt(frame%mass)
@@ -151,7 +143,7 @@ contains
     lines = ""
     axes = pack(shifts, [(any(frame%free == shifts(i)), i = 1, size(shifts))])
     stiffness = frame%ground_stiffness()
-    damping = frame%ground_damping()
+    damping = frame%damping
     along = [(stiffness(axes(i), axes(i)), i = 1, size(axes))]
     axes = pack(axes, along > 0)
     if (size(axes) == 0) return

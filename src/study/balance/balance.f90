@@ -22,10 +22,9 @@ module gestell_study_balance
   use gestell_model_linkage_bodies, only: link_type, sum_drive, sum_masses
   use gestell_model_mechanism, only: drive_columns, energy_d, mass_functions_type, table_columns
   use gestell_model_mechanism_held, only: part_of_turn, tabulate_felt
-  use gestell_model_space, only: in_frame, new_space, space_type
+  use gestell_model_space, only: space_type
   use gestell_model_space_masses, only: plane_type
-  use gestell_model_space_mounting, only: space_support_type
-  use gestell_model_space_rotation, only: cross
+  use gestell_math_rotation, only: cross
   use gestell_study_balance_bodies, only: counterweight_type, find_bodies, point_on, turning_body_type
   implicit none (type, external)
   private
@@ -226,17 +225,15 @@ contains
     real(dp), intent(in) :: about(3)
     real(dp), contiguous, intent(in) :: angles(:)
     real(dp) :: rows(6, size(angles))
-    real(dp), allocatable :: m(:, :, :), b(:, :, :), c(:, :, :), h(:, :)
-    real(dp), parameter :: weightless(3, 3) = 0, none(6, 6) = 0
+    real(dp), allocatable :: loads(:, :)
     type(space_type) :: bare
-    type(space_support_type) :: no_supports(0)
     integer :: k
 
-    call new_space(bare, weightless, planes, no_supports, none, none)
+    bare%planes = planes
     bare%drive = space%drive
-    allocate(m(size(angles), 6, 6), b(size(angles), 6, 6), c(size(angles), 6, 6), h(size(angles), 6))
-    call bare%sample_at_rest(0.0_dp, 1.0_dp, angles, [(k, k = 1, 6)], m, b, c, h)
-    rows = -transpose(h(:, in_frame))
+    allocate(loads(size(angles), 6))
+    call bare%shake(1.0_dp, angles, loads)
+    rows = -transpose(loads)
     do k = 1, size(angles)
       rows(4:, k) = rows(4:, k) - cross(about, rows(:3, k))
     end do

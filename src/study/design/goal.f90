@@ -4,7 +4,6 @@ module gestell_study_design_goal
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_gravity, only: sag_of, weighs
   use gestell_model_quantity, only: look_up_quantity
   use gestell_model_quantity_rows, only: accelerations, force_names, guide_forces, probe_type, quantity_type, rows_of
   use gestell_model_frame_shaking, only: shaking_loads, shaking_terms
@@ -75,7 +74,7 @@ contains
       if (name == "added_mass") goal%measure%unit = "kg"
       if (name == "sag") goal%measure%unit = "m"
       if (name == "separation") goal%measure%unit = "%"
-      if (name == "sag" .and. .not. weighs(frame)) call fatal_error(error, "'sag' needs the group &gravity", invalid_input)
+      if (name == "sag" .and. .not. frame%weights%act) call fatal_error(error, "'sag' needs the group &gravity", invalid_input)
     else if (named) then
       goal%about = of_machine
       goal%measure%unit = "m"
@@ -294,7 +293,7 @@ contains
     case ("added_mass")
       values = [frame%mass + frame%mechanism%mass]
     case ("sag")
-      values = [norm2(sag_of(frame))]
+      values = [norm2(frame%weights%sag(:3))]
     case ("separation")
       call take_distances(frame, goal%speeds, branches, values)
     case default

@@ -11,7 +11,6 @@ module gestell_study_design_perturbed_members
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_gravity, only: gravity_of, weigh_frame, weighs
   use gestell_model_joints_joint, only: point_type
   use gestell_model_linkage, only: linkage_type
   use gestell_model_linkage_bodies, only: sum_drive
@@ -153,7 +152,7 @@ contains
         end select
       end associate
     end select
-    if (weighs(changed)) call weigh_frame(changed, gravity_of(changed), error)
+    if (changed%weights%act) call changed%weigh((changed%weights%gravity), error)
   end subroutine change_link
 
   subroutine take_frame(family, parameters, frame, known, error)
@@ -291,13 +290,7 @@ contains
     if (abs(condition%speed) > 0) run%speed = condition%speed
     run%speed = run%speed * condition%speed_factor
     run%period = 2 * pi / abs(run%speed)
-    run%stiffness = run%stiffness * condition%stiffness_factor
-    run%damping = run%damping * condition%damping_factor
-    run%supports%stiffness(1) = run%supports%stiffness(1) * condition%stiffness_factor
-    run%supports%stiffness(2) = run%supports%stiffness(2) * condition%stiffness_factor
-    run%supports%damping(1) = run%supports%damping(1) * condition%damping_factor
-    run%supports%damping(2) = run%supports%damping(2) * condition%damping_factor
-    if (allocated(run%space)) call run%space%scale_mounting(condition%stiffness_factor, condition%damping_factor)
+    call run%scale_mounting(condition%stiffness_factor, condition%damping_factor)
   end subroutine at_condition
 
   !> `list` with those of `more` that it does not have yet.

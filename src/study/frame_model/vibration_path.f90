@@ -12,7 +12,6 @@ module gestell_study_frame_model_vibration_path
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type
   use gestell_model_exact_varied_frame, only: varied_frame_type
-  use gestell_model_space, only: in_frame
   use gestell_study_frame_model_newton, only: first_samples, iterate, loosened, rough, values_of
   use gestell_study_frame_model_path, only: advance, first_arc, first_point, furthest_turn, greatest_arc, least_arc, middle_of, &
     & motion_of, path_family_type, point_type, size_of, slow, units_of
@@ -143,21 +142,12 @@ contains
   pure subroutine add_drag(frame, units, rate)
     class(frame_type), intent(inout) :: frame
     real(dp), intent(in) :: units(:), rate
-    integer :: i, k
+    integer :: i
 
     do i = 1, frame%dofs()
       associate (added => rate * whole_mass(frame) / units(i)**2)
-        if (allocated(frame%space)) then
-          k = findloc(in_frame, i, dim=1)
-          frame%space%damping(k, k) = frame%space%damping(k, k) + added
-          frame%space%foundation_damping(k, k) = frame%space%foundation_damping(k, k) + added
-        else
-          frame%damping(i, i) = frame%damping(i, i) + added
-          select type (frame)
-          class is (varied_frame_type)
-            frame%foundation_damping(i, i) = frame%foundation_damping(i, i) + added
-          end select
-        end if
+        frame%damping(i, i) = frame%damping(i, i) + added
+        frame%foundation_damping(i, i) = frame%foundation_damping(i, i) + added
       end associate
     end do
   end subroutine add_drag

@@ -2,17 +2,16 @@
 !> that are not free.
 module gestell_study_vibration_motion
   use gestell_base_kinds, only: dp
-  use gestell_model_frame, only: frame_type
-  use gestell_model_frame_mounting, only: damping_matrix, stiffness_matrix, turned_loads
+  use gestell_math_rotation, only: cross, turn_beyond_first_order, turning_matrices
   use gestell_math_turn, only: less_one
   use gestell_model_exact_moved_mounting, only: ground_load
-  use gestell_model_quantity_rows, only: accelerations, cosine, displacements, exact_rows, guide_forces, moment_excess, &
-    & moments_excess, rows_of, sine, supports_excess, turn_excess, velocities
-  use gestell_model_frame_shaking, only: shaking_terms
   use gestell_model_exact_varied_frame, only: varied_frame_type
+  use gestell_model_frame, only: frame_type
+  use gestell_model_frame_shaking, only: shaking_terms
+  use gestell_model_mounting, only: damping_matrix, stiffness_matrix, turned_loads
+  use gestell_model_quantity_rows, only: accelerations, displacements, exact_rows, excess_row, guide_forces, moment_rows, &
+    & rotations_of, rows_of, shifts_of, support_rows, velocities
   use gestell_model_space, only: in_frame
-  use gestell_model_space_mounting, only: support_matrix, turned_in_space => turned_loads
-  use gestell_model_space_rotation, only: cross, turn_beyond_first_order, turning_matrices
   use gestell_model_space_variation, only: force_excess
   use gestell_system_averaged, only: averaged_system
   use gestell_system_periodic, only: periodic_system
@@ -83,11 +82,7 @@ contains
       if (size(motion, 1) == rows_of(dofs, guide_forces)) cycle
       if (size(frame%free) < dofs) call move_moments(frame, motion(:, first:last))
       x = motion([frame%free, dofs + frame%free], first:last)
-      if (allocated(frame%space)) then
-        call add_turned_in_space(frame, x, motion(:, first:last))
-      else
-        call add_turned(frame, x, motion(:, first:last))
-      end if
+      call add_turned(frame, x, motion(:, first:last))
     end do
   end subroutine complete_motion
 
@@ -118,17 +113,41 @@ contains
     end do
   end subroutine move_moments
 
-  !> The rows that the exact frame has beyond the others (gestell_model_quantity). cos psi - 1 is that of `less_one`: the
-  !> cosine itself has lost the digits of a small rotation.
+  !> The rows that the exact frame has beyond the others (gestell_model_quantity_rows): of its rotation, of moments and of forces of
+  !> supports what is beyond the linear terms. cos psi - 1 is that of `less_one`: the cosine itself has lost the digits of a small
+  !> rotation.
   subroutine add_turned(frame, x, motion)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: x(:, :)
     real(dp), intent(inout) :: motion(:, :)
-    real(dp) :: load(3, size(x, 2)), c(3, 3), own(size(x, 2), 3)
-    integer :: k, row
+    integer, parameter :: turns(3) = in_frame(4:)
+    real(dp), allocatable :: load(:, :)
+    real(dp) :: own(size(x, 2), 3)
+    integer :: k, n, first
 
-    associate (psi => motion(3, :), psi_d => motion(6, :), psi_dd => motion(9, :), s => motion(sine::2, :), &
-      & c => motion(cosine::2, :))
+    n = frame%dofs()
+    first = excess_row(frame, 0)
+    associate (q => motion(:n, :), v => motion(n + 1:2 * n, :))
+      load = frame%ground_forces(x) - matmul(frame%ground_stiffness(), q) - matmul(frame%damping, v)
+      motion(moment_rows(frame), :) = load(rotations_of(frame), :)
+      if (allocated(frame%space)) then
+        do k = 1, size(motion, 2)
+          motion(first + 1:excess_row(frame, 3), k) = reshape(turn_beyond_first_order(reshape([motion(turns, k), &
+            & motion(6 + turns, k), motion(12 + turns, k)], [3, 3])), [27])
+          motion(excess_row(frame, 3) + 4:, k) = force_excess(frame, q(:, k), v(:, k))
+        end do
+        return
+      end if
+      do k = 1, size(frame%supports)
+        if (.not. frame%supports(k)%turning) cycle
+        own = ground_load(frame%supports(k:k), transpose(q), transpose(v))
+        load = transpose(own) - matmul(stiffness_matrix(frame%supports(k:k)) + turned_loads(frame%supports(k:k), n), q) &
+          & - matmul(damping_matrix(frame%supports(k:k)), v)
+        motion(support_rows(frame, k), :) = load(:2, :)
+      end do
+    end associate
+    associate (psi => motion(3, :), psi_d => motion(6, :), psi_dd => motion(9, :), s => motion(first + 1::2, :), &
+      & c => motion(first + 2::2, :))
       s(1, :) = sin(psi) - psi
       c(1, :) = real(less_one(cmplx(cos(psi), sin(psi), dp)))
       s(2, :) = c(1, :) * psi_d
@@ -136,41 +155,7 @@ contains
       s(3, :) = c(1, :) * psi_dd - sin(psi) * psi_d**2
       c(3, :) = -sin(psi) * psi_dd - cos(psi) * psi_d**2
     end associate
-    associate (q => motion(:displacements, :), v => motion(displacements + 1:velocities, :))
-      load = frame%ground_forces(x)
-      c = frame%stiffness + turned_loads(frame%supports)
-      motion(moment_excess, :) = load(3, :) - matmul(c(3, :), q) - matmul(frame%damping(3, :), v)
-      row = moment_excess
-      do k = 1, size(frame%supports)
-        if (.not. frame%supports(k)%turning) cycle
-        own = ground_load(frame%supports(k:k), transpose(q), transpose(v))
-        load = transpose(own) - matmul(stiffness_matrix(frame%supports(k:k)) + turned_loads(frame%supports(k:k)), q) &
-          & - matmul(damping_matrix(frame%supports(k:k)), v)
-        motion(row + 1:row + 2, :) = load(:2, :)
-        row = row + 2
-      end do
-    end associate
   end subroutine add_turned
-
-  !> The same in space: R - 1 - [theta] with its derivatives, moments and forces of supports beyond their linear terms.
-  subroutine add_turned_in_space(frame, x, motion)
-    class(frame_type), intent(in) :: frame
-    real(dp), intent(in) :: x(:, :)
-    real(dp), intent(inout) :: motion(:, :)
-    integer, parameter :: turns(3) = in_frame(4:)
-    real(dp), allocatable :: load(:, :)
-    real(dp) :: beyond(3, 3, 0:2)
-    integer :: k
-
-    load = frame%ground_forces(x) - matmul(frame%ground_stiffness(), motion(:6, :)) &
-      & - matmul(frame%ground_damping(), motion(7:12, :))
-    do k = 1, size(motion, 2)
-      beyond = turn_beyond_first_order(reshape([motion(turns, k), motion(6 + turns, k), motion(12 + turns, k)], [3, 3]))
-      motion(turn_excess + 1:moments_excess, k) = reshape(beyond, [27])
-      motion(moments_excess + 1:supports_excess, k) = load(turns, k)
-      motion(supports_excess + 1:, k) = force_excess(frame%space, motion(:6, k), motion(7:12, k))
-    end do
-  end subroutine add_turned_in_space
 
   !> q'' from (23).
   subroutine add_accelerations(frame, system, phases, x, motion)
@@ -305,46 +290,25 @@ contains
       & + sum(large(turns)) * sum(errors(first + turns))
   end subroutine add_moment_errors
 
-  !> Errors of the rows of the exact frame: |ds| <= |dpsi|, |dc| <= |dpsi| and so on, as psi is at most about 1; the moment's and
-  !> the supports' from the linear terms.
+  !> Errors of the rows of the exact frame: |ds| <= |dpsi|, |dc| <= |dpsi| and so on, as psi is at most about 1, in space those of
+  !> all rotations; the moments' and the supports' from the linear terms.
   subroutine add_turned_errors(frame, errors)
     class(frame_type), intent(in) :: frame
     real(dp), intent(inout) :: errors(:)
-    integer, parameter :: turns(3) = in_frame(4:)
-    real(dp) :: load(frame%dofs()), of_support(6, 6)
-    integer :: k, row
+    real(dp) :: load(frame%dofs())
+    integer :: k, n
 
-    if (allocated(frame%space)) then
-      do k = 0, 2
-        errors(turn_excess + 9 * k + 1:turn_excess + 9 * k + 9) = sum(errors(6 * k + turns))
-      end do
-      load = matmul(abs(frame%ground_stiffness()), errors(:6)) + matmul(abs(frame%ground_damping()), errors(7:12))
-      errors(moments_excess + 1:supports_excess) = load(turns)
-      row = supports_excess
-      do k = 1, size(frame%space%supports)
-        associate (support => frame%space%supports(k))
-          if (.not. support%turning) cycle
-          of_support = support_matrix(support, support%stiffness) + turned_in_space([support])
-          errors(row + 1:row + 3) = matmul(abs(of_support(:3, :)), errors(in_frame))
-          of_support = support_matrix(support, support%damping)
-          errors(row + 1:row + 3) = errors(row + 1:row + 3) + matmul(abs(of_support(:3, :)), errors(6 + in_frame))
-        end associate
-        row = row + 3
-      end do
-      return
-    end if
+    n = frame%dofs()
     do k = 0, 2
-      errors(sine + 2 * k:cosine + 2 * k) = errors(3 + 3 * k)
+      errors(excess_row(frame, k) + 1:excess_row(frame, k + 1)) = sum(errors(k * n + rotations_of(frame)))
     end do
-    load = matmul(abs(frame%stiffness + turned_loads(frame%supports)), errors(:3)) + matmul(abs(frame%damping), errors(4:6))
-    errors(moment_excess) = load(3)
-    row = moment_excess
+    load = matmul(abs(frame%ground_stiffness()), errors(:n)) + matmul(abs(frame%damping), errors(n + 1:2 * n))
+    errors(moment_rows(frame)) = load(rotations_of(frame))
     do k = 1, size(frame%supports)
       if (.not. frame%supports(k)%turning) cycle
-      load = matmul(abs(stiffness_matrix(frame%supports(k:k)) + turned_loads(frame%supports(k:k))), errors(:3)) &
-        & + matmul(abs(damping_matrix(frame%supports(k:k))), errors(4:6))
-      errors(row + 1:row + 2) = load(:2)
-      row = row + 2
+      load = matmul(abs(stiffness_matrix(frame%supports(k:k), n) + turned_loads(frame%supports(k:k), n)), errors(:n)) &
+        & + matmul(abs(damping_matrix(frame%supports(k:k), n)), errors(n + 1:2 * n))
+      errors(support_rows(frame, k)) = load(shifts_of(frame))
     end do
   end subroutine add_turned_errors
 

@@ -43,8 +43,7 @@ contains
       i = maxloc([peaks(3), 0.0_dp, peaks(5:6)], dim=1)
       moved%turn = maxval(peaks([3, 5, 6]))
       moved%rotation = dof_names(i + 2)
-      moved%size = maxval([(norm2(frame%space%planes(i)%origin), i = 1, size(frame%space%planes)), &
-        & (norm2(frame%space%supports(i)%position), i = 1, size(frame%space%supports))])
+      moved%size = maxval([(norm2(frame%space%planes(i)%origin), i = 1, size(frame%space%planes))])
     end if
     do i = 1, size(frame%supports)
       moved%size = max(moved%size, norm2(frame%supports(i)%position))

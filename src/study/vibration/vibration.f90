@@ -8,7 +8,7 @@ module gestell_study_vibration
   use gestell_floquet_period_turn_errors, only: turn_errors_type
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_frame_of, only: frame_of
-  use gestell_model_frame_mounting, only: load_rounding, matrix_rounding
+  use gestell_model_mounting, only: load_rounding, matrix_rounding
   use gestell_model_quantity_rows, only: accelerations, guide_forces, rows_of, velocities
   use gestell_model_exact_varied_frame, only: varied_frame_type
   use gestell_study_vibration_motion, only: motion_errors, motion_rows, whole_motion
@@ -188,16 +188,14 @@ contains
     real(dp), intent(in) :: x(:, :)
     real(dp) :: errors(3 * frame%dofs())
     real(dp), dimension(size(states%rounding), frame%dofs()) :: weights, rounding
-    real(dp), dimension(frame%dofs(), frame%dofs()) :: c, b, stiffness
+    real(dp), dimension(frame%dofs(), frame%dofs()) :: c, stiffness
     integer :: i, n
 
     n = frame%dofs()
     errors = 0
     c = frame%ground_stiffness()
-    b = frame%ground_damping()
-    stiffness = matrix_rounding(c)
-    if (n == 3) stiffness = matrix_rounding(frame%stiffness) + load_rounding(frame%supports)
-    associate (bounds => states%bounds(), f => size(frame%free), damping => matrix_rounding(b))
+    stiffness = matrix_rounding(frame%stiffness) + load_rounding(frame%supports, n)
+    associate (bounds => states%bounds(), f => size(frame%free), b => frame%damping, damping => matrix_rounding(frame%damping))
       errors(frame%free) = bounds(:f)
       errors(n + frame%free) = bounds(f + 1:)
       weights(:f, :) = transpose(c(:, frame%free))

@@ -3,7 +3,7 @@ module gestell_task_drawing_mounts
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: newline
   use gestell_math_sorting, only: ascending
-  use gestell_model_frame_mounting, only: support_type
+  use gestell_model_mounting, only: support_type
   use gestell_task_drawing_elements, only: pair
   implicit none (type, external)
   private
@@ -118,7 +118,7 @@ contains
       integer :: i
 
       do i = 1, size(shape, 2)
-        points(:, i) = support%position + length * (shape(1, i) * along + (shape(2, i) + moved) * across)
+        points(:, i) = support%position(:2) + length * (shape(1, i) * along + (shape(2, i) + moved) * across)
       end do
       call append(lines, points)
     end subroutine add_shape

@@ -112,7 +112,7 @@ contains
 
     call append(all, reshape([0.0_dp, 0.0_dp], [2, 1]))
     do i = 1, size(frame%supports)
-      call append(all, reshape(frame%supports(i)%position, [2, 1]))
+      call append(all, reshape(frame%supports(i)%position(:2), [2, 1]))
     end do
     do i = 1, size(probes)
       call append(all, reshape(probes(i)%position, [2, 1]))
@@ -145,7 +145,7 @@ contains
       & // outline_lines(hull) // axes([0.0_dp, 0.0_dp], "F", "ξ", "η", extent, 1) &
       & // axes(frame%origin, merge(" ", "O", any(at_origin)), "x", "y", extent, 3)
     do i = 1, size(frame%supports)
-      lines = lines // "set label " // text(10 + i) // " '" // text(i) // "' at " // pair(frame%supports(i)%position) &
+      lines = lines // "set label " // text(10 + i) // " '" // text(i) // "' at " // pair(frame%supports(i)%position(:2)) &
         & // " " // merge("left offset 0.5  ", "right offset -0.5", frame%supports(i)%position(1) < middle) // ",0.8 font ',12' " &
         & // "boxed front" // newline
     end do

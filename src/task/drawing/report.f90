@@ -9,7 +9,6 @@ module gestell_task_drawing_report
   use gestell_output_report_orders, only: order_of
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_gravity, only: weighs, weight_of
   use gestell_model_linkage, only: linkage_type
   use gestell_study_balance, only: examine, rigid_ground_type
   use gestell_study_balance_bodies, only: counterweight_type
@@ -77,7 +76,7 @@ contains
     else
       lines = lines // shaking_lines(frame)
     end if
-    if (weighs(frame)) lines = lines // static_lines(frame)
+    if (frame%weights%act) lines = lines // static_lines(frame)
   end function report_mechanism
 
   !> What the supports carry at static rest.
@@ -96,7 +95,7 @@ contains
       end do
       rows = rows // ")"
       force = static_force(frame, text(i))
-      force = merge(0.0_dp, force, abs(force) <= 1.0e-12_dp * norm2(weight_of(frame)))
+      force = merge(0.0_dp, force, abs(force) <= 1.0e-12_dp * norm2(frame%weights%weight))
       do k = 1, size(force)
         rows = rows // tab // concise(force(k), 5)
       end do

@@ -7,7 +7,7 @@ module gestell_task_drawing_views
   use gestell_model_quantity_rows, only: probe_type
   use gestell_model_linkage, only: linkage_type
   use gestell_model_linkage_diagram, only: diagram_type
-  use gestell_model_space_mounting, only: space_support_type
+  use gestell_model_mounting, only: support_type
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_picture_script, only: figure_type, new_figure, plotted, quoted
   use gestell_output_table, only: table_type
@@ -53,9 +53,9 @@ contains
       low(i) = min(0.0_dp, minval(placed%joints(i, :, :)), minval(placed%centers(i, :, :)), minval(placed%guides(i, :, :)))
       high(i) = max(0.0_dp, maxval(placed%joints(i, :, :)), maxval(placed%centers(i, :, :)), maxval(placed%guides(i, :, :)))
     end do
-    do i = 1, size(frame%space%supports)
-      low = min(low, frame%space%supports(i)%position)
-      high = max(high, frame%space%supports(i)%position)
+    do i = 1, size(frame%supports)
+      low = min(low, frame%supports(i)%position)
+      high = max(high, frame%supports(i)%position)
     end do
     do i = 1, size(probes)
       low = min(low, place_of(probes(i)))
@@ -105,9 +105,9 @@ contains
 
       seen = [right(view), upward(view)]
       call append(body, reshape([0.0_dp, 0.0_dp], [2, 1]))
-      do i = 1, size(frame%space%supports)
-        call append(body, reshape(frame%space%supports(i)%position(seen), [2, 1]))
-        call draw_springs(springs, frame%space%supports(i), seen, 0.10_dp * extent)
+      do i = 1, size(frame%supports)
+        call append(body, reshape(frame%supports(i)%position(seen), [2, 1]))
+        call draw_springs(springs, frame%supports(i), seen, 0.10_dp * extent)
       end do
       do i = 1, size(diagram%grounded)
         if (diagram%grounded(i)) call append(body, placed%joints(seen, i, 1:1))
@@ -132,12 +132,12 @@ contains
         & // ",0 left offset 0.4,0 font ',11' front" &
         & // newline // "set label 4 '" // trim(axes(upward(view))) // "' at 0," // concise(length, 4) // " center offset 0," &
         & // either("-0.6", "0.6", view == 3) // " font ',11' front" // newline
-      do i = 1, size(frame%space%supports)
+      do i = 1, size(frame%supports)
         lines = lines // "set label " // text(10 + i) // " '" // text(i) // "' at " &
-          & // pair(frame%space%supports(i)%position(seen)) // " center offset 0,-0.9 font ',11' boxed front" // newline
+          & // pair(frame%supports(i)%position(seen)) // " center offset 0,-0.9 font ',11' boxed front" // newline
       end do
       lines = lines // "$springs" // text(view) // " << END" // newline // "x,y" // newline
-      if (size(frame%space%supports) > 0) lines = lines // springs%data_lines()
+      if (size(frame%supports) > 0) lines = lines // springs%data_lines()
       lines = lines // "END" // newline
       words = ""
       do i = 1, size(diagram%sliders)
@@ -146,10 +146,10 @@ contains
           & // pair(placed%guides(seen, 2, i)) // " nohead lt 1 dt 1 lw 6 lc rgb '#D0D5DA' back" // newline
       end do
       words = bars(linkage, diagram, columns, seen, .false.)
-      if (size(frame%space%supports) > 0) words = words // ", \" // newline // "  $springs" // text(view) &
+      if (size(frame%supports) > 0) words = words // ", \" // newline // "  $springs" // text(view) &
         & // " using 1:2 with lines lt 7 dt 1 lw 1 notitle"
-      do i = 1, size(frame%space%supports)
-        words = words // element("::0::0", point_columns(frame%space%supports(i)%position(seen)), &
+      do i = 1, size(frame%supports)
+        words = words // element("::0::0", point_columns(frame%supports(i)%position(seen)), &
           & "points lt 1 pt 5 ps 0.6 lc rgb '#000000' notitle")
       end do
       words = words // bars(linkage, diagram, columns, seen, .true.)
@@ -207,7 +207,7 @@ contains
   !> Springs along the axes of a support that are seen, of this length where they lie in the view.
   subroutine draw_springs(drawing, support, seen, length)
     type(drawing_type), intent(inout) :: drawing
-    type(space_support_type), intent(in) :: support
+    type(support_type), intent(in) :: support
     integer, intent(in) :: seen(2)
     real(dp), intent(in) :: length
     !> A spring that is seen from its end is none.

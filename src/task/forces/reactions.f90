@@ -4,11 +4,9 @@ module gestell_task_forces_reactions
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text, whole_number
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_gravity, only: gravity_of, weighs, weight_of
-  use gestell_model_frame_mounting, only: stiffness_matrix
   use gestell_model_quantity, only: find_quantity
   use gestell_model_quantity_rows, only: guide_forces, probe_type, quantity_type, velocities
-  use gestell_model_space, only: in_frame
+  use gestell_model_space, only: in_frame, in_space
   use gestell_study_vibration_statistics, only: history_of, statistics_type, take_least, take_statistics
   use gestell_study_vibration, only: check_rows, vibration_type
   use gestell_task_common_executor, only: executor_type
@@ -68,17 +66,10 @@ contains
     real(dp), allocatable :: places(:, :)
     integer :: i
 
-    if (allocated(frame%space)) then
-      allocate(places(3, size(frame%space%supports)))
-      do i = 1, size(places, 2)
-        places(:, i) = frame%space%supports(i)%position
-      end do
-    else
-      allocate(places(2, size(frame%supports)))
-      do i = 1, size(places, 2)
-        places(:, i) = frame%supports(i)%position
-      end do
-    end if
+    allocate(places(merge(3, 2, allocated(frame%space)), size(frame%supports)))
+    do i = 1, size(places, 2)
+      places(:, i) = frame%supports(i)%position(:size(places, 1))
+    end do
   end function support_places
 
   !> Supports in the frame's order, then foundation and guide where they carry anything, then the total. Errors: as of the frame's
@@ -144,7 +135,7 @@ contains
     integer :: i, n
 
     n = size(reaction%position)
-    down = gravity_of(frame) / norm2(gravity_of(frame))
+    down = frame%weights%gravity / norm2(frame%weights%gravity)
     along = parts(along_x)
     along%weights = down(1) * along%weights
     if (allocated(along%rounding)) along%rounding = abs(down(1)) * along%rounding
@@ -159,9 +150,9 @@ contains
     bearing = dot_product(down(:n), reaction%static)
     reaction%least_compression = bearing + least
     ! The static force is known to the roundings of the weights that it carries.
-    reaction%least_error = reaction%least_error + 16 * epsilon(bearing) * (norm2(reaction%static) + norm2(weight_of(frame)))
+    reaction%least_error = reaction%least_error + 16 * epsilon(bearing) * (norm2(reaction%static) + norm2(frame%weights%weight))
     ! Beside a guide that carries the frame a support bears nothing, and nothing can lift it off.
-    reaction%carrying = .not. reaction%turns .and. bearing > roundings * norm2(weight_of(frame))
+    reaction%carrying = .not. reaction%turns .and. bearing > roundings * norm2(frame%weights%weight)
   end subroutine weigh
 
   !> The static force (N) on the ground by the weights, of the reaction of that name: two numbers, in space three.
@@ -169,41 +160,24 @@ contains
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: name
     real(dp), allocatable :: force(:)
-    integer :: i
+    integer, parameter :: shifts(3) = in_frame(:3)
+    integer :: i, n
 
-    if (allocated(frame%space)) then
-      allocate(force(3), source=0.0_dp)
-      associate (space => frame%space, weights => frame%space%weights)
-        select case (name)
-        case ("total")
-          force = weights%load(:3)
-        case ("guide")
-          do i = 1, 3
-            if (all(frame%free /= in_frame(i))) force(i) = weights%load(i) - dot_product(space%stiffness(i, :), weights%sag)
-          end do
-        case ("foundation")
-          force = weights%static_force(space%foundation_stiffness)
-        case default
-          i = whole_number(name)
-          if (i >= 1 .and. i <= size(space%supports)) force = space%supports(i)%static
-        end select
-      end associate
-      return
-    end if
-    allocate(force(2), source=0.0_dp)
-    associate (weights => frame%weights)
+    n = merge(3, 2, allocated(frame%space))
+    allocate(force(n), source=0.0_dp)
+    associate (weights => frame%weights, sag => frame%weights%sag(in_space(:frame%dofs())))
       select case (name)
       case ("total")
-        force = weights%load(:2)
+        force = weights%weight(:n)
       case ("guide")
-        do i = 1, 2
-          if (all(frame%free /= i)) force(i) = weights%load(i) - dot_product(frame%stiffness(i, :), weights%sag)
+        do i = 1, n
+          if (all(frame%free /= shifts(i))) force(i) = weights%weight(i) - dot_product(frame%stiffness(shifts(i), :), sag)
         end do
       case ("foundation")
-        force = weights%static_forces(frame%stiffness - stiffness_matrix(frame%supports))
+        force = matmul(frame%foundation_stiffness(shifts(:n), :), sag)
       case default
         i = whole_number(name)
-        if (i >= 1 .and. i <= size(frame%supports)) force = weights%static_forces(stiffness_matrix([frame%supports(i)]))
+        if (i >= 1 .and. i <= size(frame%supports)) force = frame%supports(i)%static(:n)
       end select
     end associate
   end function static_force
@@ -244,7 +218,7 @@ contains
       if (allocated(error)) return
       reaction%history(:, i) = history
     end do
-    if (weighs(frame)) call weigh(frame, vibration, parts, reaction, error)
+    if (frame%weights%act) call weigh(frame, vibration, parts, reaction, error)
   end subroutine take_reaction
 
 end module gestell_task_forces_reactions

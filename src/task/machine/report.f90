@@ -17,7 +17,6 @@ module gestell_task_machine_report
   use gestell_output_result, only: result_type
   use gestell_task_stability_report, only: modulus_of, out_of_range
   use gestell_model_frame, only: frame_type, dof_names
-  use gestell_model_frame_gravity, only: gravity_of, sag_of, weighs, weight_of
   use gestell_model_linkage, only: linkage_type
   use gestell_study_vibration_analysis, only: analysis_type
   use gestell_study_frame_model, only: newton_type
@@ -136,8 +135,8 @@ contains
     character(len=:), allocatable :: line
 
     line = ""
-    if (.not. weighs(frame)) return
-    associate (g => gravity_of(frame))
+    if (.not. frame%weights%act) return
+    associate (g => frame%weights%gravity)
       line = "  gravity    " // concise(norm2(g)) // " m/s^2 "
       if (abs(g(3)) > 0) then
         line = line // "along (" // listed(g / norm2(g)) // ")"
@@ -145,8 +144,8 @@ contains
         line = line // "at " // concise(atan2(g(2), g(1)) * 180 / pi, 4) // " deg"
       end if
     end associate
-    line = line // "; all weighs " // concise(norm2(weight_of(frame)), 5) // " N"
-    if (allocated(frame%space)) line = line // newline // "  static sag (" // listed(1000 * sag_of(frame)) // ") mm at F"
+    line = line // "; all weighs " // concise(norm2(frame%weights%weight), 5) // " N"
+    if (allocated(frame%space)) line = line // newline // "  static sag (" // listed(1000 * frame%weights%sag(:3)) // ") mm at F"
     line = line // newline
   end function gravity_line
 

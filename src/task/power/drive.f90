@@ -52,7 +52,6 @@ contains
 
     known = .false.
     drive%weighed = frame%weights%act
-    if (allocated(frame%space)) drive%weighed = frame%space%weights%act
     call frame%check(error)
     if (.not. allocated(error)) call check_rows(vibration, accelerations, error)
     if (allocated(error)) return

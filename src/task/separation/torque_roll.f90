@@ -100,7 +100,7 @@ contains
     real(dp), allocatable, dimension(:, :) :: mass, gyroscopic, stiffness
     integer :: i
 
-    call frame%space%mean_matrices(frame%mass, frame%speed, [(i, i = 1, 6)], 4 * frame%least_steps, mass, gyroscopic, stiffness)
+    call frame%mean_matrices([(i, i = 1, 6)], mass, gyroscopic, stiffness)
     call find_torque_roll(mass(in_frame, in_frame), frame%space%planes(1)%axes(:, 3), roll)
   end subroutine find_axis
 

@@ -8,7 +8,7 @@
 !>
 !> s_k are entire functions of a^2: s_k = sum over n of (-a^2)^n / (2 n + k)!. (A. Mueller, Applied Mechanics Reviews 73, 2021,
 !> 010803, doi 10.1115/1.4047987.)
-module gestell_model_space_rotation
+module gestell_math_rotation
   use gestell_base_kinds, only: dp
   implicit none (type, external)
   private
@@ -136,4 +136,4 @@ contains
     e = reshape([1.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], [3, 3])
   end function identity
 
-end module gestell_model_space_rotation
+end module gestell_math_rotation
