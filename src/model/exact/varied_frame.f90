@@ -24,10 +24,9 @@ module gestell_model_exact_varied_frame
   use gestell_math_cosine_sine, only: cosine_sine
   use gestell_base_kinds, only: dp, pi
   use gestell_math_series_trigonometric, only: series_through, series_type
-  use gestell_model_frame, only: frame_type
+  use gestell_model_frame, only: connections, frame_type
   use gestell_model_exact_moved_mounting, only: add_mounting, ground_load, mounting_energy, mounting_power
   use gestell_model_space, only: in_frame, is_rotation
-  use gestell_model_space_blocks, only: all_connected
   use gestell_model_space_drive, only: driven_type, follow_frame
   use gestell_model_space_energy, only: mounting_power_in_space => mounting_power
   use gestell_model_space_variation, only: ground_in_space, sample_varied
@@ -54,7 +53,7 @@ module gestell_model_exact_varied_frame
     real(dp) :: drift = 0
   contains
     procedure :: move_to, lag, sample_second_order, coupled, ground_forces
-    procedure :: turned, turning, rotation, potential, dissipation
+    procedure :: rotations, potential, dissipation
   end type varied_frame_type
 
   complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
@@ -155,6 +154,8 @@ contains
     real(dp), contiguous, intent(out), optional :: h(:, :)
     real(dp), dimension(size(phases), self%dofs(), self%dofs()) :: all_m, all_b, all_c, rest_m, rest_b, rest_c
     real(dp), dimension(size(phases), self%dofs()) :: q, v, a, r, load
+    real(dp), dimension(size(phases)) :: cosine, sine
+    complex(dp) :: turn(size(phases))
     integer :: j, k
 
     call self%motion%values(phases, q, v, a)
@@ -163,7 +164,17 @@ contains
     if (allocated(self%space)) then
       call sample_varied(self, self%space, self%crank_angles(phases), q, v, a, self%lag(phases), r, all_m, all_b, all_c)
     else
-      call vary_in_plane(self, phases, q, v, a, r, all_m, all_b, all_c)
+      call cosine_sine(q(:, 3), cosine, sine)
+      turn = cmplx(cosine, sine, dp)
+      call vary_inertia(self, phases, q, v, a, turn, r, all_m, all_b, all_c)
+      do k = 1, 3
+        do j = 1, 3
+          r(:, j) = r(:, j) + self%foundation_stiffness(j, k) * q(:, k) + self%foundation_damping(j, k) * v(:, k)
+          all_b(:, j, k) = all_b(:, j, k) + self%foundation_damping(j, k)
+          all_c(:, j, k) = all_c(:, j, k) + self%foundation_stiffness(j, k)
+        end do
+      end do
+      call add_mounting(self%supports, q, v, turn, r, all_b, all_c)
     end if
     if (self%excitation < 1 .or. self%excitation > 1) then
       ! what does not act of the load where the frame rests
@@ -188,21 +199,6 @@ contains
       h(:, j) = -r(:, self%free(j))
     end do
   end subroutine sample_second_order
-
-  !> The left sides of the equations of the plane, shape (points, 3), and their derivatives with respect to q'', q' and q.
-  subroutine vary_in_plane(self, phases, q, v, a, r, m, b, c)
-    type(varied_frame_type), intent(in) :: self
-    real(dp), contiguous, intent(in) :: phases(:), q(:, :), v(:, :), a(:, :)
-    real(dp), contiguous, intent(out) :: r(:, :), m(:, :, :), b(:, :, :), c(:, :, :)
-    real(dp) :: cosine(size(phases)), sine(size(phases))
-    complex(dp) :: turn(size(phases))
-
-    call cosine_sine(q(:, 3), cosine, sine)
-    turn = cmplx(cosine, sine, dp)
-    call vary_inertia(self, phases, q, v, a, turn, r, m, b, c)
-    call add_foundation(self, q, v, r, b, c)
-    call add_mounting(self%supports, q, v, turn, r, b, c)
-  end subroutine vary_in_plane
 
   !> What the masses add to the left sides and their derivatives, where E is `turn`.
   subroutine vary_inertia(frame, phases, q, v, a, turn, r, m, b, c)
@@ -249,43 +245,20 @@ contains
     end if
   end subroutine vary_inertia
 
-  !> The foundation, whose potential is quadratic in xi, eta, psi.
-  pure subroutine add_foundation(self, q, v, r, b, c)
-    type(varied_frame_type), intent(in) :: self
-    real(dp), intent(in) :: q(:, :), v(:, :)
-    real(dp), intent(inout) :: r(:, :), b(:, :, :), c(:, :, :)
-    integer :: j, k
-
-    do k = 1, 3
-      do j = 1, 3
-        r(:, j) = r(:, j) + self%foundation_stiffness(j, k) * q(:, k) + self%foundation_damping(j, k) * v(:, k)
-        b(:, j, k) = b(:, j, k) + self%foundation_damping(j, k)
-        c(:, j, k) = c(:, j, k) + self%foundation_stiffness(j, k)
-      end do
-    end do
-  end subroutine add_foundation
-
   !> Which free degrees of freedom act on each other. As a rule rotations act on all others, and shifts as they do at rest. If only
   !> some are damped, the matrices at many phases decide, so that a part without dampers can be proved undamped. This is not done
   !> otherwise because each part costs as much as the whole frame. The phases are shifted by 1/pi against those of symmetries.
   function coupled(self)
     class(varied_frame_type), intent(in) :: self
     logical, allocatable :: coupled(:, :), turns(:)
-    real(dp), dimension(4, size(self%free), size(self%free)) :: m, b, c
-    integer :: first, k
+    integer :: k
 
     coupled = self%frame_type%coupled()
     turns = is_rotation(self%free)
     coupled = coupled .or. spread(turns, 1, size(turns)) .or. spread(turns, 2, size(turns))
     k = count([(self%damping(self%free(k), self%free(k)) > 0, k = 1, size(self%free))])
     if (k == 0 .or. k == size(self%free)) return
-    coupled = .false.
-    do first = 0, 4 * self%least_steps - 1, size(m, 1)
-      call self%sample_second_order([((first + k + 1 / pi) / (4 * self%least_steps), k = 0, size(m, 1) - 1)], m, b, c)
-      coupled = coupled .or. any(abs(m) > 0 .or. abs(b) > 0 .or. abs(c) > 0, dim=1)
-      coupled = coupled .or. transpose(coupled)
-      if (all_connected(coupled)) exit
-    end do
+    coupled = connections(self, 1 / pi)
   end function coupled
 
   !> Forces (N) and moment about F at rest (N m) on the ground, shape (dofs, points), for states x, shape (states, points).
@@ -309,35 +282,16 @@ contains
       & + matmul(v, transpose(self%foundation_damping)))
   end function ground_forces
 
-  !> A vector of the frame's system in space, where the frame has turned by psi.
-  pure function turned(self, psi, s)
-    class(varied_frame_type), intent(in) :: self
-    real(dp), intent(in) :: psi, s(2)
-    real(dp) :: turned(2)
-
-    associate (unused_frame => self)
-    end associate
-    turned = [cos(psi) * s(1) - sin(psi) * s(2), sin(psi) * s(1) + cos(psi) * s(2)]
-  end function turned
-
-  !> How that changes with psi.
-  pure function turning(self, psi, s)
-    class(varied_frame_type), intent(in) :: self
-    real(dp), intent(in) :: psi, s(2)
-    real(dp) :: turning(2)
-
-    turning = self%turned(psi, [-s(2), s(1)])
-  end function turning
-
-  !> exp(i psi).
-  pure complex(dp) function rotation(self, psi)
+  !> E, dE/dpsi and E again, exactly.
+  pure function rotations(self, psi)
     class(varied_frame_type), intent(in) :: self
     real(dp), intent(in) :: psi
+    complex(dp) :: rotations(3)
 
     associate (unused_frame => self)
     end associate
-    rotation = exp(i * psi)
-  end function rotation
+    rotations = exp(i * psi) * [(1.0_dp, 0.0_dp), i, (1.0_dp, 0.0_dp)]
+  end function rotations
 
   !> Potential energy of the mounting (J).
   pure real(dp) function potential(self, q)

@@ -19,7 +19,7 @@ module gestell_model_frame
   implicit none (type, external)
   private
 
-  public :: new_frame, weigh_frame
+  public :: connections, new_frame, weigh_frame
 
   !> Names of the degrees of freedom of the frame's centre of mass F, in the order of the matrices; a frame in space has all.
   character(len=7), parameter, public :: dof_names(6) = [character(len=7) :: "xi", "eta", "psi", "zeta", "rot_xi", "rot_eta"]
@@ -54,7 +54,7 @@ module gestell_model_frame
     procedure :: drive_rpm
     procedure :: dofs
     procedure :: ground_forces
-    procedure :: turned, turning, rotation, potential, dissipation
+    procedure :: rotations, potential, dissipation
   end type frame_type
 
 contains
@@ -267,26 +267,46 @@ contains
     if (allocated(plain)) call move_alloc(plain, self%mechanism)
   end subroutine remember
 
-  !> Which of the free degrees of freedom act on each other: by the mounting, and psi by the mechanism's masses too.
+  !> Which of the free degrees of freedom act on each other about rest.
   function coupled(self)
     class(frame_type), intent(in) :: self
     logical, allocatable :: coupled(:, :)
-    logical :: all(3, 3)
-    real(dp) :: table(1, table_columns)
-    integer :: k
 
-    if (allocated(self%space)) then
-      coupled = self%space%coupled(self, 4 * self%least_steps)
-      return
-    end if
-    all = abs(self%rest_stiffness()) > 0 .or. abs(self%damping) > 0
-    do k = 1, 4 * self%least_steps
-      if (all(1, 3) .and. all(2, 3)) exit
-      call tabulate_felt(self%mechanism, self%origin, self%even_in_space(), [2 * pi * k / (4 * self%least_steps)], table)
-      all(:2, 3) = all(:2, 3) .or. abs(self%mechanism%mass * self%origin([2, 1]) + table(1, [a2_v, a1_v])) > 0
-    end do
-    coupled = all(self%free, self%free) .or. transpose(all(self%free, self%free))
+    coupled = connections(self, 0.0_dp)
   end function coupled
+
+  !> Which free degrees of freedom the matrices couple at equidistant phases, or at the first ones that connect all. The phases are
+  !> moved by the part `shift` of their distance.
+  function connections(frame, shift) result(coupled)
+    class(frame_type), intent(in) :: frame
+    real(dp), intent(in) :: shift
+    logical, allocatable :: coupled(:, :)
+    real(dp), dimension(4, size(frame%free), size(frame%free)) :: m, b, c
+    integer :: first, k
+
+    allocate(coupled(size(frame%free), size(frame%free)), source=.false.)
+    do first = 0, 4 * frame%least_steps - 1, size(m, 1)
+      call frame%sample_second_order([((first + k + shift) / (4 * frame%least_steps), k = 0, size(m, 1) - 1)], m, b, c)
+      coupled = coupled .or. any(abs(m) > 0 .or. abs(b) > 0 .or. abs(c) > 0, dim=1)
+      coupled = coupled .or. transpose(coupled)
+      if (all_connected(coupled)) exit
+    end do
+  end function connections
+
+  !> Whether the first degree of freedom acts on all others, be it through others.
+  pure logical function all_connected(coupled)
+    logical, intent(in) :: coupled(:, :)
+    logical :: reached(size(coupled, 1))
+    integer :: i, k
+
+    reached = coupled(:, 1)
+    do i = 2, size(reached)
+      do k = 2, size(reached)
+        if (reached(k)) reached = reached .or. coupled(:, k)
+      end do
+    end do
+    all_connected = all(reached)
+  end function all_connected
 
   !> The model with M, B, C averaged over the turn. The periodic parts of B and C are derivatives with respect to the crank angle,
   !> (10), (11), and have no mean, nor has that of the weights: what is left is the mounting's own and the weights' at rest.
@@ -387,35 +407,17 @@ contains
       & + matmul(self%damping(:, self%free), x(size(self%free) + 1:, :))
   end function ground_forces
 
-  !> A vector of the frame's system in space, where the frame has turned by psi: s + psi k x s, to first order.
-  pure function turned(self, psi, s)
-    class(frame_type), intent(in) :: self
-    real(dp), intent(in) :: psi, s(2)
-    real(dp) :: turned(2)
-
-    turned = s + psi * self%turning(psi, s)
-  end function turned
-
-  !> How that changes with psi.
-  pure function turning(self, psi, s)
-    class(frame_type), intent(in) :: self
-    real(dp), intent(in) :: psi, s(2)
-    real(dp) :: turning(2)
-
-    associate (unused_frame => self, unused_angle => psi)
-      turning = [-s(2), s(1)]
-    end associate
-  end function turning
-
-  !> exp(i psi), to second order.
-  pure complex(dp) function rotation(self, psi)
+  !> The complex numbers E that turns vectors of the plane with the frame, which has turned by psi, and dE/dpsi; E as weights
+  !> need it. About rest the first is that to first order, the last to second order.
+  pure function rotations(self, psi)
     class(frame_type), intent(in) :: self
     real(dp), intent(in) :: psi
+    complex(dp) :: rotations(3)
 
     associate (unused_frame => self)
-      rotation = cmplx(1 - psi**2 / 2, psi, dp)
     end associate
-  end function rotation
+    rotations = [cmplx(1, psi, dp), (0.0_dp, 1.0_dp), cmplx(1 - psi**2 / 2, psi, dp)]
+  end function rotations
 
   !> Potential energy of the mounting (J).
   pure real(dp) function potential(self, q)

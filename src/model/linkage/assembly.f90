@@ -54,11 +54,8 @@ contains
         call secure(joints, links, angle + width / 2, width / 2, local, bad_joint, bad_link)
         if (bad_joint == 0 .and. bad_link == 0) exit
         width = width / 2
-        if (intervals >= most_intervals) then
-          call give_up(joints, links, angle * of_drive, bad_joint, bad_link, error)
-          return
-        else if (width < narrowest) then
-          call report(joints, links, angle, of_drive, bad_joint, bad_link, error)
+        if (intervals >= most_intervals .or. width < narrowest) then
+          call report(joints, links, angle, of_drive, bad_joint, bad_link, intervals >= most_intervals, error)
           return
         end if
       end do
@@ -112,50 +109,38 @@ contains
     end do
   end subroutine secure
 
-  subroutine give_up(joints, links, angle, bad_joint, bad_link, error)
-    type(named_joint_type), intent(in) :: joints(:)
-    type(link_type), intent(in) :: links(:)
-    real(dp), intent(in) :: angle
-    integer, intent(in) :: bad_joint, bad_link
-    type(error_type), allocatable, intent(out) :: error
-    character(len=:), allocatable :: subject
-
-    if (bad_joint > 0) then
-      subject = "joint '" // joints(bad_joint)%name // "'"
-    else
-      subject = "link '" // links(bad_link)%name // "'"
-    end if
-    call fatal_error(error, subject // ": that it passes a crank angle of " // fixed(angle * 180 / pi, 3) // " deg is not " &
-      & // "proved within " // text(most_intervals) // " intervals of the turn: too close to a dead point, or too long a chain", &
-      & impossible_mechanism, subject)
-  end subroutine give_up
-
-  subroutine report(joints, links, angle, turns, bad_joint, bad_link, error)
+  !> Error: what is wrong with a joint or a link at an angle; or, where all intervals are `spent`, that nothing is known of it.
+  subroutine report(joints, links, angle, turns, bad_joint, bad_link, spent, error)
     type(named_joint_type), intent(in) :: joints(:)
     type(link_type), intent(in) :: links(:)
     real(dp), intent(in) :: angle
     integer, intent(in) :: turns, bad_joint, bad_link
+    logical, intent(in) :: spent
     type(error_type), allocatable, intent(out) :: error
     type(point_type) :: at(size(joints))
     character(len=:), allocatable :: there, subject, reason, closure
     integer :: i
 
-    there = " at a crank angle of " // fixed(angle * turns * 180 / pi, 3) // " deg"
-    if (bad_link > 0) then
+    there = " a crank angle of " // fixed(angle * turns * 180 / pi, 3) // " deg"
+    if (bad_joint > 0) then
+      subject = "joint '" // joints(bad_joint)%name // "'"
+    else
       subject = "link '" // links(bad_link)%name // "'"
-      call fatal_error(error, subject // ": its joints meet" // there, impossible_mechanism, subject)
-      return
     end if
-    do i = 1, bad_joint - 1
-      call joints(i)%joint%locate(angle, at(:i - 1), at(i))
-    end do
-    associate (bad => joints(bad_joint))
-      subject = "joint '" // bad%name // "'"
-      call bad%joint%explain(at(:bad_joint - 1), reason)
+    if (spent) then
+      reason = ": that it passes" // there // " is not proved within " // text(most_intervals) &
+        & // " intervals of the turn: too close to a dead point, or too long a chain"
+    else if (bad_joint == 0) then
+      reason = ": its joints meet at" // there
+    else
+      do i = 1, bad_joint - 1
+        call joints(i)%joint%locate(angle, at(:i - 1), at(i))
+      end do
+      call joints(bad_joint)%joint%explain(at(:bad_joint - 1), reason)
       call explain_closure(joints, bad_joint, turns, closure)
-      call fatal_error(error, subject // " cannot be assembled or stands at a dead point" // there // ": " // reason // closure, &
-        & impossible_mechanism, subject)
-    end associate
+      reason = " cannot be assembled or stands at a dead point at" // there // ": " // reason // closure
+    end if
+    call fatal_error(error, subject // reason, impossible_mechanism, subject)
   end subroutine report
 
   !> Between which crank angles joint number `bad` can be assembled, and what kind of four-bar it belongs to; starts with "; ". The

@@ -119,6 +119,7 @@ contains
     logical, intent(in) :: first
     type(joint_track_type), intent(inout) :: tracks(:)
     type(transmission_type) :: transmission
+    real(dp) :: fourth
     integer :: i
 
     do i = 1, size(joints)
@@ -128,7 +129,14 @@ contains
           call track%x%take(track%here%x, at(i)%x, from, step)
           call track%y%take(track%here%y, at(i)%y, from, step)
           call track%travel%take(track%transmission%travel, transmission%travel, from, step)
-          call follow_rates(track, transmission%travel, from, step)
+          ! The fourth derivative, with which the second is interpolated, is the mean over the step.
+          associate (old => track%transmission%travel, new => transmission%travel)
+            fourth = (new%ddd - old%ddd) / step
+            call track%rate%take(jet(old%d, old%dd, old%ddd), jet(new%d, new%dd, new%ddd), from, step)
+            call track%second_rate%take(jet(old%dd, old%ddd, fourth), jet(new%dd, new%ddd, fourth), from, step)
+            if (track%direction * new%d < 0) track%reversals = track%reversals + 1
+            if (abs(new%d) > 0) track%direction = new%d
+          end associate
           call track%sine%take(track%transmission%sine, transmission%sine, from, step)
           call track%margin%take(track%transmission%margin, transmission%margin, from, step)
         end if
@@ -137,22 +145,6 @@ contains
       end associate
     end do
   end subroutine follow_joints
-
-  !> Speed and acceleration of a slider. The fourth derivative, with which the second is interpolated, is the mean over the step.
-  pure subroutine follow_rates(track, travel, from, step)
-    type(joint_track_type), intent(inout) :: track
-    type(jet), intent(in) :: travel
-    real(dp), intent(in) :: from, step
-    real(dp) :: fourth
-
-    associate (before => track%transmission%travel)
-      fourth = (travel%ddd - before%ddd) / step
-      call track%rate%take(jet(before%d, before%dd, before%ddd), jet(travel%d, travel%dd, travel%ddd), from, step)
-      call track%second_rate%take(jet(before%dd, before%ddd, fourth), jet(travel%dd, travel%ddd, fourth), from, step)
-    end associate
-    if (track%direction * travel%d < 0) track%reversals = track%reversals + 1
-    if (abs(travel%d) > 0) track%direction = travel%d
-  end subroutine follow_rates
 
   !> The same for links: u = (cos phi, sin phi) turns by phi' = u x u', phi'' = u x u''.
   subroutine follow_links(links, at, angle, step, first, tracks)
@@ -202,18 +194,24 @@ contains
     type(diagnosis_type), intent(inout) :: diagnosis
     type(point_type) :: at(size(linkage%joints))
     type(form_type) :: form
-    integer :: i
+    integer :: i, shafts
 
     call linkage%points(0.0_dp, at)
     diagnosis%links = 1
+    shafts = 0
     do i = 1, size(linkage%joints)
       if (on_shaft(linkage, at, i)) cycle
+      select type (pin => linkage%joints(i)%joint)
+      class is (crank_joint)
+        shafts = shafts + 1
+      end select
       call linkage%joints(i)%joint%describe(form)
       diagnosis%links = diagnosis%links + form%links
       diagnosis%pairs = diagnosis%pairs + form%pairs
       diagnosis%higher_pairs = diagnosis%higher_pairs + form%higher_pairs
     end do
-    diagnosis%higher_pairs = diagnosis%higher_pairs + shafts(linkage, at) - 1
+    ! a pair of gears joins each shaft that turns with the drive, but for the first, to another
+    diagnosis%higher_pairs = diagnosis%higher_pairs + shafts - 1
     diagnosis%mobility = 3 * (diagnosis%links - 1) - 2 * diagnosis%pairs - diagnosis%higher_pairs
   end subroutine count_links
 
@@ -238,21 +236,6 @@ contains
       end do
     end select
   end function on_shaft
-
-  !> How many shafts turn with the drive; a pair of gears joins each but the first to another.
-  pure integer function shafts(linkage, at)
-    class(linkage_type), intent(in) :: linkage
-    type(point_type), intent(in) :: at(:)
-    integer :: i
-
-    shafts = 0
-    do i = 1, size(linkage%joints)
-      select type (pin => linkage%joints(i)%joint)
-      class is (crank_joint)
-        if (.not. on_shaft(linkage, at, i)) shafts = shafts + 1
-      end select
-    end do
-  end function shafts
 
   !> A four-bar is one RRR dyad between the crank's joint and a ground joint. It turns, so by Grashof's rule the shortest
   !> and the longest link together are shorter than the other two; which one is shortest makes the class.

@@ -41,8 +41,8 @@ contains
     class(linkage_type), intent(in) :: linkage
     real(dp), intent(in) :: angles(:)
     type(diagram_type), intent(out) :: diagram
-    type(point_type) :: at(size(linkage%joints))
-    real(dp) :: lengths(size(angles))
+    type(point_type) :: at(size(linkage%joints)), origin, along
+    real(dp) :: lengths(size(angles)), travel, e(2)
     integer :: i, k
 
     call find_parts(linkage, diagram)
@@ -53,10 +53,20 @@ contains
         diagram%joints(:, i, k) = [at(i)%x%v, at(i)%y%v]
       end do
       do i = 1, size(diagram%sliders)
-        call extend_travel(diagram%sliders(i), at, k == 1)
+        associate (slider => diagram%sliders(i), here => at(diagram%sliders(i)%joint))
+          call slider%guide%line(at, origin, along)
+          travel = (here%x%v - origin%x%v) * along%x%v + (here%y%v - origin%y%v) * along%y%v
+          if (k == 1) slider%travel = travel
+          slider%travel = [min(slider%travel(1), travel), max(slider%travel(2), travel)]
+        end associate
       end do
       do i = 1, size(linkage%links)
-        diagram%centers(:, i, k) = center_of(linkage, i, diagram%joints(:, :, k))
+        associate (link => linkage%links(i), points => diagram%joints(:, :, k))
+          e = [1, 0]
+          if (link%to > 0) e = points(:, link%to) - points(:, link%from)
+          e = e / norm2(e)
+          diagram%centers(:, i, k) = points(:, link%from) + link%center(1) * e + link%center(2) * [-e(2), e(1)]
+        end associate
       end do
     end do
     do i = 1, size(diagram%bars)
@@ -93,7 +103,8 @@ contains
         where (form%bars == itself) form%bars = i
         do k = 1, size(form%bars), 2
           link = 0
-          if (form%links == 0 .and. size(carriers) == 2) link = body_of(diagram, carriers)
+          if (form%links == 0 .and. size(carriers) == 2) link = index_of_bar(diagram, carriers)
+          if (link > 0) link = diagram%bars(link)%link
           call add_bar(diagram, form%bars(k:k + 1), link)
         end do
       end if
@@ -125,47 +136,5 @@ contains
     end do
     i = 0
   end function index_of_bar
-
-  !> The link that carries two joints, 0 where none is known to.
-  pure integer function body_of(diagram, joints) result(link)
-    type(diagram_type), intent(in) :: diagram
-    integer, intent(in) :: joints(2)
-    integer :: i
-
-    link = 0
-    i = index_of_bar(diagram, joints)
-    if (i > 0) link = diagram%bars(i)%link
-  end function body_of
-
-  !> Extends the travel of a slider to where it is.
-  pure subroutine extend_travel(slider, at, first)
-    type(slider_type), intent(inout) :: slider
-    type(point_type), intent(in) :: at(:)
-    logical, intent(in) :: first
-    type(point_type) :: origin, along
-    real(dp) :: travel
-
-    call slider%guide%line(at, origin, along)
-    travel = (at(slider%joint)%x%v - origin%x%v) * along%x%v + (at(slider%joint)%y%v - origin%y%v) * along%y%v
-    if (first) slider%travel = travel
-    slider%travel = [min(slider%travel(1), travel), max(slider%travel(2), travel)]
-  end subroutine extend_travel
-
-  !> Centre of mass of a link with the joints at `at`, shape (2, joints).
-  pure function center_of(linkage, i, at) result(center)
-    class(linkage_type), intent(in) :: linkage
-    integer, intent(in) :: i
-    real(dp), intent(in) :: at(:, :)
-    real(dp) :: center(2), e(2)
-
-    associate (link => linkage%links(i))
-      e = [1, 0]
-      if (link%to > 0) then
-        e = at(:, link%to) - at(:, link%from)
-        e = e / norm2(e)
-      end if
-      center = at(:, link%from) + link%center(1) * e + link%center(2) * [-e(2), e(1)]
-    end associate
-  end function center_of
 
 end module gestell_model_linkage_diagram

@@ -243,7 +243,9 @@ contains
     real(dp), intent(in) :: mass, inertia, center(2)
     type(error_type), allocatable, intent(out) :: error
     type(link_type) :: link
+    type(link_type), allocatable :: longer(:)
     character(len=:), allocatable :: reason
+    integer :: i, count
 
     link%name = name
     link%mass = mass
@@ -262,28 +264,19 @@ contains
       call fatal_error(error, "link '" // name // "': mass and inertia must not be negative", invalid_input)
     end if
     if (allocated(error)) return
-    call append_link(self, link)
-    self%prepared = .false.
-    self%mass = self%mass + mass
-    self%inertia = self%inertia + inertia
-  end subroutine add_link
-
-  !> The links with one more. (The names move: copies of all would cost more than the rest.)
-  subroutine append_link(self, link)
-    class(linkage_type), intent(inout) :: self
-    type(link_type), intent(in) :: link
-    type(link_type), allocatable :: longer(:)
-    integer :: i, count
-
     count = 0
     if (allocated(self%links)) count = size(self%links)
     allocate(longer(count + 1))
+    ! The names move: copies of all would cost more than the rest.
     do i = 1, count
       call move_link(self%links(i), longer(i))
     end do
     longer(count + 1) = link
     call move_alloc(longer, self%links)
-  end subroutine append_link
+    self%prepared = .false.
+    self%mass = self%mass + mass
+    self%inertia = self%inertia + inertia
+  end subroutine add_link
 
   !> The index of the joint of that name. Error: there is none.
   subroutine find(self, name, joint, error)

@@ -37,7 +37,10 @@ contains
     real(dp), intent(in) :: mass, inertia, a1(:), a2(:), a3(:), moment(:)
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(in), optional :: energy(:)
+    real(dp), parameter :: rounding = 1.0e-6_dp
+    type(mass_functions_type) :: a
     real(dp), allocatable :: k(:)
+    integer :: i, points
 
     k = [0.0_dp]
     if (present(energy)) k = energy
@@ -56,8 +59,15 @@ contains
     allocate(mechanism%a2, source=a2)
     allocate(mechanism%a3, source=a3)
     allocate(mechanism%moment, source=moment)
-    call check_masses(mechanism, error)
-    if (allocated(error)) return
+    ! Masses obey m a3 >= a1^2 + a2^2 (Cauchy and Schwarz); then M is positive definite in every frame.
+    points = 8 * max(8, size(a1), size(a2), size(a3))
+    do i = 0, points - 1
+      call mechanism%mass_functions(2 * pi * i / points, a)
+      if (mass * a%a3%v >= (1 - rounding) * (a%a1%v**2 + a%a2%v**2)) cycle
+      call fatal_error(error, "no masses can have these functions: at a crank angle of " &
+        & // fixed(360.0_dp * i / points, 1) // " deg mass * a3 is less than a1^2 + a2^2", invalid_input)
+      return
+    end do
     mechanism%angle_scale = 1.0_dp / max(1, maxval([size(a1), size(a2), size(a3), size(moment)]) / 4)
   end subroutine new_harmonic_mechanism
 
@@ -69,24 +79,6 @@ contains
     if (.not. allocated(self%moment)) call fatal_error(error, "a mechanism by harmonics is made by new_harmonic_mechanism", &
       & invalid_input)
   end subroutine check
-
-  !> Masses obey m a3 >= a1^2 + a2^2 (Cauchy and Schwarz); then M is positive definite in every frame.
-  subroutine check_masses(mechanism, error)
-    type(harmonic_mechanism_type), intent(in) :: mechanism
-    type(error_type), allocatable, intent(out) :: error
-    real(dp), parameter :: rounding = 1.0e-6_dp
-    type(mass_functions_type) :: a
-    integer :: k, points
-
-    points = 8 * max(8, size(mechanism%a1), size(mechanism%a2), size(mechanism%a3))
-    do k = 0, points - 1
-      call mechanism%mass_functions(2 * pi * k / points, a)
-      if (mechanism%mass * a%a3%v >= (1 - rounding) * (a%a1%v**2 + a%a2%v**2)) cycle
-      call fatal_error(error, "no masses can have these functions: at a crank angle of " &
-        & // fixed(360.0_dp * k / points, 1) // " deg mass * a3 is less than a1^2 + a2^2", invalid_input)
-      return
-    end do
-  end subroutine check_masses
 
   subroutine mass_functions(self, crank_angle, a)
     class(harmonic_mechanism_type), intent(in) :: self

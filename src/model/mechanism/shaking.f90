@@ -39,8 +39,11 @@ contains
     real(dp), allocatable :: samples(:, :)
     real(dp) :: drive(1, drive_columns)
     type(mass_functions_type) :: a
+    real(dp) :: bound
+    complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
+    complex(dp) :: c(2)
     logical :: corrected
-    integer :: i, n
+    integer :: k, n
 
     call mechanism%check(error)
     if (allocated(error)) return
@@ -55,48 +58,34 @@ contains
     do
       if (allocated(samples)) deallocate(samples)
       allocate(samples(n, 3))
-      do i = 1, n
-        call mechanism%mass_functions(2 * pi * (i - 1) / n, a)
+      do k = 1, n
+        call mechanism%mass_functions(2 * pi * (k - 1) / n, a)
         drive = 0
-        if (corrected) call mechanism%tabulate_drive([2 * pi * (i - 1) / n], drive, corrected)
-        samples(i, :) = -speed**2 * [a%a1%dd, a%a2%dd, a%a4 - part_of_turn(mechanism, corrected) * drive(1, energy_d) / 2]
+        if (corrected) call mechanism%tabulate_drive([2 * pi * (k - 1) / n], drive, corrected)
+        samples(k, :) = -speed**2 * [a%a1%dd, a%a2%dd, a%a4 - part_of_turn(mechanism, corrected) * drive(1, energy_d) / 2]
       end do
-      do i = 1, 3
-        found%series(i) = fourier_series(samples(:, i))
+      do k = 1, 3
+        found%series(k) = fourier_series(samples(:, k))
       end do
       ! what cancels to less than this is rounding, which no samples resolve
-      if (all([(found%series(i)%tail() < 1.0e-9_dp .or. found%series(i)%greatest_term() <= 1.0e-12_dp * speed**2 &
-        & * mechanism%terms(i), i = 1, 3)]) .or. n >= most) exit
+      if (all([(found%series(k)%tail() < 1.0e-9_dp .or. found%series(k)%greatest_term() <= 1.0e-12_dp * speed**2 &
+        & * mechanism%terms(k), k = 1, 3)]) .or. n >= most) exit
       n = 2 * n
     end do
-    found%rms(:3) = [(found%series(i)%rms(), i = 1, 3)]
+    found%rms(:3) = [(found%series(k)%rms(), k = 1, 3)]
     found%rms(4) = hypot(found%rms(1), found%rms(2))
     if (.not. all(ieee_is_finite(found%rms))) return
-    found%peak(:3) = [(found%series(i)%peak(samples(:, i)), i = 1, 3)]
-    found%peak(4) = greatest_length(samples(:, :2), hypot(found%peak(1), found%peak(2)))
-    if (abs(speed) > 0) found%unbalance = turning(found%series(:2), mechanism%turns) / (mechanism%turns * speed)**2
+    found%peak(:3) = [(found%series(k)%peak(samples(:, k)), k = 1, 3)]
+    ! the square of a vector's length is a trigonometric polynomial too
+    bound = hypot(found%peak(1), found%peak(2))
+    if (bound > 0) found%peak(4) = bound * sqrt(greatest((samples(:, 1) / bound)**2 + (samples(:, 2) / bound)**2))
+    if (.not. abs(speed) > 0) return
+    ! With Re C_x e^(i phi) and Re C_y e^(i phi) along x and y the vector is F+ e^(i phi) + F- e^(-i phi),
+    ! F+ = (C_x + i C_y) / 2, F- = conjg(C_x - i C_y) / 2.
+    associate (first => mechanism%turns)
+      c = [(found%series(k)%amplitude(first) * exp(i * found%series(k)%phase(first)), k = 1, 2)]
+      found%unbalance = [c(1) + i * c(2), conjg(c(1) - i * c(2))] / 2 / (first * speed)**2
+    end associate
   end subroutine shaking
-
-  !> The greatest length of a vector, no more than `bound`: its square is a trigonometric polynomial too.
-  pure real(dp) function greatest_length(samples, bound) result(length)
-    real(dp), intent(in) :: samples(:, :), bound
-
-    length = 0
-    if (bound > 0) length = bound * sqrt(greatest((samples(:, 1) / bound)**2 + (samples(:, 2) / bound)**2))
-  end function greatest_length
-
-  !> With Re C_x e^(i phi) and Re C_y e^(i phi) along x and y the vector is F+ e^(i phi) + F- e^(-i phi),
-  !> F+ = (C_x + i C_y) / 2, F- = conjg(C_x - i C_y) / 2.
-  pure function turning(series, order) result(vectors)
-    type(fourier_type), intent(in) :: series(2)
-    integer, intent(in) :: order
-    complex(dp) :: vectors(2)
-    complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
-    complex(dp) :: c(2)
-    integer :: k
-
-    c = [(series(k)%amplitude(order) * exp(i * series(k)%phase(order)), k = 1, 2)]
-    vectors = [c(1) + i * c(2), conjg(c(1) - i * c(2))] / 2
-  end function turning
 
 end module gestell_model_mechanism_shaking

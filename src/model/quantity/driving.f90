@@ -56,8 +56,8 @@ contains
     real(dp), intent(in), optional :: errors(:)
     real(dp), intent(out), optional :: torque_error
     real(dp), allocatable :: masses(:, :), drive(:, :)
-    real(dp) :: s(2), s_d(2), s_dd(2), spin, spin_d, inertia, inertia_d, inertia_dd, rate, by_turn, by_rate, even, terms
-    complex(dp) :: turn, sums, sums_d, sums_dd
+    real(dp) :: spin, spin_d, inertia, inertia_d, inertia_dd, rate, by_turn, by_rate, even, terms
+    complex(dp) :: origin, s, s_d, s_dd, u_d, u_dd, e(3)
     complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
     integer :: k
 
@@ -82,46 +82,46 @@ contains
       call frame%mechanism%tabulate(frame%crank_angles(phases) - even * motion(3, :), masses)
       call frame%mechanism%tabulate_drive(frame%crank_angles(phases) - even * motion(3, :), drive, known)
     end if
-    associate (omega => frame%speed, origin => frame%origin, mass => frame%mechanism%mass)
+    origin = cmplx(frame%origin(1), frame%origin(2), dp)
+    associate (omega => frame%speed, mass => frame%mechanism%mass)
       do k = 1, size(phases)
         associate (a => masses(k, :), q => motion(1:3, k), v => motion(4:6, k), acceleration => motion(7:9, k))
-          s = mass * origin + [a(a1_v), a(a2_v)]
-          s_d = [a(a1_d), a(a2_d)]
-          s_dd = [a(a1_dd), a(a2_dd)]
+          e = frame%rotations(q(3))
+          u_d = cmplx(v(1), v(2), dp)
+          u_dd = cmplx(acceleration(1), acceleration(2), dp)
+          s = mass * origin + cmplx(a(a1_v), a(a2_v), dp)
+          s_d = cmplx(a(a1_d), a(a2_d), dp)
+          s_dd = cmplx(a(a1_dd), a(a2_dd), dp)
           rate = omega - even * v(3)
-          spin = drive(k, spin_v) + origin(1) * s_d(2) - origin(2) * s_d(1)
-          spin_d = a(a4_v) + origin(1) * s_dd(2) - origin(2) * s_dd(1)
-          inertia = frame%inertia + frame%mechanism%inertia + mass * sum(origin**2) + a(a3_v) &
-            & + 2 * dot_product(origin, [a(a1_v), a(a2_v)])
-          inertia_d = a(a3_d) + 2 * dot_product(origin, s_d)
-          inertia_dd = a(a3_dd) + 2 * dot_product(origin, s_dd)
-          power(torque, k) = rate**2 * drive(k, energy_d) / 2 + dot_product(acceleration(:2), frame%turned(q(3), s_d)) &
+          spin = drive(k, spin_v) + aimag(conjg(origin) * s_d)
+          spin_d = a(a4_v) + aimag(conjg(origin) * s_dd)
+          inertia = frame%inertia + frame%mechanism%inertia + mass * sum(frame%origin**2) + a(a3_v) &
+            & + 2 * dot_product(frame%origin, [a(a1_v), a(a2_v)])
+          inertia_d = a(a3_d) + 2 * real(conjg(origin) * s_d)
+          inertia_dd = a(a3_dd) + 2 * real(conjg(origin) * s_dd)
+          power(torque, k) = rate**2 * drive(k, energy_d) / 2 + real(conjg(u_dd) * e(1) * s_d) &
             & + acceleration(3) * (spin - even * drive(k, energy_v)) - v(3)**2 * inertia_d / 2
-          by_turn = dot_product(acceleration(:2), frame%turning(q(3), s_d) - even * frame%turned(q(3), s_dd)) &
+          by_turn = real(conjg(u_dd) * (e(2) * s_d - even * e(1) * s_dd)) &
             & + even * (v(3)**2 * inertia_dd / 2 - acceleration(3) * (spin_d - even * drive(k, energy_d)) &
             & - rate**2 * drive(k, energy_dd) / 2)
           by_rate = -v(3) * inertia_d - even * rate * drive(k, energy_d)
           power(damper_watts, k) = frame%dissipation(q, v)
           power(stored_energy, k) = (frame%mass + mass) * sum(v(:2)**2) / 2 &
-            & + dot_product(v(:2), v(3) * frame%turning(q(3), s) + rate * frame%turned(q(3), s_d)) &
+            & + real(conjg(u_d) * (v(3) * e(2) * s + rate * e(1) * s_d)) &
             & + inertia * v(3)**2 / 2 + v(3) * rate * spin + rate**2 * drive(k, energy_v) / 2 &
             & + frame%potential(q)
           if (frame%weights%act) then
-            turn = frame%rotation(q(3))
-            sums = cmplx(s(1), s(2), dp)
-            sums_d = cmplx(s_d(1), s_d(2), dp)
-            sums_dd = cmplx(s_dd(1), s_dd(2), dp)
-            power(torque, k) = power(torque, k) + frame%weights%torque(turn, sums_d)
-            power(stored_energy, k) = power(stored_energy, k) + frame%weights%potential(turn, q(3), sums)
-            by_turn = by_turn + frame%weights%torque(turn, i * sums_d - even * sums_dd)
+            power(torque, k) = power(torque, k) + frame%weights%torque(e(3), s_d)
+            power(stored_energy, k) = power(stored_energy, k) + frame%weights%potential(e(3), q(3), s)
+            by_turn = by_turn + frame%weights%torque(e(3), i * s_d - even * s_dd)
           end if
           power(drive_watts, k) = omega * power(torque, k) - frame%motor_torque * v(3)
           if (present(errors) .and. present(torque_error)) then
             terms = rate**2 * max(abs(drive(k, energy_d)), frame%mechanism%terms(4)) / 2 + v(3)**2 * abs(inertia_d) / 2 &
-              & + dot_product(abs(acceleration(:2)), abs(frame%turned(q(3), s_d)) + frame%mechanism%terms(:2)) &
+              & + dot_product(abs(acceleration(:2)), abs([real(e(1) * s_d), aimag(e(1) * s_d)]) + frame%mechanism%terms(:2)) &
               & + abs(acceleration(3)) * (abs(spin) + even * drive(k, energy_v))
-            if (frame%weights%act) terms = terms + norm2(frame%weights%gravity) * (norm2(s_d) + norm2(frame%mechanism%terms(:2)))
-            torque_error = max(torque_error, dot_product(abs(frame%turned(q(3), s_d)), errors(7:8)) &
+            if (frame%weights%act) terms = terms + norm2(frame%weights%gravity) * (abs(s_d) + norm2(frame%mechanism%terms(:2)))
+            torque_error = max(torque_error, dot_product(abs([real(e(1) * s_d), aimag(e(1) * s_d)]), errors(7:8)) &
               & + abs(spin - even * drive(k, energy_v)) * errors(9) + abs(by_turn) * errors(3) + abs(by_rate) * errors(6) &
               & + torque_roundings * (epsilon(terms) + frame%rounding) * terms)
           end if

@@ -40,7 +40,7 @@ contains
     real(dp), intent(out), optional :: torque_error
     type(driven_type) :: driven
     type(moving_type) :: rigid
-    real(dp) :: angles(size(phases)), lag(size(phases), 3), q(6, 0:2), falling(3), by_gain(6), by_rate(6), by_place(6)
+    real(dp) :: angles(size(phases)), lag(size(phases), 3), q(6, 0:2), v(3), falling(3), by_gain(6), by_rate(6), by_place(6)
     type(masses_type) :: at
     logical :: told
     integer :: k
@@ -70,8 +70,12 @@ contains
         & - dot_product(driven%moved%motor, driven%moved%w)
       power(4, k) = mounting_power(frame, q(:, 0), q(:, 1))
       call frame%space%masses_at(frame%mass, 1.0_dp, [angles(k) - driven%turn%chi(0)], at)
-      power(5, k) = kinetic_energy(at, matmul(q(:3, 1), driven%moved%rotation), driven) &
-        & + mounting_energy(frame, q(:, 0), at%s(1, :, 0))
+      v = matmul(q(:3, 1), driven%moved%rotation)
+      associate (w => driven%moved%w, rate => driven%moved%rate, moving => driven%moving)
+        power(5, k) = at%mass * dot_product(v, v) / 2 + dot_product(v, cross(w, at%s(1, :, 0)) + rate * moving%s(:, 1)) &
+          & + dot_product(w, matmul(at%j(1, :, :, 0), w)) / 2 + rate * dot_product(w, moving%a(:, 0)) &
+          & + rate**2 * moving%k(0) / 2 + mounting_energy(frame, q(:, 0), at%s(1, :, 0))
+      end associate
       if (present(errors) .and. present(torque_error)) torque_error = max(torque_error, effect() &
         & + torque_roundings * (epsilon(1.0_dp) + frame%rounding) * absolute_terms())
     end do
@@ -112,17 +116,5 @@ contains
     end function effect
 
   end subroutine drive_power_in_space
-
-  !> T (J) of the masses about F where the frame moves at v in its axes (m/s).
-  pure real(dp) function kinetic_energy(at, v, driven)
-    type(masses_type), intent(in) :: at
-    real(dp), intent(in) :: v(3)
-    type(driven_type), intent(in) :: driven
-
-    associate (w => driven%moved%w, rate => driven%moved%rate, moving => driven%moving)
-      kinetic_energy = at%mass * dot_product(v, v) / 2 + dot_product(v, cross(w, at%s(1, :, 0)) + rate * moving%s(:, 1)) &
-        & + dot_product(w, matmul(at%j(1, :, :, 0), w)) / 2 + rate * dot_product(w, moving%a(:, 0)) + rate**2 * moving%k(0) / 2
-    end associate
-  end function kinetic_energy
 
 end module gestell_model_quantity_driving_in_space

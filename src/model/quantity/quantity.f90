@@ -142,25 +142,15 @@ contains
     case ("foundation")
       call add_matrices(frame%foundation_stiffness, frame%foundation_damping, forces)
     case default
-      number = support_number(frame, part)
-      if (number == 0 .or. is_rotation(columns(1))) return
+      if (index(part, "support(") /= 1 .or. is_rotation(columns(1))) return
+      number = whole_number(part(9:len(part) - 1))
+      if (number < 1 .or. number > size(frame%supports) .or. part /= "support(" // text(number) // ")") return
       call add_support(frame, number, forces)
     end select
     quantity%unit = merge("Nm", "N ", is_rotation(columns(1)))
     quantity%weights = forces%weights(:, columns)
     quantity%rounding = forces%rounding(:, columns)
   end subroutine find_force
-
-  !> The number of the support that is called `part`; 0: there is none.
-  pure integer function support_number(frame, part) result(number)
-    class(frame_type), intent(in) :: frame
-    character(len=*), intent(in) :: part
-
-    number = 0
-    if (index(part, "support(") /= 1) return
-    number = whole_number(part(9:len(part) - 1))
-    if (number > size(frame%supports) .or. part /= "support(" // text(number) // ")") number = 0
-  end function support_number
 
   !> Adds the guides: the forces along the degrees of freedom that are not free. Their rows of moments hold all of the guides'
   !> moments about F at rest, also where the frame may turn.

@@ -1,10 +1,10 @@
-!> Blocks of matrices over many angles: of vectors and tensors, where some degrees of freedom are not there; and which connect all.
+!> Blocks of matrices over many angles: of vectors and tensors, where some degrees of freedom are not there.
 module gestell_model_space_blocks
   use gestell_base_kinds, only: dp
   implicit none (type, external)
   private
 
-  public :: add_block, add_cross, all_connected
+  public :: add_block, add_cross
 
 contains
 
@@ -39,20 +39,5 @@ contains
       end do
     end do
   end subroutine add_block
-
-  !> Whether the first degree of freedom acts on all others, be it through others.
-  pure logical function all_connected(coupled)
-    logical, intent(in) :: coupled(:, :)
-    logical :: reached(size(coupled, 1))
-    integer :: i, k
-
-    reached = coupled(:, 1)
-    do i = 2, size(reached)
-      do k = 2, size(reached)
-        if (reached(k)) reached = reached .or. coupled(:, k)
-      end do
-    end do
-    all_connected = all(reached)
-  end function all_connected
 
 end module gestell_model_space_blocks

@@ -21,7 +21,7 @@ module gestell_model_space
   use gestell_model_mechanism_mean_moment, only: average_masses
   use gestell_model_mounting, only: in_frame, in_space, is_rotation
   use gestell_model_mounting_mounted, only: mounted_system
-  use gestell_model_space_blocks, only: add_block, add_cross, all_connected
+  use gestell_model_space_blocks, only: add_block, add_cross
   use gestell_model_space_drive, only: add_drive, drive_type, driven_type, find_torque, follow_frame
   use gestell_model_space_masses, only: masses_type, plane_type, sum_planes
   use gestell_model_space_moving, only: find_moving
@@ -51,7 +51,6 @@ module gestell_model_space
     procedure :: masses_at
     procedure :: sample_at_rest
     procedure :: shake
-    procedure :: coupled
     procedure :: terms
     procedure :: cancellation
   end type space_type
@@ -105,9 +104,20 @@ contains
     real(dp), contiguous, intent(in) :: angles(:)
     type(masses_type), intent(out) :: masses
     real(dp), intent(in), optional :: rates(:, :)
+    logical :: known
     integer :: i, k
 
-    call find_sums(self, angles, masses)
+    known = .false.
+    if (allocated(self%tables)) then
+      ! the planes' sums from the table with exactly these angles in this order
+      do i = 1, size(self%tables)
+        if (size(self%tables(i)%angles) /= size(angles)) cycle
+        known = all(abs(self%tables(i)%angles - angles) <= 0)
+        if (known) exit
+      end do
+      if (known) masses = self%tables(i)%masses
+    end if
+    if (.not. known) call sum_planes(self%planes, angles, masses)
     masses%mass = masses%mass + mass
     do k = 1, 3
       do i = 1, 3
@@ -132,24 +142,6 @@ contains
     masses%h(:, :, 0) = speed * masses%h(:, :, 0)
     masses%h(:, :, 1) = speed**2 * masses%h(:, :, 1)
   end subroutine masses_at
-
-  !> The planes' sums, from the table with exactly these angles in this order, if there is one.
-  pure subroutine find_sums(self, angles, masses)
-    class(space_type), intent(in) :: self
-    real(dp), contiguous, intent(in) :: angles(:)
-    type(masses_type), intent(out) :: masses
-    integer :: i
-
-    if (allocated(self%tables)) then
-      do i = 1, size(self%tables)
-        if (size(self%tables(i)%angles) /= size(angles)) cycle
-        if (any(abs(self%tables(i)%angles - angles) > 0)) cycle
-        masses = self%tables(i)%masses
-        return
-      end do
-    end if
-    call sum_planes(self%planes, angles, masses)
-  end subroutine find_sums
 
   !> M, B, C, h about rest at angles of the drive, of the degrees of freedom `free` of a `frame`, shapes (angles, free, free),
   !> (angles, free).
@@ -254,26 +246,6 @@ contains
     total = a + b
     if (abs(total) <= 8 * epsilon(1.0_dp) * (abs(a) + abs(b))) total = 0
   end function total
-
-  !> Which of the free degrees of freedom of a `frame` act on each other, of so many angles of the turn, or of the first ones that
-  !> connect all.
-  pure function coupled(self, frame, angles)
-    class(space_type), intent(in) :: self
-    class(mounted_system), intent(in) :: frame
-    integer, intent(in) :: angles
-    logical, allocatable :: coupled(:, :)
-    integer, parameter :: at_once = 4
-    real(dp), dimension(at_once, size(frame%free), size(frame%free)) :: m, b, c
-    integer :: first, i
-
-    allocate(coupled(size(frame%free), size(frame%free)), source=.false.)
-    do first = 1, angles, at_once
-      call self%sample_at_rest(frame, [(2 * pi * i / angles, i = first, first + at_once - 1)], frame%free, m, b, c)
-      coupled = coupled .or. any(abs(m) > 0 .or. abs(b) > 0 .or. abs(c) > 0, dim=1)
-      coupled = coupled .or. transpose(coupled)
-      if (all_connected(coupled)) exit
-    end do
-  end function coupled
 
   !> At unit speed, the sum of the absolute terms of the mechanisms' forces (kg m) and of their moments (kg m^2): what they cancel
   !> to is known to their roundings only.

@@ -69,7 +69,8 @@ contains
       allocate(rest%cosine(0:1, frame%dofs()), rest%sine(0:1, frame%dofs()), source=0.0_dp)
       allocate(varied)
       varied = varied_frame(frame, rest)
-      varied%newton = model == "exact" .and. is_excited(frame)
+      ! What forces do that cancel to their rounding is small, and the same of all models.
+      varied%newton = model == "exact" .and. frame%load_rounding < 0.5_dp
       if (varied%newton .and. present(near)) then
         call varied%move_to(near)
         call iterate(frame, accuracy, .false., varied, steps, error)
@@ -132,7 +133,9 @@ contains
 
     found = varied
     call iterate(frame, accuracy, .false., found, steps, error)
-    followed = too_far(error)
+    ! Another way may lead to a vibration where the linear one is none, or too large a start.
+    followed = .false.
+    if (allocated(error)) followed = any(error%cause == [resonance, no_convergence])
     if (allocated(error) .and. .not. followed) return
     if (followed) then
       found = varied
@@ -175,21 +178,5 @@ contains
     if (.not. allocated(error)) between_turns = any(real(multipliers%rho) > 1 + multipliers%error .and. &
       & .not. abs(aimag(multipliers%rho)) > 0)
   end function between_turns
-
-  !> Whether more than the rounding of forces that cancel excites the frame; what such forces do is small, and the same of all
-  !> models.
-  pure logical function is_excited(frame)
-    class(frame_type), intent(in) :: frame
-
-    is_excited = frame%load_rounding < 0.5_dp
-  end function is_excited
-
-  !> Whether there may be a vibration that another way leads to: the linear one is none, or too large a start.
-  pure logical function too_far(error)
-    type(error_type), intent(in), allocatable :: error
-
-    too_far = .false.
-    if (allocated(error)) too_far = any(error%cause == [resonance, no_convergence])
-  end function too_far
 
 end module gestell_study_frame_model

@@ -85,7 +85,7 @@ contains
           x = reshape(krylov%solution(), shape(x))
           motion%truncation = reserve * krylov%residual() * krylov%amplification() * norm2(x)
           x = x / means%weights
-          size_of_motion = max(rms(x), tiny(size_of_motion))
+          size_of_motion = max(sqrt(sum(x(1, :)**2) + sum(x(2:, :)**2) / 2), tiny(size_of_motion))
           fits = motion%truncation <= of_motion * size_of_motion
         end if
         if (fits .or. i == most_iterations) exit
@@ -104,13 +104,6 @@ contains
       motion%harmonics = x * spread(motion%survey%scale(:means%f), 1, phases)
     end associate
   end subroutine balance_harmonics
-
-  !> Of displacements.
-  pure real(dp) function rms(harmonics)
-    real(dp), intent(in) :: harmonics(:, :)
-
-    rms = sqrt(sum(harmonics(1, :)**2) + sum(harmonics(2:, :)**2) / 2)
-  end function rms
 
   !> M, B, C over theta and h at equidistant phases, in these units of the states.
   subroutine sample(system, phases, units, at, h)

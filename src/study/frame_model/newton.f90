@@ -79,7 +79,7 @@ contains
     type(accuracy_type) :: order
     type(next_type) :: next
     type(varied_frame_type) :: lack
-    real(dp) :: step, before, left, missed
+    real(dp) :: units(frame%dofs()), step, before, left, missed
     integer :: first, k, samples
     logical :: astray
 
@@ -116,7 +116,11 @@ contains
       step = next%step
       if (k > 0) steps = [steps, step]
       missed = next%truncation
-      call trim_motion(frame, next, max(part_left * accuracy%tolerance, missed * step))
+      ! What is rounding, within the motion's error, or within the part that is left of the steps, is no part of the series.
+      units = 0
+      units(frame%free) = next%scale(:size(frame%free))
+      call next%series%trim(units, max(noise, next%error / 100, part_left * accuracy%tolerance / 100, missed * step / 100) &
+        & * next%size)
       call varied%move_to(next%series)
       ! Steps fall at least as the last two did, those of a linear system as quick solutions miss it: what is yet to come. A motion
       ! that is all error is not told better by another.
@@ -212,8 +216,7 @@ contains
     too_rough = size(next%q, 1) > most_samples_passed(frame) .and. .not. next%error <= rough
   end function too_rough
 
-  !> The motion by harmonic balance, and its `change` from the motion `from` that it is told from.
-  !> Eight arguments: as of `next_motion`.
+  !> The motion by harmonic balance, and its `change` from the motion `from` that it is told from; arguments as of `next_motion`.
   subroutine balance(frame, system, n, next, change, fits, from, lack)
     class(frame_type), intent(in) :: frame, system
     integer, intent(in) :: n
@@ -252,7 +255,6 @@ contains
   end subroutine balance
 
   !> The same by one integration over the turn.
-  !> Eight arguments: as of `next_motion`.
   subroutine integrate(frame, system, n, next, change, fits, from, lack)
     class(frame_type), intent(in) :: frame, system
     integer, intent(in) :: n
@@ -337,18 +339,6 @@ contains
     loosened = accuracy
     loosened%tolerance = max(accuracy%tolerance, tolerance)
   end function loosened
-
-  !> Leaves out of the series of a motion what is rounding, or within its error, or of this part of it.
-  subroutine trim_motion(frame, next, part)
-    class(frame_type), intent(in) :: frame
-    type(next_type), intent(inout) :: next
-    real(dp), intent(in) :: part
-    real(dp) :: units(frame%dofs())
-
-    units = 0
-    units(frame%free) = next%scale(:size(frame%free))
-    call next%series%trim(units, max(noise, next%error / 100, part / 100) * next%size)
-  end subroutine trim_motion
 
   !> A motion at equidistant phases.
   function values_of(motion, samples) result(q)

@@ -222,32 +222,17 @@ contains
     type(point_type), intent(in) :: points(:), here
     type(transmission_type) :: transmission
     type(point_type) :: g, u, r
-    type(jet) :: off, s
+    type(jet) :: off, square
 
     call self%guide%line(points, g, u)
     r = point_type(points(self%end)%x - g%x, points(self%end)%y - g%y)
     off = cross(r, u)
-    s = dot(point_type(here%x - g%x, here%y - g%y), u)
-    transmission = transmission_type(sine=cosine_of(off, self%length), margin=toward(off, self%length), slides=.true., travel=s)
+    transmission = transmission_type(sine=jet(), margin=(-sign(1.0_dp, off%v)) * off + self%length, slides=.true., &
+      & travel=dot(point_type(here%x - g%x, here%y - g%y), u))
+    ! the cosine of the rod's angle to the guide; where it does not reach, zero
+    square = transmission%margin * (sign(1.0_dp, off%v) * off + self%length)
+    if (square%v > 0) transmission%sine = (1 / self%length) * sqrt(square)
   end function transmission
-
-  !> l - |off|.
-  pure type(jet) function toward(off, length)
-    type(jet), intent(in) :: off
-    real(dp), intent(in) :: length
-
-    toward = (-sign(1.0_dp, off%v)) * off + length
-  end function toward
-
-  !> Of the rod's angle to the guide; where it does not reach, zero.
-  pure type(jet) function cosine_of(off, length)
-    type(jet), intent(in) :: off
-    real(dp), intent(in) :: length
-    type(jet) :: square
-
-    square = toward(off, length) * (sign(1.0_dp, off%v) * off + length)
-    if (square%v > 0) cosine_of = (1 / length) * sqrt(square)
-  end function cosine_of
 
   pure subroutine explain(self, points, text)
     class(rrp_joint), intent(in) :: self

@@ -78,7 +78,8 @@ contains
       d2 = ex * ex + ey * ey
       cos_mu = (-0.5_dp / (l1 * l2)) * d2 + (l1**2 + l2**2) / (2 * l1 * l2)
       along = (0.5_dp * d2 + (l1 - l2) * (l1 + l2) / 2) / d2
-      across = self%branch * l1 * l2 * sqrt(sine_squared(cos_mu)) / d2
+      ! 1 - cos^2 as (1 - cos)(1 + cos): no digits are lost beside a dead point
+      across = self%branch * l1 * l2 * sqrt((-1.0_dp) * (cos_mu + (-1.0_dp)) * (cos_mu + 1.0_dp)) / d2
       here%x = one%x + along * ex - across * ey
       here%y = one%y + along * ey + across * ex
     end associate
@@ -139,13 +140,6 @@ contains
     end do
   end subroutine close_dyad
 
-  !> 1 - cos^2 as (1 - cos)(1 + cos): no digits are lost beside a dead point.
-  pure type(jet) function sine_squared(cosine)
-    type(jet), intent(in) :: cosine
-
-    sine_squared = (-1.0_dp) * (cosine + (-1.0_dp)) * (cosine + 1.0_dp)
-  end function sine_squared
-
   !> The ends' distance d changes by at most (v1 + v2) half_width, or less where its derivative in the middle is small and
   !> |d''| <= a1 + a2 + (v1 + v2)^2 / d. So mu keeps clear of 0 and pi if both ends of that range lie inside
   !> |l1 - l2| < d < l1 + l2. Of the joint's velocity the links fix the components along themselves,
@@ -188,10 +182,14 @@ contains
 
   contains
 
+    !> sin^2 mu at a distance of the ends.
     pure real(dp) function sine2(distance)
       real(dp), intent(in) :: distance
 
-      sine2 = sine_squared_at(self%lengths, distance)
+      associate (l1 => self%lengths(1), l2 => self%lengths(2))
+        sine2 = (distance - (l1 - l2)) / l1 * ((distance + (l1 - l2)) / l2) * ((l1 + l2 - distance) / l1) &
+          & * ((l1 + l2 + distance) / l2) / 4
+      end associate
     end function sine2
 
   end function reach
@@ -216,16 +214,6 @@ contains
     end do
   end function deviation
 
-  !> sin^2 mu at a distance of the ends.
-  pure real(dp) function sine_squared_at(lengths, distance)
-    real(dp), intent(in) :: lengths(2), distance
-
-    associate (l1 => lengths(1), l2 => lengths(2))
-      sine_squared_at = (distance - (l1 - l2)) / l1 * ((distance + (l1 - l2)) / l2) * ((l1 + l2 - distance) / l1) &
-        & * ((l1 + l2 + distance) / l2) / 4
-    end associate
-  end function sine_squared_at
-
   pure type(jet) function distance_of(one, two) result(d)
     type(point_type), intent(in) :: one, two
     type(jet) :: ex, ey
@@ -235,28 +223,21 @@ contains
     d = sqrt(ex * ex + ey * ey)
   end function distance_of
 
-  !> sin mu at a distance d of the ends; of a sin^2 that is not positive, zero.
-  pure type(jet) function sine_of(l, d)
-    real(dp), intent(in) :: l(2)
-    type(jet), intent(in) :: d
-    type(jet) :: square
-
-    associate (p => 1 / l(1), q => 1 / l(2), difference => l(1) - l(2), sum => l(1) + l(2))
-      square = (p * (d + difference)) * (q * (d - difference)) * (p * (d + sum)) * (q * ((-1.0_dp) * d + sum))
-    end associate
-    if (square%v > 0) sine_of = 0.5_dp * sqrt(square)
-  end function sine_of
-
   !> A dead point is where the links stretch or fold: d = l1 + l2 or d = |l1 - l2|.
   pure function transmission(self, points, here)
     class(rrr_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:), here
     type(transmission_type) :: transmission
-    type(jet) :: d
+    type(jet) :: d, square
 
     associate (unused => here, l => self%lengths)
       d = distance_of(points(self%ends(1)), points(self%ends(2)))
-      transmission%sine = sine_of(l, d)
+      ! sin^2 mu
+      associate (p => 1 / l(1), q => 1 / l(2), difference => l(1) - l(2), sum => l(1) + l(2))
+        square = (p * (d + difference)) * (q * (d - difference)) * (p * (d + sum)) * (q * ((-1.0_dp) * d + sum))
+      end associate
+      transmission%sine = jet()
+      if (square%v > 0) transmission%sine = 0.5_dp * sqrt(square)
       transmission%margin = (-1.0_dp) * d + (l(1) + l(2))
       if (d%v - abs(l(1) - l(2)) < transmission%margin%v) transmission%margin = d - abs(l(1) - l(2))
     end associate
