@@ -108,7 +108,6 @@ contains
     type(error_type), allocatable, intent(out) :: error
     class(joint_type), allocatable :: joint
     type(joint_data_type) :: data
-    character(len=:), allocatable :: key, reason
     integer :: number, k
 
     call type_of_joint(joints(i), forms, number, error)
@@ -119,11 +118,9 @@ contains
       if (allocated(error)) return
     end do
     call new_joint(number, joint)
-    key = ""
-    reason = ""
-    call joint%define(data, key, reason)
-    if (reason /= "") then
-      call input_error(joints(i), key, reason, error)
+    call joint%define(data)
+    if (data%reason /= "") then
+      call input_error(joints(i), trim(data%key), trim(data%reason), error)
     else
       call joint%move(placement)
       call linkage%add_joint(name_of(joints(i)), joint, error)

@@ -22,7 +22,7 @@ module gestell_model_exact_moved_mounting
   implicit none (type, external)
   private
 
-  public :: add_mounting, ground_load, mounting_energy, mounting_power
+  public :: add_mounting, ground_load, mounting_energy
 
   complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
 
@@ -208,23 +208,6 @@ contains
         & - cross(complex_of(supports(j)%position), static) * q(:, 3)
     end do
   end function mounting_energy
-
-  !> Power that the supports' dampers take (W), shape (points).
-  pure function mounting_power(supports, q, v) result(power)
-    type(support_type), intent(in) :: supports(:)
-    real(dp), intent(in) :: q(:, :), v(:, :)
-    real(dp) :: power(size(q, 1))
-    complex(dp), dimension(size(q, 1)) :: d, d_dot
-    type(pair_type) :: damper
-    integer :: j
-
-    power = 0
-    do j = 1, size(supports)
-      call elongate(supports(j), q, v, d, d_dot)
-      damper = pair_of(supports(j)%damping, supports(j)%angle)
-      power = power + real(conjg(d_dot) * damper%times(d_dot))
-    end do
-  end function mounting_power
 
   !> d and d' of the head of a support; e and e' where its axes turn with the frame.
   pure subroutine elongate(support, q, v, d, d_dot)

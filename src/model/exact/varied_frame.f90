@@ -25,10 +25,10 @@ module gestell_model_exact_varied_frame
   use gestell_base_kinds, only: dp, pi
   use gestell_math_series_trigonometric, only: series_through, series_type
   use gestell_model_frame, only: connections, frame_type
-  use gestell_model_exact_moved_mounting, only: add_mounting, ground_load, mounting_energy, mounting_power
+  use gestell_model_exact_moved_mounting, only: add_mounting, ground_load, mounting_energy
   use gestell_model_space, only: in_frame, is_rotation
   use gestell_model_space_drive, only: driven_type, follow_frame
-  use gestell_model_space_energy, only: mounting_power_in_space => mounting_power
+  use gestell_model_space_energy, only: mounting_power
   use gestell_model_space_variation, only: ground_in_space, sample_varied
   use gestell_model_mechanism_held, only: part_of_turn
   use gestell_model_exact_moving_masses, only: find_masses, masses_type
@@ -114,7 +114,7 @@ contains
       call follow_frame(self%space%drive, self%speed, a(k, in_frame(:3)), reshape([q(k, in_frame(4:)), v(k, in_frame(4:)), &
         & a(k, in_frame(4:))], [3, 3]), driven%moved, driven%turn)
       rate(k, 1) = driven%turn%chi(1) * self%mechanism%turns
-      self%motor_torque = self%motor_torque + mounting_power_in_space(self, q(k, in_frame), v(k, in_frame)) &
+      self%motor_torque = self%motor_torque + mounting_power(self, q(k, in_frame), v(k, in_frame)) &
         & / (points * self%speed * self%mechanism%turns)
     end do
     self%spun = series_through(rate)
@@ -307,10 +307,7 @@ contains
     class(varied_frame_type), intent(in) :: self
     real(dp), intent(in) :: q(3), v(3)
 
-    associate (c => self%foundation_stiffness)
-      dissipation = sum(mounting_power(self%supports, reshape(q, [1, 3]), reshape(v, [1, 3]))) &
-        & + dot_product(v, matmul(self%foundation_damping, v)) + dot_product(v, matmul(c - transpose(c), q)) / 2
-    end associate
+    dissipation = mounting_power(self, [q(:2), 0.0_dp, 0.0_dp, 0.0_dp, q(3)], [v(:2), 0.0_dp, 0.0_dp, 0.0_dp, v(3)])
   end function dissipation
 
 end module gestell_model_exact_varied_frame

@@ -3,10 +3,9 @@ module gestell_model_frame
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
   use gestell_model_mechanism_held, only: check_held, part_of_turn, tabulate_felt
-  use gestell_model_frame_inertia, only: mass_matrix, set_matrices
   use gestell_model_frame_data, only: check_frame_data, check_free, check_turning
-  use gestell_model_frame_load, only: cancellation, set_load
-  use gestell_model_mechanism, only: a1_d, a1_v, a2_d, a2_v, mass_functions_type, mechanism_type, table_columns
+  use gestell_model_frame_equations, only: cancellation, mass_matrix, set_load, set_matrices
+  use gestell_model_mechanism, only: a1_d, a1_v, a2_d, a2_v, mechanism_type, table_columns
   use gestell_model_mechanism_mean_moment, only: average_masses
   use gestell_model_mounting, only: is_rotation, load_matrix, load_rounding, support_type
   use gestell_model_mounting_mounted, only: mounted_system
@@ -213,7 +212,7 @@ contains
     integer :: psi
 
     call tabulate_felt(self%mechanism, self%origin, self%even_in_space(), angles, felt, load, slope)
-    call set_matrices(free, mass_matrix(self%mass, self%inertia, self%origin, self%mechanism, mass_functions_type()), &
+    call set_matrices(free, mass_matrix(self%mass, self%inertia, self%origin, self%mechanism), &
       & self%damping, self%rest_stiffness(), self%speed, self%origin, felt, m, b, c)
     psi = findloc(free, 3, dim=1)
     if (self%even_in_space() .and. psi > 0) c(:, psi, psi) = c(:, psi, psi) - self%speed**2 * slope
@@ -331,8 +330,8 @@ contains
     model%c_error = moved(self%free, self%free)
   end subroutine averaged
 
-  !> Means over the turn of M, of the gyroscopic moments G in B, which only space has, and of C about rest, of the degrees of
-  !> freedom `free`.
+  !> Means over the turn of M, of the gyroscopic moments G in B, which only space has, and of C about rest, of the `free` degrees
+  !> of freedom.
   subroutine mean_matrices(self, free, m, g, c)
     class(frame_type), intent(in) :: self
     integer, intent(in) :: free(:)

@@ -4,7 +4,7 @@ module gestell_model_frame_shaking
   use gestell_base_kinds, only: dp
   use gestell_math_series_fourier, only: fourier_series, fourier_type
   use gestell_model_frame, only: frame_type
-  use gestell_model_frame_load, only: set_load
+  use gestell_model_frame_equations, only: set_load
   use gestell_model_mechanism, only: table_columns
   use gestell_model_mechanism_held, only: part_of_turn, tabulate_felt
   use gestell_model_mounting, only: in_space, is_rotation

@@ -22,6 +22,9 @@ module gestell_model_joints_data
     private
     type(datum_type) :: given(20)
     integer :: count = 0
+    !> Why they make no joint, and by which key, if it is one alone: of the joint type that has taken them.
+    character(len=200), public :: reason = ""
+    character(len=16), public :: key = ""
   contains
     procedure :: add
     procedure :: has

@@ -55,17 +55,16 @@ module gestell_model_joints_guide
 
 contains
 
-  !> Takes the guide that the keys `name`, `name`_point and `name`_angle give. `reason`, empty before: they do not make one.
-  pure subroutine define(self, data, name, reason)
+  !> Takes the guide that the keys `name`, `name`_point and `name`_angle give. If they make none, `data` gets the reason.
+  pure subroutine define(self, data, name)
     class(guide_type), intent(inout) :: self
-    type(joint_data_type), intent(in) :: data
+    type(joint_data_type), intent(inout) :: data
     character(len=*), intent(in) :: name
-    character(len=:), allocatable, intent(inout) :: reason
 
     if (data%has(name)) then
       self%carriers = data%joints(name)
     else if (.not. (data%has(name // "_point") .and. data%has(name // "_angle"))) then
-      reason = "needs the keys '" // name // "_point' and '" // name // "_angle' of a fixed guide, or '" // name &
+      data%reason = "needs the keys '" // name // "_point' and '" // name // "_angle' of a fixed guide, or '" // name &
         & // "' of a guide between two joints"
       return
     end if

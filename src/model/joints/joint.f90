@@ -216,16 +216,15 @@ contains
     text = trim(form%obstacle)
   end subroutine explain
 
-  !> Takes what an input gives for the keys of the joint's form; they are all there that it requires. `reason`, empty before: why
-  !> they make no joint, and by which `key`, if it is one alone.
-  pure subroutine define(self, data, key, reason)
+  !> Takes what an input gives for the keys of the joint's form; they are all there that it requires. If they make no joint, `data`
+  !> gets the reason.
+  pure subroutine define(self, data)
     class(joint_type), intent(inout) :: self
-    type(joint_data_type), intent(in) :: data
-    character(len=:), allocatable, intent(inout) :: key, reason
+    type(joint_data_type), intent(inout) :: data
 
-    associate (unused_self => self, unused_data => data, unused_key => key)
+    associate (unused_self => self)
     end associate
-    reason = "no joint of this type can be read from an input"
+    data%reason = "no joint of this type can be read from an input"
   end subroutine define
 
   !> `reason`, empty before: why one of the joint's numbers makes no sense.

@@ -2,12 +2,13 @@
 module gestell_model_linkage
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type, fatal_error, invalid_input
-  use gestell_base_kinds, only: dp
+  use gestell_base_kinds, only: dp, pi
   use gestell_model_linkage_assembly, only: prove_assembly
-  use gestell_model_linkage_bodies, only: link_type, move_link, sum_drive, sum_masses
+  use gestell_model_linkage_bodies, only: link_type, move_link, sum_drive, sum_masses, tabulate_masses
   use gestell_model_joints_data, only: check_finite
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_joints_joint, only: joint_type, named_joint_type, point_type
+  use gestell_model_joints_path, only: batch, path_type, take_batch
   use gestell_model_joints_types_crank, only: crank_joint
   use gestell_model_joints_types_ground, only: ground_joint
   use gestell_model_joints_types_prp, only: prp_joint
@@ -17,7 +18,6 @@ module gestell_model_linkage
   use gestell_model_joints_types_rrp, only: rrp_joint
   use gestell_model_joints_types_rrr, only: rrr_joint
   use gestell_model_mechanism, only: drive_columns, mass_functions_type, mechanism_type
-  use gestell_model_linkage_table, only: greatest_terms, tabulate_linkage
   implicit none (type, external)
   private
 
@@ -307,6 +307,11 @@ contains
   subroutine prepare(self, error)
     class(linkage_type), intent(inout) :: self
     type(error_type), allocatable, intent(out) :: error
+    !> Angles at which the terms are summed.
+    integer, parameter :: angles = 16
+    type(mass_functions_type) :: a
+    type(point_type), allocatable :: at(:)
+    real(dp) :: terms(4)
     integer :: i, cranks
 
     if (self%prepared) return
@@ -327,7 +332,14 @@ contains
     if (allocated(error)) return
     call prove_assembly(self%joints, self%links, self%angle_scale, self%intervals, error, self%turns)
     self%prepared = .not. allocated(error)
-    if (self%prepared) self%terms = greatest_terms(self%joints, self%links)
+    if (.not. self%prepared) return
+    allocate(at(size(self%joints)))
+    self%terms = 0
+    do i = 1, angles
+      call self%points(2 * pi * i / angles, at)
+      call sum_masses(self%links, at, a, terms)
+      self%terms = max(self%terms, terms)
+    end do
   end subroutine prepare
 
   !> Error: it has no joints or no links.
@@ -350,13 +362,24 @@ contains
     call sum_masses(self%links, at, a)
   end subroutine mass_functions
 
-  !> The same at many crank angles (rad), shape (angles, table_columns).
+  !> The same at many crank angles (rad), shape (angles, table_columns), batch by batch.
   subroutine tabulate(self, angles, table)
     class(linkage_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: angles(:)
     real(dp), contiguous, intent(out) :: table(:, :)
+    !> On the heap: threads have small stacks.
+    type(path_type), allocatable :: at(:)
+    real(dp) :: some(batch)
+    integer :: first, last, i
 
-    call tabulate_linkage(self%joints, self%links, angles, table)
+    allocate(at(size(self%joints)))
+    do first = 1, size(angles), batch
+      call take_batch(angles, first, last, some)
+      do i = 1, size(at)
+        call self%joints(i)%joint%trace(some, at(:i - 1), at(i))
+      end do
+      call tabulate_masses(self%links, at, first, last, table)
+    end do
   end subroutine tabulate
 
   !> What the drive feels at many crank angles (rad), shape (angles, drive_columns).

@@ -1,7 +1,7 @@
-!> Power and potential energy of what holds a frame in space, where it is.
+!> Potential energy of what holds a frame in space where it is, and the power that it takes, in the plane too.
 module gestell_model_space_energy
   use gestell_base_kinds, only: dp
-  use gestell_model_mounting, only: in_frame
+  use gestell_model_mounting, only: in_frame, in_space
   use gestell_model_mounting_mounted, only: mounted_system
   use gestell_math_rotation, only: cross, identity, rotation_less_one, rotation_matrix, turning_matrices
   implicit none (type, external)
@@ -35,7 +35,8 @@ contains
       & - sum(transpose(turn) * frame%weights%rest)
   end function mounting_energy
 
-  !> Power that dampers take (W) at q and q' of (u, theta).
+  !> Power that the mounting takes (W) at q and q' of (u, theta): dampers, and the part of the foundation's stiffness that is not
+  !> symmetric.
   pure real(dp) function mounting_power(frame, q, v)
     class(mounted_system), intent(in) :: frame
     real(dp), intent(in) :: q(6), v(6)
@@ -45,7 +46,10 @@ contains
     rotation = rotation_matrix(q(4:))
     turning = turning_matrices(reshape([q(4:), v(4:), 0.0_dp, 0.0_dp, 0.0_dp], [3, 3]))
     w = matmul(turning(:, :, 0), v(4:))
-    mounting_power = dot_product(v, matmul(frame%foundation_damping(in_frame, in_frame), v))
+    associate (c => frame%foundation_stiffness, at => in_space(:size(frame%stiffness, 1)))
+      mounting_power = dot_product(v(at), matmul(frame%foundation_damping, v(at))) &
+        & + dot_product(v(at), matmul(c - transpose(c), q(at))) / 2
+    end associate
     do i = 1, size(frame%supports)
       associate (support => frame%supports(i), p => frame%supports(i)%position)
         d_d = v(:3) + matmul(rotation, cross(w, p))

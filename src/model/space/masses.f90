@@ -5,7 +5,7 @@
 !>     S = sum m r,   J = sum [m (|r|^2 1 - r r^T) + J_i],   H = sum [m r x r' + J_i w_i],
 !>
 !> functions of the drive's angle phi, ' = d/dphi. A link of a plane keeps its z; its tensor has the axes along it, across it and
-!> along the normal. Angles go through the joints in batches, as in the plane (gestell_model_linkage_table).
+!> along the normal. Angles go through the joints in batches, as in the plane (gestell_model_linkage).
 module gestell_model_space_masses
   use gestell_base_kinds, only: dp
   use gestell_model_joints_path, only: batch, find_direction, keep, path_type, take_batch

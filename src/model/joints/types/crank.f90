@@ -50,11 +50,9 @@ contains
       & keys=keys, bars=[self%pivot, itself])
   end subroutine describe
 
-  pure subroutine define(self, data, key, reason)
+  pure subroutine define(self, data)
     class(crank_joint), intent(inout) :: self
-    type(joint_data_type), intent(in) :: data
-    character(len=:), allocatable, intent(inout) :: key, reason
-
+    type(joint_data_type), intent(inout) :: data
     logical :: known
 
     self%pivot = sum(data%joints("pivot"))
@@ -62,8 +60,8 @@ contains
     self%phase = data%number("phase")
     call to_rational(data%numbers("ratio"), self%ratio, self%denominator, known)
     if (.not. known) then
-      key = "ratio"
-      reason = no_ratio
+      data%key = "ratio"
+      data%reason = no_ratio
     end if
     if (abs(self%phase) > 2 * pi) self%phase = modulo(self%phase, 2 * pi)
   end subroutine define

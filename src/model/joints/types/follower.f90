@@ -70,22 +70,21 @@ contains
     if (any(self%guide%carriers /= 0)) joints = [joints, self%guide%carriers]
   end subroutine carriers
 
-  pure subroutine define(self, data, key, reason)
+  pure subroutine define(self, data)
     class(follower_joint), intent(inout) :: self
-    type(joint_data_type), intent(in) :: data
-    character(len=:), allocatable, intent(inout) :: key, reason
+    type(joint_data_type), intent(inout) :: data
 
     self%cam = data%joints("cam")
     self%phase = data%number("lift_phase")
-    call self%guide%define(data, "guide", reason)
-    if (reason /= "") return
+    call self%guide%define(data, "guide")
+    if (data%reason /= "") return
     if (data%has("lift") .eqv. data%has("lift_table")) then
-      reason = "needs either the key 'lift', harmonics, or the key 'lift_table'"
+      data%reason = "needs either the key 'lift', harmonics, or the key 'lift_table'"
     else if (data%has("lift")) then
       self%lift = data%numbers("lift")
       if (modulo(size(self%lift), 2) == 0) then
-        key = "lift"
-        reason = "is a mean and then pairs of cosine and sine: needs an odd number of values"
+        data%key = "lift"
+        data%reason = "is a mean and then pairs of cosine and sine: needs an odd number of values"
       end if
     else
       self%lift = lift_through(data%numbers("lift_table"))

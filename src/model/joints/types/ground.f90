@@ -37,13 +37,10 @@ contains
     end associate
   end subroutine describe
 
-  pure subroutine define(self, data, key, reason)
+  pure subroutine define(self, data)
     class(ground_joint), intent(inout) :: self
-    type(joint_data_type), intent(in) :: data
-    character(len=:), allocatable, intent(inout) :: key, reason
+    type(joint_data_type), intent(inout) :: data
 
-    associate (unused_key => key, unused_reason => reason)
-    end associate
     self%position = data%numbers("position")
   end subroutine define
 

@@ -36,17 +36,14 @@ contains
       & obstacle="its guides become parallel, or the joints that carry one of them meet")
   end subroutine describe
 
-  pure subroutine define(self, data, key, reason)
+  pure subroutine define(self, data)
     class(prp_joint), intent(inout) :: self
-    type(joint_data_type), intent(in) :: data
-    character(len=:), allocatable, intent(inout) :: key, reason
+    type(joint_data_type), intent(inout) :: data
 
-    associate (unused_key => key)
-    end associate
-    call self%guides(1)%define(data, "guide", reason)
-    if (reason == "") call self%guides(2)%define(data, "guide2", reason)
-    if (reason == "" .and. all(self%guides(1)%carriers == self%guides(2)%carriers) &
-      & .and. parallel(self%guides(1)%angle - self%guides(2)%angle)) reason = "its two guides are parallel"
+    call self%guides(1)%define(data, "guide")
+    if (data%reason == "") call self%guides(2)%define(data, "guide2")
+    if (data%reason == "" .and. all(self%guides(1)%carriers == self%guides(2)%carriers) &
+      & .and. parallel(self%guides(1)%angle - self%guides(2)%angle)) data%reason = "its two guides are parallel"
   end subroutine define
 
   pure subroutine check(self, reason)

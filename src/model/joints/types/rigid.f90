@@ -39,13 +39,10 @@ contains
       & obstacle="the two joints of its body meet")
   end subroutine describe
 
-  pure subroutine define(self, data, key, reason)
+  pure subroutine define(self, data)
     class(rigid_joint), intent(inout) :: self
-    type(joint_data_type), intent(in) :: data
-    character(len=:), allocatable, intent(inout) :: key, reason
+    type(joint_data_type), intent(inout) :: data
 
-    associate (unused_key => key, unused_reason => reason)
-    end associate
     self%ends = data%joints("ends")
     self%offset = data%numbers("offset")
   end subroutine define

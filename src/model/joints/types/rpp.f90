@@ -45,17 +45,16 @@ contains
       & links=2, pairs=3, keys=[one_end, slot_key, guide_keys], bars=[self%end, itself], guides=[self%guide])
   end subroutine describe
 
-  pure subroutine define(self, data, key, reason)
+  pure subroutine define(self, data)
     class(rpp_joint), intent(inout) :: self
-    type(joint_data_type), intent(in) :: data
-    character(len=:), allocatable, intent(inout) :: key, reason
+    type(joint_data_type), intent(inout) :: data
 
     self%end = sum(data%joints("ends"))
     self%slot_angle = data%number("slot_angle")
-    call self%guide%define(data, "guide", reason)
-    if (reason /= "" .or. .not. parallel(self%slot_angle)) return
-    key = "slot_angle"
-    reason = "the slot is parallel to the guide"
+    call self%guide%define(data, "guide")
+    if (data%reason /= "" .or. .not. parallel(self%slot_angle)) return
+    data%key = "slot_angle"
+    data%reason = "the slot is parallel to the guide"
   end subroutine define
 
   pure subroutine check(self, reason)

@@ -39,13 +39,10 @@ contains
       & obstacle="the joint in the slot meets the lever's pivot")
   end subroutine describe
 
-  pure subroutine define(self, data, key, reason)
+  pure subroutine define(self, data)
     class(rpr_joint), intent(inout) :: self
-    type(joint_data_type), intent(in) :: data
-    character(len=:), allocatable, intent(inout) :: key, reason
+    type(joint_data_type), intent(inout) :: data
 
-    associate (unused_key => key, unused_reason => reason)
-    end associate
     self%ends = data%joints("ends")
     self%length = data%number("lengths")
     self%branch = nint(data%number("branch"))

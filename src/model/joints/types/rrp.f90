@@ -44,17 +44,14 @@ contains
       & bars=[self%end, itself], guides=[self%guide])
   end subroutine describe
 
-  pure subroutine define(self, data, key, reason)
+  pure subroutine define(self, data)
     class(rrp_joint), intent(inout) :: self
-    type(joint_data_type), intent(in) :: data
-    character(len=:), allocatable, intent(inout) :: key, reason
+    type(joint_data_type), intent(inout) :: data
 
-    associate (unused_key => key)
-    end associate
     self%end = sum(data%joints("ends"))
     self%length = data%number("lengths")
     self%branch = nint(data%number("branch"))
-    call self%guide%define(data, "guide", reason)
+    call self%guide%define(data, "guide")
   end subroutine define
 
   pure subroutine check(self, reason)

@@ -40,13 +40,10 @@ contains
       & bars=[self%ends(1), itself, self%ends(2), itself])
   end subroutine describe
 
-  pure subroutine define(self, data, key, reason)
+  pure subroutine define(self, data)
     class(rrr_joint), intent(inout) :: self
-    type(joint_data_type), intent(in) :: data
-    character(len=:), allocatable, intent(inout) :: key, reason
+    type(joint_data_type), intent(inout) :: data
 
-    associate (unused_key => key, unused_reason => reason)
-    end associate
     self%ends = data%joints("ends")
     self%lengths = data%numbers("lengths")
     self%branch = nint(data%number("branch"))
