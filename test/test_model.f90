@@ -294,9 +294,7 @@ contains
     if (allocated(error)) return
 
     ! Turned by a right angle the axes change places; a damper stands where the spring stood.
-    do i = 1, 2
-      supports(i)%angle = pi / 2
-    end do
+    supports = [(support_type([x(i), y(i)], [k(i), kb(i)], [kb(i), k(i)], angle=pi / 2), i = 1, 2)]
     call check_that(error, maxval(abs(damping_matrix(supports) - c)), "<", 1.0e-14_dp, "B of the supports")
   end subroutine test_supports
 

@@ -60,8 +60,8 @@ contains
         if (s%turning) then
           call add_in_frame(s, q, v, turn, r, b, c)
         else
-          call add_pair(springs, pair_of(s%stiffness, s%angle), complex_of(s%position))
-          call add_pair(dampers, pair_of(s%damping, s%angle), complex_of(s%position))
+          call add_pair(springs, pair_of(s%stiffness, s%axes), complex_of(s%position))
+          call add_pair(dampers, pair_of(s%damping, s%axes), complex_of(s%position))
         end if
       end associate
     end do
@@ -104,8 +104,8 @@ contains
     complex(dp) :: static
     integer :: k
 
-    spring = pair_of(support%stiffness, support%angle)
-    damper = pair_of(support%damping, support%angle)
+    spring = pair_of(support%stiffness, support%axes)
+    damper = pair_of(support%damping, support%axes)
     static = complex_of(support%static)
     call elongate(support, q, v, e, e_dot)
     w = e - complex_of(support%position)
@@ -172,8 +172,8 @@ contains
     load = 0
     do j = 1, size(supports)
       call elongate(supports(j), q, v, d, d_dot)
-      spring = pair_of(supports(j)%stiffness, supports(j)%angle)
-      damper = pair_of(supports(j)%damping, supports(j)%angle)
+      spring = pair_of(supports(j)%stiffness, supports(j)%axes)
+      damper = pair_of(supports(j)%damping, supports(j)%axes)
       force = spring%times(d) + damper%times(d_dot)
       arm = complex_of(supports(j)%position)
       if (supports(j)%turning) then
@@ -200,7 +200,7 @@ contains
     energy = 0
     do j = 1, size(supports)
       call elongate(supports(j), q, q, d, d_dot)
-      spring = pair_of(supports(j)%stiffness, supports(j)%angle)
+      spring = pair_of(supports(j)%stiffness, supports(j)%axes)
       energy = energy + real(conjg(d) * spring%times(d)) / 2
       if (.not. supports(j)%turning) cycle
       static = complex_of(supports(j)%static)
@@ -249,11 +249,11 @@ contains
     end do
   end subroutine subtract_plane
 
-  pure type(pair_type) function pair_of(k, angle)
-    real(dp), intent(in) :: k(3), angle
+  pure type(pair_type) function pair_of(k, axes)
+    real(dp), intent(in) :: k(3), axes(3, 3)
 
     pair_of%mean = sum(k(:2)) / 2
-    pair_of%difference = (k(1) - k(2)) / 2 * exp(2 * i * angle)
+    pair_of%difference = (k(1) - k(2)) / 2 * cmplx(axes(1, 1), axes(2, 1), dp)**2
   end function pair_of
 
   !> K d.

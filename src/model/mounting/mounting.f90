@@ -16,10 +16,10 @@ module gestell_model_mounting
   !> Where (u, theta) stand among the frame's degrees of freedom.
   integer, parameter, public :: in_frame(6) = [1, 2, 4, 5, 6, 3]
 
-  !> Springs and dampers at `position` in the frame's system (m), along the three columns of `axes`. In the plane only the first two
-  !> act, which are turned by `angle` (rad).
+  !> Springs and dampers at `position` in the frame's system (m), along the three columns of `axes`, of which in the plane only the
+  !> first two act.
   type, public :: support_type
-    real(dp) :: position(3) = 0, stiffness(3) = 0, damping(3) = 0, angle = 0
+    real(dp) :: position(3) = 0, stiffness(3) = 0, damping(3) = 0
     real(dp) :: axes(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])
     !> Whether the axes turn with the frame; else they stay in space.
     logical :: turning = .false.
@@ -45,7 +45,6 @@ contains
     if (present(static)) support%static(:size(static)) = static
     if (present(turning)) support%turning = turning
     if (.not. present(angle)) return
-    support%angle = angle
     support%axes(:2, 1) = [cos(angle), sin(angle)]
     support%axes(:2, 2) = [-sin(angle), cos(angle)]
   end function support_in_plane

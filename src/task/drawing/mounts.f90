@@ -83,8 +83,7 @@ contains
     integer :: axis, main
 
     do axis = 1, 2
-      along = [cos(support%angle), sin(support%angle)]
-      if (axis == 2) along = [-along(2), along(1)]
+      along = support%axes(:2, axis)
       main = maxloc(abs(along), dim=1)
       offset = support%position(main) - middle(main)
       if (abs(offset) > 0.01_dp * length) then
