@@ -12,8 +12,8 @@ trap 'rm -rf "$temporary"' EXIT
 passed=0 failed=0
 prefix=$temporary/prefix
 build=${GESTELL_BUILD:-$temporary/build}
-# What CMake, FetchContent and Meson build of the same flags is compiled once.
-export FC=$home/.ci/kept/gfortran GESTELL_OBJECTS=${GESTELL_OBJECTS:-$temporary/objects}
+# What CMake, FetchContent, Meson and Python's builder compile with the same flags is compiled once.
+export FC=$home/.ci/gfortran GESTELL_OBJECTS=${GESTELL_OBJECTS:-$temporary/objects}
 sanitizers=
 [ "${1:-}" != --sanitize ] || sanitizers='-fsanitize=address,undefined -fno-sanitize-recover=all -g1'
 
@@ -38,7 +38,7 @@ check() {
 install_as() {
   local shared=OFF
   [ "$1" = static ] || shared=ON
-  cmake -S "$home" -B "$build" -DCMAKE_BUILD_TYPE=Debug -DBUILD_SHARED_LIBS=$shared -DCMAKE_INSTALL_PREFIX="$prefix-$1" &&
+  cmake -S "$home" -B "$build" -DBUILD_SHARED_LIBS=$shared -DCMAKE_INSTALL_PREFIX="$prefix-$1" &&
     cmake --build "$build" --parallel 2 && cmake --install "$build"
 }
 
@@ -63,7 +63,7 @@ run() {
 }
 
 # The numbers of three files, of the command line and of programs that use the library, to the last digit: same PROGRAM TABLE...,
-# commands. The chart has fewer points, for the builds are made in haste. What is refused is so by the program's words and code.
+# commands. The chart has fewer points. What is refused is so by the program's words and code.
 same() {
   local program=$1 name table one
   shift
@@ -193,7 +193,7 @@ packages() {
     same "$prefix-static/bin/gestell" "$here/build/c" "$here/build/fortran" && verdict "$here/build/verdict"
 }
 
-# The library is built in the user's project, in haste; program and library are of the same objects.
+# The library is built in the user's project; program and library are of the same objects.
 fetched() {
   local here=$temporary/fetched origin=$home flags=$sanitizers
   if [ -e "$home/.git" ]; then
@@ -201,7 +201,7 @@ fetched() {
     git clone -q "$home" "$origin" || return
   fi
   project "$here" 'include(FetchContent)' "FetchContent_Declare(gestell SOURCE_DIR $origin)" 'FetchContent_MakeAvailable(gestell)'
-  cmake -S "$here" -B "$here/build" -DCMAKE_BUILD_TYPE=Debug -DGESTELL_PROGRAM=ON "-DCMAKE_Fortran_FLAGS=$flags" \
+  cmake -S "$here" -B "$here/build" -DGESTELL_PROGRAM=ON "-DCMAKE_Fortran_FLAGS=$flags" \
     "-DCMAKE_C_FLAGS=$flags" && cmake --build "$here/build" --parallel 2 &&
     same "$(find "$here/build" -name gestell -path '*/bin/*')" "$here/build/c" "$here/build/fortran" &&
     verdict "$here/build/verdict"
@@ -222,8 +222,8 @@ subproject() {
   printf '%s\n' "project('user', 'c', 'fortran')" "gestell = dependency('gestell')" \
     "executable('c', 'table.c', dependencies: gestell)" "executable('fortran', 'table.f90', dependencies: gestell)" \
     "executable('verdict', 'verdict.f90', dependencies: gestell)" >"$here/meson.build"
-  tool meson setup "$here/build" "$here" --buildtype plain -Ddefault_library=static \
-    -Dwarning_level=0 '-Dfortran_args=-g -funroll-loops -fno-math-errno' && ninja -C "$here/build" &&
+  tool meson setup "$here/build" "$here" --buildtype release -Ddefault_library=static -Dwarning_level=0 \
+    -Dfortran_args=-funroll-loops && ninja -C "$here/build" &&
     same "$here/build/subprojects/gestell/gestell" "$here/build/c" "$here/build/fortran" &&
     verdict "$here/build/verdict"
 }
@@ -238,7 +238,7 @@ tool() {
 # In a new environment, without a compiler and with nothing of this machine's on the PATH.
 wheel() {
   local environment=$temporary/environment
-  SKBUILD_CMAKE_BUILD_TYPE=Debug CMAKE_BUILD_PARALLEL_LEVEL=2 bash "$home/python/wheel.sh" "$temporary/wheels" && python3 -m venv "$environment" &&
+  CMAKE_BUILD_PARALLEL_LEVEL=2 bash "$home/python/wheel.sh" "$temporary/wheels" && python3 -m venv "$environment" &&
     "$environment/bin/pip" -q install --require-hashes --only-binary :all: -r "$home/.ci/pinned/pandas.txt" &&
     "$environment/bin/pip" -q install --no-index "$temporary"/wheels/gestell-*.whl || return
   (cd "$temporary" && mkdir -p nothing && cd nothing &&

@@ -146,8 +146,8 @@ def draw(dice, places):
 class Build:
     """What fpm has built for the tests in one folder: modules, and objects of src, of the tests and of test-drive."""
 
-    def __init__(self, places):
-        mains = [path for place in places for path in pathlib.Path(place).resolve().glob("build/*/gestell/test_main.f90.o")]
+    def __init__(self, place):
+        mains = list(place.glob("build/*/gestell/test_main.f90.o"))
         if not mains:
             sys.exit("the tests are not built: ./bootstrap fpm test")
         self.objects = max(mains, key=lambda path: path.stat().st_mtime).parent
@@ -184,7 +184,7 @@ class Build:
 def optimised_build():
     """The tests of this checkout, built by fpm for speed: the mutants are linked with its objects."""
     fpm_test(ROOT, "--profile release")
-    return Build([ROOT])
+    return Build(ROOT)
 
 
 def counted_build():
@@ -197,7 +197,7 @@ def counted_build():
     if not (copy / "build/dependencies").exists():
         shutil.copytree(ROOT / "build/dependencies", copy / "build/dependencies", symlinks=True)
     fpm_test(copy, "--flag '-O1 -g1 -fPIC -fopenmp -fcheck=bounds --coverage'")
-    return Build([copy])
+    return Build(copy)
 
 
 def fpm_test(folder, options):
@@ -320,7 +320,7 @@ def examine(build, mutant, tests):
 
 def fixed(arguments):
     """The mutants of fixed.txt: `path | old | new | suite | test` a line."""
-    build = Build([arguments.build or ROOT])
+    build = Build(ROOT)
     lines = [line for line in FIXED.read_text().split("\n") if line and not line.startswith("#")]
     with tempfile.TemporaryDirectory() as folder:
         program = build.link(pathlib.Path(folder))
@@ -404,7 +404,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     ways = parser.add_subparsers(dest="way", required=True)
-    ways.add_parser("fixed").add_argument("--build", help="a checkout whose tests fpm has built; default: this one")
+    ways.add_parser("fixed")
     change = ways.add_parser("change")
     change.add_argument("base", nargs="?", default="main")
     change.add_argument("number", nargs="?", type=int, default=20)

@@ -1,0 +1,181 @@
+# The steps of .ci/Makefile: bash .ci/steps.sh NAME runs one, reports how it ended and notes it in build/ci/NAME.result.
+
+set -u
+export LC_ALL=C
+logs=$PWD/build/ci
+installed=$logs/installed
+program=$installed/bin/gestell
+# The library is built many times, as its users would build it, but a file of it is compiled once for each set of flags.
+export FPM_FC=$PWD/.ci/gfortran GESTELL_OBJECTS=$logs/objects
+# Threads that wait leave the core to the other step.
+export OMP_WAIT_POLICY=passive
+
+# ---- what builds
+
+bootstrap() {
+  # What is optional to users is wanted where everything is checked; without it the checks of pictures and of the page in a
+  # browser say that they are left out.
+  if [ "${CI:-}" = true ] && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
+    ./bootstrap --with gnuplot || echo 'no gnuplot'
+    command -v chromium >/dev/null || { apt-get update && apt-get install -y --no-install-recommends chromium; } || echo 'no chromium'
+  fi
+  ./bootstrap
+}
+
+install() { ./bootstrap fpm install --profile release --prefix "$installed"; }
+
+# Packages that use the library, with the one that is installed in place of its sources. The tests are one of their programs.
+linked=$logs/linked
+packages() {
+  local package name modules
+  modules=$(cd "$installed/include" && printf '"%s", ' gestell*.mod) || return
+  mkdir -p "$linked/build" && ln -s "$PWD/build/dependencies" "$linked/build/" || return
+  for name in *; do [[ $name = @(build|validation|mpi) ]] || ln -s "$PWD/$name" "$linked/" || return; done
+  for package in validation validation/fuzz mpi; do
+    mkdir -p "$linked/$package" || return
+    for name in "$PWD/$package"/*; do
+      case ${name##*/} in
+        build | fpm.toml | fuzz) ;;
+        *) ln -s "$name" "$linked/$package/" || return ;;
+      esac
+    done
+    sed "/^gestell = /d; /^external-modules = /d; s/^link = \[/external-modules = [${modules//.mod/}\"mpi_f08\"]\nlink = [\"gestell\", /" \
+      "$package/fpm.toml" >"$linked/$package/fpm.toml" || return
+  done
+  printf '\n[[executable]]\nname = "check"\nsource-dir = "../test"\nmain = "main.f90"\n' >>"$linked/validation/fpm.toml"
+  build_linked validation && build_linked validation/fuzz
+}
+build_linked() {
+  ./bootstrap fpm install --directory "$linked/$1" --profile release --prefix "$linked" --flag "-I$installed/include" \
+    --link-flag "-L$installed/lib -fopenmp"
+}
+# run_linked PROGRAM ARGUMENT...
+run_linked() { OPENBLAS_NUM_THREADS=1 ./bootstrap "$linked/bin/$1" "${@:2}"; }
+
+# ---- tests in Fortran
+
+# A test that stops the program early must not pass: the count at the end is required.
+counted() {
+  local log code=0
+  log=$("$@" 2>&1) || code=$?
+  printf '%s\n' "$log"
+  [ $code = 0 ] && grep -Eq '^[0-9]+ passed, 0 failed$' <<<"$log"
+}
+
+# A newcomer's second command: all run-time checks, with warnings as errors
+strict-tests() { GESTELL_TRAPS=yes counted ./bootstrap fpm test; }
+slow-tests() { GESTELL_TRAPS=yes counted run_linked check slow; }
+
+# They count where they are strict.
+optimised-tests() {
+  counted run_linked check | sed 's/\[PASSED\]/[passed]/; s/ passed, 0 failed$/&, counted once/'
+  return "${PIPESTATUS[0]}"
+}
+
+mutants() { ./bootstrap python3 validation/mutants/mutants.py --jobs 1 fixed; }
+
+# ---- as users and newcomers do
+
+# No words of the run-time library stand between a newcomer and the report, in any task about one machine.
+first-command() {
+  local tasks=drawing,stability,modes,response,forces,power,trade,balance,sensitivity,separation
+  ./bootstrap fpm run -- data/khang_four_bar.nml >"$logs/first" 2>&1 &&
+    ./bootstrap fpm run -- -q -o "$logs/tasks" --set case.tasks=$tasks data/khang_four_bar.nml >>"$logs/first" 2>&1 || return
+  cat "$logs/first"
+  ! grep 'runtime warning' "$logs/first" && only_the_report
+}
+
+# Standard output of the first command has the report's lines and no other, however much is built; the exit code is the program's.
+only_the_report() {
+  local code=0
+  rm -f build/gfortran_*/app/gestell
+  ./bootstrap fpm run -- data/khang_four_bar.nml >"$logs/report" 2>"$logs/building" || return
+  diff <(sed 's/[0-9].*//' "$logs/report") <("$program" data/khang_four_bar.nml | sed 's/[0-9].*//') || return
+  grep -q '100%' "$logs/building" || { echo 'nothing says that it builds'; return 1; }
+  ./bootstrap fpm run -- no/such/file.nml >"$logs/report" 2>"$logs/building" || code=$?
+  [ $code = 2 ] && [ ! -s "$logs/report" ] && grep -q 'there is no such file' "$logs/building"
+}
+
+examples() {
+  local name
+  for name in $(sed -n '/^\[\[example\]\]/,/^$/s/^name *= *"\(.*\)"/\1/p' fpm.toml); do
+    ./bootstrap fpm run --example "$name" || return
+  done
+}
+
+documents() { ./bootstrap python3 test/documents.py; }
+use-as-library() { ./bootstrap bash test/use_as_library.sh; }
+command-line() { ./bootstrap python3 test/cli/run.py "$program"; }
+doors() { ./bootstrap bash doors/test.sh; }
+
+# The shell's way to sweeps, in small
+shell-sweeps() {
+  local folder=$logs/sweeps
+  GESTELL=$program bash example/sweep.sh "$folder" &&
+    [ "$(wc -l <"$folder/loop.csv")" = 4 ] && [ "$(grep -vc '^#' "$folder/chart/sweep.csv")" = 1601 ]
+}
+
+# The program of many ranks, of the objects of gestell; by its own manifest it is listed only.
+ranks() (
+  if ! command -v mpifort >/dev/null || ! command -v mpirun >/dev/null; then
+    echo 'left out: there is no mpifort or no mpirun (apt-get install libopenmpi-dev openmpi-bin)'
+    return
+  fi
+  export FPM_FC=mpifort
+  ./bootstrap fpm build --directory mpi --profile release --list >/dev/null &&
+    build_linked mpi && python3 mpi/test.py "$program" "$linked/bin/gestell_mpi"
+)
+
+# An fpm of another kind or version is not taken; a package that has not the hash expected is refused.
+set-up() {
+  local other=$logs/other copy=$logs/set-up said
+  mkdir -p "$other" "$copy/.ci" && cp bootstrap fpm.toml "$copy" && cp -R .ci/pinned "$copy/.ci" || return
+  for said in '1.15.1' 'Version:     0.9.0, alpha' 'Version:     0.120.0'; do
+    printf '#!/bin/sh\necho "%s"\n' "$said" >"$other/fpm" && chmod +x "$other/fpm" || return
+    PATH=$other:$PATH ./bootstrap bash -c 'fpm --version' | grep -q '^Version: *0\.12\.' || { echo "fpm that says $said"; return 1; }
+  done
+  sed -i 's/sha256:./sha256:x/; s/:x/:0/' "$copy/.ci/pinned/meson.txt"
+  ! "$copy/bootstrap" --pip meson && grep -q 'DO NOT MATCH' "$copy/.bootstrap/log" && ! "$copy/bootstrap" --pip meson==1.0
+}
+
+# ---- random inputs and machines
+
+# Planted faults are found, and none in random inputs.
+fuzzer() { run_linked fuzz self-test && run_linked fuzz 10000; }
+population() { run_linked population 150 5001; }
+population-exact() { run_linked population 21 306 exact; }
+designs() { python3 validation/designs/designs.py "$program" 6 4711; }
+borders() { run_linked symmetric_borders 4 1 100; }
+extremes() { run_linked extremes; }
+
+# ---- the text of the sources
+
+layers() { python3 .ci/layers; }
+layers-self-test() { python3 .ci/layers --self-test; }
+versions() { bash .ci/versions "$program"; }
+reference() { ./bootstrap python3 doc/reference/make.py; }
+linter() {
+  local fortitude=.bootstrap/venv/bin/fortitude
+  [ -x $fortitude ] && [[ $($fortitude --version) == *\ 0.10.0 ]] || ./bootstrap --pip fortitude-lint==0.10.0 || return
+  $fortitude check src app mpi test example bench validation
+}
+
+# ---- one step
+
+name=$1 log=$logs/$1.log begin=$SECONDS code=0 TIMEFORMAT='%U %S'
+mkdir -p "$logs"
+{ time "$name" >"$log" 2>&1; } 2>"$log.time" || code=$?
+seconds=$((SECONDS - begin))
+
+# Within a step counts a last line "N passed, M failed" or, without it, the lines of test-drive.
+good=$(grep -c '^ *\.\.\. .*\[PASSED\]' "$log")
+bad=$(grep -c '^ *\.\.\. .*\[FAILED\]' "$log")
+if [[ $(tail -n 1 "$log") =~ ^([0-9]+)\ passed,\ ([0-9]+)\ failed$ ]]; then
+  good=${BASH_REMATCH[1]} bad=${BASH_REMATCH[2]}
+fi
+if [ "$code" = 0 ]; then good=$((good + 1)); else bad=$((bad + 1)); fi
+echo "$good $bad" >"$logs/$name.result"
+how=$([ "$code" = 0 ] && echo ok || echo FAIL)
+printf '%-5s %-20s %4d s, of processors %4.0f s, %6d passed\n' "$how" "$name" "$seconds" "$(awk '{ print $1 + $2 }' "$log.time")" "$good"
+[ "$code" = 0 ] || { echo "      exit code $code" && grep -v '^\[ *[0-9]*%\]' "$log" | sed 's/^/      | /' | tail -n 60; }
+exit 0
