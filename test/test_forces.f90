@@ -177,7 +177,7 @@ contains
         expected(moment, i) = h + (m_g * origin(2) + u * sin(speed * t)) * a(1) - (m_g * origin(1) + u * cos(speed * t)) * a(2)
         do s = 1, 2
           force = matmul(n, [(cmplx(supports(s)%stiffness(j), omega * supports(s)%damping(j), dp) * axis(j), j = 1, 2)]) * e
-          at = supports(s)%position
+          at = supports(s)%position(:2)
           expected(moment, i) = expected(moment, i) - (at(1) * real(force(2)) - at(2) * real(force(1)))
           ! The closed form and the tolerance 1e-12 of Phi, condition about 1; forces of some 30 N.
           call near(error, reactions(s)%history(i + 1, along_x:along_y), real(force), 1.0e-9_dp, "support")

@@ -103,7 +103,6 @@ contains
     real(dp), dimension(size(rho), size(rho)) :: f, doubted
     complex(dp) :: along(size(rho), size(rho))
     real(dp), dimension(size(rho)) :: radius, rows, modulus
-    logical :: ends_pair
     integer :: n, k
 
     n = size(rho)
@@ -111,9 +110,8 @@ contains
     allocate(multipliers%condition(n), multipliers%exponent(n))
     do k = 1, n
       multipliers%condition(k) = 1 / max(abs(dot_product(left(:, k), right(:, k))), epsilon(1.0_dp)**2)
-      ends_pair = .false.
-      if (k > 1) ends_pair = aimag(rho(k)) < 0 .and. abs(rho(k) - conjg(rho(k - 1))) <= 0
-      if (ends_pair) then
+      if (aimag(rho(k)) < 0 .and. abs(rho(k) - conjg(rho(max(k - 1, 1)))) <= 0) then
+        ! the second of a conjugate pair; the first number is not its own conjugate where it lies below the real axis
         multipliers%exponent(k) = conjg(multipliers%exponent(k - 1))
       else
         ! The logarithm of a complex number is the same for the same number, that of its conjugate the conjugate. Those of real

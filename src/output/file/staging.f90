@@ -165,9 +165,11 @@ contains
       call self%discard()
       return
     end if
-    ! a link that points nowhere is replaced too
-    replaces = [(is_there(self%folder // "/" // trim(names(i))) .or. is_link(self%folder // "/" // trim(names(i))), i = 1, &
-      & size(names))]
+    replaces = [(is_there(self%folder // "/" // trim(names(i))), i = 1, size(names))]
+    do i = 1, size(names)
+      ! a link that points nowhere is replaced too
+      if (.not. replaces(i)) replaces(i) = is_link(self%folder // "/" // trim(names(i)))
+    end do
     do i = 1, size(names)
       if (replaces(i)) call link_file(self%folder // "/" // trim(names(i)), self%path // "/" // trim(names(i)) // old, done)
     end do
