@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Work-precision tables of doc/accuracy.md as Markdown, and their picture, from task `trade`:
+# Work-precision tables as Markdown, quoted in doc/accuracy.md, and the picture of that page, from task `trade`:
 #
 #   ./bootstrap bash validation/accuracy.sh [PICTURE.svg]
 #
