@@ -177,6 +177,8 @@ contains
         if (index(value, "-") == 1 .or. index(value, "/") > 0 .or. index(value // " ", ".nml ") > 0) cycle
         options%topic = value
         i = i + 1
+      case default
+        ! a switch: that it is there says all
       end select
       if (allocated(error)) return
     end do

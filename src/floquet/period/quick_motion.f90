@@ -82,8 +82,8 @@ contains
       call choose_steps(system, phases, motion, of_motion / (reserve * motion%amplification), method, between)
       if (between == 0) return
       call motions(system, method, [(real(k, dp) / (between * phases), k = 0, between * phases)], 1, maps, error)
-      if (.not. allocated(error)) &
-        & call inverse(unit_matrix(n) - balanced(maps(:, :n, phases), motion%scale), inverted, error)
+      if (allocated(error)) return
+      call inverse(unit_matrix(n) - balanced(maps(:, :n, phases), motion%scale), inverted, error)
       if (allocated(error)) return
       ! Where Phi is great (E - Phi)^-1 is small, and lost in rounding where other multipliers are not great.
       motion%amplification = max(norm2(inverted), 1.0_dp)

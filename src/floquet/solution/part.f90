@@ -70,8 +70,9 @@ contains
       call try_reduction(system, order, forced, survey, reduced, why)
       if (allocated(reduced)) then
         if (forced .and. order%method /= "reduced" .and. survey%phase_advance <= most_affordable) then
-          if (.not. tells_motion(reduced, max(few_digits, order%tolerance))) &
-            & call map_period(system, order, forced, survey, solution)
+          if (.not. tells_motion(reduced, max(few_digits, order%tolerance))) then
+            call map_period(system, order, forced, survey, solution)
+          end if
         end if
         if (.not. allocated(solution)) call move_alloc(reduced, solution)
         return

@@ -104,8 +104,9 @@ contains
       c(turns, turns) = c(turns, turns) + turn_stiffness(weights%rest) + cross_matrix(weights%carried) / 2
       c(turns, turns) = merge(0.0_dp, c(turns, turns), abs(c(turns, turns)) <= weights%rounding)
     end associate
-    if (.not. all(ieee_is_finite([load, weights%sag, weights%rounding])) .or. .not. all(ieee_is_finite(weights%stiffness))) &
-      & call fatal_error(error, "the weights overflow", invalid_input, gravity_subject)
+    if (.not. all(ieee_is_finite([load, weights%sag, weights%rounding])) .or. .not. all(ieee_is_finite(weights%stiffness))) then
+      call fatal_error(error, "the weights overflow", invalid_input, gravity_subject)
+    end if
   end subroutine new_weights
 
   !> g and R in the plane.

@@ -293,8 +293,9 @@ contains
           & error)
         return
       end if
-      if (goals(i)%about == of_machine .and. goals(i)%measure%quantity == "added_mass") &
-        & goals(i)%offset = configuration%frame%mass + configuration%frame%mechanism%mass
+      if (goals(i)%about == of_machine .and. goals(i)%measure%quantity == "added_mass") then
+        goals(i)%offset = configuration%frame%mass + configuration%frame%mechanism%mass
+      end if
       if (name == "objective") then
         call read(groups(i), keys, "weight", goals(i)%weight, error)
         if (.not. allocated(error) .and. goals(i)%measure%quantity == "separation") call input_error(groups(i), "quantity", &

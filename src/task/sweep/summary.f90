@@ -97,6 +97,8 @@ contains
         if (.not. greatest > self%greatest_turn) cycle
         self%greatest_turn = greatest
         self%furthest = ordered(k) - xi_peak + 1
+      case default
+        ! nothing is said of the other columns
       end select
     end do
     self%turned = self%turned + count(turns)

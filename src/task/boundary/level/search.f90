@@ -170,8 +170,9 @@ contains
       do i = 1, size(points)
         open(i) = points(i)%state == in_resonance .or. points(i)%state == failed
         if (.not. has_vibration(points(i)%state)) cycle
-        if (side_of(points(i)%speed_point_type, line%level) == "undecided") open(i) = .not. any( &
-          & (points(i)%speed - crossings%ends(1)) * (points(i)%speed - crossings%ends(2)) <= 0)
+        if (side_of(points(i)%speed_point_type, line%level) == "undecided") then
+          open(i) = .not. any((points(i)%speed - crossings%ends(1)) * (points(i)%speed - crossings%ends(2)) <= 0)
+        end if
       end do
       do i = 1, size(points)
         if (open(i - 1) .or. .not. open(i)) cycle
