@@ -1,6 +1,6 @@
 """A sweep by many ranks, simulated from what its parts cost on one machine: python3 bench/scaling/simulate.py
 
-Reads the costs-*.csv beside it and prints the tables of doc/scaling.md. The same costs give the same tables.
+Reads the costs-*.csv beside it and prints the tables that doc/scaling.md quotes. The same costs give the same tables.
 
 A rank asks for its next tile, computes the one it has, writes its rows, takes the answer. Measured are the costs of tiles,
 rows and queue; drawn at random among the measured ones are the tiles of a chart. ASSUMED are only the file system
