@@ -5,7 +5,7 @@ usage: validation/same_digits.py BEFORE AFTER [input.nml ...]
 
 Words must be equal. Numbers may differ by the error that their table states for them: a column NAME_error, with the unit behind
 it or not, or `error` of the row, else 1e-9 of the greatest in the column (numbers that rounding alone decides). Seconds are
-not compared.
+not compared. A phase may differ by what turns its amplitude by the error of that.
 Columns may be added at the end. The last line counts tables with the same bytes, within the errors, and different.
 """
 import csv
@@ -57,10 +57,14 @@ def differences(before, after):
     if len(rows) != len(new_rows):
         yield f"{len(rows)} rows are now {len(new_rows)}"
         return
+    def greatest_of(k):
+        return max((abs(x) for x in (number(row[k]) for row in rows) if x is not None and math.isfinite(x)), default=0)
+
     for k, name in enumerate(names):
         if name == "seconds":
             continue
-        greatest = max((abs(x) for x in (number(row[k]) for row in rows) if x is not None and math.isfinite(x)), default=0)
+        greatest = greatest_of(k)
+        amplitude = name.replace("_phase_rad", "_amplitude") if name.endswith("_phase_rad") else None
         worst, told = 0, ""
         for i, (row, new) in enumerate(zip(rows, new_rows), 1):
             if row[k] == new[k]:
@@ -70,6 +74,12 @@ def differences(before, after):
                 yield f"{name}, row {i}: {row[k]} is now {new[k]}"
                 break
             allowed = max(error_of(names, row, k) or 0, error_of(names, new, k) or 0, FLOOR * greatest)
+            if amplitude in names:
+                j = names.index(amplitude)
+                # beyond half a turn the phase is that of noise
+                turned = FLOOR * greatest_of(j) / max(abs(number(row[j])), 1e-300)
+                allowed = max(allowed, turned if turned < math.pi else math.inf)
+                a, b = 0, math.remainder(a - b, 2 * math.pi)
             if "error" in name:  # an estimate may move within its own size
                 allowed = max(allowed, 0.1 * max(abs(a), abs(b)))
             if abs(a - b) > allowed and abs(a - b) > worst * allowed:
