@@ -1,17 +1,18 @@
-!> What counterweights on the links of a linkage do to the forces that it exerts on rigid ground.
+!> Computes the shaking forces of a linkage on rigid ground and how counterweights on its links change them.
 !>
-!> With m, c, P, theta of gestell_study_balance_bodies a counterweight is told by its unbalance u = m c = rho exp(i alpha) at a
-!> given radius r = |c|, m = rho / r, and adds to S'', the sum of m r'' over the masses, and to the moment A' - K'/2
-!> (gestell_model_mechanism_shaking; K where the torque of the drive stays outside)
+!> A counterweight has the unbalance u = m c = rho exp(i alpha) at a given radius r = |c|, so its mass is m = rho / r (symbols
+!> as in gestell_study_balance_bodies). It adds to S'', the sum of m r'' over the masses, and to the moment A' - K'/2
+!> (gestell_model_mechanism_shaking; K/2 only if the torque of the drive comes from outside the frame)
 !>
-!>     rho [f_0(phi) + f_1(phi) cos alpha + f_2(phi) sin alpha]
+!>     rho [f_0(phi) + f_1(phi) cos alpha + f_2(phi) sin alpha].
 !>
-!> for at given m all of these are affine in c but for m |c|^2, which is rho r whatever alpha. f_0, f_1, f_2 follow from the masses
-!> 1 / r at alpha = 0, pi/2 and pi. What it adds to S'' is, complex, u (exp(i theta))'' + m P''; a pivot rests, P'' = 0.
+!> The reason: at given m all terms are affine in c except m |c|^2, which is rho r for every alpha. The masses 1 / r at
+!> alpha = 0, pi/2 and pi yield f_0, f_1, f_2. In complex form the counterweight adds u (exp(i theta))'' + m P'' to S''; at a pivot
+!> P'' = 0 (doc/theory.md, equations 55 and 56).
 !>
-!> On a frame in space the same holds of S'' and the moment H' about a point, or what of it the frame feels by who holds the speed
-!> (gestell_model_space), weights aside: three rows each in the place of two and one; a
-!> counterweight keeps the z of its link, and a body has one in every plane in which it has links.
+!> On a frame in space the force S'' and the moment H' have three rows each (gestell_model_space). Weights are left out. Who holds
+!> the speed decides which part of the moment acts on the frame. A counterweight keeps the z of its link, and a body has one
+!> counterweight in every plane in which it has links.
 module gestell_study_balance
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -31,24 +32,27 @@ module gestell_study_balance
 
   public :: examine, measure_left, what_is_left
 
-  !> What a row of what shakes is: the force along x and y, the moment; in space along three axes, moments about them.
+  !> Kinds of the rows, 1 force, 2 moment. In the plane: force along x and y, moment. In space: forces and moments along three axes.
   integer, parameter :: in_plane(3) = [1, 1, 2], in_space(6) = [1, 1, 1, 2, 2, 2]
 
+  !> Shaking on rigid ground: of the linkage alone, and of unit counterweights on its bodies.
   type, public :: rigid_ground_type
-    !> What shakes over -Omega^2 at equidistant crank angles from 0 on, shape (rows, angles): forces kg m, moments kg m^2.
+    !> Shaking of the linkage divided by -Omega^2, at equidistant crank angles from 0 on, shape (rows, angles): kg m, kg m^2
     real(dp), allocatable :: found(:, :)
+    !> The bodies that can carry counterweights, with their effects
     type(turning_body_type), allocatable :: bodies(:)
-    !> What is rounding, of force (kg m) and moment (kg m^2), in the root of the mean square.
+    !> Rounding error of the rms force (kg m) and of the rms moment (kg m^2)
     real(dp) :: rounding(2) = 0
   contains
     procedure :: kinds
   end type rigid_ground_type
 
-  !> What is left on rigid ground at a speed: over the crank angle the rows' forces (N) and moments (N m), which of both each is;
-  !> peak and rms of the whole force and of the whole moment.
+  !> Forces and moments that remain on rigid ground at a speed.
   type, public :: left_type
+    !> Fourier series of each row over the crank angle (N or N m), and the kind of each row: 1 force, 2 moment
     type(fourier_type), allocatable :: series(:)
     integer, allocatable :: kinds(:)
+    !> Peak and rms of the magnitude of the force (N) and of the moment (N m)
     real(dp) :: peak(2) = 0, rms(2) = 0
   contains
     procedure :: order_rms
@@ -67,19 +71,22 @@ contains
     if (size(self%found, 1) == size(in_space)) kinds = in_space
   end function kinds
 
-  !> The shaking of a prepared linkage whose crank turns `even_in_space` or against the frame, with the moment about `about`, as
-  !> seen from the mechanism's origin (m), and what counterweights on its bodies do, at as many angles as resolve both. The radii
-  !> are the lengths of the links, or `radii` (m), shape (1), or (size(links)) by `links`, indices of links; with `links` only
-  !> bodies that carry one of these are kept. With `space` on that frame, `about` of three values and seen from F; its drive turns.
-  !> Error: as of `check`.
+  !> Computes the shaking of a linkage on rigid ground and the effects of counterweights on its bodies.
+  !> The number of crank angles is doubled until both are resolved, up to 8192. Fails if `linkage%check` does.
   subroutine examine(linkage, even_in_space, about, rigid, error, links, radii, space)
+    !> The linkage, already prepared
     class(linkage_type), intent(in) :: linkage
+    !> True if the crank turns evenly in space; false if it turns evenly against the frame
     logical, intent(in) :: even_in_space
+    !> Point of reference of the moment (m): in the plane 2 values from the mechanism's origin, in space 3 values from F
     real(dp), intent(in) :: about(:)
     type(rigid_ground_type), intent(out) :: rigid
     type(error_type), allocatable, intent(out) :: error
+    !> Indices of links: if present, only bodies that carry one of them are kept
     integer, intent(in), optional :: links(:)
+    !> Radii of the counterweights (m), shape (1) or (size(links)); by default the lengths of the links
     real(dp), intent(in), optional :: radii(:)
+    !> If present, a frame in space whose drive turns
     type(space_type), intent(in), optional :: space
     integer, parameter :: most = 8192
     type(point_type), allocatable :: at(:, :)
@@ -119,7 +126,7 @@ contains
 
   contains
 
-    !> f_0, f_1, f_2 of a counterweight on a body, by masses at the angles 0, pi/2, pi.
+    !> Computes f_0, f_1, f_2 of a counterweight on a body from unit unbalances at the angles 0, pi/2 and pi.
     subroutine find_effect(body)
       type(turning_body_type), intent(inout) :: body
       real(dp) :: of(size(rigid%found, 1), n, 3)
@@ -141,13 +148,13 @@ contains
       body%effect(:, :, 1) = (of(:, :, 1) + of(:, :, 3)) / 2
       body%effect(:, :, 2) = (of(:, :, 1) - of(:, :, 3)) / 2
       body%effect(:, :, 3) = of(:, :, 2) - body%effect(:, :, 1)
-      ! a pivot rests: what is left of its acceleration is rounding
+      ! a pivot does not accelerate: its computed acceleration is rounding error
       if (body%pivoted) body%effect(pack([(j, j = 1, size(of, 1))], rigid%kinds() == 1), :, 1) = 0
     end subroutine find_effect
 
   end subroutine examine
 
-  !> What the links' terms leave of themselves where they cancel; near dead points more than a rounding.
+  !> Relative rounding error of sums over the links whose terms cancel; it grows near dead points.
   pure real(dp) function relative_rounding(linkage)
     class(linkage_type), intent(in) :: linkage
     real(dp), parameter :: least = 1.0e-12_dp, part = 100
@@ -155,7 +162,7 @@ contains
     relative_rounding = max(least, part * epsilon(1.0_dp) / linkage%angle_scale**2)
   end function relative_rounding
 
-  !> Whether the upper third of the orders is small, for each kind beside the greatest of its kind, or rounding.
+  !> True if the upper third of the orders is negligible: small against the largest row of its kind, or rounding error.
   pure logical function resolved(rigid)
     type(rigid_ground_type), intent(in) :: rigid
     real(dp), parameter :: small = 1.0e-9_dp, least = 1.0e-12_dp
@@ -190,7 +197,7 @@ contains
 
   end function resolved
 
-  !> The moment about another point, from that about the origin: less the point x S''.
+  !> Moves the moment from the origin to the point `about`: subtracts about x S''.
   pure subroutine move_moment(about, rows)
     real(dp), intent(in) :: about(2)
     real(dp), intent(inout) :: rows(:, :)
@@ -198,7 +205,7 @@ contains
     rows(3, :) = rows(3, :) - about(1) * rows(2, :) + about(2) * rows(1, :)
   end subroutine move_moment
 
-  !> What links exert in the plane, shape (3, angles), where the crank angle falls back by a `part` of psi.
+  !> Shaking of links in the plane, shape (3, angles). `part`: share of psi by which the crank angle falls back (0 or 1).
   function shaking_in_plane(links, at, part, about) result(rows)
     type(link_type), intent(in) :: links(:)
     type(point_type), intent(in) :: at(:, :)
@@ -217,8 +224,8 @@ contains
     call move_moment(about, rows)
   end function shaking_in_plane
 
-  !> What these planes exert on the frame of `space` at rest, at angles of its drive (rad), with moments about a point that is
-  !> `about` from F (m), shape (6, angles): kg m and kg m^2.
+  !> Shaking of `planes` on the frame of `space` at rest, divided by -Omega^2, shape (6, angles): kg m and kg m^2.
+  !> `angles`: of the drive (rad). `about`: point of reference of the moments, from F (m).
   pure function shaking_of_planes(space, planes, about, angles) result(rows)
     type(space_type), intent(in) :: space
     type(plane_type), intent(in) :: planes(:)
@@ -239,7 +246,7 @@ contains
     end do
   end function shaking_of_planes
 
-  !> What a link alone exerts that moves as those of its plane.
+  !> Shaking of a single link that moves with the links of its plane, shape (6, angles).
   pure function shaking_of_link(space, link, about, angles) result(rows)
     type(space_type), intent(in) :: space
     type(link_type), intent(in) :: link
@@ -256,7 +263,7 @@ contains
     rows = shaking_of_planes(space, [plane], about, angles)
   end function shaking_of_link
 
-  !> What shakes over -Omega^2 with counterweights, shape (rows, angles).
+  !> Shaking with counterweights, divided by -Omega^2, shape (rows, angles).
   pure function what_is_left(rigid, weights) result(rows)
     type(rigid_ground_type), intent(in) :: rigid
     type(counterweight_type), intent(in) :: weights(:)
@@ -271,8 +278,9 @@ contains
     end do
   end function what_is_left
 
-  !> What shakes at a speed (rad/s) with counterweights. What is rounding is zero.
+  !> Computes the shaking with counterweights at a speed (rad/s). Rows below their rounding error are set to zero.
   pure subroutine measure_left(rigid, weights, speed, left)
+    !> Shaking of the linkage and effects of counterweights
     type(rigid_ground_type), intent(in) :: rigid
     type(counterweight_type), intent(in) :: weights(:)
     real(dp), intent(in) :: speed
@@ -303,7 +311,7 @@ contains
     end do
   end subroutine measure_left
 
-  !> The rms of an order of the force (`what` = 1, N) or of the moment (2, N m).
+  !> Rms of one order of the force (`what` = 1, N) or of the moment (`what` = 2, N m).
   pure real(dp) function order_rms(self, order, what)
     class(left_type), intent(in) :: self
     integer, intent(in) :: order, what
@@ -315,7 +323,7 @@ contains
     order_rms = length_of(pack([(self%series(k)%amplitude(order), k = 1, size(self%series))], self%kinds == what)) / sqrt(2.0_dp)
   end function order_rms
 
-  !> Of the orders 1, 2, ... of all rows, shape (orders, rows).
+  !> Amplitudes of the orders 1, 2, ... of all rows, shape (orders, rows).
   pure function amplitudes(self, orders)
     class(left_type), intent(in) :: self
     integer, intent(in) :: orders
@@ -329,8 +337,8 @@ contains
     end do
   end function amplitudes
 
-  !> In space, across the third of these axes, size of the vectors that turn with the crank and against it, of force (N) and of
-  !> moment (N m), orders 1, 2, ..., shape (orders, 4).
+  !> In space: sizes of the vectors that turn with the crank and against it about the third of `axes`, of orders 1, 2, ...
+  !> Shape (orders, 4): force with and against (N), moment with and against (N m).
   pure function turning(self, axes, orders) result(sizes)
     class(left_type), intent(in) :: self
     real(dp), intent(in) :: axes(3, 3)
@@ -344,7 +352,7 @@ contains
     sizes(:n, 3:) = turning_vectors(self%series(4:), n, axes(:, 1), axes(:, 2))
   end function turning
 
-  !> Of a vector.
+  !> Euclidean length of a vector.
   pure real(dp) function length_of(parts)
     real(dp), intent(in) :: parts(:)
 

@@ -1,8 +1,8 @@
-!> Bodies of a linkage that turn, and counterweights on them.
+!> Finds the turning bodies of a linkage and places counterweights on them.
 !>
-!> A counterweight is a point mass m at the place c, complex, in the axes of a body that turns with exp(i theta(phi)): it lies at
-!> P + c exp(i theta), P(phi) the body's pivot, where a point of it rests, or of a body without one the joint at the origin of its
-!> axes.
+!> A counterweight is a point mass m on a body that turns with exp(i theta(phi)), phi the crank angle. Its position is
+!> P + c exp(i theta), with c complex in the axes of the body. P(phi) is the body's pivot, a point of the body that rests. If no
+!> point of the body rests, P is the joint at the origin of its axes (doc/theory.md, "Balancing").
 module gestell_study_balance_bodies
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -14,21 +14,21 @@ module gestell_study_balance_bodies
 
   public :: find_bodies, point_on, with_counterweights
 
-  !> A body that turns.
+  !> A body that turns by the angle theta against the frame.
   type, public :: turning_body_type
-    !> The link that gives it its axes, the first on it; its mean length from joint to joint (m).
+    !> Index of the first link on the body, which defines its axes, and that link's mean length from joint to joint (m)
     integer :: link = 0
     real(dp) :: length = 0
-    !> Whether a point of it rests, and that point in its axes (m); of others their origin.
+    !> True if a point of the body rests; the position of this point in the body's axes (m), 0 if there is none
     logical :: pivoted = .false.
     complex(dp) :: pivot = 0
-    !> Of its counterweight about the pivot (m).
+    !> Distance of the counterweight from the pivot (m)
     real(dp) :: radius = 0
-    !> f_0, f_1, f_2 over Omega^2, shape (rows, angles, 3): of forces 1, of moments m.
+    !> f_0, f_1, f_2 of `gestell_study_balance`, shape (rows, angles, 3): forces dimensionless, moments in m
     real(dp), allocatable :: effect(:, :, :)
   end type turning_body_type
 
-  !> A point mass on a body: its unbalance rho (kg m) about the pivot at the angle alpha (rad) to the body's axes.
+  !> A point mass on a body: the body's index, the unbalance rho (kg m) about its pivot, the angle alpha (rad) to its axes.
   type, public :: counterweight_type
     integer :: body = 0
     real(dp) :: unbalance = 0, angle = 0
@@ -38,7 +38,7 @@ module gestell_study_balance_bodies
   end type counterweight_type
 
   complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
-  !> What is the same to this part of the lengths is the same: a body that turns no further does not.
+  !> Relative tolerance below which two directions or lengths are equal. A body whose direction varies less does not turn.
   real(dp), parameter :: same = 1.0e-9_dp
 
 contains
@@ -51,7 +51,7 @@ contains
     mass = self%unbalance / body%radius
   end function mass
 
-  !> Its place in the body's axes (m).
+  !> Position of the counterweight in the body's axes (m).
   pure function center(self, body)
     class(counterweight_type), intent(in) :: self
     type(turning_body_type), intent(in) :: body
@@ -60,18 +60,21 @@ contains
 
     c = body%pivot + body%radius * exp(i * self%angle)
     center = [real(c, dp), aimag(c)]
-    ! along an axis the other component is zero, not its rounding
+    ! rounding would leave a tiny component across an axis: set it to zero
     where (abs(center) <= 4 * epsilon(1.0_dp) * body%radius) center = 0
   end function center
 
-  !> Bodies that turn, each once, with all joints at `at`, shape (joints, angles). Links whose axes turn alike and whose origins
-  !> keep their distance are one; with `by_place` if they have their z and their plane in common too.
+  !> Finds the bodies that turn, each once. Links that turn alike and whose origins keep their distance form one body.
   subroutine find_bodies(linkage, at, by_place, bodies, links, radii)
+    !> The linkage, and the positions of its joints, shape (joints, angles)
     class(linkage_type), intent(in) :: linkage
     type(point_type), intent(in) :: at(:, :)
+    !> True: links form one body only if they also have the same z and the same plane
     logical, intent(in) :: by_place
     type(turning_body_type), allocatable, intent(out) :: bodies(:)
+    !> If present, only bodies that carry one of these links are kept
     integer, intent(in), optional :: links(:)
+    !> Radii of the counterweights (m): one for all bodies, or one for each of `links`; by default the lengths of the bodies
     real(dp), intent(in), optional :: radii(:)
     complex(dp) :: turn(size(at, 2)), origin(size(at, 2)), turns(size(at, 2), size(linkage%links)), &
       & origins(size(at, 2), size(linkage%links))
@@ -117,7 +120,7 @@ contains
     end if
   end subroutine find_bodies
 
-  !> Whether vectors keep their place in axes that turn with `turn`, beside a size. (Most bodies part at the second angle.)
+  !> True if the vectors are constant in axes that turn with `turn`, relative to `length`. Most pairs differ at the second angle.
   pure logical function turns_with(vectors, turn, length)
     complex(dp), intent(in) :: vectors(:), turn(:)
     real(dp), intent(in) :: length
@@ -132,7 +135,7 @@ contains
     turns_with = .true.
   end function turns_with
 
-  !> A point c of the body rests where origin + c turn does: the least squares of its motion tell c.
+  !> Finds the body's pivot c: the point origin + c turn that moves least in the mean square. It is a pivot if it rests.
   pure subroutine find_pivot(origin, turn, body)
     complex(dp), intent(in) :: origin(:), turn(:)
     type(turning_body_type), intent(inout) :: body
@@ -147,7 +150,7 @@ contains
     if (.not. body%pivoted .or. abs(body%pivot) <= same * body%length) body%pivot = 0
   end subroutine find_pivot
 
-  !> A point mass (kg) at a place in the axes of a link (m), in its plane.
+  !> A point mass (kg) at a position in the axes of a link (m), in the link's plane.
   pure type(link_type) function point_on(link, mass, center) result(point)
     type(link_type), intent(in) :: link
     real(dp), intent(in) :: mass, center(2)
@@ -160,11 +163,14 @@ contains
     point%across = 0
   end function point_on
 
-  !> The linkage with counterweights as links of these names. Errors: as of `add_link`.
+  !> Copies the linkage and adds each counterweight as a link. Fails as `add_link` does.
   subroutine with_counterweights(linkage, bodies, weights, names, balanced, error)
+    !> The turning bodies of the linkage
     class(linkage_type), intent(in) :: linkage
     type(turning_body_type), intent(in) :: bodies(:)
+    !> Counterweights on these bodies
     type(counterweight_type), intent(in) :: weights(:)
+    !> Name of the new link for each counterweight
     character(len=*), intent(in) :: names(:)
     class(linkage_type), allocatable, intent(out) :: balanced
     type(error_type), allocatable, intent(out) :: error

@@ -1,15 +1,15 @@
-!> Counterweights on several bodies together, by which a linkage shakes least.
+!> Finds counterweights on several bodies together that minimise the shaking force (doc/theory.md, "Balancing").
 !>
-!> The force is S'' plus for each counterweight u (exp(i theta))'' + m P'': the unbalances u, complex, of those about pivots are a
-!> linear problem of least squares. Where they leave more than rounding, as of a slider-crank, counterweights on floating bodies
-!> follow one after the other; their m = |u| / r times P'' is brought to its place by repetition, which ends where P moves as other
-!> bodies do. Of bodies whose turning depends on that of earlier ones, as a four-bar's coupler, none has one.
-!> (Berkof, Lowen, J. Eng. Ind. 91, 1969, 21-26; Tepper, Lowen, J. Eng. Ind. 94, 1972, 789-796: complete balance is possible where
-!> every link has a way to the ground over turning pairs alone.)
+!> Each counterweight adds u (exp(i theta))'' + m P'' to S''. For bodies with a pivot P'' = 0, so the complex unbalances u are a
+!> linear least-squares problem. If a force above rounding remains, as with a slider-crank, floating bodies get counterweights too.
+!> Their term m P'' with m = |u| / r depends on |u| and is found by iteration, which converges in a few steps if P moves with
+!> other bodies. A body whose column depends on the columns of earlier bodies, such as a four-bar's coupler, gets no counterweight.
+!> Complete balance is possible if every link has a way to the ground over turning pairs alone (R. S. Berkof, G. G. Lowen, J. Eng.
+!> Ind. 91, 1969, 21-26; F. R. Tepper, G. G. Lowen, J. Eng. Ind. 94, 1972, 789-796).
 !>
-!> In space bodies of one shaft stand beside each other, and there are many counterweights that do the same to the force. Of these
-!> it is then those by which the moment is least, and if they still are many, those whose own squares are: so an unbalance is
-!> shared, and a couple taken by the planes that are farthest apart.
+!> In space the bodies of one shaft stand side by side, and many sets of counterweights have the same effect on the force. Among
+!> these sets the one with the least moment is taken; if several remain, the one with the least sum of squared unbalances. So bodies
+!> share an unbalance, and the outermost planes take a couple.
 module gestell_study_balance_complete
   use gestell_base_kinds, only: dp
   use gestell_study_balance, only: rigid_ground_type, what_is_left
@@ -20,18 +20,21 @@ module gestell_study_balance_complete
 
   public :: balance_force
 
-  !> What was found: the linkage is balanced as it is; the counterweights balance it; they leave the least that those about pivots
-  !> can, for there is no complete balance by these; nothing turns about a pivot.
+  !> Results of `balance_force`: the linkage needs no counterweight; the counterweights balance it completely; complete balance is
+  !> impossible and the counterweights on pivoted bodies minimise the force; no body turns about a pivot.
   integer, parameter, public :: balanced_already = 1, balanced = 2, not_balanced = 3, no_pivots = 4
 
 contains
 
-  !> The counterweights with which the force is nought, or else those about pivots with which its mean square is least, of those in
-  !> space the ones that leave the least moment; `pivoted`: those about pivots, where others are needed too.
+  !> Finds the counterweights that make the shaking force vanish. If none do, `weights` holds those on pivoted bodies that minimise
+  !> its mean square. In space the solution with the least moment is taken.
   subroutine balance_force(rigid, weights, state, pivoted)
+    !> Shaking of the linkage and effects of counterweights
     type(rigid_ground_type), intent(in) :: rigid
     type(counterweight_type), allocatable, intent(out) :: weights(:)
+    !> `balanced_already`, `balanced`, `not_balanced` or `no_pivots`
     integer, intent(out) :: state
+    !> If floating bodies have counterweights too: the best counterweights on pivoted bodies alone; otherwise empty
     type(counterweight_type), allocatable, intent(out), optional :: pivoted(:)
     type(counterweight_type), allocatable :: floating(:)
 
@@ -54,7 +57,7 @@ contains
     state = merge(not_balanced, no_pivots, size(weights) > 0)
   end subroutine balance_force
 
-  !> What is left of the force over Omega^2 (kg m).
+  !> Rms of the force with counterweights, divided by Omega^2 (kg m).
   pure real(dp) function force_rms(rigid, weights)
     type(rigid_ground_type), intent(in) :: rigid
     type(counterweight_type), intent(in) :: weights(:)
@@ -65,20 +68,20 @@ contains
     force_rms = norm2(rows(pack([(k, k = 1, size(rows, 1))], rigid%kinds() == 1), :)) / sqrt(real(size(rows, 2), dp))
   end function force_rms
 
-  !> Whether moments have directions, which counterweights beside each other can take.
+  !> True if moments have three components, which counterweights in different planes can change.
   pure logical function in_space(rigid)
     type(rigid_ground_type), intent(in) :: rigid
 
     in_space = count(rigid%kinds() == 2) > 1
   end function in_space
 
-  !> Counterweights on bodies about pivots, and with `all` on floating ones behind these.
+  !> Solves for counterweights on pivoted bodies and, if `all` is true, on floating bodies listed after them.
   pure subroutine solve(rigid, all, weights)
     type(rigid_ground_type), intent(in) :: rigid
     logical, intent(in) :: all
     type(counterweight_type), allocatable, intent(out) :: weights(:)
     integer, parameter :: most = 100
-    !> Unbalances that repetition changes no more than this, or that are no more than this, beside the greatest.
+    !> Tolerances relative to the largest unbalance: of the iteration; below which an unbalance is set to zero
     real(dp), parameter :: settled = 1.0e-15_dp, rounding = 1.0e-10_dp
     complex(dp), allocatable :: columns(:, :), u(:), before(:)
     real(dp), allocatable :: effects(:, :, :)
@@ -121,7 +124,7 @@ contains
 
   contains
 
-    !> What shakes, with the masses of counterweights that have these unbalances where their bodies' axes have their origin.
+    !> Shaking with the masses of counterweights of these unbalances at the origins of their bodies' axes, shape (rows, angles).
     pure function rows_with(unbalances) result(rows)
       real(dp), intent(in) :: unbalances(:)
       real(dp) :: rows(size(rigid%found, 1), size(rigid%found, 2))
@@ -133,7 +136,7 @@ contains
       end do
     end function rows_with
 
-    !> Whether an unbalance of this effect does more than rounding.
+    !> True if the counterweight changes some row by more than its rounding error.
     pure logical function matters(effect, unbalance)
       real(dp), intent(in) :: effect(:, :), unbalance
       integer :: j
@@ -144,7 +147,7 @@ contains
 
   end subroutine solve
 
-  !> Along x + i y.
+  !> Force along x + i y.
   pure function force_of(rows) result(force)
     real(dp), intent(in) :: rows(:, :)
     complex(dp) :: force(size(rows, 2))
@@ -152,8 +155,8 @@ contains
     force = cmplx(rows(1, :), rows(2, :), dp)
   end function force_of
 
-  !> Least squares of columns u - wanted, by Gram's and Schmidt's orthogonalisation, each column twice; columns that depend on
-  !> earlier ones get 0.
+  !> Minimises the norm of columns u - wanted by Gram-Schmidt orthogonalisation, done twice for each column.
+  !> Columns that depend on earlier ones get u = 0.
   pure subroutine least_squares(columns, wanted, u)
     complex(dp), intent(in) :: columns(:, :), wanted(:)
     complex(dp), intent(out) :: u(:)

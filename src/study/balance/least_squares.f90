@@ -1,16 +1,19 @@
-!> Linear least squares in two stages, for more counterweights than the force determines: x by which the mean square of forces
-!> A_1 x - b_1 is least, of these x those by which that of moments A_2 x - b_2 is, of these the one of least squares.
+!> Linear least squares in two stages, for problems with more counterweights than the force determines.
 !>
-!> With A V = W, V orthogonal and the columns of W orthogonal to each other, by rotations of two at a time (M. R. Hestenes, J. SIAM
-!> 6, 1958, 51-90), x_1 is the sum of v (w . b_1)/(w . w) over the columns w that do not vanish. Those v whose w vanish, N, leave
-!> the force; along N y the moment is a problem of the same kind, and x_1 and N y are at right angles.
+!> x minimises the mean square of the forces A_1 x - b_1. Among all such x it minimises that of the moments A_2 x - b_2.
+!> Among the remaining x it has the least norm.
+!>
+!> Rotations of two columns at a time give A V = W, where V is orthogonal and the columns of W are orthogonal to each other
+!> (M. R. Hestenes, J. SIAM 6, 1958, 51-90). Then x_1 is the sum of v (w . b_1)/(w . w) over all columns w that do not vanish. The
+!> columns v with vanishing w form the matrix N and do not change the force. The moment is minimised over N y in the same way;
+!> x_1 and N y are orthogonal.
 module gestell_study_balance_least_squares
   use gestell_base_kinds, only: dp
   use gestell_math_matrix, only: unit_matrix
   implicit none (type, external)
   private
 
-  !> A V = W: W, V, and which columns of W do not vanish.
+  !> The factors of A V = W; `counts` is true for the columns of W that do not vanish.
   type :: singular_type
     real(dp), allocatable :: w(:, :), v(:, :)
     logical, allocatable :: counts(:)
@@ -19,11 +22,13 @@ module gestell_study_balance_least_squares
     procedure :: shortest
   end type singular_type
 
+  !> The force problem, and the moment problem in the unknowns that the force leaves free.
   type, public :: least_squares_type
     private
     type(singular_type) :: force, moment
+    !> A_2 and N
     real(dp), allocatable :: of_moment(:, :), free(:, :)
-    !> Of the rows.
+    !> Kind of each row: 1 force, 2 moment
     integer, allocatable :: kinds(:)
   contains
     procedure :: prepare
@@ -32,7 +37,7 @@ module gestell_study_balance_least_squares
 
 contains
 
-  !> The effects of the unknowns, shape (rows, angles, unknowns), rows of `kinds` 1: a force, 2: a moment.
+  !> Prepares the solution. `effects`: effects of the unknowns, shape (rows, angles, unknowns); `kinds`: 1 force, 2 moment.
   pure subroutine prepare(self, effects, kinds)
     class(least_squares_type), intent(inout) :: self
     real(dp), intent(in) :: effects(:, :, :)
@@ -46,7 +51,7 @@ contains
     call self%moment%decompose(matmul(self%of_moment, self%free), maxval(norm2(self%of_moment, dim=1)))
   end subroutine prepare
 
-  !> The unknowns, two by two as complex numbers, for what is `wanted` of the rows, shape (rows, angles).
+  !> Solves for the unknowns, two by two as complex numbers. `wanted`: right-hand sides, shape (rows, angles).
   pure subroutine solve(self, wanted, u)
     class(least_squares_type), intent(in) :: self
     real(dp), intent(in) :: wanted(:, :)
@@ -58,7 +63,7 @@ contains
     u = cmplx(x(1::2), x(2::2), dp)
   end subroutine solve
 
-  !> Rows of a kind over all angles, a column an unknown.
+  !> Matrix of the effects on all rows of one kind at all angles, shape (rows of the kind * angles, unknowns).
   pure function columns_of(effects, kinds, kind) result(a)
     real(dp), intent(in) :: effects(:, :, :)
     integer, intent(in) :: kinds(:), kind
@@ -79,7 +84,7 @@ contains
     row = pack(values, spread(kinds == kind, 2, size(values, 2)))
   end function row_of
 
-  !> Columns of W count beside the longest of A, or beside `size_of_all`.
+  !> Computes V and W of A V = W. Columns of W count if they are not small against the longest column of A or `size_of_all`.
   pure subroutine decompose(self, a, size_of_all)
     class(singular_type), intent(inout) :: self
     real(dp), intent(in) :: a(:, :)
@@ -100,7 +105,7 @@ contains
       do k = 2, n
         do j = 1, k - 1
           lengths = [norm2(self%w(:, j)), norm2(self%w(:, k))]
-          ! beside what is rounding of the longest no direction is known
+          ! the direction of a column below the rounding error of the longest column is meaningless
           if (minval(lengths) <= orthogonal * longest) cycle
           product = dot_product(self%w(:, j), self%w(:, k))
           if (abs(product) <= orthogonal * lengths(1) * lengths(2)) cycle
@@ -125,7 +130,7 @@ contains
     y = cos(angle) * y - sin(angle) * before
   end subroutine rotate
 
-  !> The x of least squares among those by which the square of A x - b is least.
+  !> The minimum-norm least-squares solution of A x = b.
   pure function shortest(self, b) result(x)
     class(singular_type), intent(in) :: self
     real(dp), intent(in) :: b(:)

@@ -1,13 +1,14 @@
-!> The best single counterweight on a body.
+!> Finds the best single counterweight on a body (doc/theory.md, "Balancing").
 !>
-!> With the rows of what shakes weighted by w, the mean square over the turn is by an unbalance rho at the angle alpha
+!> The rows of the shaking force and moment are weighted by w. An unbalance rho at the angle alpha makes their mean square
 !>
-!>     J = J_0 + 2 rho B(alpha) + rho^2 A(alpha),   B = b . v,   A = v . G v,   v = (1, cos alpha, sin alpha),
+!>     J = J_0 + 2 rho B(alpha) + rho^2 A(alpha),   B = b . v,   A = v . G v,   v = (1, cos alpha, sin alpha).
 !>
-!> b and G the means of products of what shakes and of the effects of the counterweight. At given alpha rho = -B / A is best where
-!> B < 0, else none is; it takes B^2 / A away, which never exceeds J_0. This is greatest where 2 B' A - B A', of the third degree in
-!> cos alpha and sin alpha, vanishes: it has six zeros at the most, three of them greatest values. They are found between places
-!> half a degree apart: all of them, but for pairs that lie closer, between which B^2 / A hardly changes.
+!> b and G are means of products: of shaking and effects of the counterweight (b), of the effects with each other (G).
+!> At given alpha, rho = -B / A is best if B < 0; otherwise rho = 0 is. It reduces J by B^2 / A, which never exceeds J_0.
+!> The reduction is largest at a zero of 2 B' A - B A', a polynomial of third degree in cos alpha and sin alpha. At most three of
+!> its six zeros are maxima. Zeros are bracketed at angles half a degree apart. Pairs of zeros between two such angles are missed;
+!> B^2 / A hardly changes there.
 module gestell_study_balance_single
   use gestell_base_kinds, only: dp, pi
   use gestell_math_root_search, only: root_search_type
@@ -20,15 +21,17 @@ module gestell_study_balance_single
 
 contains
 
-  !> The counterweight on body number `body` by which the mean square of what shakes, its rows times `weights`, shape (rows), is
-  !> least; its unbalance is zero where none makes it less.
+  !> Finds the counterweight on body number `body` that minimises the weighted mean square of shaking forces and moments.
+  !> Its unbalance is zero if no counterweight reduces the mean square.
   subroutine best_single(rigid, body, weights, best)
+    !> Shaking forces and moments of the linkage and the effects of counterweights on its bodies
     type(rigid_ground_type), intent(in) :: rigid
     integer, intent(in) :: body
+    !> Factor of each row, shape (rows)
     real(dp), intent(in) :: weights(:)
     type(counterweight_type), intent(out) :: best
     integer, parameter :: places = 720
-    !> Of an angle (rad); what is rounding of an effect, of a mean square that is taken away.
+    !> Tolerance of an angle (rad); relative rounding error of an effect; smallest relative reduction of the mean square that counts
     real(dp), parameter :: sharp = 4.0e-15_dp, rounding = 1.0e-12_dp, nothing = 1.0e-13_dp
     type(root_search_type) :: search
     real(dp) :: b(3), g(3, 3), least, whole, greatest, alpha, taken, slope(0:places)
@@ -50,7 +53,7 @@ contains
     greatest = nothing * whole
     slope = [(stationary(2 * pi * k / places), k = 0, places)]
     do k = 0, places - 1
-      ! a rise of B^2 / A that ends, with B < 0
+      ! B^2 / A has a maximum here if its slope falls through zero; it counts only if B < 0
       if (slope(k) > 0 .eqv. slope(k + 1) > 0) cycle
       call search%start(2 * pi * k / places, slope(k), 2 * pi * (k + 1) / places, slope(k + 1))
       do while (.not. search%found(sharp))
@@ -71,7 +74,7 @@ contains
 
   contains
 
-    !> 2 B' A - B A'.
+    !> 2 B' A - B A' at the angle alpha, up to a positive factor.
     pure real(dp) function stationary(alpha)
       real(dp), intent(in) :: alpha
       real(dp) :: v(3), along(3)
