@@ -1,4 +1,5 @@
-!> What a mounting exerts on a frame that has moved and turned, however far, and how that changes with the motion.
+!> Forces of a mounting on a frame that has moved and turned by any amount, and their derivatives with respect to the motion, (32)
+!> to (34) of doc/theory.md.
 !>
 !> Vectors of the plane are complex numbers, E = exp(i psi). The head of a support at p, seen from F in the frame's system, has
 !> the displacement and velocity
@@ -9,12 +10,12 @@
 !>
 !>     K d = (k1 + k2)/2 d + (k1 - k2)/2 exp(2 i alpha) conj(d).
 !>
-!> Axes that turn with the frame measure the displacement, and its rate, in the frame, with w = conj(E) (u - p)
+!> If the axes of a support turn with the frame, displacement and rate are measured in the frame, with w = conj(E) (u - p),
 !>
 !>     e = conj(E) d = p + w,   e' = conj(E) u' - i psi' w,   f = K e + B e' + G,
 !>
-!> and the force -E f on the frame acts along a line through the position p at rest: M = Im(conj(w) f). There the static force G on
-!> the ground turns with the axes, and what it exerts at rest is carried already, so that G and Im(conj(p) G) are added.
+!> and the force -E f on the frame acts along a line through the position p at rest: M = Im(conj(w) f). The static force G on the
+!> ground turns with these axes. Its force and moment at rest balance the weights, so G and Im(conj(p) G) are added.
 module gestell_model_exact_moved_mounting
   use gestell_base_kinds, only: dp
   use gestell_math_turn, only: less_one
@@ -26,7 +27,7 @@ module gestell_model_exact_moved_mounting
 
   complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
 
-  !> An elastic or viscous pair: K d = mean d + difference conj(d).
+  !> Two springs or two dampers along perpendicular axes: K d = mean d + difference conj(d).
   type :: pair_type
     real(dp) :: mean = 0
     complex(dp) :: difference = 0
@@ -34,7 +35,7 @@ module gestell_model_exact_moved_mounting
     procedure :: times
   end type pair_type
 
-  !> Sums over such pairs at positions p: of the means times 1, p and |p|^2, of the differences times 1, conj(p) and conj(p)^2.
+  !> Sums over pairs at positions p: the means times 1, p and |p|^2, the differences times 1, conj(p) and conj(p)^2.
   type :: sums_type
     real(dp) :: mean = 0, mean_pp = 0
     complex(dp) :: difference = 0, mean_p = 0, difference_p = 0, difference_pp = 0
@@ -43,13 +44,15 @@ module gestell_model_exact_moved_mounting
 
 contains
 
-  !> Subtracts forces and moments of the `supports` on the frame from `r`, shape (points, 3), and their derivatives with respect to
-  !> q and q' from `c` and `b`, shape (points, 3, 3), where the frame is at q with the velocity `v`, shape (points, 3), turned by
-  !> E = `turn`, shape (points). With the force F = sum of F_j and G = sum of conj(p_j) F_j the moment is Im(conj(E) G).
+  !> Subtracts the forces and moments of the supports on the frame from the left sides r, and their derivatives with respect to q
+  !> and q' from c and b. With the force F = sum of F_j and G = sum of conj(p_j) F_j the moment is Im(conj(E) G).
   pure subroutine add_mounting(supports, q, v, turn, r, b, c)
     type(support_type), intent(in) :: supports(:)
+    !> Displacement and velocity (xi, eta, psi) of the frame, shapes (points, 3)
     real(dp), intent(in) :: q(:, :), v(:, :)
+    !> E = exp(i psi), shape (points)
     complex(dp), intent(in) :: turn(:)
+    !> Left sides, shape (points, 3), and their derivatives, shapes (points, 3, 3)
     real(dp), intent(inout) :: r(:, :), b(:, :, :), c(:, :, :)
     complex(dp), dimension(size(turn)) :: f, g, f_turn, g_turn, f_spin, g_spin, rest
     type(sums_type) :: springs, dampers
@@ -92,7 +95,7 @@ contains
     c(:, 3, 3) = c(:, 3, 3) - cross(turn, g_turn) + real(conjg(turn) * g)      ! the load turned on its arm
   end subroutine add_mounting
 
-  !> The same of a support whose axes turn with the frame.
+  !> Subtracts force, moment and derivatives of one support whose axes turn with the frame (see `add_mounting`).
   pure subroutine add_in_frame(support, q, v, turn, r, b, c)
     type(support_type), intent(in) :: support
     real(dp), intent(in) :: q(:, :), v(:, :)
@@ -149,7 +152,7 @@ contains
     sums%difference_pp = sums%difference_pp + pair%difference * conjg(p)**2
   end subroutine add_pair
 
-  !> Adds the forces F and G on the frame where the heads move by u + w p.
+  !> Adds to f and g the sums F and G of `add_mounting` for heads that move by u + w p.
   pure subroutine hold(sums, u, w, f, g)
     type(sums_type), intent(in) :: sums
     complex(dp), intent(in) :: u(:), w(:)
@@ -159,8 +162,8 @@ contains
     g = g - (conjg(sums%mean_p) * u + sums%difference_p * conjg(u) + sums%mean_pp * w + sums%difference_pp * conjg(w))
   end subroutine hold
 
-  !> What the supports exert on the ground by the motion, shape (points, 3): forces along axes in space, and the moment about F at
-  !> rest, sum of (p + d) x (K d + B v), or p x (E f - G).
+  !> Dynamic load of the supports on the ground, shape (points, 3): forces along axes in space (N) and the moment about F at rest (N
+  !> m). The moment is the sum of (p + d) x (K d + B v), or of p x (E f - G) for axes that turn with the frame.
   pure function ground_load(supports, q, v) result(load)
     type(support_type), intent(in) :: supports(:)
     real(dp), intent(in) :: q(:, :), v(:, :)
@@ -187,7 +190,7 @@ contains
     end do
   end function ground_load
 
-  !> Potential energy of the supports' springs (J), shape (points), of static forces that turn with the frame too.
+  !> Potential energy (J) of the supports' springs and of static forces that turn with the frame, shape (points).
   pure function mounting_energy(supports, q) result(energy)
     type(support_type), intent(in) :: supports(:)
     real(dp), intent(in) :: q(:, :)
@@ -209,7 +212,7 @@ contains
     end do
   end function mounting_energy
 
-  !> d and d' of the head of a support; e and e' where its axes turn with the frame.
+  !> Computes displacement d and velocity d' of the head of a support, or e and e' if its axes turn with the frame.
   pure subroutine elongate(support, q, v, d, d_dot)
     type(support_type), intent(in) :: support
     real(dp), intent(in) :: q(:, :), v(:, :)
@@ -230,7 +233,8 @@ contains
     complex_of = cmplx(a(1), a(2), dp)
   end function complex_of
 
-  !> The derivatives of -force and -moment with respect to xi and eta, or their velocities: the heads move by 1 or by i.
+  !> Adds to k the derivatives of -force and -moment with respect to xi and eta, or with respect to their rates: the heads move by 1
+  !> or by i.
   pure subroutine subtract_plane(sums, turn, k)
     type(sums_type), intent(in) :: sums
     complex(dp), intent(in) :: turn(:)
@@ -256,7 +260,7 @@ contains
     pair_of%difference = (k(1) - k(2)) / 2 * cmplx(axes(1, 1), axes(2, 1), dp)**2
   end function pair_of
 
-  !> K d.
+  !> Product K d.
   elemental complex(dp) function times(self, d)
     class(pair_type), intent(in) :: self
     complex(dp), intent(in) :: d
@@ -264,7 +268,7 @@ contains
     times = self%mean * d + self%difference * conjg(d)
   end function times
 
-  !> a x b.
+  !> Cross product a x b of two vectors of the plane.
   elemental real(dp) function cross(a, b)
     complex(dp), intent(in) :: a, b
 

@@ -1,4 +1,5 @@
-!> The moving masses at crank angles, as the exact frame feels them, by who holds the speed (gestell_model_mechanism_held).
+!> Sums over the moving masses at crank angles, as the exact frame feels them. They depend on who keeps the speed constant
+!> (gestell_model_mechanism_held).
 module gestell_model_exact_moving_masses
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
@@ -9,20 +10,22 @@ module gestell_model_exact_moving_masses
 
   public :: find_masses
 
-  !> About F in the frame's axes, each of shape (angles). d/dt is Omega d/dphi at constant psi; d/dpsi, also of the moment of the
-  !> masses Z = E S in space, that at constant time, which turns the crank back where it turns evenly in space.
+  !> Sums over the masses about F in the frame's axes, each of shape (angles). Suffix _t is d/dt = Omega d/dphi at constant psi,
+  !> suffix _psi is d/dpsi at constant time. The latter turns the crank back if the crank turns evenly in space. Z = E S is the
+  !> first moment of the masses in space.
   type, public :: masses_type
-    !> Of S = sum m r (kg m): d2S/dt2; of S_1 with dZ/dpsi = i E S_1, S_2 with d2Z/dpsi2 = -E S_2, S_3 with d3Z/dpsi3 = -i E S_3.
+    !> First moment S = sum m r (kg m): d2S/dt2; S_1, S_2, S_3 with dZ/dpsi = i E S_1, d2Z/dpsi2 = -E S_2, d3Z/dpsi3 = -i E S_3, and
+    !> derivatives.
     complex(dp), allocatable :: s_tt(:), s_1(:), s_1_t(:), s_1_tt(:), s_2(:), s_2_t(:), s_3(:)
-    !> What turns with psi (kg m^2), with derivatives.
+    !> Moment of inertia J_1 that multiplies psi'' (kg m^2), and derivatives.
     real(dp), allocatable :: inertia(:), inertia_t(:), inertia_psi(:), inertia_tpsi(:), inertia_psipsi(:)
-    !> The moment that the load exerts where the frame rests, with the other sign (N m), and its derivative.
+    !> Negative moment of the load on a frame at rest (N m), and its derivative with respect to psi.
     real(dp), allocatable :: moment(:), moment_psi(:)
   end type masses_type
 
 contains
 
-  !> At crank angles phi (rad).
+  !> Computes the sums at crank angles phi (rad).
   subroutine find_masses(frame, angles, at)
     class(frame_type), intent(in) :: frame
     real(dp), contiguous, intent(in) :: angles(:)
@@ -62,7 +65,7 @@ contains
 
   contains
 
-    !> The moment of inertia about F less its constant part, or a derivative of it.
+    !> Moment of inertia about F without its constant part, or a derivative of this part, from the given columns of `felt`.
     pure function turned(a1, a2, a3)
       integer, intent(in) :: a1, a2, a3
       real(dp) :: turned(size(angles))

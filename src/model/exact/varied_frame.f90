@@ -1,4 +1,5 @@
-!> The frame varied about a motion that it makes: the exact equations, for any rotation, and their derivatives.
+!> The frame linearised about a motion that it makes: the exact equations, for any rotation, and their derivatives. They are (30) to
+!> (34) of doc/theory.md.
 !>
 !> Vectors of the plane are complex numbers: u = xi + i eta, E = exp(i psi). With the whole mass m, the moment of the masses
 !> S = sum m r, the moment of inertia J and H' = sum (m r x r'' + J phi''), all about F in the frame's axes, r = O + x + i y,
@@ -7,19 +8,20 @@
 !>     m u'' + E [S'' + 2 i psi' S' + (i psi'' - psi'^2) S]           = sum of F_j
 !>     J psi'' + J' psi' + H' + Im(conj(E S) u'')                     = sum of M_j
 !>
-!> with the mounting's F_j, M_j (gestell_model_exact_moved_mounting) and the weights' moment (gestell_model_mounting_weights). About
-!> the rest q = 0 they are (8) to (12). All are functions of the crank angle phi = Omega t, so ' is Omega d/dphi.
+!> with the forces F_j and moments M_j of the mounting (gestell_model_exact_moved_mounting) and the moment of the weights
+!> (gestell_model_mounting_weights). About rest, q = 0, they become (8) to (12). The sums over the masses are functions of the crank
+!> angle phi = Omega t, so ' is Omega d/dphi.
 !>
-!> Of a crank that turns evenly in space (gestell_model_mechanism_held) phi = Omega t - p psi. Then the moment of the masses Z = E S
-!> depends on t and psi with dZ/dpsi = i E S_1, where S_1 = S + i p dS/dphi, and again S_2 = S_1 + i p dS_1/dphi,
-!> S_3 = S_2 + i p dS_2/dphi; else all of them are S. With ' the derivative at constant psi, Omega d/dphi, on all but u and psi, in
-!> both cases
+!> If the crank turns evenly in space (gestell_model_mechanism_held), phi = Omega t - p psi. Then the first moment of the masses Z =
+!> E S depends on t and psi, with dZ/dpsi = i E S_1 and S_1 = S + i p dS/dphi. Likewise S_2 = S_1 + i p dS_1/dphi and S_3 = S_2 + i
+!> p dS_2/dphi. If the crank turns evenly relative to the frame, p = 0 and S_1, S_2, S_3 equal S. For all quantities but u and psi
+!> let ' now be the derivative at constant psi, Omega d/dphi. In both cases
 !>
 !>     m u'' + E [S'' + 2 i psi' S_1' + i psi'' S_1 - psi'^2 S_2]                 = sum of F_j
 !>     J_1 psi'' + J_1' psi' + psi'^2/2 dJ_1/dpsi + H_1' + Im(conj(E S_1) u'')    = sum of M_j - M
 !>
-!> with J_1 = J - 2 p A + p^2 K, H_1' = Omega^2 d(A - p K/2)/dphi and the motor's torque M, if it stands on a frame that bears a
-!> flywheel; else J_1 = J, which does not depend on psi, and H_1' = H'.
+!> If the crank turns evenly in space, J_1 = J - 2 p A + p^2 K and H_1' = Omega^2 d(A - p K/2)/dphi. Otherwise J_1 = J, which does
+!> not depend on psi, and H_1' = H'. M is the mean torque of a motor on the frame beside a flywheel, 0 in the other cases.
 module gestell_model_exact_varied_frame
   use gestell_math_cosine_sine, only: cosine_sine
   use gestell_base_kinds, only: dp, pi
@@ -37,18 +39,20 @@ module gestell_model_exact_varied_frame
 
   public :: varied_frame
 
-  !> The linear system M q'' + B q' + C q = h whose M, B, C are the exact equations' derivatives along `motion`, so that its
-  !> multipliers are those of small changes of it. With `newton` the system agrees with the exact equations at `motion` too: its
-  !> periodic motion is the next iterate of Newton's method. Without, that is `motion` itself.
+  !> The linear system M q'' + B q' + C q = h whose M, B, C are the derivatives of the exact equations along `motion`. Its
+  !> multipliers decide the stability of `motion` against small disturbances. With `newton`, h makes the periodic solution the next
+  !> iterate of Newton's method, (36); without, the periodic solution is `motion` itself.
   type, extends(frame_type), public :: varied_frame_type
-    !> xi, eta, psi over theta = 2 pi t/T.
+    !> Displacements and rotations of all degrees of freedom as functions of theta = 2 pi t/T.
     type(series_type) :: motion
     logical :: newton = .true.
-    !> Whether the load is only what is left of the exact equations at `motion`: the periodic motion is Newton's step.
+    !> True if h is the negative residual of the exact equations at `motion`: the periodic solution is then the step of Newton's
+    !> method instead of the next iterate.
     logical :: lacking = .false.
-    !> The part of the excitation that acts, 0 to 1: a path from rest.
+    !> Part of the excitation that acts, 0 to 1; smaller parts make a path that starts from rest.
     real(dp) :: excitation = 1
-    !> In space, beside a flywheel: the frame's turning about the shaft, chi, and its mean rate (gestell_model_space_drive).
+    !> In space with a flywheel: the angle chi by which the frame has turned about the shaft, and the mean of its rate (rad/s)
+    !> (gestell_model_space_drive).
     type(series_type) :: spun
     real(dp) :: drift = 0
   contains
@@ -60,7 +64,7 @@ module gestell_model_exact_varied_frame
 
 contains
 
-  !> `frame` varied about `motion`, the three functions xi, eta, psi.
+  !> The frame linearised about `motion`.
   function varied_frame(frame, motion) result(varied)
     class(frame_type), intent(in) :: frame
     type(series_type), intent(in) :: motion
@@ -71,7 +75,8 @@ contains
     call varied%move_to(motion)
   end function varied_frame
 
-  !> The frame varied about another motion; over its turn the motor on the frame delivers what the dampers take.
+  !> Linearises the frame about another motion. If a motor on the frame drives a flywheel, its mean torque delivers the power that
+  !> the dampers dissipate over the turn.
   pure subroutine move_to(self, motion)
     class(varied_frame_type), intent(inout) :: self
     type(series_type), intent(in) :: motion
@@ -83,7 +88,7 @@ contains
     call self%motion%tabulate()
     self%motor_torque = 0
     if (self%held_by /= "flywheel") return
-    ! Powers are of second order in the motion: these points sum them but for what is of tenth.
+    ! The dissipated power is of second order in the motion; this number of points integrates it exactly up to terms of tenth order.
     points = 8 * (ubound(motion%cosine, 1) + 1)
     if (allocated(self%space)) then
       call spin_flywheel(self, points)
@@ -98,7 +103,8 @@ contains
     end do
   end subroutine move_to
 
-  !> What a flywheel makes of the motion in space: chi, whose rate is that of the frame about the shaft, and the motor's torque.
+  !> Computes, for a frame in space with a flywheel, the angle chi, whose rate is that of the frame about the shaft, and the mean
+  !> torque of the motor.
   pure subroutine spin_flywheel(self, points)
     class(varied_frame_type), intent(inout) :: self
     integer, intent(in) :: points
@@ -119,7 +125,7 @@ contains
     end do
     self%spun = series_through(rate)
     self%drift = self%spun%cosine(0, 1)
-    ! in the mean chi is n theta
+    ! the mean of chi is that of n theta
     self%spun%cosine(0, 1) = dot_product(self%space%drive%axis, self%motion%cosine(0, in_frame(4:)))
     do k = 1, ubound(self%spun%cosine, 1)
       associate (c => self%spun%cosine(k, 1), s => self%spun%sine(k, 1), frequency => 2 * pi * k / self%period)
@@ -131,7 +137,7 @@ contains
     call self%spun%tabulate()
   end subroutine spin_flywheel
 
-  !> At phases of the turn chi, its mean rate and the motor's torque, shape (phases, 3).
+  !> Angle chi (rad), mean of its rate (rad/s) and torque of the motor (N m) at phases of the turn, shape (phases, 3).
   pure function lag(self, phases)
     class(varied_frame_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)
@@ -146,7 +152,7 @@ contains
     lag(:, 3) = self%motor_torque
   end function lag
 
-  !> M, B, C, h at many phases of the turn.
+  !> Computes M, B, C (shape (phases, n, n)) and h (shape (phases, n)) of the n free degrees of freedom at phases of the turn.
   subroutine sample_second_order(self, phases, m, b, c, h)
     class(varied_frame_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)
@@ -177,7 +183,7 @@ contains
       call add_mounting(self%supports, q, v, turn, r, all_b, all_c)
     end if
     if (self%excitation < 1 .or. self%excitation > 1) then
-      ! what does not act of the load where the frame rests
+      ! the part of the load at rest that does not act
       call self%sample_at_rest(self%crank_angles(phases), [(k, k = 1, self%dofs())], rest_m, rest_b, rest_c, load)
       r = r + (1 - self%excitation) * load
     end if
@@ -200,7 +206,7 @@ contains
     end do
   end subroutine sample_second_order
 
-  !> What the masses add to the left sides and their derivatives, where E is `turn`.
+  !> Computes the left sides of the equations due to the masses, and their derivatives; `turn` is E.
   subroutine vary_inertia(frame, phases, q, v, a, turn, r, m, b, c)
     type(varied_frame_type), intent(in) :: frame
     real(dp), contiguous, intent(in) :: phases(:)
@@ -245,9 +251,10 @@ contains
     end if
   end subroutine vary_inertia
 
-  !> Which free degrees of freedom act on each other. As a rule rotations act on all others, and shifts as they do at rest. If only
-  !> some are damped, the matrices at many phases decide, so that a part without dampers can be proved undamped. This is not done
-  !> otherwise because each part costs as much as the whole frame. The phases are shifted by 1/pi against those of symmetries.
+  !> True for each pair of free degrees of freedom that is coupled. As a rule rotations are coupled to all others, and displacements
+  !> as about rest. If only some degrees of freedom are damped, the matrices at many phases decide, so that a part without dampers
+  !> can be proved undamped. This is not done in other cases because each part costs as much as the whole frame. The phases are
+  !> shifted by 1/pi against those of symmetries.
   function coupled(self)
     class(varied_frame_type), intent(in) :: self
     logical, allocatable :: coupled(:, :), turns(:)
@@ -261,7 +268,7 @@ contains
     coupled = connections(self, 1 / pi)
   end function coupled
 
-  !> Forces (N) and moment about F at rest (N m) on the ground, shape (dofs, points), for states x, shape (states, points).
+  !> Forces (N) and moments about F at rest (N m) on the ground, shape (dofs, points), for states x of shape (states, points).
   pure function ground_forces(self, x) result(forces)
     class(varied_frame_type), intent(in) :: self
     real(dp), intent(in) :: x(:, :)
@@ -282,7 +289,7 @@ contains
       & + matmul(v, transpose(self%foundation_damping)))
   end function ground_forces
 
-  !> E, dE/dpsi and E again, exactly.
+  !> E = exp(i psi), dE/dpsi and once more E, exactly (see `rotations` of gestell_model_frame).
   pure function rotations(self, psi)
     class(varied_frame_type), intent(in) :: self
     real(dp), intent(in) :: psi
@@ -293,7 +300,7 @@ contains
     rotations = exp(i * psi) * [(1.0_dp, 0.0_dp), i, (1.0_dp, 0.0_dp)]
   end function rotations
 
-  !> Potential energy of the mounting (J).
+  !> Potential energy of the mounting (J) at the displacement q.
   pure real(dp) function potential(self, q)
     class(varied_frame_type), intent(in) :: self
     real(dp), intent(in) :: q(3)
@@ -302,7 +309,8 @@ contains
       & + dot_product(q, matmul(self%foundation_stiffness, q)) / 2
   end function potential
 
-  !> Power that the mounting takes (W), dampers and the part of the foundation's stiffness that is not symmetric.
+  !> Power dissipated by the mounting (W) at the displacement q and velocity v: dampers and the asymmetric part of the foundation's
+  !> stiffness.
   pure real(dp) function dissipation(self, q, v)
     class(varied_frame_type), intent(in) :: self
     real(dp), intent(in) :: q(3), v(3)

@@ -1,4 +1,4 @@
-!> What the data of a frame must be.
+!> Checks the data of a frame.
 module gestell_model_frame_data
   use gestell_base_error, only: error_type, fatal_error, impossible_mechanism, invalid_input
   use gestell_base_kinds, only: dp, pi
@@ -10,13 +10,15 @@ module gestell_model_frame_data
 
   public :: check_frame_data, check_free, check_turning
 
-  !> A mechanism whose motion changes within less of the crank angle (rad) is refused.
+  !> Smallest angle scale that is accepted (rad): mechanisms whose motion changes noticeably within a smaller crank angle are
+  !> refused.
   real(dp), parameter :: least_angle_scale = 1.0e-4_dp
 
 contains
 
-  !> Errors: a parameter that is not finite or out of its range; speed zero.
+  !> Checks the numbers of a frame. Errors: a number is not finite; mass or inertia is negative; the speed is zero.
   subroutine check_frame_data(mass, inertia, origin, stiffness, damping, speed, error)
+    !> Units as in `new_frame`
     real(dp), intent(in) :: mass, inertia, origin(2), stiffness(3, 3), damping(3, 3), speed
     type(error_type), allocatable, intent(out) :: error
 
@@ -29,7 +31,8 @@ contains
     end if
   end subroutine check_frame_data
 
-  !> Error: the numbers of degrees of freedom that are free are not some of the first three or six, each once.
+  !> Checks the numbers of the free degrees of freedom. Fails if there are none, if one is outside 1 to `dofs` (3 or 6), or if one
+  !> occurs twice.
   subroutine check_free(free, dofs, error)
     integer, intent(in) :: free(:), dofs
     type(error_type), allocatable, intent(out) :: error
@@ -40,7 +43,8 @@ contains
     if (dofs > 3) call fatal_error(error, "the free degrees of freedom must be some of six, each once", invalid_input)
   end subroutine check_free
 
-  !> Errors: masses of a prepared mechanism that are none; it comes too close to a dead point.
+  !> Checks a mechanism that has been prepared. Errors: its mass or inertia is negative or not finite; it comes too close to a dead
+  !> point.
   subroutine check_turning(mechanism, error)
     class(mechanism_type), intent(in) :: mechanism
     type(error_type), allocatable, intent(out) :: error

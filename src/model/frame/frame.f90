@@ -1,4 +1,5 @@
-!> The elastically mounted frame of a mechanism: M q'' + B q' + C q = h with q = (xi, eta, psi), (8) to (12).
+!> The elastically mounted frame of a mechanism as a periodic system M q'' + B q' + C q = h with q = (xi, eta, psi). The equations
+!> are those about rest, (8) to (12) of doc/theory.md. A frame in space has six degrees of freedom.
 module gestell_model_frame
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
@@ -20,23 +21,25 @@ module gestell_model_frame
 
   public :: connections, new_frame, weigh_frame
 
-  !> Names of the degrees of freedom of the frame's centre of mass F, in the order of the matrices; a frame in space has all.
+  !> Names of the degrees of freedom of the frame's centre of mass F, in the order of the matrices. A frame in the plane has the
+  !> first three, a frame in space all six.
   character(len=7), parameter, public :: dof_names(6) = [character(len=7) :: "xi", "eta", "psi", "zeta", "rot_xi", "rot_eta"]
 
-  !> The frame as a periodic system; states (q, q') in m, rad, m/s, rad/s, time in s from crank angle 0.
+  !> The frame as a periodic system. Its states are (q, q') in m, rad, m/s, rad/s; its time (s) starts at crank angle 0.
   type, extends(mounted_system), public :: frame_type
-    !> J_F about F (kg m^2), the mechanism's origin O in the frame's system (m): xi_0, eta_0.
+    !> Moment of inertia J_F about F (kg m^2); origin O = (xi_0, eta_0) of the mechanism in the frame's axes (m).
     real(dp) :: inertia = 0, origin(2) = 0
-    !> Who holds the crank speed, one of `holders` of gestell_model_mechanism_held; what a flywheel has beyond the links (kg m^2),
-    !> 0: not known.
+    !> Who keeps the crank speed constant, one of `holders` of gestell_model_mechanism_held; moment of inertia of the flywheel
+    !> beyond that of the links (kg m^2), 0 if unknown.
     character(len=8) :: held_by = "motor"
     real(dp) :: flywheel_inertia = 0
-    !> The motor's torque, the mean, where the frame feels that alone (N m); of the exact frame, about rest there is none.
+    !> Mean torque of the motor (N m), if the motor stands on the frame and a flywheel keeps the speed. Only the exact frame uses
+    !> it; about rest it is 0.
     real(dp) :: motor_torque = 0
     class(mechanism_type), allocatable :: mechanism
-    !> What a frame in space has instead of mechanism and origin (gestell_model_frame_in_space).
+    !> The mechanisms of a frame in space, which replace `mechanism` and `origin` (gestell_model_frame_in_space).
     type(space_type), allocatable :: space
-    !> Whether the equations are those about rest, and not along a motion.
+    !> True if the equations are linearised about rest, false if about a motion.
     logical :: about_rest = .true.
   contains
     procedure :: matrices
@@ -58,21 +61,26 @@ module gestell_model_frame
 
 contains
 
-  !> A frame on its mounting with its mechanism, which is turned once. `free` defaults to all three. `stiffness` and
-  !> `damping` are the foundation's where `supports` are given, which are added to them, else those of the whole mounting. With
-  !> `gravity` (m/s^2, along xi and eta) all weigh, and q = 0 is where the machine rests under its weights. `held_by`: who holds the
-  !> speed, "motor" where it is missing.
-  !> Errors: a parameter that is not finite or out of its range; the mechanism cannot turn; as of `weigh` and `check_held`.
+  !> Makes a frame on its mounting, with its own copy of the mechanism, which is turned through once to check it. With `gravity` all
+  !> masses have weight, and q = 0 is the rest position of the machine under its weights. Errors: a number is not finite or out of
+  !> range; the mechanism cannot turn; the errors of `weigh_frame` and `check_held`.
   subroutine new_frame(frame, mechanism, mass, inertia, origin, stiffness, damping, speed, error, free, supports, gravity, held_by)
     type(frame_type), intent(out) :: frame
     class(mechanism_type), intent(in) :: mechanism
+    !> Mass (kg) and moment of inertia about F (kg m^2) of the frame without links; origin of the mechanism's axes seen from F (m);
+    !> stiffness (N/m, N, N m) and damping (N s/m, N s, N m s) of the foundation, or of the whole mounting without `supports`; crank
+    !> speed (rad/s, negative: clockwise)
     real(dp), intent(in) :: mass, inertia, origin(2), stiffness(3, 3), damping(3, 3), speed
     type(error_type), allocatable, intent(out) :: error
+    !> Numbers of the free degrees of freedom, 1 to 3 for xi, eta, psi; default: all three
     integer, intent(in), optional :: free(:)
+    !> Supports whose stiffness and damping are added to those of the foundation
     type(support_type), intent(in), optional :: supports(:)
+    !> Acceleration of gravity along xi and eta (m/s^2); default: no weights
     real(dp), intent(in), optional :: gravity(2)
+    !> Who keeps the speed constant, one of `holders`; default: "motor"
     character(len=*), intent(in), optional :: held_by
-    !> Roundings of each term of the load: of the joints' accelerations, and of the crank angle, up to 2 pi.
+    !> Number of rounding errors in each term of the load: in the accelerations of the joints and in the crank angle, up to 2 pi.
     real(dp), parameter :: share = 12
 
     if (present(supports)) then
@@ -103,7 +111,8 @@ contains
       if (allocated(error)) return
       frame%held_by = held_by
     end if
-    ! Near a dead point lengths lose twice the digits of the angle scale, about the sine of the transmission angle there.
+    ! Near a dead point, lengths lose twice as many digits as the angle scale, which is about the sine of the transmission angle
+    ! there.
     frame%rounding = epsilon(1.0_dp) / frame%mechanism%angle_scale**2
     frame%load_rounding = min(1.0_dp, share * frame%rounding * cancellation(frame%mechanism, frame%free, origin, mass, inertia, &
       & frame%even_in_space()))
@@ -111,10 +120,11 @@ contains
     if (present(gravity)) call frame%weigh([gravity, 0.0_dp], error)
   end subroutine new_frame
 
-  !> Gives all masses of a frame weight, as they are, and what carries them their static forces; `gravity` (m/s^2) along xi, eta,
-  !> zeta, which must be 0 in the plane. Errors: no spring carries the weights along some degree of freedom; they overflow.
+  !> Gives weight to all masses of a frame and sets the static forces of the mounting that carries them. Errors: no spring carries
+  !> the weights along some degree of freedom; the weights overflow.
   subroutine weigh_frame(frame, gravity, error)
     class(frame_type), intent(inout) :: frame
+    !> Acceleration of gravity along xi, eta, zeta (m/s^2); the last is 0 in the plane
     real(dp), intent(in) :: gravity(3)
     type(error_type), allocatable, intent(out) :: error
     complex(dp) :: swung
@@ -131,7 +141,7 @@ contains
     call new_weights(frame%weights, gravity, frame%mass + mass, mean, greatest, frame%stiffness, frame%supports, frame%free, error)
   end subroutine weigh_frame
 
-  !> As of any second-order system; what `new_frame` set is there, and the period is still that of the speed.
+  !> Checks a frame as any second-order system. Errors: `new_frame` has not made the frame; the period does not match the speed.
   subroutine check(self, error)
     class(frame_type), intent(in) :: self
     type(error_type), allocatable, intent(out) :: error
@@ -150,7 +160,7 @@ contains
     end if
   end subroutine check
 
-  !> M, B, C at a time (s), of the free degrees of freedom.
+  !> Computes M, B and C of the free degrees of freedom at a time (s).
   subroutine matrices(self, t, m, b, c)
     class(frame_type), intent(in) :: self
     real(dp), intent(in) :: t
@@ -163,7 +173,7 @@ contains
     c = all(1, :, :, 3)
   end subroutine matrices
 
-  !> h at a time (s), of the free degrees of freedom.
+  !> Computes the load h of the free degrees of freedom at a time (s).
   subroutine load(self, t, h)
     class(frame_type), intent(in) :: self
     real(dp), intent(in) :: t
@@ -174,7 +184,7 @@ contains
     h = all(1, :)
   end subroutine load
 
-  !> M, B, C, h at many phases of the turn.
+  !> Computes M, B, C (shape (phases, n, n)) and h (shape (phases, n)) of the n free degrees of freedom at phases of the period.
   subroutine sample_second_order(self, phases, m, b, c, h)
     class(frame_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)
@@ -184,7 +194,7 @@ contains
     call self%sample_at_rest(self%crank_angles(phases), self%free, m, b, c, h)
   end subroutine sample_second_order
 
-  !> The equations about rest at crank angles, of the degrees of freedom `free`.
+  !> Computes M, B, C and h about rest at crank angles (rad), for the degrees of freedom `free`.
   subroutine sample_at_rest(self, angles, free, m, b, c, h)
     class(frame_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: angles(:)
@@ -199,7 +209,8 @@ contains
     end if
   end subroutine sample_at_rest
 
-  !> The same in the plane, (9) to (12), by what the frame feels of the mechanism (gestell_model_mechanism_held).
+  !> Computes M, B, C and h about rest of a frame in the plane, (9) to (12), from the masses as the frame feels them
+  !> (gestell_model_mechanism_held).
   subroutine sample_in_plane(self, angles, free, m, b, c, h)
     class(frame_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: angles(:)
@@ -218,8 +229,8 @@ contains
     if (self%even_in_space() .and. psi > 0) c(:, psi, psi) = c(:, psi, psi) - self%speed**2 * slope
     if (present(h)) call set_load(free, self%speed, self%origin, load, h)
     if (.not. self%weights%act .or. psi == 0) return
-    ! Where the crank angle falls back by a part p of psi the masses' moment is S + i p S', and what changes with psi is that of
-    ! S + 2 i p S' - p^2 S''.
+    ! If the crank angle lags by a part p of psi, the first moment of the masses is S + i p S'. Its derivative with respect to psi
+    ! involves S + 2 i p S' - p^2 S''.
     associate (g => self%weights%gravity_in_plane(), mean => self%weights%mean)
       part = part_of_turn(self%mechanism, self%even_in_space())
       rest = self%mechanism%mass * cmplx(self%origin(1), self%origin(2), dp) - cmplx(mean(1), mean(2), dp)
@@ -229,14 +240,14 @@ contains
     end associate
   end subroutine sample_in_plane
 
-  !> Whether the crank turns evenly in space, and not against the frame.
+  !> True if the crank turns evenly in space, false if it turns evenly relative to the frame.
   pure logical function even_in_space(self)
     class(frame_type), intent(in) :: self
 
     even_in_space = self%held_by /= "motor"
   end function even_in_space
 
-  !> Crank angles (rad) at these phases of the period.
+  !> Crank angles (rad) at phases of the period.
   pure function crank_angles(self, phases) result(angles)
     class(frame_type), intent(in) :: self
     real(dp), intent(in) :: phases(:)
@@ -245,8 +256,8 @@ contains
     angles = sign(2 * pi, self%speed) * phases
   end function crank_angles
 
-  !> Tabulates the mechanism at these phases, for all cases with the same mechanism that ask for exactly these: the speed
-  !> (but for its sign), masses, stiffness and damping may change afterwards.
+  !> Tabulates the mechanism at `phases`. All cases with this mechanism that request exactly these phases use the table. The
+  !> magnitude of the speed, masses, stiffness and damping may change afterwards; the sign of the speed may not.
   subroutine remember(self, phases)
     class(frame_type), intent(inout) :: self
     real(dp), intent(in) :: phases(:)
@@ -266,7 +277,7 @@ contains
     if (allocated(plain)) call move_alloc(plain, self%mechanism)
   end subroutine remember
 
-  !> Which of the free degrees of freedom act on each other about rest.
+  !> True for each pair of free degrees of freedom that the equations about rest couple, shape (n, n).
   function coupled(self)
     class(frame_type), intent(in) :: self
     logical, allocatable :: coupled(:, :)
@@ -274,10 +285,11 @@ contains
     coupled = connections(self, 0.0_dp)
   end function coupled
 
-  !> Which free degrees of freedom the matrices couple at equidistant phases, or at the first ones that connect all. The phases are
-  !> moved by the part `shift` of their distance.
+  !> True for each pair of free degrees of freedom that M, B or C couples at equidistant phases, shape (n, n). The search ends early
+  !> once all are connected.
   function connections(frame, shift) result(coupled)
     class(frame_type), intent(in) :: frame
+    !> Shift of the phases as a part of their distance, 0 to 1
     real(dp), intent(in) :: shift
     logical, allocatable :: coupled(:, :)
     real(dp), dimension(4, size(frame%free), size(frame%free)) :: m, b, c
@@ -292,7 +304,7 @@ contains
     end do
   end function connections
 
-  !> Whether the first degree of freedom acts on all others, be it through others.
+  !> True if the first degree of freedom is coupled to all others, directly or through others.
   pure logical function all_connected(coupled)
     logical, intent(in) :: coupled(:, :)
     logical :: reached(size(coupled, 1))
@@ -307,8 +319,9 @@ contains
     all_connected = all(reached)
   end function all_connected
 
-  !> The model with M, B, C averaged over the turn. The periodic parts of B and C are derivatives with respect to the crank angle,
-  !> (10), (11), and have no mean, nor has that of the weights: what is left is the mounting's own and the weights' at rest.
+  !> Computes the model with M, B and C averaged over the turn, and bounds on its rounding errors. The periodic parts of B and C in
+  !> (10) and (11) are derivatives with respect to the crank angle and have zero mean, and so has the periodic part of the weights.
+  !> The means of B and C are therefore those of the mounting and, in C, of the weights at rest.
   subroutine averaged(self, model)
     class(frame_type), intent(in) :: self
     type(averaged_system), intent(out) :: model
@@ -330,8 +343,8 @@ contains
     model%c_error = moved(self%free, self%free)
   end subroutine averaged
 
-  !> Means over the turn of M, of the gyroscopic moments G in B, which only space has, and of C about rest, of the `free` degrees
-  !> of freedom.
+  !> Computes, for the degrees of freedom `free`, the means over the turn of M, of the gyroscopic part G of B (0 in the plane), and
+  !> of C about rest.
   subroutine mean_matrices(self, free, m, g, c)
     class(frame_type), intent(in) :: self
     integer, intent(in) :: free(:)
@@ -353,8 +366,8 @@ contains
     where (abs(g) <= 64 * epsilon(1.0_dp) * maxval(abs(all_b), dim=1)) g = 0
   end subroutine mean_matrices
 
-  !> Natural angular frequencies (rad/s) of the undamped frame about rest, with these means, as `solve_natural_frequencies` has
-  !> them, and its errors.
+  !> Computes the natural angular frequencies (rad/s) of the undamped frame about rest from the mean matrices. Errors: those of
+  !> `check` and `solve_natural_frequencies`.
   subroutine natural_frequencies(self, frequencies, error)
     class(frame_type), intent(in) :: self
     real(dp), allocatable, intent(out) :: frequencies(:)
@@ -367,16 +380,16 @@ contains
     call solve_natural_frequencies(m, g, (c + transpose(c)) / 2, frequencies, error)
   end subroutine natural_frequencies
 
-  !> How many degrees of freedom there are, free or not: three, in space six.
+  !> Number of degrees of freedom, free or locked: three in the plane, six in space.
   pure integer function dofs(self)
     class(frame_type), intent(in) :: self
 
     dofs = merge(6, 3, allocated(self%space))
   end function dofs
 
-  !> Whether the equations of the degrees of freedom `chosen` of those that are free are those of a Lagrangian: nothing damps them,
-  !> their stiffness is symmetric; in space also that the drive stands on the frame, and that of two rotations nothing is left out,
-  !> as it is about rest.
+  !> True if the equations of the degrees of freedom free(chosen) derive from a Lagrangian: no damping, symmetric stiffness. In
+  !> space the crank must also turn evenly relative to the frame. With two or more rotations the equations in space about rest leave
+  !> out terms and do not qualify.
   pure logical function conserves(self, chosen)
     class(frame_type), intent(in) :: self
     integer, intent(in) :: chosen(:)
@@ -386,7 +399,7 @@ contains
       associate (c => self%stiffness(free, free))
         conserves = .not. (any(abs(self%damping(free, free)) > 0) .or. any(abs(c - transpose(c)) > 0))
       end associate
-      ! Once the frame turns, dampers along the others act too.
+      ! If the frame rotates, dampers along its other degrees of freedom act too.
       if (any(is_rotation(free))) conserves = conserves &
         & .and. .not. any([(self%supports(i)%damping > 0, i = 1, size(self%supports))])
       if (allocated(self%space)) conserves = conserves &
@@ -394,7 +407,7 @@ contains
     end associate
   end function conserves
 
-  !> Forces (N) and moment about F at rest (N m) of supports and foundation on the ground, shape (dofs, points), for states
+  !> Forces (N) and moments about F at rest (N m) that supports and foundation exert on the ground, shape (dofs, points), for states
   !> x of shape (states, points).
   pure function ground_forces(self, x) result(forces)
     class(frame_type), intent(in) :: self
@@ -406,8 +419,8 @@ contains
       & + matmul(self%damping(:, self%free), x(size(self%free) + 1:, :))
   end function ground_forces
 
-  !> The complex numbers E that turns vectors of the plane with the frame, which has turned by psi, and dE/dpsi; E as weights
-  !> need it. About rest the first is that to first order, the last to second order.
+  !> E = exp(i psi), which rotates vectors of the plane with the frame, then dE/dpsi, then E as the weights need it. About rest the
+  !> first is exact to first order in psi, the last to second order.
   pure function rotations(self, psi)
     class(frame_type), intent(in) :: self
     real(dp), intent(in) :: psi
@@ -418,7 +431,7 @@ contains
     rotations = [cmplx(1, psi, dp), (0.0_dp, 1.0_dp), cmplx(1 - psi**2 / 2, psi, dp)]
   end function rotations
 
-  !> Potential energy of the mounting (J).
+  !> Potential energy of the mounting (J) at the displacement q.
   pure real(dp) function potential(self, q)
     class(frame_type), intent(in) :: self
     real(dp), intent(in) :: q(3)
@@ -426,7 +439,7 @@ contains
     potential = dot_product(q, matmul(self%stiffness + load_matrix(self%supports, 3), q)) / 2
   end function potential
 
-  !> Power that the mounting takes (W), dampers and the part of the stiffness that is not symmetric.
+  !> Power dissipated by the mounting (W) at the displacement q and velocity v: dampers and the asymmetric part of the stiffness.
   pure real(dp) function dissipation(self, q, v)
     class(frame_type), intent(in) :: self
     real(dp), intent(in) :: q(3), v(3)
@@ -435,7 +448,7 @@ contains
       & + dot_product(v, matmul(self%stiffness - transpose(self%stiffness), q)) / 2
   end function dissipation
 
-  !> Mean speed of the drive (rad/s); `speed` is that of a shaft that turns once in the period.
+  !> Mean speed of the drive (rad/s). `speed` belongs to a shaft that turns once in the period.
   pure real(dp) function drive_speed(self)
     class(frame_type), intent(in) :: self
 

@@ -1,4 +1,4 @@
-!> The frame behind a system.
+!> Finds the frame that a periodic system represents.
 module gestell_model_frame_frame_of
   use gestell_model_frame, only: frame_type
   use gestell_system_averaged, only: averaged_system
@@ -10,7 +10,7 @@ module gestell_model_frame_frame_of
 
 contains
 
-  !> The frame that `system` is or that it is the averaged model of; null where it is neither.
+  !> Pointer to the frame if `system` is a frame or the averaged model of one; null otherwise.
   function frame_of(system) result(frame)
     class(periodic_system), intent(in), target :: system
     class(frame_type), pointer :: frame

@@ -1,4 +1,4 @@
-!> A frame of the plane put into space.
+!> Turns a frame of the plane into a frame in space with six degrees of freedom.
 module gestell_model_frame_in_space
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
@@ -17,21 +17,24 @@ module gestell_model_frame_in_space
 
 contains
 
-  !> Gives a `frame`, as `new_frame` has made it with its foundation, the tensor of `inertia` about F (kg m^2), mechanisms in their
-  !> `planes` in the place of its own, `supports`, and the degrees of freedom that are `free`, of six. `stiffness` and `damping` are
-  !> the foundation's in the order of these, where the frame's own of (xi, eta, psi) are not all. `drive`: who holds the speed, the
-  !> motor where it is missing.
-  !> Errors: numbers that are not finite or out of range; a mechanism that cannot turn.
+  !> Puts into space a `frame` that `new_frame` has made with its foundation: gives it an inertia tensor, mechanisms in several
+  !> planes, supports and six degrees of freedom. Errors: a number is not finite or out of range; a mechanism cannot turn.
   subroutine put_in_space(frame, inertia, planes, supports, free, error, stiffness, damping, drive)
     type(frame_type), intent(inout) :: frame
+    !> Inertia tensor of the frame about F (kg m^2)
     real(dp), intent(in) :: inertia(3, 3)
+    !> The mechanisms, each in its plane; they replace the frame's mechanism
     type(plane_type), intent(in) :: planes(:)
     type(support_type), intent(in) :: supports(:)
+    !> Numbers of the free degrees of freedom, 1 to 6
     integer, intent(in) :: free(:)
     type(error_type), allocatable, intent(out) :: error
+    !> Stiffness and damping of the foundation in the frame's order of degrees of freedom; default: the frame's matrices of (xi,
+    !> eta, psi)
     real(dp), intent(in), optional :: stiffness(6, 6), damping(6, 6)
+    !> Who keeps the speed constant; default: the motor
     type(drive_type), intent(in), optional :: drive
-    !> As of the plane (gestell_model_frame).
+    !> Number of rounding errors in each term of the load, as in gestell_model_frame.
     real(dp), parameter :: share = 12
     type(plane_type), allocatable :: prepared(:)
     real(dp) :: c(6, 6), b(6, 6)
@@ -79,10 +82,12 @@ contains
     frame%load_rounding = min(1.0_dp, share * frame%rounding * frame%space%cancellation(frame%mass, free))
   end subroutine put_in_space
 
-  !> The planes of a linkage: the frame's own at its `origin` from F (m), and those whose `origins` from there (m) and `axes` these
-  !> are, shapes (3, planes), (3, 3, planes); each has the links that move in it. Planes without links are left out.
+  !> Splits a linkage into its planes: the plane of the frame, number 0, and those given. Each plane keeps the links that move in
+  !> it; planes without links are left out.
   subroutine planes_of(linkage, origin, origins, axes, planes)
     type(linkage_type), intent(in) :: linkage
+    !> Origin of plane 0 seen from F (m); origins of the other planes seen from there (m), shape (3, planes); their axes as columns,
+    !> shape (3, 3, planes)
     real(dp), intent(in) :: origin(3), origins(:, :), axes(:, :, :)
     type(plane_type), allocatable, intent(out) :: planes(:)
     integer :: k, n
@@ -104,7 +109,8 @@ contains
     end do
   end subroutine planes_of
 
-  !> Whether a tensor is no body's: of its principal moments each is at most the sum of the two others (but for rounding).
+  !> True if no rigid body has this inertia tensor: a principal moment is negative or exceeds the sum of the other two. A relative
+  !> tolerance of 1e-9 allows for rounding.
   logical function negative(inertia)
     real(dp), intent(in) :: inertia(3, 3)
     real(dp), parameter :: rounding = 1.0e-9_dp

@@ -1,5 +1,5 @@
-!> Shaking forces: what mechanisms exert on a frame that stands still, without weights. Their moments are about F at rest, as all
-!> moments on the ground; the couples of the balance table alone are about O.
+!> Shaking forces: the forces that mechanisms exert on a frame at rest, without weights. Moments are about F at rest, except those
+!> of the balance table (`shaking_in_space`), which are about O.
 module gestell_model_frame_shaking
   use gestell_base_kinds, only: dp
   use gestell_math_series_fourier, only: fourier_series, fourier_type
@@ -15,23 +15,24 @@ module gestell_model_frame_shaking
 
   public :: shaking_in_space, shaking_loads, shaking_terms, turning_vectors
 
-  !> Over the period, each f = mean + sum of amplitude(k) cos(k theta + phase(k)), theta from 0 to 2 pi.
+  !> Shaking forces in space over the period. Each component is f = mean + sum of amplitude(k) cos(k theta + phase(k)), with theta
+  !> from 0 to 2 pi.
   type, public :: space_shaking_type
-    !> Forces along xi, eta, zeta (N), couples about them through O (N m).
+    !> Forces along xi, eta, zeta (N), then moments about axes parallel to them through O (N m).
     type(fourier_type) :: series(6)
-    !> Greatest size over the period and rms of these; what is below `noise` is rounding of the parts.
+    !> Maximum absolute value over the period and rms of each component; absolute values below `noise` are rounding (N, N m).
     real(dp), dimension(6) :: peak = 0, rms = 0, noise = 0
-    !> The shaft: the normal of the first mechanism's plane.
+    !> Direction of the shaft: the unit normal to the plane of the first mechanism.
     real(dp) :: shaft(3) = [0, 0, 1]
-    !> Of what lies across the shaft, size of the vectors that turn with the crank and against it, shape (orders, 2), of forces
-    !> (N) and of couples (N m).
+    !> Magnitudes of the rotating vectors perpendicular to the shaft, of force (N) and couple (N m), shape (orders, 2). Column 1
+    !> turns with the crank, column 2 against it.
     real(dp), allocatable :: force(:, :), couple(:, :)
   end type space_shaking_type
 
 contains
 
-  !> The load h of the equations about rest without weights at `phases` of the turn, of all degrees of freedom in the frame's order,
-  !> shape (phases, dofs): forces (N) and moments about F at rest (N m).
+  !> Computes the load h of the equations about rest without weights, shape (phases, dofs): forces (N) and moments about F at rest
+  !> (N m) of all degrees of freedom in the frame's order.
   subroutine shaking_loads(frame, phases, loads)
     class(frame_type), intent(in) :: frame
     real(dp), contiguous, intent(in) :: phases(:)
@@ -48,8 +49,8 @@ contains
     end if
   end subroutine shaking_loads
 
-  !> Bounds on the sums of the absolute terms of these loads, shape (dofs): what the terms cancel to is known to their roundings
-  !> only.
+  !> Bounds on the sums of the absolute terms of `shaking_loads`, shape (dofs). Where the terms cancel, digits are lost: the load is
+  !> only accurate to the rounding errors of its terms.
   pure function shaking_terms(frame) result(terms)
     class(frame_type), intent(in) :: frame
     real(dp) :: terms(frame%dofs())
@@ -69,12 +70,12 @@ contains
     terms = frame%speed**2 * terms
   end function shaking_terms
 
-  !> Orders, peaks and vectors of the same loads of a frame in space, their moments taken about O instead of F.
+  !> Computes harmonics, maxima and rotating vectors of the shaking forces of a frame in space, with moments about O instead of F.
   subroutine shaking_in_space(frame, found)
     class(frame_type), intent(in) :: frame
     type(space_shaking_type), intent(out) :: found
     integer, parameter :: most = 8192
-    !> Samples are known to so much of the sum of the absolute terms.
+    !> Relative accuracy of the samples with respect to the sum of the absolute terms.
     real(dp), parameter :: rounding = 1.0e-12_dp
     real(dp), allocatable :: h(:, :)
     real(dp) :: terms(2)
@@ -107,9 +108,9 @@ contains
     end associate
   end subroutine shaking_in_space
 
-  !> Of a vector in space with these components, across the shaft, of the orders 1, 2, ..., shape (orders, 2): with Re C_x
-  !> e^(ik theta) along x and Re C_y e^(ik theta) along y it is F+ e^(ik theta) + F- e^(-ik theta) in the plane x + iy,
-  !> |F+-| = |C_x +- i C_y| / 2.
+  !> Magnitudes of the two rotating vectors that make up the part of `series` in the plane of x and y, shape (orders, 2), for the
+  !> orders 1, 2, .... With Re C_x e^(ik theta) along x and Re C_y e^(ik theta) along y the vector is F+ e^(ik theta) + F- e^(-ik
+  !> theta) in the plane x + iy, where |F+-| = |C_x +- i C_y| / 2.
   pure function turning_vectors(series, orders, x, y) result(sizes)
     type(fourier_type), intent(in) :: series(3)
     integer, intent(in) :: orders
