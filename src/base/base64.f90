@@ -1,4 +1,4 @@
-!> Bytes as text of 64 letters (RFC 4648, section 4).
+!> Encodes bytes as text of 64 letters (base64, RFC 4648, section 4).
 module gestell_base_base64
   implicit none (type, external)
   private
@@ -9,7 +9,7 @@ module gestell_base_base64
 
 contains
 
-  !> Every three bytes as four letters; `=` fills the last four.
+  !> Encodes every three bytes as four letters; `=` fills the last group.
   pure subroutine base64(bytes, encoded)
     character(len=*), intent(in) :: bytes
     character(len=:), allocatable, intent(out) :: encoded

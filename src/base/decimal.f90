@@ -1,4 +1,5 @@
-!> Decimal digits of numbers, several times as fast as they are written by formats: writing is most of a fast sweep's time.
+!> Converts real numbers to decimal digits several times as fast as Fortran formats do: a fast sweep spends most of its time on
+!> writing numbers.
 module gestell_base_decimal
   use gestell_base_kinds, only: dp
   use, intrinsic :: iso_fortran_env, only: int64, qp => real128
@@ -7,29 +8,33 @@ module gestell_base_decimal
 
   public :: find_digits, round_to_digits, round_to_places
 
-  !> Whole numbers of 128 bits.
+  !> Kind of integers of 128 bits.
   integer, parameter :: wide = selected_int_kind(38)
 
-  !> Digits that tell a number.
+  !> Significant decimal digits that identify a double-precision number.
   integer, parameter, public :: all_digits = 17
-  !> Exponents of two beyond which numbers would need longer tables.
+  !> Binary exponents of this size or more exceed the tables of powers.
   integer, parameter :: farthest = 990
-  !> Counts in the tables, no more.
+  !> Index of the implied loops below only.
   integer :: i
-  !> Powers of ten, cut off to 74 bits: 10^i = power(i) * 2^power_of_two(i).
+  !> Powers of ten, truncated to 74 bits: 10^i = power(i) * 2^power_of_two(i).
   integer(wide), parameter :: power(-300:320) = [(int(scale(10.0_qp**i, 74 - exponent(10.0_qp**i)), wide), i = -300, 320)]
   integer, parameter :: power_of_two(-300:320) = [(exponent(10.0_qp**i) - 74, i = -300, 320)]
   integer(int64), parameter :: ten(0:all_digits) = [(10_int64**i, i = 0, all_digits)]
 
 contains
 
-  !> The whole number that `value`, without its sign, is with so many significant digits, and the exponent of the first of them; as
-  !> of `find_digits`, and not `decided` beyond 17 digits.
+  !> Rounds abs(value) to `count` significant digits: abs(value) = whole * 10^(exponent - count + 1) after rounding.
   pure subroutine round_to_digits(value, count, whole, exponent, decided)
+    !> Number to round; its sign is ignored
     real(dp), intent(in) :: value
+    !> Number of significant digits, at least 1
     integer, intent(in) :: count
+    !> The digits as an integer; 0 if `value` is zero
     integer(int64), intent(out) :: whole
+    !> Decimal exponent of the first digit
     integer, intent(out) :: exponent
+    !> False if the result is not certain (see `find_digits`) or `count` exceeds 17: use a Fortran format instead
     logical, intent(out) :: decided
 
     call find_digits(value, whole, exponent, decided)
@@ -41,11 +46,13 @@ contains
     exponent = exponent + 1
   end subroutine round_to_digits
 
-  !> The whole number of units 10^-places, 0 or more places, that `value` is without its sign; not `decided` beyond 17 digits too.
+  !> Rounds abs(value) to an integer multiple of 10^-places: abs(value) = whole * 10^-places after rounding.
   pure subroutine round_to_places(value, places, whole, decided)
     real(dp), intent(in) :: value
+    !> Number of decimal places, 0 or more
     integer, intent(in) :: places
     integer(int64), intent(out) :: whole
+    !> False if the result is not certain (see `find_digits`) or would have more than 17 digits
     logical, intent(out) :: decided
     integer :: exponent, count
 
@@ -57,7 +64,8 @@ contains
     if (decided .and. count >= 0) call round_off(all_digits - count, whole, decided)
   end subroutine round_to_places
 
-  !> Drops so many digits, 0 to 17, of those that were rounded once; not `decided` where half of the last one is left that stays.
+  !> Drops the last digits, 0 to 17, of a number that has been rounded once before. `decided` is false if exactly half of the last
+  !> remaining place is dropped: the first rounding hides the correct direction.
   pure subroutine round_off(dropped, whole, decided)
     integer, intent(in) :: dropped
     integer(int64), intent(inout) :: whole
@@ -70,12 +78,15 @@ contains
     if (twice > ten(dropped)) whole = whole + 1
   end subroutine round_off
 
-  !> The 17 digits and the exponent of a number without its sign, 0 and 0 of zero; not `decided` if the table of powers is too short
-  !> to tell them or to which side the last digit is rounded, or if it is no number.
+  !> Computes the 17 significant digits of abs(value): abs(value) = digits * 10^(exponent - 16) after rounding.
   pure subroutine find_digits(value, digits, exponent, decided)
     real(dp), intent(in) :: value
+    !> 17 digits as an integer; 0 if `value` is zero
     integer(int64), intent(out) :: digits
+    !> Decimal exponent of the first digit; 0 if `value` is zero
     integer, intent(out) :: exponent
+    !> False if the truncated powers of ten do not determine the digits or the rounding of the last one, or if `value` is NaN or
+    !> infinite
     logical, intent(out) :: decided
     real(dp), parameter :: decades_of_two = 0.30102999566398120_dp
     integer(int64), parameter :: hidden_bit = 2_int64**52
@@ -83,7 +94,7 @@ contains
     integer(int64) :: bits
     integer :: binary, places
 
-    ! value = mantissa * 2^binary, the mantissa between 2^52 and 2^53; nothing is compared, for NaN would raise an exception
+    ! value = mantissa * 2^binary with 2^52 <= mantissa < 2^53. Bits instead of comparisons: comparing NaN raises an exception.
     bits = transfer(value, bits)
     digits = 0
     exponent = 0
@@ -91,7 +102,7 @@ contains
     binary = int(iand(shiftr(bits, 52), 2047_int64)) - 1075
     if (abs(binary + 52) >= farthest) return
     bits = ior(iand(bits, hidden_bit - 1), hidden_bit)
-    ! never above the true exponent, and below it by one at the most
+    ! this estimate is the true exponent or one less
     exponent = floor((binary + 52) * decades_of_two)
     product = bits * power(16 - exponent)
     places = -(binary + power_of_two(16 - exponent))
@@ -103,7 +114,7 @@ contains
     digits = int(shiftr(product, places), int64)
     rest = product - shiftl(int(digits, wide), places)
     half = shiftl(1_wide, places - 1)
-    ! the power lacks less than one in its last place
+    ! the truncated power of ten is too small by less than one unit in its last place
     decided = abs(rest - half) > bits
     if (rest > half) digits = digits + 1
     if (digits < ten(17)) return

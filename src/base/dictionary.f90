@@ -1,18 +1,19 @@
-!> Words and their positions in a list, found in a time that does not depend on how many there are.
+!> A list of words with a hash table: looking up a word takes the same time however long the list is.
 module gestell_base_dictionary
   use gestell_base_hash, only: hash_start, mix_text
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
-  !> Blanks at the end of a word do not count.
+  !> A list of words; trailing blanks of a word are ignored.
   type, public :: dictionary_type
     private
     integer :: count = 0
-    !> All words in a row, and where each begins, less one, and the last one ends: both with room for more.
+    !> `text` holds all words one after the other. Word k occupies text(ends(k) + 1:ends(k + 1)). Both arrays have spare room.
     character(len=:), allocatable :: text
     integer, allocatable :: ends(:)
-    !> Positions in the list, or 0: each word stands where its hash points to, or in the next free slot. At least half are free.
+    !> The hash table: each slot holds the position of a word in the list, or 0. A word is in the slot of its hash or in the next
+    !> free one. At least half of the slots are free.
     integer, allocatable :: slots(:)
   contains
     procedure :: add
@@ -21,7 +22,7 @@ module gestell_base_dictionary
 
 contains
 
-  !> Puts a word at the end of the list, whether it is there already or not.
+  !> Appends a word to the list, even if the list contains it already.
   pure subroutine add(self, word)
     class(dictionary_type), intent(inout) :: self
     character(len=*), intent(in) :: word
@@ -37,7 +38,7 @@ contains
     self%slots(i) = self%count
   end subroutine add
 
-  !> The first position of a word in the list, 0 where it is not there.
+  !> First position of a word in the list; 0 if the list does not contain it.
   pure integer function position(self, word)
     class(dictionary_type), intent(in) :: self
     character(len=*), intent(in) :: word
@@ -54,8 +55,8 @@ contains
     position = 0
   end function position
 
-  !> Room for one more word of that length: twice as much as before where it is short. The words keep their order, so the first
-  !> of equal ones is still found first.
+  !> Makes room for one more word of `length` characters, doubling the arrays if they are full. Words are hashed again in their
+  !> order, so that the first of equal words is still found first.
   pure subroutine make_room(self, length)
     class(dictionary_type), intent(inout) :: self
     integer, intent(in) :: length
@@ -79,7 +80,7 @@ contains
     end do
   end subroutine make_room
 
-  !> Where a word that is not there yet belongs.
+  !> First free slot for a new word.
   pure integer function free_slot(slots, word) result(i)
     integer, intent(in) :: slots(:)
     character(len=*), intent(in) :: word

@@ -1,4 +1,4 @@
-!> The one way in which the library reports a failure: the last, allocatable argument of a procedure.
+!> Defines the error that a procedure of the library returns in its last, allocatable argument.
 module gestell_base_error
   use gestell_base_words, only: put_on_one_line
   implicit none (type, external)
@@ -6,36 +6,40 @@ module gestell_base_error
 
   public :: error_type, fatal_error
 
-  !> What went wrong: unallocated where all is well.
+  !> Describes a failure; an unallocated error means success.
   type :: error_type
-    !> One line for the user, of bounded length and without a final full stop.
+    !> One line for the user, of bounded length and without a final full stop
     character(len=:), allocatable :: message
-    !> Kind of the failure; the driver's exit code.
+    !> Kind of the failure (`wrong_usage`, `invalid_input`, ...); also the exit code of the program
     integer :: code = 0
-    !> What programs have to tell from other failures; 0: nothing of that.
+    !> Cause that a calling program may need to test: `resonance`, `no_convergence`, or 0 for any other cause
     integer :: cause = 0
-    !> What the message is about, as "joint 'B'", where that is one part of the machine.
+    !> Name of the machine's part that is at fault, such as "joint 'B'"; unallocated if it is no single part
     character(len=:), allocatable :: subject
-    !> Whether it is that a file cannot be written.
+    !> True if a file could not be written
     logical :: unwritten = .false.
   end type error_type
 
+  !> Values of `code`
   integer, parameter, public :: wrong_usage = 1
   integer, parameter, public :: invalid_input = 2
   integer, parameter, public :: impossible_mechanism = 3
   integer, parameter, public :: failed_computation = 4
 
-  !> What a failure can come from: a free vibration that nothing damps meets the excitation, so that there is no periodic one; an
-  !> iteration goes astray.
+  !> Values of `cause`. `resonance`: the excitation meets an undamped natural frequency, so that no periodic vibration exists.
+  !> `no_convergence`: an iteration does not converge.
   integer, parameter, public :: resonance = 1, no_convergence = 2
 
 contains
 
-  !> Raises `error` with a message, one of the codes above and the part that it is about.
+  !> Allocates `error` and sets its message, code and subject.
   pure subroutine fatal_error(error, message, code, subject)
     type(error_type), allocatable, intent(out) :: error
+    !> Any text; it is shortened and put on one line
     character(len=*), intent(in) :: message
+    !> `wrong_usage`, `invalid_input`, `impossible_mechanism` or `failed_computation`
     integer, intent(in) :: code
+    !> Part of the machine that is at fault, such as "joint 'B'"
     character(len=*), intent(in), optional :: subject
 
     allocate(error)

@@ -1,5 +1,5 @@
-!> What POSIX can do with files and Fortran cannot. Names are those of the program, without blanks at the end. Where something
-!> fails, `last_reason` tells why, in the system's words, until the next call.
+!> File operations of POSIX that Fortran lacks. Names of files have no trailing blanks. After a failure `last_reason` returns the
+!> system's explanation until the next call.
 module gestell_base_files
   use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_int, c_int64_t, c_intptr_t, c_null_char, c_ptr, c_size_t
   use, intrinsic :: iso_fortran_env, only: int64
@@ -9,10 +9,10 @@ module gestell_base_files
   public :: close_file, copy_text, create_file, file_size, is_there, last_reason, link_file, lock_file, make_directory, &
     & open_to_read, open_to_write, read_at, read_some, remove_file, remove_folder, rename_file, try_lock, unlock_file, write_whole
 
-  !> LOCK_SH, LOCK_EX and LOCK_NB of flock, O_WRONLY, the rights of a file and a folder that are made.
+  !> Flags of flock (LOCK_SH, LOCK_EX, LOCK_NB) and of open (O_WRONLY); permissions of new files and folders.
   integer(c_int), parameter :: together = 1, exclusive = 2, without_waiting = 4, only_to_write = 1
   integer(c_int), parameter :: rights = int(o"666", c_int), folder_rights = int(o"777", c_int)
-  !> ENOENT; EEXIST; EINTR; EWOULDBLOCK of Linux and of BSD.
+  !> Values of errno: ENOENT; EEXIST; EINTR; EWOULDBLOCK on Linux and on BSD.
   integer(c_int), parameter :: not_there = 2, exists_already = 17, interrupted = 4, would_block(2) = [11, 35]
 
   abstract interface
@@ -34,10 +34,10 @@ module gestell_base_files
   procedure(of_two_paths), bind(c, name="rename") :: c_rename
   procedure(of_two_paths), bind(c, name="link") :: c_link
 
-  ! gfortran 12 passes numbers by reference to a procedure that has its interface by name, in spite of `value`: the others have
-  ! interfaces of their own.
+  ! gfortran 12 ignores `value` in a procedure declared by an interface name and passes numbers by reference. Procedures with
+  ! numbers therefore have explicit interfaces.
   interface
-    !> POSIX mkdir and creat; mode_t is passed as an int, as variables of its size are.
+    !> POSIX mkdir and creat. The argument mode_t may be shorter than an int, but C passes it as an int.
     integer(c_int) function c_mkdir(path, mode) bind(c, name="mkdir")
       import :: c_char, c_int
       implicit none (type, external)
@@ -52,7 +52,7 @@ module gestell_base_files
       integer(c_int), value :: mode
     end function c_creat
 
-    !> POSIX open of what is there: without a mode.
+    !> POSIX open for an existing file, which needs no mode.
     integer(c_int) function c_open(path, flags) bind(c, name="open")
       import :: c_char, c_int
       implicit none (type, external)
@@ -128,7 +128,7 @@ module gestell_base_files
       type(c_ptr), value :: words
     end function c_strlen
 
-    !> errno, which C has as a macro: the procedure of gfortran's library behind its ierrno.
+    !> Returns errno. It is a macro in C, so this calls the procedure of gfortran's library behind its intrinsic ierrno.
     integer(c_int) function errno() bind(c, name="_gfortran_ierrno_i4")
       import :: c_int
       implicit none (type, external)
@@ -137,14 +137,14 @@ module gestell_base_files
 
 contains
 
-  !> Why the last call failed.
+  !> The system's explanation of why the last call failed.
   function last_reason() result(words)
     character(len=:), allocatable :: words
 
     call copy_text(c_strerror(errno()), words)
   end function last_reason
 
-  !> The characters of a text of C, which ends with a zero, at an address that is not null.
+  !> Copies a zero-terminated C string. The address must not be null.
   subroutine copy_text(address, text)
     type(c_ptr), intent(in) :: address
     character(len=:), allocatable, intent(out) :: text
@@ -158,22 +158,22 @@ contains
     end do
   end subroutine copy_text
 
-  !> Bytes of a file, -1 where there is none.
+  !> Size of a file (bytes); -1 if the file does not exist.
   integer(int64) function file_size(name)
     character(len=*), intent(in) :: name
 
     inquire (file=name, size=file_size)
   end function file_size
 
-  !> Whether there is a file or folder of this name.
+  !> True if a file or folder of this name exists.
   logical function is_there(name)
     character(len=*), intent(in) :: name
 
     is_there = c_access(name // c_null_char, 0_c_int) == 0
   end function is_there
 
-  !> Begins a file, empty, in place of the file or link of this name, which is removed first: what a link points to, and what has
-  !> other names too, stays as it is. `handle` is negative where that fails.
+  !> Creates an empty file. An existing file or link of this name is removed first, so that the target of a link, or a file with
+  !> further names, stays unchanged. `handle` is negative if this fails.
   subroutine create_file(name, handle)
     character(len=*), intent(in) :: name
     integer(c_int), intent(out) :: handle
@@ -185,7 +185,7 @@ contains
     handle = c_creat(name // c_null_char, rights)
   end subroutine create_file
 
-  !> Opens a file or folder that is there; `handle` is negative where that fails.
+  !> Opens an existing file or folder for reading; `handle` is negative if this fails.
   subroutine open_to_read(name, handle)
     character(len=*), intent(in) :: name
     integer(c_int), intent(out) :: handle
@@ -193,7 +193,7 @@ contains
     handle = c_open(name // c_null_char, 0_c_int)
   end subroutine open_to_read
 
-  !> Opens a file that is there, whose bytes stay where nothing is written; `handle` is negative where that fails.
+  !> Opens an existing file for writing without emptying it; `handle` is negative if this fails.
   subroutine open_to_write(name, handle)
     character(len=*), intent(in) :: name
     integer(c_int), intent(out) :: handle
@@ -201,7 +201,7 @@ contains
     handle = c_open(name // c_null_char, only_to_write)
   end subroutine open_to_write
 
-  !> The next bytes, `n` of them: 0 at the end, -1 where reading fails.
+  !> Reads up to len(bytes) bytes. `n` is the number of bytes read: 0 at the end of the file, -1 if reading fails.
   subroutine read_some(handle, bytes, n)
     integer(c_int), intent(in) :: handle
     ! allow(C072)
@@ -215,12 +215,14 @@ contains
     end do
   end subroutine read_some
 
-  !> Writes all bytes behind what was written before, or from byte `position` on, 1 for the first of the file; what lies before its
-  !> end and was never written is zero.
+  !> Writes all bytes at the current position of the file or at `position`. A gap between the old end of the file and `position`
+  !> reads as zeros.
   subroutine write_whole(handle, bytes, done, position)
     integer(c_int), intent(in) :: handle
     character(len=*), intent(in) :: bytes
+    !> False if not all bytes could be written
     logical, intent(out) :: done
+    !> Position of the first byte to write; the file begins at 1. Absent: behind the bytes written before
     integer(int64), intent(in), optional :: position
     integer(c_intptr_t) :: written
     integer(int64) :: n
@@ -245,12 +247,14 @@ contains
     done = .true.
   end subroutine write_whole
 
-  !> Reads all bytes from byte `position` on; not `done` where there are fewer, or reading fails.
+  !> Reads len(bytes) bytes from a position in the file.
   subroutine read_at(handle, position, bytes, done)
     integer(c_int), intent(in) :: handle
+    !> Position of the first byte; the file begins at 1
     integer(int64), intent(in) :: position
     ! allow(C072)
     character(len=*), intent(out) :: bytes
+    !> False if reading fails or the file ends too early
     logical, intent(out) :: done
     integer(c_intptr_t) :: came
     integer(int64) :: n
@@ -269,7 +273,7 @@ contains
     done = .true.
   end subroutine read_at
 
-  !> Ends it: some systems tell only now that the disk is full.
+  !> Closes a file. Some systems report only now that the disk is full; then `done` is false.
   subroutine close_file(handle, done)
     integer(c_int), intent(in) :: handle
     logical, intent(out) :: done
@@ -277,7 +281,7 @@ contains
     done = c_close(handle) == 0
   end subroutine close_file
 
-  !> Puts a file in another's place at one stroke: at any moment there is the old one or the new one.
+  !> Renames a file, replacing an existing file of the new name atomically: at any moment the old or the new file exists.
   subroutine rename_file(old, new, done)
     character(len=*), intent(in) :: old, new
     logical, intent(out) :: done
@@ -285,7 +289,7 @@ contains
     done = c_rename(old // c_null_char, new // c_null_char) == 0
   end subroutine rename_file
 
-  !> Gives a file a second name.
+  !> Gives a file a second name (hard link).
   subroutine link_file(old, new, done)
     character(len=*), intent(in) :: old, new
     logical, intent(out) :: done
@@ -293,7 +297,7 @@ contains
     done = c_link(old // c_null_char, new // c_null_char) == 0
   end subroutine link_file
 
-  !> Removes a file; one that is not there is no failure.
+  !> Removes a file; a missing file is no failure.
   subroutine remove_file(name)
     character(len=*), intent(in) :: name
     integer(c_int) :: status
@@ -301,7 +305,7 @@ contains
     status = c_unlink(name // c_null_char)
   end subroutine remove_file
 
-  !> Makes a folder. `made`: it was not there before; `there`: it is now, or something else of its name.
+  !> Creates a folder. `made`: the folder did not exist before; `there`: the folder exists now, or a file of its name does.
   subroutine make_directory(name, made, there)
     character(len=*), intent(in) :: name
     logical, intent(out) :: made, there
@@ -321,8 +325,9 @@ contains
     if (present(done)) done = status == 0
   end subroutine remove_folder
 
-  !> Waits until no other process holds the file `name`, which is made if need be, and holds it; `shared`: as others may who share
-  !> it too. The system lets go of it when the process ends, however it does. Where there are no locks nothing is held.
+  !> Locks the file `name`, creating it if necessary, and waits until other processes release their locks. A `shared` lock waits
+  !> only for exclusive ones. The system releases the lock when the process ends for any reason. On file systems without locks
+  !> nothing is locked.
   subroutine lock_file(name, handle, shared)
     character(len=*), intent(in) :: name
     integer(c_int), intent(out) :: handle
@@ -334,11 +339,12 @@ contains
     if (handle >= 0) status = c_flock(handle, merge(together, exclusive, shared))
   end subroutine lock_file
 
-  !> Holds what is open, with `wait` when nobody else does any more. `held`: it is; `busy`: another process holds it; neither:
-  !> there are no locks.
+  !> Requests an exclusive lock on an open file.
   subroutine try_lock(handle, wait, held, busy)
     integer(c_int), intent(in) :: handle
+    !> True: wait until no other process holds the lock
     logical, intent(in) :: wait
+    !> `held`: this process has the lock; `busy`: another process has it; neither: the file system has no locks
     logical, intent(out) :: held, busy
 
     held = c_flock(handle, merge(exclusive, exclusive + without_waiting, wait)) == 0
@@ -346,7 +352,7 @@ contains
     if (.not. held) busy = any(would_block == errno())
   end subroutine try_lock
 
-  !> Lets go of it.
+  !> Closes the file and thus releases its lock.
   subroutine unlock_file(handle)
     integer(c_int), intent(in) :: handle
     integer(c_int) :: status

@@ -1,13 +1,15 @@
-!> A text that grows at its end: its room doubles, so that many pieces cost what their characters cost.
+!> A text that grows at its end. Its storage doubles when it is full, so that appending many pieces takes time proportional to their
+!> total length.
 module gestell_base_growing_text
   implicit none (type, external)
   private
 
+  !> A text of any length, built piece by piece.
   type, public :: growing_text_type
     private
     character(len=:), allocatable :: room
     integer :: used = 0
-    !> Characters that were moved for want of room.
+    !> Number of characters copied so far because the storage had to grow
     integer, public :: moved = 0
   contains
     procedure :: append
@@ -34,7 +36,7 @@ contains
     self%used = self%used + len(piece)
   end subroutine append
 
-  !> All that was appended.
+  !> The whole text.
   pure function whole(self) result(text)
     class(growing_text_type), intent(in) :: self
     character(len=self%used) :: text

@@ -1,4 +1,5 @@
-!> A hash in the manner of FNV-1a (Fowler, Noll, Vo), word by word: it tells damaged or foreign data, no more.
+!> A hash after FNV-1a (Fowler, Noll, Vo) that mixes words of 64 bits. It detects damaged or foreign data; it is not
+!> cryptographic.
 module gestell_base_hash
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
@@ -6,29 +7,29 @@ module gestell_base_hash
 
   public :: mix, mix_bytes, mix_text
 
-  !> Where a hash begins.
+  !> Initial value of every hash.
   integer(int64), parameter, public :: hash_start = int(z"4BF29CE484222325", int64)
 
-  !> The prime 2^40 + 435, and a mask of 32 bits.
+  !> The prime is 2^40 + 435; `low` masks the lower 32 bits.
   integer(int64), parameter :: shift = 40_int64, rest = 435_int64, low = int(z"FFFFFFFF", int64)
 
 contains
 
-  !> The hash after one more word.
+  !> The hash after mixing in one more word.
   elemental integer(int64) function mixed(hash, word)
     integer(int64), intent(in) :: hash, word
     integer(int64) :: x, lower, upper
 
-    ! x times the prime modulo 2^64, by halves: no intermediate result overflows
+    ! x times the prime modulo 2^64, in two halves: no intermediate result overflows
     x = ieor(hash, word)
     lower = iand(x, low) * rest
     upper = ishft(x, -32) * rest + ishft(lower, -32) + ishft(iand(x, ishft(low, -8)), 8)
     x = ior(ishft(iand(upper, low), 32), iand(lower, low))
-    ! upper bits would otherwise never act on lower ones
+    ! without this, upper bits would never influence lower ones
     mixed = ieor(x, ishft(x, -29))
   end function mixed
 
-  !> Takes words into the hash.
+  !> Mixes words of 64 bits into the hash.
   pure subroutine mix(hash, words)
     integer(int64), intent(inout) :: hash
     integer(int64), intent(in) :: words(:)
@@ -39,7 +40,7 @@ contains
     end do
   end subroutine mix
 
-  !> Takes a text and its end into the hash.
+  !> Mixes a text, character by character, and a mark for its end into the hash.
   pure subroutine mix_text(hash, text)
     integer(int64), intent(inout) :: hash
     character(len=*), intent(in) :: text
@@ -51,7 +52,7 @@ contains
     hash = mixed(hash, -1_int64)
   end subroutine mix_text
 
-  !> Takes bytes into the hash, eight at a time.
+  !> Mixes bytes into the hash, eight at a time. The last group is padded with blanks.
   pure subroutine mix_bytes(hash, bytes)
     integer(int64), intent(inout) :: hash
     character(len=*), intent(in) :: bytes

@@ -1,4 +1,4 @@
-!> What is known of a key of the input: one record, from which come its reading, its unit, what may run, help and documents.
+!> Defines the record of an input key. Reading, units, ranges for sweeps, help texts and the reference manual all use this record.
 module gestell_base_key
   use gestell_base_kinds, only: dp
   implicit none (type, external)
@@ -7,15 +7,15 @@ module gestell_base_key
   !> Kinds of values.
   integer, parameter, public :: real_key = 1, integer_key = 2, text_key = 3
 
-  !> Units of values: quantities whose unit the group &units names, and two matrices of the foundation.
+  !> Kinds of units: quantities whose unit the group &units sets, and two matrices of the foundation with mixed units.
   integer, parameter, public :: of_length = 1, of_mass = 2, of_inertia = 3, of_stiffness = 4, of_force = 5, of_moment = 6, &
     & of_damping = 7, of_rotary_damping = 8, of_angle = 9, quantities = 9
   integer, parameter, public :: of_stiffness_matrix = 10, of_damping_diagonal = 11
 
-  !> A number that is not given.
+  !> Marks a number that is not given.
   real(dp), parameter, public :: unset = -huge(1.0_dp)
 
-  !> What a number must satisfy: bounds, both included; more than zero, or not zero; 1 or -1.
+  !> Conditions on a number: inclusive bounds, greater than zero, not zero, or equal to 1 or -1.
   type, public :: range_type
     real(dp) :: least = -huge(1.0_dp), most = huge(1.0_dp)
     logical :: above_zero = .false., not_zero = .false., unit_size = .false.
@@ -26,32 +26,33 @@ module gestell_base_key
   type(range_type), parameter, public :: nonzero = range_type(not_zero=.true.)
   type(range_type), parameter, public :: one_or_minus_one = range_type(unit_size=.true.)
 
-  !> A key of a group.
+  !> The record of a key.
   type, public :: key_type
     character(len=16) :: group, name
-    !> real_key, integer_key or text_key.
+    !> real_key, integer_key or text_key
     integer :: kind
-    !> One sentence, in Markdown.
+    !> One sentence in Markdown
     character(len=256) :: meaning = ""
-    !> Number of subscripts: 0 scalar, 1 vector or list, 2 matrix; fewest and most values.
+    !> Number of subscripts (0 scalar, 1 vector or list, 2 matrix); smallest and largest number of values
     integer :: rank = 0, least = 1, most = 1
-    !> Where a shorter list will do too: so many values, the first ones, of a matrix the square of its first rows.
+    !> Number of values of a permitted shorter form, 0 if there is none: the first elements of a vector, or the upper left square
+    !> block of a matrix
     integer :: shorter = 0
-    !> Whether every group of this name must have it.
+    !> True if every group of this name must contain the key
     logical :: required = .false.
-    !> The quantity of its unit (`of_length`, ...), or the symbol of a unit that is always the same.
+    !> Quantity of the unit (`of_length`, ...), 0 for none; `symbol` is a unit that cannot be changed
     integer :: unit = 0
     character(len=12) :: symbol = ""
-    !> What stands for it where it is missing: a number (in SI, angles in deg), words between commas, or what documents say of a
-    !> default that is none of these. Without any of them the key must be given where it is wanted.
+    !> Default of a missing key: a number (SI units, angles in deg), comma-separated words, or a description for the manual. If none
+    !> of the three is set, the key has no default.
     real(dp) :: default = unset
     character(len=64) :: word = "", otherwise = ""
     type(range_type) :: range = range_type()
-    !> The words that a text can be, between commas; empty: any.
+    !> Allowed words of a text, separated by commas; empty: any text
     character(len=160) :: words = ""
-    !> First dimension of a matrix.
+    !> First dimension of a matrix
     integer :: rows = 1
-    !> With --set one value stands for all components.
+    !> True if one value given by --set applies to all components
     logical :: alike = .false.
   end type key_type
 
@@ -59,7 +60,7 @@ module gestell_base_key
 
 contains
 
-  !> Index of a key of the table by its name, zero where it has none.
+  !> Index of the key with this name; 0 if the table does not contain it.
   pure integer function find_key(keys, name) result(i)
     type(key_type), intent(in) :: keys(:)
     character(len=*), intent(in) :: name
@@ -70,7 +71,7 @@ contains
     i = 0
   end function find_key
 
-  !> The words of a list between commas.
+  !> Splits a comma-separated list into words.
   pure function all_words(list) result(words)
     character(len=*), intent(in) :: list
     character(len=16), allocatable :: words(:)
@@ -85,7 +86,7 @@ contains
     end do
   end function all_words
 
-  !> Words as a list between commas.
+  !> Joins words to a comma-separated list.
   pure function joined(words) result(list)
     character(len=*), intent(in) :: words(:)
     character(len=160) :: list

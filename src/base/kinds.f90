@@ -1,10 +1,10 @@
-!> Kind and constants that every layer shares.
+!> Kind of real numbers and constants used throughout the library.
 module gestell_base_kinds
   use, intrinsic :: iso_fortran_env, only: real64
   implicit none (type, external)
   private
 
-  !> Kind of all real numbers of the library.
+  !> Kind of all real numbers in the library.
   integer, parameter, public :: dp = real64
 
   real(dp), parameter, public :: pi = acos(-1.0_dp)

@@ -1,4 +1,4 @@
-!> Which file a name stands for: names of POSIX, without blanks at the end.
+!> Identifies files by their paths (POSIX). Names have no trailing blanks.
 module gestell_base_paths
   use gestell_base_files, only: copy_text
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_intptr_t, c_null_char, c_ptr, c_size_t
@@ -7,8 +7,8 @@ module gestell_base_paths
 
   public :: full_path, is_link, is_same
 
-  !> Maximum length of a path (PATH_MAX); size of a buffer for struct stat; its first bytes, which identify a file by device and
-  !> inode (on macOS with mode and number of links between them).
+  !> Maximum length of a path (PATH_MAX); size of a buffer for struct stat; number of its leading bytes that identify a file by
+  !> device and inode (on macOS also by mode and number of links).
   integer, parameter :: longest_path = 4096, stat_bytes = 1024, identity_bytes = 16
 
   interface
@@ -40,7 +40,7 @@ module gestell_base_paths
 
 contains
 
-  !> Whether this name is a symbolic link, wherever it points.
+  !> True if this name is a symbolic link, even a dangling one.
   logical function is_link(name)
     character(len=*), intent(in) :: name
     character(kind=c_char) :: target(1)
@@ -48,7 +48,7 @@ contains
     is_link = c_readlink(name // c_null_char, target, 1_c_size_t) >= 0
   end function is_link
 
-  !> Whether two names, links followed, are those of one file that is there.
+  !> True if both names lead to the same existing file, after following links.
   logical function is_same(one, another)
     character(len=*), intent(in) :: one, another
     character(kind=c_char) :: status(stat_bytes, 2)
@@ -59,8 +59,8 @@ contains
     is_same = all(status(:identity_bytes, 1) == status(:identity_bytes, 2))
   end function is_same
 
-  !> The path of a file from the root, links followed: it holds when the working directory changes. The name itself where there is
-  !> no such file.
+  !> Absolute path of a file with all links resolved; it stays valid when the working directory changes. Returns `name` itself if
+  !> the file does not exist.
   function full_path(name) result(path)
     character(len=*), intent(in) :: name
     character(len=:), allocatable :: path

@@ -1,10 +1,11 @@
-!> What the processor at hand can do that a portable program does not take for granted.
+!> Detects vector instructions of the processor that a portable program cannot assume.
 !>
-!> A procedure with loops over eight lanes has a version for each kind of vectors: GCC makes one of a procedure that is declared as
-!> one of two side by side, simdlen(2), of which the second, `once` = 2, returns. Where GCC splits a procedure at this return its
-!> versions are of the beginning alone: a local array that is set before and used afterwards prevents that. `.ci/versions` looks at
-!> what was made. The names of the versions follow from the arguments: u for each that is uniform, l for `once`. The names in C
-!> begin with "lanes", as the door for C exports what begins with "gestell".
+!> Procedures with loops over eight lanes are compiled in one version for each vector length. To make GCC generate the versions, a
+!> procedure is declared with `declare simd simdlen(2)`, as if it handled two calls side by side; the second call, with `once` = 2,
+!> returns immediately. If GCC splits the procedure at this return, only the part before it gets versions. A local array that is set
+!> before the return and used after it prevents the split; `.ci/versions` checks the result. The names of the versions encode the
+!> arguments: u for a uniform one, l for `once`. C names begin with "lanes" because the C interface exports every name that begins
+!> with "gestell".
 module gestell_base_processor
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
@@ -13,23 +14,24 @@ module gestell_base_processor
 
   public :: has_long_vectors, vector_length
 
-  !> Whether the compiler makes versions of `!$omp declare simd` procedures for all processors of a family under names that can be
-  !> called (Vector Function Application Binary Interface, section 2.6: _ZGVdN..., _ZGVeN...): GCC does for x86, with optimisation
-  !> and OpenMP. Where it is told a processor (-march) no others are needed.
+  !> True if the compiler generates versions of `!$omp declare simd` procedures under callable names (Vector Function Application
+  !> Binary Interface, section 2.6: _ZGVdN..., _ZGVeN...). GCC does so for x86 with optimisation and OpenMP. With another -march the
+  !> whole program is compiled for one processor and needs no versions.
   logical, parameter, public :: has_versions = index(compiler_version(), "GCC") > 0 .and. &
     & index(compiler_options(), "-march=x86-64 ") > 0 .and. index(compiler_options(), "-fopenmp") > 0 .and. &
     & (index(compiler_options(), "-O3") > 0 .or. index(compiler_options(), "-O2") > 0)
 
-  !> What libgcc knows of the processor (GCC, libgcc/config/i386/cpuinfo.h), set before the program begins; a linker that does not
-  !> find it there leaves zeros. Nothing here changes it.
+  !> The processor's properties as libgcc detects them before the program begins (GCC, libgcc/config/i386/cpuinfo.h). All zero if
+  !> the linker does not find them there. Nothing here changes them.
   integer(c_int), bind(C, name="__cpu_model") :: cpu_model(4)
 
-  !> Bits of its last word.
+  !> Bit numbers in cpu_model(4).
   integer, parameter :: avx2 = 10, avx512f = 15
 
 contains
 
-  !> Numbers of double precision in a vector register for which there are versions: 8 (AVX-512), 4 (AVX2), or 0.
+  !> Double-precision numbers per vector register in the best available version: 8 (AVX-512), 4 (AVX2), or 0 if there are no
+  !> versions.
   pure integer function vector_length()
     vector_length = 0
     if (.not. has_versions) return
@@ -37,7 +39,7 @@ contains
     if (has_long_vectors()) vector_length = 8
   end function vector_length
 
-  !> Whether the processor has AVX-512, and with it 32 registers for vectors.
+  !> True if the processor has AVX-512 and hence 32 vector registers.
   pure logical function has_long_vectors()
     has_long_vectors = btest(cpu_model(4), avx512f)
   end function has_long_vectors

@@ -1,5 +1,5 @@
-!> Numbers as text, and what texts are made with. No function here has a result of deferred length: gfortran keeps such a
-!> length in static memory at the place of the call, which threads then share.
+!> Converts numbers to text. No function here has a result of deferred length: gfortran keeps such a length in static memory at the
+!> calling statement, where threads would share it.
 module gestell_base_text
   use gestell_base_decimal, only: round_to_digits, round_to_places
   use gestell_base_kinds, only: dp
@@ -16,12 +16,12 @@ module gestell_base_text
     module procedure :: concise_6, concise_digits
   end interface
 
-  !> Longer than any number as text.
+  !> Length of a buffer that holds any number as text.
   integer, parameter :: longest = 360
 
 contains
 
-  !> The first text if the condition holds, else the second one: merge for texts of different lengths.
+  !> Returns `first` if the condition holds, else `second`. Unlike merge, it accepts texts of different lengths.
   pure function either(first, second, condition) result(chosen)
     character(len=*), intent(in) :: first, second
     logical, intent(in) :: condition
@@ -34,7 +34,7 @@ contains
     end if
   end function either
 
-  !> The positive whole number that a text spells in digits, 0 if it spells none.
+  !> Reads a positive integer written in digits only; 0 if the text is anything else.
   pure integer function whole_number(digits) result(number)
     character(len=*), intent(in) :: digits
     integer :: status
@@ -115,7 +115,7 @@ contains
     if (value < 0) line = "-" // line(:len(line) - 1)
   end function integer_line
 
-  !> whole * 10^-decimals, not negative, without a point where there are no decimals, in `length` characters.
+  !> Writes whole * 10^-decimals for whole >= 0, without a decimal point if `decimals` is 0.
   pure function decimal_digits(whole, decimals, length) result(line)
     integer(int64), intent(in) :: whole
     integer, intent(in) :: decimals, length
@@ -140,7 +140,7 @@ contains
     line = digits(first:)
   end function decimal_digits
 
-  !> Drops zeros at the end, and the point if nothing is left behind it.
+  !> Drops trailing zeros, and the decimal point if no digit follows it.
   pure subroutine drop_zeros(line)
     character(len=longest), intent(inout) :: line
     integer :: last
@@ -150,7 +150,7 @@ contains
     line(last + 1:) = ""
   end subroutine drop_zeros
 
-  !> All 17 significant digits, as the result files hold them: reading them back gives the same number.
+  !> A number with 17 significant digits as in the result files: reading it back yields the identical number.
   pure function exact(value) result(string)
     real(dp), intent(in) :: value
     character(len=len_trim(exact_line(value))) :: string
@@ -158,7 +158,7 @@ contains
     string = exact_line(value)
   end function exact
 
-  !> 6 significant digits in the form a reader likes, without trailing zeros.
+  !> A number with 6 significant digits without trailing zeros, in fixed or exponential notation depending on its size.
   pure function concise_6(value) result(string)
     real(dp), intent(in) :: value
     character(len=len_trim(concise_line(value, 6))) :: string
@@ -166,7 +166,7 @@ contains
     string = concise_line(value, 6)
   end function concise_6
 
-  !> The same with another number of digits.
+  !> A number with `digits` significant digits; otherwise as `concise_6`.
   pure function concise_digits(value, digits) result(string)
     real(dp), intent(in) :: value
     integer, intent(in) :: digits
@@ -175,7 +175,7 @@ contains
     string = concise_line(value, digits)
   end function concise_digits
 
-  !> With a number of digits behind the point.
+  !> A number with `decimals` digits after the decimal point.
   pure function fixed(value, decimals) result(string)
     real(dp), intent(in) :: value
     integer, intent(in) :: decimals

@@ -1,4 +1,5 @@
-!> Verdicts on a vibration in the order of severity, and the reasons why there may be no vibration, with their words and numbers.
+!> Verdicts on the stability of a vibration, ordered by severity, with their words and numbers. Some verdicts state why no vibration
+!> exists.
 module gestell_base_verdict
   implicit none (type, external)
   private
@@ -6,7 +7,7 @@ module gestell_base_verdict
   public :: has_vibration, operator(/=), operator(==), operator(>), state_word, verdict_named, verdict_numbered, &
     & verdict_of_ordinal, worst
 
-  !> A verdict: compare two with ==, /= and >, where the greater one is the worse one.
+  !> A verdict. Compare two verdicts with ==, /= and >; the greater one is the worse one.
   type, public :: verdict_type
     integer, private :: severity = 0
   contains
@@ -16,12 +17,14 @@ module gestell_base_verdict
     procedure :: number
   end type verdict_type
 
-  !> Nothing was judged.
+  !> No stability was judged.
   type(verdict_type), parameter, public :: not_judged = verdict_type(0)
-  !> Disturbances of the vibration decay; neither grow nor decay; grow or decay, the error bound does not tell which; grow.
+  !> Disturbances of the vibration decay (`stable`), neither grow nor decay (`undamped`), grow or decay within the error bound
+  !> (`undecided`), or grow (`unstable`).
   type(verdict_type), parameter, public :: stable = verdict_type(1), undamped = verdict_type(2), undecided = verdict_type(3), &
     & unstable = verdict_type(4)
-  !> There is no vibration: a resonance without damping leaves none, the mechanism cannot be assembled, a computation failed.
+  !> No vibration exists or is known: an undamped resonance (`in_resonance`), a mechanism that cannot be assembled (`impossible`), a
+  !> computation that failed (`failed`).
   type(verdict_type), parameter, public :: in_resonance = verdict_type(5), impossible = verdict_type(6), failed = verdict_type(7)
 
   integer, parameter, public :: verdict_length = 10
@@ -29,11 +32,11 @@ module gestell_base_verdict
     & "resonance", "impossible", "failed"]
   character(len=*), parameter :: alarms(0:7) = [character(len=verdict_length) :: "", "STABLE", "UNDAMPED", "UNDECIDED", &
     & "UNSTABLE", "RESONANCE", "IMPOSSIBLE", "FAILED"]
-  !> In tables of the response over the speed a stable vibration has the state "ok".
+  !> Words in tables of the response over speed, where a stable vibration has the state "ok".
   character(len=*), parameter, public :: state_words(0:7) = [character(len=verdict_length) :: "", "ok", words(2:)]
 
-  !> Numbers in place of words in binary files (sweep.npy) and in the values of sweeps. A resonance has none: a sweep judges without
-  !> the forced vibration.
+  !> Numbers that stand for the words in binary files (sweep.npy) and in the values of sweeps. A resonance has no number: a sweep
+  !> judges stability without the forced vibration.
   integer, parameter, public :: stable_number = 0, unstable_number = 1, undecided_number = 2, impossible_number = 3, &
     & failed_number = 4, undamped_number = 5, last_number = 5
   integer, parameter :: numbers(0:7) = [-1, stable_number, undamped_number, undecided_number, unstable_number, -1, &
@@ -53,42 +56,42 @@ module gestell_base_verdict
 
 contains
 
-  !> The word in files; blank if nothing was judged.
+  !> The verdict's word in result files; blank if no stability was judged.
   elemental character(len=verdict_length) function word(self)
     class(verdict_type), intent(in) :: self
 
     word = words(self%severity)
   end function word
 
-  !> The word in capitals, for sentences that must not be overlooked.
+  !> The verdict's word in capitals, for warnings.
   elemental character(len=verdict_length) function alarm(self)
     class(verdict_type), intent(in) :: self
 
     alarm = alarms(self%severity)
   end function alarm
 
-  !> The word in tables of states.
+  !> The verdict's word in tables of the response over speed.
   elemental character(len=verdict_length) function state_word(verdict)
     type(verdict_type), intent(in) :: verdict
 
     state_word = state_words(verdict%severity)
   end function state_word
 
-  !> Position in the order of severity: 1 stable to 4 unstable.
+  !> Position in the order of severity: 0 not judged, 1 stable to 7 failed.
   elemental integer function ordinal(self)
     class(verdict_type), intent(in) :: self
 
     ordinal = self%severity
   end function ordinal
 
-  !> The verdict at this position; `not_judged` for any other number.
+  !> The verdict at a position in the order of severity; `not_judged` for any other number.
   elemental type(verdict_type) function verdict_of_ordinal(ordinal) result(verdict)
     integer, intent(in) :: ordinal
 
     if (ordinal > 0 .and. ordinal <= ubound(words, 1)) verdict%severity = ordinal
   end function verdict_of_ordinal
 
-  !> The number in binary files; -1 if it has none.
+  !> The verdict's number in binary files; -1 if it has none.
   elemental integer function number(self)
     class(verdict_type), intent(in) :: self
 
@@ -109,7 +112,7 @@ contains
     verdict = verdict_type(findloc(numbers(1:), number, dim=1))
   end function verdict_numbered
 
-  !> True if the verdict is one on a vibration; false if there is no vibration, or nothing was judged.
+  !> True if a vibration was judged; false if no vibration exists or none was judged.
   elemental logical function has_vibration(verdict)
     type(verdict_type), intent(in) :: verdict
 
@@ -134,7 +137,7 @@ contains
     is_worse = one%severity > other%severity
   end function is_worse
 
-  !> The worse one of two.
+  !> The worse of two verdicts.
   elemental type(verdict_type) function worst(one, other)
     type(verdict_type), intent(in) :: one, other
 

@@ -1,4 +1,4 @@
-!> The one place in the code where the version stands; a test holds it against fpm.toml, CITATION.cff and CHANGELOG.md.
+!> The only place in the code that holds the version. A test compares it with fpm.toml, CITATION.cff and CHANGELOG.md.
 module gestell_base_version
   implicit none (type, external)
   private

@@ -1,21 +1,21 @@
-!> The user's words: how long they may be, how many characters of UTF-8 they have, and what of them is fit to be shown.
+!> Handles text from the user: length limits, counting UTF-8 characters, and removing characters that are unsafe to print.
 module gestell_base_words
   implicit none (type, external)
   private
 
   public :: character_count, continues, has_control, length_of_character, on_one_line, printable, put_on_one_line
 
-  !> Characters that a name may have, and any other word of a list: "probe(NAME).v", "link(NAME).center(2)".
+  !> Maximum number of characters of a name, and of any other word of a list such as "probe(NAME).v" or "link(NAME).center(2)".
   integer, parameter, public :: longest_name = 64, longest_word = 128
-  !> Bytes that hold such a word: a character has up to four.
+  !> Bytes that hold a word of maximum length: a UTF-8 character has up to four bytes.
   integer, parameter, public :: word_length = 4 * longest_word
-  !> Bytes that a word of a message may have, those that stay of its end, and those that a message may have.
+  !> Limits in bytes: longest word of a message, end of a shortened word that is kept, longest message.
   integer, parameter :: longest_piece = 240, longest_tail = 60, longest_line = 960
   character, parameter :: newline = new_line("a")
 
 contains
 
-  !> Number of characters of a text in UTF-8, blanks at its end included.
+  !> Number of UTF-8 characters in a text, trailing blanks included.
   pure integer function character_count(text)
     character(len=*), intent(in) :: text
     integer :: i
@@ -26,22 +26,22 @@ contains
     end do
   end function character_count
 
-  !> Whether a byte is not the first of its character.
+  !> True if a byte continues a UTF-8 character that began before.
   elemental logical function continues(byte)
     character, intent(in) :: byte
 
     continues = iand(ichar(byte), 192) == 128
   end function continues
 
-  !> A message as one line that is fit for a terminal: no control characters, words and the whole of bounded length. (No function:
-  !> gfortran 12 keeps the length of a function's text in static memory, and threads raise errors.)
+  !> Turns a message into one line that is safe to print: without control characters, its words and its total length bounded. This
+  !> is no function because gfortran 12 keeps the length of a function's text in static memory, and threads raise errors.
   pure subroutine put_on_one_line(message, line)
     character(len=*), intent(in) :: message
     character(len=:), allocatable, intent(out) :: line
     character(len=:), allocatable :: short
     integer :: first, last, n
 
-    ! a word that is shortened is never longer than what is left of it, the dots and the blank
+    ! a shortened word, with its dots and blank, is never longer than the word itself
     allocate(character(len=len(message) + len(message) / longest_piece * 4 + 4) :: short)
     n = 0
     first = 1
@@ -64,7 +64,7 @@ contains
     call make_one_line(line)
   end subroutine put_on_one_line
 
-  !> Puts a piece behind the first `n` bytes of a text that has room for it.
+  !> Copies a piece behind the first `n` bytes of a text, which must have room for it.
   pure subroutine put(text, n, piece)
     ! allow(C072)
     character(len=*), intent(inout) :: text
@@ -75,7 +75,7 @@ contains
     n = n + len(piece)
   end subroutine put
 
-  !> Words that are to stay on their line, as a file's name, a title or a setting: `printable`, and "?" for ends of lines too.
+  !> Makes a file's name, title or setting safe to print on one line: as `printable`, and "?" replaces line ends too.
   pure function on_one_line(words) result(line)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: line
@@ -85,8 +85,8 @@ contains
     call make_one_line(line)
   end function on_one_line
 
-  !> Words without control characters, but for ends of lines: a terminal would obey them. "?" stands for each of their bytes,
-  !> and for bytes that are no UTF-8.
+  !> Replaces control characters except line ends, which a terminal would obey, and bytes that are not valid UTF-8 by "?", one for
+  !> each byte.
   pure function printable(words) result(safe)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: safe
@@ -121,7 +121,7 @@ contains
     end do
   end subroutine make_one_line
 
-  !> The end of the last whole character of UTF-8 within the first `n` bytes; `n` itself where it is no such text.
+  !> Last byte of the last complete UTF-8 character within the first `n` bytes; `n` itself if the text is not UTF-8.
   pure integer function before_character(text, n) result(last)
     character(len=*), intent(in) :: text
     integer, intent(in) :: n
@@ -132,7 +132,7 @@ contains
     last = n
   end function before_character
 
-  !> Whether a text has control characters, of one byte or two, ends of lines among them.
+  !> True if a text contains control characters (of one or two bytes) or line ends.
   pure logical function has_control(text)
     character(len=*), intent(in) :: text
     integer :: i
@@ -140,7 +140,7 @@ contains
     has_control = index(text, newline) > 0 .or. any([(is_control(text(i:min(i + 1, len(text)))), i = 1, len(text))])
   end function has_control
 
-  !> Whether a character of UTF-8 is a control character, of one byte or two; the end of a line is none.
+  !> True if a UTF-8 character is a control character (of one or two bytes) other than a line end.
   pure logical function is_control(character)
     character(len=*), intent(in) :: character
     integer :: first
@@ -150,7 +150,7 @@ contains
     if (first == 194 .and. len(character) > 1) is_control = ichar(character(2:2)) < 160
   end function is_control
 
-  !> Bytes of the UTF-8 character at the beginning of a text, 0 where there is none that XML allows.
+  !> Number of bytes of the UTF-8 character at the beginning of a text; 0 if it is invalid or not allowed in XML.
   pure integer function length_of_character(words) result(n)
     character(len=*), intent(in) :: words
     integer :: lead, point, i, byte
@@ -182,7 +182,7 @@ contains
       end if
       point = 64 * point + iand(byte, 63)
     end do
-    ! too long for what it is, surrogates, no characters, beyond the last
+    ! overlong encodings, surrogates, code points that are no characters or too large
     if (n == 3 .and. point < 2048 .or. n == 4 .and. point < 65536 .or. point >= 55296 .and. point < 57344 &
       & .or. point == 65534 .or. point == 65535 .or. point > 1114111) n = 0
   end function length_of_character
