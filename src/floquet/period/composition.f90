@@ -1,7 +1,6 @@
-!> The product of the affine maps of many steps, x <- A_k x + b_k for k = 1 ... m.
+!> Composes the affine maps of many steps, x <- A_k x + b_k for k = 1 ... m.
 !>
-!> The maps are applied one after the other to all columns of Phi and to x_p at once, which lie side by side in lanes
-!> (gestell_math_lanes).
+!> Every step is applied to all columns of Phi and to x_p at once. The columns lie side by side in lanes (gestell_math_lanes).
 module gestell_floquet_period_composition
   use gestell_base_kinds, only: dp
   use gestell_math_lanes, only: lanes
@@ -11,31 +10,37 @@ module gestell_floquet_period_composition
 
   public :: follow_maps, multiply_maps
 
-  !> What a transient growth is measured by: Phi where it was greatest on the way, in the norm of D^-1 Phi D, D = diag(scale),
-  !> this norm, and Phi after step `middle`, counted from the first of the maps to come; shapes (n, n).
+  !> Measures the transient growth of Phi while the maps are applied. Norms are those of D^-1 Phi D with D = diag(scale).
   type, public :: transient_type
+    !> Phi where its norm was largest so far, and Phi after step `middle`; shapes (n, n)
     real(dp), allocatable :: peak(:, :), halfway(:, :)
+    !> Norm of `peak`
     real(dp) :: peak_norm = 0
+    !> Number of steps from the next map to be applied to the step at which `halfway` is stored
     integer :: middle = 0
   end type transient_type
 
-  !> Beyond this the squares within a norm overflow.
+  !> Limit on every number: squares of larger numbers overflow in a norm.
   real(dp), parameter :: greatest = 1.0e150_dp
 
 contains
 
-  !> Applies so many `steps`' maps, [A b] or A alone, shape (steps or more, n, n + 1 or n), to `phi`, shape (n, n), and to `xp`,
-  !> shape (n). `xp_peak` becomes the greatest size that xp has on the way, in the norm of x / scale, if that is greater.
-  !> `fits`: whether all numbers do. `transient`: as known from the maps before, and changed by these; `middle` counts on.
+  !> Applies the maps of `steps` steps to Phi, and to x_p if it is present.
   pure subroutine multiply_maps(steps, maps, scale, phi, fits, xp, xp_peak, transient)
+    !> Number of steps
     integer, intent(in) :: steps
+    !> Maps of the steps, [A b] or A alone, shape (steps or more, n, n + 1 or n); and units of the states, shape (n)
     real(dp), contiguous, intent(in) :: maps(:, :, :), scale(:)
+    !> Phi, shape (n, n), before and after these steps
     real(dp), intent(inout) :: phi(:, :)
+    !> False if a number exceeds `greatest`; Phi and x_p are then unchanged.
     logical, intent(out) :: fits
+    !> x_p, shape (n), before and after these steps; and its largest norm of x / scale so far
     real(dp), intent(inout), optional :: xp(:), xp_peak
+    !> Transient growth so far, updated by these steps
     type(transient_type), intent(inout), optional :: transient
-    ! [Phi x_p] before the first and after each step, its columns in lanes: column j in lane modulo(j - 1, lanes) + 1 of
-    ! a group, x_p in `lane` of the last one, where `forced` is 1.
+    ! [Phi x_p] before the first step and after each step. Column j lies in lane modulo(j - 1, lanes) + 1 of its group of columns.
+    ! x_p lies in lane `lane` of the last group; `forced` is 1 there and 0 elsewhere.
     real(dp) :: motion(lanes, size(scale), (size(maps, 3) - 1) / lanes + 1, 0:steps), forced(lanes), norm
     integer :: n, columns, groups, done, k, lane
 
@@ -70,12 +75,15 @@ contains
     call take_columns(motion(:, :, :, k), transient%peak)
   end subroutine multiply_maps
 
-  !> Applies the maps of so many steps from `first` on to `now`, [Phi x_p] or Phi alone, shape (n, columns). `fits`: whether all
-  !> numbers on the way do.
+  !> Applies the maps of `steps` steps, beginning with number `first`, to `now`.
   pure subroutine follow_maps(first, steps, maps, now, fits)
+    !> Number of the first map, and number of steps
     integer, intent(in) :: first, steps
+    !> Maps, [A b] or A alone, shape (last step or more, n, n + 1 or n)
     real(dp), contiguous, intent(in) :: maps(:, :, :)
+    !> [Phi x_p], or Phi alone, shape (n, columns)
     real(dp), contiguous, intent(inout) :: now(:, :)
+    !> False if a number exceeds `greatest`
     logical, intent(out) :: fits
     real(dp) :: motion(lanes, size(now, 1), (size(now, 2) - 1) / lanes + 1, 0:steps), forced(lanes)
     integer :: n, columns, done
@@ -90,7 +98,7 @@ contains
     fits = done == steps
   end subroutine follow_maps
 
-  !> Columns in lanes, those that are none zero.
+  !> Stores the columns in lanes. Lanes without a column are zero.
   pure subroutine lay_out(columns, motion)
     real(dp), intent(in) :: columns(:, :)
     real(dp), contiguous, intent(out) :: motion(:, :, :)
@@ -102,7 +110,7 @@ contains
     end do
   end subroutine lay_out
 
-  !> Columns from lanes.
+  !> Copies the columns back from the lanes.
   pure subroutine take_columns(motion, columns)
     real(dp), contiguous, intent(in) :: motion(:, :, :)
     real(dp), intent(inout) :: columns(:, :)
@@ -113,7 +121,7 @@ contains
     end do
   end subroutine take_columns
 
-  !> The step after which the norm of D^-1 Phi D, x_p left out, is greatest, and that norm.
+  !> Finds the step after which the norm of D^-1 Phi D is largest, and this norm. x_p does not count.
   pure subroutine find_greatest(n, scale, motion, greatest_of, norm)
     integer, intent(in) :: n
     real(dp), intent(in) :: scale(n)

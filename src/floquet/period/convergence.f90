@@ -1,4 +1,4 @@
-!> What the differences between solutions with several numbers of steps tell about their errors.
+!> Estimates errors of Phi(T) and x_p(T) from the differences between solutions with several numbers of steps.
 module gestell_floquet_period_convergence
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -10,19 +10,22 @@ module gestell_floquet_period_convergence
 
   public :: detect_rounding, left_by_pair, left_unseen, more_steps, next_steps, promised, remaining, too_many_steps
 
-  !> The number of steps with which Phi(T) was known, 0: not yet, and by how much x_p(T) changed there.
+  !> The first solution whose Phi(T) had converged to the tolerance
   type, public :: begin_type
+    !> Its number of steps; 0 if there is none yet
     integer :: steps = 0
+    !> Change of x_p(T) at this number of steps, relative to the largest x_p(t)
     real(dp) :: change = 0
   end type begin_type
 
-  !> More steps than this are not tried: they would take a minute.
+  !> Maximum number of steps per period: more would take a minute.
   integer, parameter, public :: most_steps = 2**19
-  !> The estimate of an error, times this, is called a bound.
+  !> Safety factor: an error bound is this factor times the error estimate.
   real(dp), parameter, public :: safety = 4
 
 contains
 
+  !> Reports that more than `most_steps` steps would be needed.
   pure subroutine too_many_steps(error)
     type(error_type), allocatable, intent(out) :: error
 
@@ -31,10 +34,12 @@ contains
       & failed_computation)
   end subroutine too_many_steps
 
-  !> How many steps are to be tried after `n1` and `n2`, whose solutions differ by `d12`: twice as many as long as the
-  !> method has not begun to converge, then what its order promises, with a margin, for the error allowed.
+  !> Number of steps to try after `n1` and `n2` steps. It doubles until the method has begun to converge; after that it is the
+  !> number that the method's order predicts for the allowed error, with a margin.
   pure integer function next_steps(n1, n2, d12, order, allowed) result(steps)
+    !> The last two numbers of steps, and the order of the method
     integer, intent(in) :: n1, n2, order
+    !> Difference of the two solutions, and the allowed error; both relative
     real(dp), intent(in) :: d12, allowed
     real(dp) :: error, factor
 
@@ -47,10 +52,11 @@ contains
     steps = ceiling(n2 * factor)
   end function next_steps
 
-  !> How many steps are to be tried after `n`, with which the solution differs by `change` from that of an embedded method of this
-  !> order, for the error allowed.
+  !> Number of steps (not rounded) to try after `n` steps with a method that contains an embedded method.
   pure real(dp) function more_steps(n, change, order, allowed) result(steps)
+    !> Last number of steps, and order of the embedded method
     integer, intent(in) :: n, order
+    !> Difference between the solutions of the method and of its embedded method, and the allowed error; both relative
     real(dp), intent(in) :: change, allowed
     real(dp) :: factor
 
@@ -59,13 +65,19 @@ contains
     steps = n * factor
   end function more_steps
 
-  !> The errors of Phi(T) and x_p(T) by a method that is fitted to a motion, from the `change` that it makes of those of the one
-  !> embedded in it, that of the one embedded in that, `next`, what these tell of the method wrongly, `rest`, and the part of the
-  !> change by which it misses a motion that it is not fitted to, `missed`: where both have begun to converge the rest and a
-  !> fiftieth of the change, times twice change / next, which counts a 32nd at least, a 16th where all is rest, and what is missed;
-  !> else the change. x_p(T) is not taken to converge faster than Phi(T), nor to be told more exactly, from which it has
-  !> what it does not have from the load: its change and its rest may be small by chance.
+  !> Estimates the relative errors of Phi(T), 1, and x_p(T), 2, for a method that is fitted to a motion and contains two embedded
+  !> methods.
+  !>
+  !> Until the second difference is below `pair_begun` the methods have not begun to converge: the estimate is then the whole
+  !> change. Afterwards it is the larger of `rest` and a part of the change, plus a fiftieth of the change. A factor of twice change
+  !> / next follows; it is at least 1/32, and 1/16 where `rest` is the whole change. The part that the fitting misses is added.
+  !>
+  !> x_p(T) is not assumed to converge faster than Phi(T), nor to have a smaller relative rest: its change and its rest may be small
+  !> by chance.
   pure function left_by_pair(change, next, rest, missed) result(left)
+    !> change: difference between the method and the first embedded one; next: between the first and the second embedded one; rest:
+    !> part of the change that the leading term does not explain; missed: part of the change by which the method misses a motion
+    !> that it is not fitted to (all relative, see gestell_floquet_period_pair)
     real(dp), intent(in) :: change(2), next(2), rest(2), missed
     real(dp) :: left(2), contraction(2), whole(2), part
 
@@ -79,16 +91,23 @@ contains
       & + whole * min(missed, 1.0_dp)
   end function left_by_pair
 
-  !> The errors of Phi(T) and x_p(T) by what the nodes do not tell, which all embedded methods share. A coefficient's part counts
-  !> 24 times, as where a change takes no longer than a step; a load's part of its error twice, and a quarter for each radian, or
-  !> half of the changes of velocity by all that is missed beside the greatest size `peak` of x_p, in units `scale`, where that is
-  !> more, as where one of the loads is small and moves most; or, where the fastest motion turns far in
-  !> a step, z = `angle`, what interpolation between s nodes, `stages`, misses, times the part of cos(z t) along the same
-  !> polynomial P_s, at most (z / 2)^s / (1 3 ... (2 s - 1)): such a motion does not average it; up to all of it. (With the safety
-  !> all are at least one and a half times what random machines need.)
+  !> Estimates the relative errors of Phi(T), 1, and x_p(T), 2, from variations of coefficients and loads between the nodes. The
+  !> embedded methods use the same nodes, so comparing them does not reveal these errors.
+  !>
+  !> The part of the coefficients counts 24 times: this covers a change that takes no longer than a step. For the loads the largest
+  !> of three estimates counts, but at most the whole load. (1) The part missed, times 2 + turns / 4. (2) Where the fastest motion
+  !> turns by a large angle z in a step: the interpolation error between the s nodes times (z / 2)^s / (1 3 ... (2 s - 1)). This
+  !> factor bounds the part of cos(z t) along the Legendre polynomial P_s; a motion that fast does not average the interpolation
+  !> error out. (3) Half of the changes of velocity by everything missed, relative to the largest x_p: this counts where one load is
+  !> small and moves most.
+  !>
+  !> With the safety factor each estimate is at least 1.5 times what random machines need.
   pure function left_unseen(unseen, scale, peak, angle, stages) result(left)
+    !> Variations between the nodes, summed over the steps
     type(unseen_type), intent(in) :: unseen
+    !> Units of the states, shape (n); largest norm of x_p / scale; angle (radians) by which the fastest motion turns in a step
     real(dp), intent(in) :: scale(:), peak, angle
+    !> Number of stages s
     integer, intent(in) :: stages
     real(dp) :: left(2), loads, part
     integer :: k
@@ -101,12 +120,14 @@ contains
     left(2) = left(1) + min(loads, 1.0_dp)
   end function left_unseen
 
-  !> Whether `change`, that of Phi(T) and x_p(T) by the last number of `steps`, shows that x_p is as exact as rounding lets it
-  !> be, as where the forces cancel: Phi(T) was known to within `allowed` with a 64th of the steps, and x_p came nearer by less
-  !> than their number since. `begin`: where Phi(T) was known first.
+  !> Detects whether x_p(T) is limited by rounding, as happens where the forces cancel. This is so if Phi(T) had converged with a
+  !> 64th of the steps, and the change of x_p(T) has since fallen more slowly than the number of steps has grown.
   pure subroutine detect_rounding(change, steps, allowed, begin, rounding)
+    !> Changes of Phi(T) and of x_p(T) by the last number of steps; and the tolerance, all relative
     real(dp), intent(in) :: change(2), allowed
+    !> Last number of steps
     integer, intent(in) :: steps
+    !> The first solution whose Phi(T) had converged; set here when the change first falls to the tolerance
     type(begin_type), intent(inout) :: begin
     logical, intent(out) :: rounding
     integer, parameter :: long = 64, many = 4096
@@ -117,13 +138,15 @@ contains
     rounding = change(2) * steps > begin%change * begin%steps
   end subroutine detect_rounding
 
-  !> The error left in the finest of three solutions:
-  !> d12 and d23 are the differences between solutions with n1 < n2 < n3 steps; they give the order p that the convergence
-  !> really has, (n1^-p - n2^-p) / (n2^-p - n3^-p) = d12 / d23, never taken above the method's, and the error
-  !> d23 c / (1 - c) with c = (n2 / n3)^p. Errors change their sign now and then, and a
-  !> difference is small by chance: so at least what the first difference and the method's order leave. Times the unevenness.
+  !> Estimated error of the finest of three solutions with n1 < n2 < n3 steps, in the units of d12 and d23.
+  !>
+  !> The observed order p follows from (n1^-p - n2^-p) / (n2^-p - n3^-p) = d12 / d23 and is never taken above the method's order.
+  !> The error is d23 c / (1 - c) with c = (n2 / n3)^p, times `unevenness`. Errors change sign now and then, so a difference can be
+  !> small by chance: the estimate is at least the error that d12 and the method's order predict.
   elemental real(dp) function remaining(d12, d23, n1, n2, n3, order) result(left)
+    !> Differences between solutions 1 and 2, and between solutions 2 and 3
     real(dp), intent(in) :: d12, d23
+    !> Numbers of steps, and order of the method
     integer, intent(in) :: n1, n2, n3, order
     real(dp) :: contraction
 
@@ -131,22 +154,22 @@ contains
     left = max(d23 * unevenness(order) * contraction / (1 - contraction), d12 * promised(n1, n3, order))
   end function remaining
 
-  !> What the method's order leaves, at `finer` steps, of the error with `steps`.
+  !> Factor by which the method's order promises to reduce the error from `steps` to `finer` steps, times `unevenness`.
   elemental real(dp) function promised(steps, finer, order)
     integer, intent(in) :: steps, finer, order
 
     promised = unevenness(order) * (real(steps, dp) / finer)**order
   end function promised
 
-  !> The error of a method of high order falls unevenly with the number of steps, as if each were now and then longer by a tenth
-  !> than the number says; up to order four the safety covers that.
+  !> Margin for the uneven convergence of methods of high order. Their error falls as if a step were now and then a tenth longer
+  !> than its number says. Up to order four the safety factor covers this.
   elemental real(dp) function unevenness(order)
     integer, intent(in) :: order
 
     unevenness = max(1.0_dp, 1.1_dp**(order - 4))
   end function unevenness
 
-  !> p of (N1^-p - N2^-p) / (N2^-p - N3^-p) = d12 / d23 by bisection, between 1/2 and the method's order.
+  !> Observed order p from (n1^-p - n2^-p) / (n2^-p - n3^-p) = d12 / d23, by bisection between 1/2 and the method's order.
   elemental real(dp) function measured_order(d12, d23, n1, n2, n3, order) result(p)
     real(dp), intent(in) :: d12, d23
     integer, intent(in) :: n1, n2, n3, order

@@ -1,4 +1,4 @@
-!> Phi(T) and x_p(T) with a number of steps, and how far two such solutions differ.
+!> Computes Phi(T) and x_p(T) with a given number of steps, and compares two such solutions.
 module gestell_floquet_period_level
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -12,41 +12,48 @@ module gestell_floquet_period_level
 
   public :: distance, roundoff, solve_level
 
-  !> The period's map with a number of steps, and what their nodes do not tell.
+  !> The map of the period with a given number of steps
   type, public, extends(period_map_type) :: level_type
+    !> Ends of the steps, as phases t / T, shape (0:steps)
     real(dp), allocatable :: nodes(:)
+    !> Norm of Phi(T); largest norm of x_p(t); growth of rounding errors (see `period_map`)
     real(dp) :: norm = 0, xp_peak = 0, transient_growth = 1
+    !> Numbers of steps and of stages per step
     integer :: steps = 0, stages = 0
+    !> Variations of coefficients and loads between the nodes
     type(unseen_type) :: unseen
   end type level_type
 
 contains
 
-  !> With so many steps, in units `scale` of the states; `lower`, shape (2): by the methods that are embedded.
-  !> Errors: as of `period_map`.
+  !> Computes the map of the period with `steps` steps or slightly more: every break of the coefficients ends a step.
+  !> Errors: those of `period_map`.
   subroutine solve_level(system, method, scale, steps, forced, level, error, lower)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method
+    !> Units of the states, shape (n)
     real(dp), contiguous, intent(in) :: scale(:)
     integer, intent(in) :: steps
+    !> True: compute x_p(T) too
     logical, intent(in) :: forced
     type(level_type), intent(out) :: level
     type(error_type), allocatable, intent(out) :: error
+    !> Maps by the two embedded methods, shape (2)
     type(period_map_type), intent(out), optional :: lower(:)
 
     level%nodes = mesh(system, steps)
     level%steps = size(level%nodes) - 1
     level%stages = method%stages
     allocate(level%phi(system%states, system%states))
-    ! What is not allocated is absent where it is an argument.
+    ! An unallocated xp counts as an absent argument.
     if (forced) allocate(level%xp(system%states))
     call period_map(system, method, level%nodes, scale, level%phi, error, level%xp, level%xp_peak, level%transient_growth, lower, &
       & level%unseen)
     if (.not. allocated(error)) level%norm = norm2(balanced(level%phi, scale))
   end subroutine solve_level
 
-  !> Differences of Phi(T) and of x_p(T) between two solutions, relative to the `other`. Where all free vibrations die
-  !> out below the smallest number, Phi(T) is zero to within that.
+  !> Differences of Phi(T) and of x_p(T) between two solutions, relative to `other`. If all free vibrations decay below the smallest
+  !> number, Phi(T) counts as zero.
   pure function distance(one, other, scale) result(d)
     type(level_type), intent(in) :: one, other
     real(dp), intent(in) :: scale(:)
@@ -59,12 +66,13 @@ contains
     end if
   end function distance
 
-  !> What the arithmetic leaves uncertain, relative to Phi(T): the roundings of n numbers and of the stages in every step add up,
-  !> for nearly constant coefficients all with the same sign, those of the coefficients shift the phase of the fastest motion; the
-  !> model's own come on top. All count for more where Phi(t) was greater on the way.
+  !> Bound on the rounding error relative to Phi(T). It has three parts: the roundings in every step, which all have the same sign
+  !> for nearly constant coefficients; the phase error of the fastest motion by rounded coefficients; and the rounding of the model.
+  !> All are multiplied by the transient growth of Phi(t).
   pure real(dp) function roundoff(system, level, phase_advance)
     class(periodic_system), intent(in) :: system
     type(level_type), intent(in) :: level
+    !> Angle (radians) by which the fastest motion turns within the period
     real(dp), intent(in) :: phase_advance
 
     roundoff = (epsilon(1.0_dp) * ((size(level%phi, 1) + level%stages) * level%steps + 2 * phase_advance) + system%rounding) &

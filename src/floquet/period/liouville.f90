@@ -1,4 +1,4 @@
-!> Liouville's side of the monodromy matrix: ln det Phi(T) is the integral of tr P over the period.
+!> Checks the monodromy matrix by Liouville's formula: ln det Phi(T) equals the integral of tr P over the period.
 module gestell_floquet_period_liouville
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -13,17 +13,18 @@ module gestell_floquet_period_liouville
 
   public :: defect_of, trace_integral
 
-  !> Steps whose points are sampled at a time.
+  !> Number of steps whose points are sampled at a time
   integer, parameter :: block_length = 16
 
 contains
 
-  !> ln |det Phi(T)| less the integral of tr P, from factors of Phi(T), shape (n, n, factors), that were found with so many steps.
-  !> Where a determinant underflows the defect is as large as it should be where nothing is proved. Error: P is not finite
-  !> somewhere.
+  !> Computes the Liouville defect: ln |det Phi(T)| minus the integral of tr P. If a determinant underflows the defect is very
+  !> large, so nothing is proved. Error: P is not finite somewhere.
   subroutine defect_of(system, steps, factors, defect, error)
     class(periodic_system), intent(in) :: system
+    !> Number of steps that Phi(T) was computed with
     integer, intent(in) :: steps
+    !> Factors whose product is Phi(T), shape (n, n, factors)
     real(dp), intent(in) :: factors(:, :, :)
     real(dp), intent(out) :: defect
     type(error_type), allocatable, intent(out) :: error
@@ -40,11 +41,12 @@ contains
     end do
   end subroutine defect_of
 
-  !> The integral of tr P over the period with 8 points for each of the steps between `nodes`: equidistant ones where the
-  !> coefficients do not jump, which for smooth periodic functions converges faster than any power, else Gauss' points.
+  !> Computes the integral of tr P over the period with 8 points in each step. The points are equidistant if the coefficients are
+  !> smooth: for periodic functions this converges faster than any power. If the coefficients jump they are Gauss points.
   !> Error: P is not finite somewhere.
   subroutine trace_integral(system, nodes, integral, error)
     class(periodic_system), intent(in) :: system
+    !> Ends of the steps, as phases
     real(dp), intent(in) :: nodes(:)
     real(dp), intent(out) :: integral
     type(error_type), allocatable, intent(out) :: error
@@ -76,7 +78,7 @@ contains
     call fatal_error(error, "the coefficients of the system are not finite", failed_computation)
   end subroutine trace_integral
 
-  !> tr P at these phases.
+  !> tr P at the phases, shape (phases)
   function traces(system, phases)
     class(periodic_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:)

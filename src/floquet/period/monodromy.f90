@@ -1,4 +1,4 @@
-!> The monodromy matrix Phi(T) to an ordered accuracy, with the evidence for it.
+!> Computes the monodromy matrix Phi(T) to a requested accuracy, with bounds on its error.
 module gestell_floquet_period_monodromy
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -23,73 +23,78 @@ module gestell_floquet_period_monodromy
 
   public :: check_accuracy, choose_method, solve_monodromy
 
-  !> What the user orders.
+  !> Requested accuracy
   type, public :: accuracy_type
-    !> Relative error allowed to Phi(T) and x_p(T).
+    !> Relative error allowed in Phi(T) and x_p(T)
     real(dp) :: tolerance = 1.0e-9_dp
-    !> One of `method_names()`; unallocated: auto. `solve_floquet` knows `reduced` too.
+    !> Name of the integration method, one of `method_names()`; unallocated: auto. `solve_floquet` also accepts 'reduced'.
     character(len=:), allocatable :: method
-    !> Steps per period; 0: as many as the tolerance needs.
+    !> Steps per period; 0: as many as the tolerance needs
     integer :: steps = 0
   end type accuracy_type
 
-  !> Phi(T), x_p(T) and how far they can be trusted. Errors are in the norm of x / scale (Frobenius' for matrices).
+  !> Phi(T) and x_p(T) with bounds on their errors. Norms are those of x / scale, for matrices the Frobenius norm of the scaled
+  !> matrix.
   type, public :: monodromy_type
-    !> Period T.
+    !> Period T
     real(dp) :: period = 0
-    !> Phi(T), shape (n, n).
+    !> Phi(T), shape (n, n)
     real(dp), allocatable :: phi(:, :)
-    !> x_p(T), shape (n), of the motion that starts from zero; unallocated unless asked for.
+    !> x_p(T) of the motion that starts from zero, shape (n); unallocated unless requested
     real(dp), allocatable :: xp(:)
-    !> Units, powers of two, that make the states comparable, shape (n).
+    !> Units of the states, shape (n): powers of two that make the states comparable
     real(dp), allocatable :: scale(:)
-    !> Norm of Phi(T), bound on the norm of its error, bound on the norm of the error of x_p(T).
+    !> Norm of Phi(T); bound on the norm of its error; bound on the norm of the error of x_p(T)
     real(dp) :: norm = 0, error = 0, xp_error = 0
-    !> The parts of `error` and `xp_error` of which no direction is known: roundoff, and what the nodes of a pair do not tell.
+    !> Parts of `error` and `xp_error` whose direction is unknown: roundoff, and variations between the nodes that a pair of methods
+    !> misses
     real(dp) :: roundoff = 0, xp_roundoff = 0
-    !> What integration leaves in Phi(T) and x_p(T), entry by entry and with the safety, by two estimates; shapes (n, n, 2) and
-    !> (n, 2). Unallocated: the norms are all that is known.
+    !> Two estimates of the integration error of each entry of Phi(T) and x_p(T), including the safety factor; shapes (n, n, 2) and
+    !> (n, 2). Unallocated if only the norms are known.
     real(dp), allocatable :: phi_change(:, :, :), xp_change(:, :)
-    !> Whether the differences between the numbers of steps tell anything of the errors of Phi(T) and of x_p(T); where they do not,
-    !> `error` and `xp_error` are no bounds.
+    !> False if the differences between the numbers of steps say nothing about the error of Phi(T) (of x_p(T)): then `error`
+    !> (`xp_error`) is not a bound.
     logical :: known = .true., xp_known = .true.
-    !> How much more than Phi(T) a rounding on the way to it is worth: far above 1 where Phi(t) grows and goes down again.
+    !> Growth of a rounding error on the way, relative to Phi(T); far above 1 where Phi(t) grows and falls again
     real(dp) :: transient_growth = 1
-    !> Radians by which the fastest motion turns within the period.
+    !> Angle (radians) by which the fastest motion turns within the period
     real(dp) :: phase_advance = 0
-    !> Steps of the result, evaluations of the coefficients in all.
+    !> Steps of the result; evaluations of the coefficients in all solutions together
     integer :: steps = 0, evaluations = 0
-    !> Where there is no result: a step or the product failed, as by overflow.
+    !> True if a step or the product of the steps failed, for instance by overflow: there is no result.
     logical :: broken = .false.
-    !> Ends of the steps, as phases.
+    !> Ends of the steps, as phases t / T
     real(dp), allocatable :: nodes(:)
+    !> The integration method that was used
     class(method_type), allocatable :: method
   contains
     procedure :: liouville_defect
     procedure :: loses_modes
   end type monodromy_type
 
-  !> Steps that can be ordered.
+  !> Maximum number of steps that a user may request
   integer, parameter :: most_given = 2**20
 
 contains
 
-  !> Phi(T) of `system`, and x_p(T) if `forced`, to `accuracy`.
+  !> Computes Phi(T) of `system`, and x_p(T) if `forced`, to the requested accuracy.
   !>
-  !> The error is measured on the case: solutions with three numbers of steps N1 < N2 < N3 are compared,
-  !> d12 = |Phi_1 - Phi_2|, d23 = |Phi_2 - Phi_3|; they give the order that the convergence really has,
-  !> p from (N1^-p - N2^-p) / (N2^-p - N3^-p) = d12 / d23, never taken above the method's, and the error left in Phi_3,
-  !> d23 c / (1 - c) with c = (N2 / N3)^p, or d12 (N1 / N3)^order if that is greater, times the order's unevenness. A method that
-  !> has others embedded, of lower order, is compared with these (gestell_floquet_period_pair).
-  !> Steps given by the user are compared with half and twice as many; where that tells nothing, `monodromy%known` says so.
-  !> Errors: a system (`check`) or an accuracy that makes no sense, unknown method, singular equations, overflow,
-  !> tolerance out of reach. `surveyed`: the survey of the system, where there is one already.
+  !> The error is measured on the system itself. Solutions with three numbers of steps N1 < N2 < N3 are compared, d12 = |Phi_1 -
+  !> Phi_2|, d23 = |Phi_2 - Phi_3|. They give the observed order p from (N1^-p - N2^-p) / (N2^-p - N3^-p) = d12 / d23, never taken
+  !> above the method's order. The error of Phi_3 is then d23 c / (1 - c) with c = (N2 / N3)^p, or d12 (N1 / N3)^order if that is
+  !> greater, times the unevenness of the order. A method with embedded methods of lower order is compared with these instead
+  !> (gestell_floquet_period_pair). A number of steps given by the user is compared with half and twice as many; see
+  !> `monodromy%known`.
+  !>
+  !> Errors: invalid system (`check`) or accuracy, unknown method, singular equations, overflow, tolerance out of reach.
   subroutine solve_monodromy(system, accuracy, forced, monodromy, error, surveyed)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
+    !> True: compute x_p(T) too
     logical, intent(in) :: forced
     type(monodromy_type), intent(out) :: monodromy
     type(error_type), allocatable, intent(out) :: error
+    !> The survey of the system, if the caller already has it
     type(survey_type), intent(in), optional :: surveyed
     type(survey_type) :: survey
 
@@ -111,7 +116,7 @@ contains
     end if
   end subroutine solve_monodromy
 
-  !> Error: tolerance or steps are out of range.
+  !> Fails if the tolerance or the number of steps is out of range.
   pure subroutine check_accuracy(accuracy, error)
     type(accuracy_type), intent(in) :: accuracy
     type(error_type), allocatable, intent(out) :: error
@@ -123,8 +128,8 @@ contains
     end if
   end subroutine check_accuracy
 
-  !> The method that was ordered; `auto` is the cheapest for the case, unless steps are given. Error: there is none of that
-  !> name.
+  !> Creates the requested method. `auto` means the cheapest method for this system, if the number of steps is free.
+  !> Error: unknown name.
   subroutine choose_method(system, accuracy, survey, method, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -142,10 +147,11 @@ contains
     end if
   end subroutine choose_method
 
-  !> With N steps, measured by N/2 and 2 N. The method has not begun to converge, and nothing is known of the error, unless the
-  !> differences fall or are small already, and the bound that they give is below Phi(T) (below the greatest x_p(t)) itself:
-  !> differences of that size fall by chance, as those above a hundredth do where the fastest motion turns by more radians in a
-  !> step than the method has orders.
+  !> Solves with N steps and measures the error by N/2 and 2 N steps.
+  !>
+  !> The error is unknown if the method has not begun to converge. This is assumed in three cases: the differences are not small and
+  !> do not fall; the bound exceeds Phi(T) (the largest x_p(t)) itself; or a difference exceeds a hundredth while the fastest motion
+  !> turns by more radians per step than the order of the method. Such differences can fall by chance.
   subroutine with_given_steps(system, steps, forced, phase_advance, monodromy, error)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: steps
@@ -162,7 +168,7 @@ contains
     if (.not. allocated(error)) call try(system, steps, forced, monodromy, level, error)
     if (.not. allocated(error)) call try(system, 2 * steps, forced, monodromy, finer, error)
     if (allocated(error)) return
-    ! Relative to `level`, which becomes the result: the finer solution can be larger.
+    ! The differences are relative to `level`, which becomes the result: the finer solution can be larger.
     before = distance(coarser, level, monodromy%scale)
     change = distance(finer, level, monodromy%scale)
     lost = (change > small .and. 2 * change > before) .or. .not. safety * change < whole &
@@ -175,7 +181,7 @@ contains
     call accept(system, level, safety * change, phase_advance, monodromy)
   end subroutine with_given_steps
 
-  !> By a method and the ones embedded in it.
+  !> Solves by a method with embedded methods; adds steps until the tolerance or the rounding error is reached.
   subroutine by_pair(system, accuracy, forced, survey, monodromy, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -220,6 +226,8 @@ contains
     call accept(system, level, safety * left, survey%phase_advance, monodromy, safety * unseen)
   end subroutine by_pair
 
+  !> Solves by a method without embedded methods: compares three numbers of steps until the tolerance or the rounding error is
+  !> reached.
   subroutine with_tolerance(system, tolerance, forced, phase_advance, monodromy, error)
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: tolerance, phase_advance
@@ -232,8 +240,8 @@ contains
     integer :: steps
     logical :: rounding
 
-    ! A method of order p begins to converge where the fastest motion turns by about p / 3 radians in a step: the middle
-    ! solution stands there.
+    ! A method of order p begins to converge where the fastest motion turns by about p / 3 radians in a step. The middle solution
+    ! has this step.
     if (3 * phase_advance / monodromy%method%order > most_steps) then
       call too_many_steps(error)
       return
@@ -271,9 +279,9 @@ contains
     call accept(system, fine, safety * left, phase_advance, monodromy)
   end subroutine with_tolerance
 
-  !> The errors of Phi(T) and x_p(T) at `level` from how two others differ from it, times a factor each for Phi(T) and for
-  !> x_p(T). In which directions they lie tells more than their norms: slow modes and the periodic
-  !> motion are more exact than the fastest mode.
+  !> Stores two estimates of the errors of Phi(T) and x_p(T) at `level`, entry by entry: the differences of two other solutions from
+  !> `level`, times factors. The directions of the errors say more than their norms: slow modes and the periodic motion are more
+  !> accurate than the fastest mode.
   pure subroutine estimate_changes(monodromy, level, first, first_factor, second, second_factor)
     type(monodromy_type), intent(inout) :: monodromy
     class(period_map_type), intent(in) :: level, first, second
@@ -288,7 +296,7 @@ contains
     monodromy%xp_change(:, 2) = second_factor(2) * (second%xp - level%xp)
   end subroutine estimate_changes
 
-  !> As of `solve_level`, counted.
+  !> Calls `solve_level` and counts the evaluations of the coefficients.
   subroutine try(system, steps, forced, monodromy, level, error, lower)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: steps
@@ -303,7 +311,8 @@ contains
     if (.not. allocated(error)) monodromy%evaluations = monodromy%evaluations + level%steps * monodromy%method%stages
   end subroutine try
 
-  !> Makes `level`, whose relative errors of Phi(T) and x_p(T) by integration are `errors`, and beside them `unseen`, the result.
+  !> Makes `level` the result. `errors`: relative integration errors of Phi(T) and x_p(T); `unseen`: relative errors by variations
+  !> between the nodes, which are added.
   subroutine accept(system, level, errors, phase_advance, monodromy, unseen)
     class(periodic_system), intent(in) :: system
     type(level_type), intent(inout) :: level
@@ -311,7 +320,7 @@ contains
     type(monodromy_type), intent(inout) :: monodromy
     real(dp), intent(in), optional :: unseen(2)
 
-    ! The squares within a norm vanish below sqrt(tiny): so small a Phi(T) is known to that only.
+    ! Squares below tiny vanish in a norm, so Phi(T) has an absolute error of sqrt(tiny) at least.
     monodromy%roundoff = roundoff(system, level, phase_advance) * level%norm + sqrt(tiny(1.0_dp))
     if (present(unseen)) monodromy%roundoff = monodromy%roundoff + unseen(1) * level%norm
     monodromy%norm = level%norm
@@ -330,8 +339,8 @@ contains
     call move_alloc(level%xp, monodromy%xp)
   end subroutine accept
 
-  !> ln |det Phi(T)| less the integral of tr P, zero by Liouville's theorem, of a `system` that was solved. Error: P is not finite
-  !> somewhere.
+  !> Computes ln |det Phi(T)| minus the integral of tr P, which is zero by Liouville's theorem, for a solved system.
+  !> Error: P is not finite somewhere.
   subroutine liouville_defect(self, system, defect, error)
     class(monodromy_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
@@ -341,9 +350,11 @@ contains
     call defect_of(system, self%steps, reshape(self%phi, [shape(self%phi), 1]), defect, error)
   end subroutine liouville_defect
 
-  !> Whether the smallest multipliers, which share the error of Phi(T), are so much smaller than it that its factors are wanted
-  !> (gestell_floquet_factors): by |Phi| |Phi^-1|, or by the transient growth. Where |Phi| = 1 the determinant tells that the least
-  !> singular value is at least |det Phi| (n - 1)^((n - 1) / 2), as the product of the others is greatest where they are equal.
+  !> True if the smallest multipliers are too small against the error of Phi(T), so that its factors are needed
+  !> (gestell_floquet_factors): |Phi| |Phi^-1| or the transient growth exceeds `most_spread`.
+  !>
+  !> The determinant gives a cheap first test. For |Phi| = 1 the smallest singular value is at least |det Phi| (n - 1)^((n - 1) /
+  !> 2), because the product of the others is largest where they are equal.
   logical function loses_modes(self)
     class(monodromy_type), intent(in) :: self
     real(dp), parameter :: most_spread = 1.0e4_dp
@@ -354,7 +365,7 @@ contains
 
     loses_modes = .true.
     if (self%transient_growth >= most_spread) return
-    ! The squares within a norm vanish below sqrt(tiny).
+    ! Squares below tiny vanish in a norm.
     if (self%norm < sqrt(tiny(1.0_dp)) / epsilon(1.0_dp)) return
     n = size(self%scale)
     lu = balanced(self%phi, self%scale) / self%norm

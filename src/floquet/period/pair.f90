@@ -1,24 +1,26 @@
-!> What the maps of the embedded methods tell of a period's map.
+!> Estimates the error of the period's map from the maps of the embedded methods.
 !>
-!> Of an oscillation that turns by z in a step Gauss' method with s stages leaves the phase error
+!> For an oscillation that turns by z in a step, Gauss' method with s stages has the phase error
 !>
 !>     e_s = c_s z^(2 s + 1),   c_s = (s!)^2 / ((2 s)! (2 s + 1)!),   c_s / c_(s-1) = 1 / (4 (4 s^2 - 1)),
 !>
-!> but where it is fitted to it (gestell_floquet_integrator_tableau), and so do the methods of order 2 s - 2 and 2 s - 4 that are
-!> embedded in it (gestell_floquet_integrator_nested), which are not, with s - 1 and s - 2 for s: Galerkin's residual of x' = P x is
-!> along one of Legendre's polynomials alone, as that of collocation at Gauss' nodes. With positions, which are integrated twice, it
-!> is along two, P_s-1 and P_s, where that of collocation has a part along P_s-2 that does as much: there they leave half. So with
-!> the maps Phi, Phi_1 and Phi_2 of the three
+!> unless it is fitted to this oscillation (gestell_floquet_integrator_tableau). The embedded methods of orders 2 s - 2 and 2 s - 4
+!> (gestell_floquet_integrator_nested) are not fitted and have this error with s - 1 and s - 2 for s: the Galerkin residual of x' =
+!> P x lies along a single Legendre polynomial, like the residual of collocation at the Gauss nodes.
+!>
+!> With positions, which are integrated twice, the Galerkin residual lies along P_s-1 and P_s. The residual of collocation also has
+!> a part along P_s-2, which contributes as much; the embedded methods therefore have half the error. So the three maps Phi, Phi_1,
+!> Phi_2 satisfy
 !>
 !>     Phi - Phi_1 = D_1,   Phi_1 - Phi_2 = D_2,   D_1 = q D_2,   q = z^2 / (4 (4 (s - 1)^2 - 1)),                    (a)
 !>
-!> in leading order, wherever that motion has the error, and of Phi, fitted to a motion that turns by v in a step,
+!> in leading order, wherever this oscillation causes the error. For Phi, fitted to a motion that turns by v in a step,
 !>
-!>     the error is (z^2 - v^2) / (4 (4 s^2 - 1)) D_1, with positions twice that.                                     (b)
+!>     the error is (z^2 - v^2) / (4 (4 s^2 - 1)) D_1, with positions twice this value.                               (b)
 !>
-!> q is measured, and tells z; what D_1 is beyond q D_2 tells how far all of this holds. Steps that are taken together have one v.
-!> Of a motion to which they are not fitted, as where the fastest one dies out, errors of both signs need not cancel though the
-!> mean of v^2 is its z^2: the rms of z^2 - v^2 counts.
+!> q is measured and gives z. The difference D_1 - q D_2 shows how far (a) and (b) hold. Steps that are computed together have one
+!> v. If they are not fitted to the motion, for instance where the fastest motion dies out, errors of both signs need not cancel
+!> although the mean of v^2 equals z^2. Therefore the rms of z^2 - v^2 is used.
 module gestell_floquet_period_pair
   use gestell_base_kinds, only: dp
   use gestell_floquet_choice_methods, only: pair_begun
@@ -30,32 +32,37 @@ module gestell_floquet_period_pair
 
   public :: compare_pair, extrapolate
 
-  !> What the maps of embedded methods tell, of Phi(T), 1, and of x_p(T), 2, relative to these: `change` by the method over the
-  !> first embedded one, D_1, and by that one over the second, `next`, D_2; the `rest`, D_1 - q D_2; q of Phi(T), and the part of
-  !> D_1 by which it misses a motion that it is not fitted to, `missed`, (b).
+  !> Differences between the maps of the method and of its embedded methods, for Phi(T), 1, and x_p(T), 2, relative to these
   type, public :: pair_type
+    !> Norms of D_1 (change), of D_2 (next) and of D_1 - q D_2 (rest); q of Phi(T), see (a); and the part of D_1 by which the method
+    !> misses a motion that it is not fitted to (missed), see (b)
     real(dp) :: change(2) = 0, next(2) = 0, rest(2) = 0, q = 0, missed = 0
   end type pair_type
 
 contains
 
-  !> In units `scale`. Where the embedded methods have begun to converge q is by how much D_1 is less than D_2 in its direction;
-  !> not less than 0, nor much more than the fastest motion makes it, which turns by `angle` (radians) in a step: then something
-  !> else has the error. The method is fitted to motions whose angles have the mean square and mean fourth power `fitted`; the
-  !> system has `positions` or not.
+  !> Compares the map of the method with the maps of its two embedded methods.
+  !>
+  !> Where the embedded methods have begun to converge, q is the projection of D_1 on D_2 over |D_2|^2. It is limited to values from
+  !> 0 to slightly more than the fastest motion allows: beyond, something else causes the error.
   pure subroutine compare_pair(level, lower, scale, angle, fitted, positions, pair)
+    !> Map of the method
     type(level_type), intent(in) :: level
+    !> Maps of the first and the second embedded method
     type(period_map_type), intent(in) :: lower(2)
+    !> Units of the states, shape (n); angle (radians) by which the fastest motion turns in a step; mean square and mean fourth
+    !> power of the angles of the motions to which the method is fitted
     real(dp), intent(in) :: scale(:), angle, fitted(2)
+    !> True if the states are positions and velocities
     logical, intent(in) :: positions
     type(pair_type), intent(out) :: pair
     real(dp), parameter :: margin = 1.15_dp
-    ! D_1^2, D_1 D_2, D_2^2.
+    ! Inner products D_1 D_1, D_1 D_2, D_2 D_2
     real(dp) :: phi(3), xp(3), unit, first, second
     integer :: i, j
 
     phi = 0
-    ! The squares within a norm vanish below sqrt(tiny): so small a Phi(T) is known to that only.
+    ! Squares below tiny vanish in a norm, so nothing smaller than sqrt(tiny) is compared.
     unit = 0
     if (level%norm > sqrt(tiny(unit))) unit = 1 / level%norm
     do j = 1, size(scale)
@@ -83,7 +90,7 @@ contains
     pair%rest = sqrt(max([phi(1) - pair%q * (2 * phi(2) - pair%q * phi(3)), xp(1) - pair%q * (2 * xp(2) - pair%q * xp(3))], 0.0_dp))
   end subroutine compare_pair
 
-  !> Phi_1 + q D_2 in the place of Phi_2, and x_p(T) likewise: what the embedded methods foretell of the method's.
+  !> Replaces the map of the second embedded method by Phi_1 + q D_2, and x_p(T) likewise: the extrapolated map of the method.
   pure subroutine extrapolate(lower, q)
     type(period_map_type), intent(inout) :: lower(2)
     real(dp), intent(in) :: q

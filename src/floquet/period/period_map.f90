@@ -1,4 +1,4 @@
-!> The affine map of a whole period from the maps of its steps, and the motion along it.
+!> Composes the affine maps of the steps to the map of a whole period, and follows a motion along them.
 module gestell_floquet_period_period_map
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -16,18 +16,18 @@ module gestell_floquet_period_period_map
 
   public :: check_phases, end_of_block, motions, period_map, trajectory
 
-  !> Phi(T), shape (n, n), and where there are loads x_p(T), shape (n).
+  !> Map of the period: Phi(T), shape (n, n), and with loads x_p(T), shape (n)
   type, public :: period_map_type
     real(dp), allocatable :: phi(:, :), xp(:)
   end type period_map_type
 
-  !> Steps whose maps are held at a time: memory does not grow with the number of steps, and stays in the cache.
+  !> Number of steps whose maps are stored at a time. Memory does not grow with the number of steps, and the maps stay in the cache.
   integer, parameter, public :: block_length = 32
 
 contains
 
-  !> The last step of the block that begins with step `first` of so many. No block is left with fewer steps than are done
-  !> side by side, for these are expensive.
+  !> Number of the last step of the block that begins with step `first` of `steps` steps. The last block has at least as many steps
+  !> as are computed side by side (`lanes`): shorter blocks are expensive.
   pure integer function end_of_block(first, steps) result(last)
     integer, intent(in) :: first, steps
 
@@ -35,7 +35,7 @@ contains
     if (steps - last > 0 .and. steps - last < lanes) last = last - lanes
   end function end_of_block
 
-  !> Error: the phases are not ascending within [0, 1].
+  !> Fails if the phases are not ascending within [0, 1].
   pure subroutine check_phases(phases, error)
     real(dp), intent(in) :: phases(:)
     type(error_type), allocatable, intent(out) :: error
@@ -46,7 +46,7 @@ contains
     if (.not. sound) call fatal_error(error, "phases must be ascending, from 0 to 1", invalid_input)
   end subroutine check_phases
 
-  !> Error: ends of steps, units and results do not fit together or to a system of n states.
+  !> Fails if the ends of steps, the units and the results do not fit each other or a system of n states.
   pure subroutine check_shapes(n, nodes, sizes, error)
     integer, intent(in) :: n, sizes(:)
     real(dp), intent(in) :: nodes(:)
@@ -61,22 +61,25 @@ contains
     end if
   end subroutine check_shapes
 
-  !> Phi(T) = A_m ... A_1, shape (n, n), (17), over the steps between `nodes`; where asked for also x_p(T), shape (n),
-  !> the solution that starts from zero, and the greatest size that x_p has on the way, in the norm of x / scale; and how much
-  !> more than Phi(T) a rounding on the way is worth, |Phi(T, t)| |Phi(t)| / |Phi(T)| where Phi(t) is greatest and in mid-turn,
-  !> from 1 upward. `lower`, shape (2): by the methods that are embedded in this one, with what the nodes do not tell, `unseen`.
-  !> Errors: nodes or shapes that make no sense; a step failed or the numbers overflow.
+  !> Computes Phi(T) = A_m ... A_1, equation (17) of doc/theory.md, over the steps between `nodes`.
+  !> Errors: invalid nodes or shapes; a step fails; overflow.
   subroutine period_map(system, method, nodes, scale, phi, error, xp, xp_peak, transient_growth, lower, unseen)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method
+    !> Ends of the steps, as phases; and units of the states, shape (n)
     real(dp), contiguous, intent(in) :: nodes(:), scale(:)
+    !> Phi(T), shape (n, n)
     real(dp), intent(out) :: phi(:, :)
     type(error_type), allocatable, intent(out) :: error
+    !> x_p(T), shape (n), of the motion that starts from zero; its largest norm of x / scale on the way; and the growth of a
+    !> rounding error on the way, |Phi(T, t)| |Phi(t)| / |Phi(T)|, at least 1, at the largest Phi(t) and at half of the period
     real(dp), intent(out), optional :: xp(:), xp_peak, transient_growth
+    !> Maps by the two embedded methods, shape (2)
     type(period_map_type), intent(out), optional :: lower(:)
+    !> Variations of coefficients and loads between the nodes, summed over the steps
     type(unseen_type), intent(out), optional :: unseen
     real(dp), allocatable :: maps(:, :, :), low(:, :, :, :)
-    ! What is not allocated is absent where it is an argument.
+    ! An unallocated variable counts as an absent argument.
     type(transient_type), allocatable :: transient
     integer :: n, columns, room, first, last, i
     logical :: fits
@@ -128,8 +131,8 @@ contains
       & transient%peak_norm), growth_halfway(balanced(phi, scale), balanced(transient%halfway, scale)))
   end subroutine period_map
 
-  !> How much more than Phi(T) a rounding at the time of the greatest Phi(t), the peak, is worth. From there to the end the
-  !> motion is Phi(T) Phi(t)^-1; where it does not go down this is about 1, and is not looked at.
+  !> Growth, relative to Phi(T), of a rounding error at the time of the largest Phi(t), the peak. From there to the end the motion
+  !> is Phi(T) Phi(t)^-1. If Phi does not fall after the peak, this is about 1 and is not computed.
   real(dp) function growth_by(phi, peak, peak_norm) result(growth)
     real(dp), intent(in) :: phi(:, :), peak(:, :), peak_norm
     real(dp), parameter :: much = 10
@@ -148,8 +151,8 @@ contains
     end if
   end function growth_by
 
-  !> The same for a rounding in mid-turn, |Phi(T, t)| |Phi(t)| / |Phi(T)| over that of rotations: far above 1 where modes that
-  !> all but coincide decay, as at critical damping. Where Phi(t) has lost modes nothing is said.
+  !> Growth of a rounding error at half of the period, |Phi(T, t)| |Phi(t)| / |Phi(T)| over its value for rotations. It is far above
+  !> 1 where nearly coincident modes decay, as at critical damping. It is taken as 1 where Phi(t) is nearly singular.
   real(dp) function growth_halfway(phi, halfway) result(growth)
     real(dp), intent(in) :: phi(:, :), halfway(:, :)
     real(dp), parameter :: most_spread = 1.0e12_dp
@@ -166,13 +169,15 @@ contains
     growth = max(1.0_dp, norm2(matmul(phi, back)) / (sqrt(real(size(phi, 1), dp)) * max(norm2(phi), tiny(1.0_dp))))
   end function growth_halfway
 
-  !> x at `phases` (ascending, in [0, 1]), shape (n, points), of the motion that starts with `x0` at phase 0.
-  !> The phases become ends of steps, as long as those between `nodes` or shorter, so x has the accuracy of the method there.
-  !> Errors: as of `period_map`.
+  !> Computes the motion x that starts with `x0` at phase 0. The phases become ends of steps that are at most as long as those
+  !> between `nodes`, so x has the accuracy of the method there.
+  !> Errors: those of `period_map`; `x` has not a column for each phase.
   subroutine trajectory(system, method, nodes, x0, phases, x, error)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method
+    !> Ends of the steps, as phases; start, shape (n); phases in [0, 1], ascending
     real(dp), intent(in) :: nodes(:), x0(:), phases(:)
+    !> Motion at the phases, shape (n, phases)
     real(dp), intent(out) :: x(:, :)
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: maps(:, :, :), all_nodes(:)
@@ -221,17 +226,20 @@ contains
 
   end subroutine trajectory
 
-  !> The motion over each of `parts` equal parts of the period from its beginning: [Phi(t) x_p(t)], shape (n, n + 1, count), or
-  !> Phi(t) alone, shape (n, n, count), at the phases k / count, k = 1 ... count, which are among the equal steps between `nodes`.
+  !> Computes the motion over each of `parts` equal parts of the period, from the beginning of the part.
+  !> Errors: a step fails; overflow.
   subroutine motions(system, method, nodes, parts, maps, error)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method
+    !> Ends of equal steps, as phases; the phases k / count must be among them.
     real(dp), contiguous, intent(in) :: nodes(:)
+    !> Number of equal parts of the period
     integer, intent(in) :: parts
+    !> [Phi(t) x_p(t)], shape (n, n + 1, count), or Phi(t) alone, shape (n, n, count), at the phases k / count, k = 1 ... count
     real(dp), intent(out) :: maps(:, :, :)
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: of_steps(:, :, :)
-    !> [E 0].
+    !> [E 0]
     real(dp), dimension(size(maps, 1), size(maps, 2)) :: start, now
     integer :: n, steps, every, in_part, first, last, count, k
     logical :: fits
@@ -264,6 +272,7 @@ contains
     end do
   end subroutine motions
 
+  !> Reports overflow.
   pure subroutine overflow(error)
     type(error_type), allocatable, intent(out) :: error
 

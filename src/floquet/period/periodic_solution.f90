@@ -1,4 +1,4 @@
-!> The one periodic solution of x' = P x + f: x0 = (E - Phi)^-1 x_p(T), and the motion that starts there.
+!> Computes the unique periodic solution of x' = P x + f: its start x0 = (E - Phi)^-1 x_p(T), and the motion from there.
 module gestell_floquet_period_periodic_solution
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input, resonance
   use gestell_base_kinds, only: dp
@@ -12,17 +12,17 @@ module gestell_floquet_period_periodic_solution
 
   public :: follow, raise_resonance, solve_periodic
 
-  !> Where the periodic motion starts, with the evidence.
+  !> Start of the periodic motion, with error bounds
   type, public :: periodic_solution_type
-    !> State at t = 0, and a bound on the error of each component; shape (n).
+    !> State at t = 0, and a bound on the error of each component; shape (n)
     real(dp), allocatable :: x0(:), error(:)
-    !> |(E - Phi)^-1| (1 + |Phi|) in balanced units; its decimal logarithm is what the solution costs in digits.
+    !>(E - Phi)^-1| (1 + |Phi|) in balanced units. The solution loses as many digits as the decimal logarithm of this number.
     real(dp) :: condition = 0
   end type periodic_solution_type
 
 contains
 
-  !> Raises `error`: there is no periodic vibration, or none that is known.
+  !> Reports resonance: no periodic vibration exists, or none can be computed within the error of Phi(T).
   pure subroutine raise_resonance(error)
     type(error_type), allocatable, intent(out) :: error
 
@@ -31,16 +31,16 @@ contains
     error%cause = resonance
   end subroutine raise_resonance
 
-  !> Solves (E - Phi) x0 = x_p(T) in balanced units. An error e of Phi and e_p of x_p(T) disturb x0 by at most
+  !> Solves (E - Phi) x0 = x_p(T) in balanced units. Errors e of Phi and e_p of x_p(T) change x0 by at most
   !>
   !>     |(E - Phi)^-1| (e |x0| + e_p) / (1 - |(E - Phi)^-1| e).
   !>
-  !> That holds for rounding. The errors of integration are known in direction too: they leave (E - Phi)^-1 (E x0 + e_p) with
-  !> the matrices E and vectors e_p that belong together, in which most of them cancels: the periodic motion is slower than
-  !> the free vibrations.
-  !> Errors: `monodromy` was not solved with forcing, or with so few steps that nothing is known; an
-  !> error of Phi as large as e can make E - Phi singular,
-  !> so that nothing is known of x0.
+  !> This bound is used for rounding errors. Integration errors are known entry by entry, as matrices E' and vectors e_p that belong
+  !> together. They change x0 by (E - Phi)^-1 (E' x0 + e_p), in which most of them cancels: the periodic motion is slower than the
+  !> free vibrations.
+  !>
+  !> Errors: `monodromy` was solved without forcing, or with too few steps to know its error; resonance: within its error bound E -
+  !> Phi may be singular.
   subroutine solve_periodic(monodromy, solution, error)
     type(monodromy_type), intent(in) :: monodromy
     type(periodic_solution_type), intent(out) :: solution
@@ -82,13 +82,13 @@ contains
       if (known) then
         do k = 1, size(monodromy%phi_change, 3)
           associate (e => balanced(monodromy%phi_change(:, :, k), d))
-            ! |(E - Phi)^-1 E'|, or more where that does not matter.
+            !(E - Phi)^-1 E'|, or the product of the norms if it is small.
             part = amplification * norm2(e)
             if (part > little) part = norm2(matmul(inverted, e))
             lost = max(lost, part)
             disturbance = matmul(inverted, matmul(e, x) + monodromy%xp_change(:, k) / d)
           end associate
-          ! A component can be small by chance.
+          ! A component can be small by chance: each counts at least half of the norm.
           change = max(change, abs(disturbance), 0.5_dp * norm2(disturbance))
         end do
       end if
@@ -103,13 +103,14 @@ contains
     end associate
   end subroutine solve_periodic
 
-  !> The periodic motion at `phases` (ascending, in [0, 1]), shape (n, points). Errors: there is no solution; as of
-  !> `trajectory`.
+  !> Computes the periodic motion at the phases. Errors: `solution` is empty; those of `trajectory`.
   subroutine follow(system, monodromy, solution, phases, x, error)
     class(periodic_system), intent(in) :: system
     type(monodromy_type), intent(in) :: monodromy
     type(periodic_solution_type), intent(in) :: solution
+    !> Phases in [0, 1], ascending
     real(dp), intent(in) :: phases(:)
+    !> Motion at the phases, shape (n, phases)
     real(dp), allocatable, intent(out) :: x(:, :)
     type(error_type), allocatable, intent(out) :: error
 

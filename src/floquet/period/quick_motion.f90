@@ -1,10 +1,10 @@
-!> The periodic motion at equidistant phases by one integration whose steps end there: a tenth of what a solution with its evidence
-!> takes. For corrections of a motion, whose own errors count for little.
+!> Computes the periodic motion at equidistant phases by a single integration whose steps end at these phases. It takes a tenth of
+!> the time of a solution with error bounds, and serves for corrections of a motion, whose own relative errors matter little.
 !>
-!> A periodic motion without high harmonics needs far fewer stages than Phi(T): what s stages of a step h leave is h^(s+1) times its
-!> derivative of that order, times (h |P|)^s, and a discrete (E - Phi)^-1 carries it round the turn. So the frequencies that the
-!> motion has count for s + 1 of the 2 s + 1 orders of the error and the fastest vibration for s only; its harmonics are known
-!> afterwards.
+!> A periodic motion without high harmonics needs far fewer stages than Phi(T). With s stages a step h has an error of h^(s+1) times
+!> the derivative of order s + 1 of the motion, times (h |P|)^s; a discrete (E - Phi)^-1 carries this error round the period. So s +
+!> 1 of the 2 s + 1 orders of the error depend on the frequencies of the motion, and only s on the fastest vibration. The harmonics
+!> of the motion are known only after the solution.
 module gestell_floquet_period_quick_motion
   use gestell_math_dft, only: dft
   use gestell_base_error, only: error_type
@@ -23,47 +23,52 @@ module gestell_floquet_period_quick_motion
 
   public :: solve_quickly
 
-  !> The amplification where none is known: multipliers are not near 1.
+  !> Amplification of errors while none is known: no multiplier is near 1.
   real(dp), parameter :: usual_amplification = 7
 
   type, public :: quick_motion_type
-    !> The states at the phases (k - 1)/phases, shape (n, phases), and units that make them comparable, shape (n).
+    !> States at the phases (k - 1)/phases, shape (n, phases); and units that make the states comparable, shape (n)
     real(dp), allocatable :: x(:, :), scale(:)
-    !> Estimates of their errors by rounding and by the steps, relative to the motion.
+    !> Estimated errors by rounding and by the steps, relative to the motion
     real(dp) :: rounding = 0, truncation = 0
-    !> Radians by which the fastest vibration turns within the period; how much greater errors of the steps show in the motion.
+    !> Angle (radians) by which the fastest vibration turns within the period; factor by which errors of the steps are amplified in
+    !> the motion
     real(dp) :: phase_advance = 0, amplification = usual_amplification
-    !> Sizes of its harmonics from order 0 upward in these units, relative to the whole.
+    !> Norms of the harmonics of order 0, 1, ..., relative to the whole motion, in these units
     real(dp), allocatable :: spectrum(:)
-    !> Whether [Phi(t) x_p(t)] at the phases k/phases, k = 1 ... phases, is kept, shape (n, n + 1, phases).
+    !> Input. True: store [Phi(t) x_p(t)] at the phases k/phases, k = 1 ... phases, in `maps`, shape (n, n + 1, phases).
     logical :: keeps = .false.
     real(dp), allocatable :: maps(:, :, :)
   end type quick_motion_type
 
-  !> Where the fastest vibration turns further (rad) reduction is quicker.
+  !> Above this angle (radians per period) of the fastest vibration, reduction is quicker.
   real(dp), parameter :: most_turns = 700
-  !> Where none are known the harmonics are taken to fall in this ratio. The amplification may be so much greater than that of the
-  !> motion before, and the estimate of the error so much above what is allowed before a motion is solved again.
+  !> Ratio of successive harmonics while none are known. A motion is solved again only if the amplification has grown by more than
+  !> `reserve` and the estimated error exceeds the allowed one by more than `slack`.
   real(dp), parameter :: usual_ratio = 0.5_dp, reserve = 1.5_dp, slack = 100
-  !> Steps between two phases; trials.
+  !> Maximum number of steps between two phases, and of trials
   integer, parameter :: most_between = 8, most_trials = 4
 
 contains
 
-  !> `of_motion`: the error of the motion that is allowed, relative to it. `fits` is false where this is no way: the fastest
-  !> vibration turns far, the coefficients jump, or a multiplier is so near 1 that the motion would have no digits. `motion` is one
-  !> of a system that differs little, or none: units, turns, amplification and harmonics are kept.
+  !> Computes the periodic motion at equidistant phases.
   subroutine solve_quickly(system, phases, of_motion, motion, fits)
     class(periodic_system), intent(in) :: system
+    !> Number of phases
     integer, intent(in) :: phases
+    !> Allowed error relative to the motion
     real(dp), intent(in) :: of_motion
+    !> The motion. On input a motion of a system that differs little, or an empty one: its units, angle, amplification and harmonics
+    !> are used.
     type(quick_motion_type), intent(inout) :: motion
+    !> False if this method is unsuitable: the coefficients jump, the fastest vibration turns by more than `most_turns`, or a
+    !> multiplier is so near 1 that rounding exceeds the allowed error.
     logical, intent(out) :: fits
     class(method_type), allocatable :: method
     type(survey_type) :: survey
     type(error_type), allocatable :: error
     real(dp) :: maps(system%states, system%states + 1, phases)
-    !> (E - Phi)^-1 in balanced units.
+    !> (E - Phi)^-1 in balanced units
     real(dp), allocatable :: inverted(:, :)
     integer :: n, between, trial, k
 
@@ -85,7 +90,7 @@ contains
       if (allocated(error)) return
       call inverse(unit_matrix(n) - balanced(maps(:, :n, phases), motion%scale), inverted, error)
       if (allocated(error)) return
-      ! Where Phi is great (E - Phi)^-1 is small, and lost in rounding where other multipliers are not great.
+      ! If Phi is large (E - Phi)^-1 is small, and it is lost in rounding unless all multipliers are large.
       motion%amplification = max(norm2(inverted), 1.0_dp)
       motion%rounding = motion%amplification * (1 + norm2(balanced(maps(:, :n, phases), motion%scale))) &
         & * relative_rounding(system, between * phases, motion%phase_advance)
@@ -99,7 +104,7 @@ contains
     end do
   end subroutine solve_quickly
 
-  !> The motion from its start over the units, with its harmonics.
+  !> Computes the motion from its start (in units of `scale`), and its harmonics.
   subroutine move(maps, start, motion)
     real(dp), intent(in) :: maps(:, :, :), start(:)
     type(quick_motion_type), intent(inout) :: motion
@@ -114,7 +119,7 @@ contains
     do k = 1, size(maps, 3) - 1
       motion%x(:, k + 1) = matmul(maps(:, :n, k), motion%x(:, 1)) + maps(:, n + 1, k)
     end do
-    ! Two states at a time: of a and b the transform of a + i b has |A_k|^2 + |B_k|^2 in z_k and z_-k together.
+    ! Two states a and b share one transform: for a + i b, |A_k|^2 + |B_k|^2 follows from z_k and z_-k together.
     greatest = maxval(abs(motion%x / spread(motion%scale, 2, size(z))))
     deallocate(motion%spectrum)
     allocate(motion%spectrum(size(z) / 2 + 1), source=0.0_dp)
@@ -131,7 +136,7 @@ contains
     motion%spectrum = sqrt(motion%spectrum / sum(motion%spectrum))
   end subroutine move
 
-  !> The error of such a motion by so many Gauss steps, relative to it, where nothing amplifies it (doc/theory.md, The vibration).
+  !> Estimated error of a motion by `steps` Gauss steps, relative to it and before amplification (doc/theory.md, The vibration).
   real(dp) function error_of(system, motion, method, steps)
     class(periodic_system), intent(in) :: system
     type(quick_motion_type), intent(in) :: motion
@@ -146,8 +151,8 @@ contains
       & * sum([(motion%spectrum(k + 1) * (2 * pi * k / steps)**(stages + 1), k = 1, size(motion%spectrum) - 1)])
   end function error_of
 
-  !> The stages of Gauss collocation, and how many steps `between` two phases, with the least work for `tolerance`; zero: there are
-  !> none.
+  !> Chooses the number of Gauss stages, and of steps `between` two phases, with the least work for `tolerance`. `between` is zero
+  !> if no choice is good enough.
   subroutine choose_steps(system, phases, motion, tolerance, method, between)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: phases
@@ -179,7 +184,7 @@ contains
         method = candidate
         between = steps
       end if
-      ! More stages only cost more.
+      ! More stages would only cost more.
       if (steps == fewest) exit
     end do
     if (between > 0) call method%prepare()

@@ -1,16 +1,17 @@
-!> The error of a followed periodic motion over the whole turn, from a second one whose steps are half as long.
+!> Bounds the error of a periodic motion over the whole period by a second solution with steps half as long.
 !>
-!> The turn is followed in segments, each from its own start x_k. From the same starts with half the steps the motion comes to
-!> y(t) = x(t) + l(t); at the ends it misses the next start by d_k. The periodic motion of the shorter steps is
+!> The motion is computed in segments, each from its own start x_k. From these starts, half the steps give y(t) = x(t) + l(t). At
+!> the end of segment k the motion y misses the next start by the defect d_k. With the maps A_k of the segments, the periodic motion
+!> of the shorter steps is
 !>
-!>     x^(t) = y(t) + Phi(t, t_k) z_k,   z_{k+1} = A_k z_k + d_k,   z_{K+1} = z_1,
+!>     x^(t) = y(t) + Phi(t, t_k) z_k,   z_{k+1} = A_k z_k + d_k,   z_{K+1} = z_1.
 !>
-!> A_k the maps of the segments. So local errors are seen where they arise, however fast they die out, and with their signs. A
-!> method of order p leaves 2^-p of x^ - x in x^. Equal steps owe much to the period, which unequal ones do not have: between
-!> equidistant phases all are equal, and what the starts miss is found with half the steps of their own mesh.
+!> So local errors are measured where they arise, with their signs and however fast they die out. A method of order p has an error
+!> of 2^-p (x^ - x) left in x^. Equal steps profit from the periodicity, unequal ones do not. Therefore all steps between
+!> equidistant phases are equal, and the defects of the starts are computed with half the steps of their own mesh.
 !>
-!> A motion that is followed from the same starts with more steps, for more phases, has the same part of x^ - x that is due to the
-!> starts, and less of the local errors: it lies between x and a motion that has none of them. Bounds hold for both ends.
+!> A motion with more steps and phases from the same starts has the same part of x^ - x due to the starts, and smaller local errors.
+!> It lies between x and a motion without local errors, so bounds are taken for both ends.
 module gestell_floquet_period_turn_errors
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -27,28 +28,31 @@ module gestell_floquet_period_turn_errors
 
   public :: close_turn, compare, relative_rounding, rounding_errors, take_differences
 
-  !> The error of n quantities: at a phase some part, between -1 and 1, of the differences there, shape (n, 2 * phases), the safety
-  !> included: of the motion that was compared, then of one whose steps are much shorter; and at any time rounding beside it,
-  !> shape (n).
+  !> Error of n quantities over the period. At any phase it is some factor between -1 and 1 times the differences there, plus
+  !> rounding.
   type, public :: turn_errors_type
+    !> Differences including the safety factor, shape (n, 2 * phases): first for the motion that was compared, then for one with
+    !> much shorter steps. Rounding at any time, shape (n)
     real(dp), allocatable :: differences(:, :), rounding(:)
   contains
     procedure :: bounds
     procedure :: along
   end type turn_errors_type
 
-  !> At the phases l(t), shape (n, phases), Phi(t, t_k), shape (n, n, phases), and the segment; A_k, shape (n, n, K), the defects
-  !> d_k, shape (n, K), and the greatest |x|, in balanced units, within each segment, shape (K).
+  !> Comparison of a motion, in K segments, with the motion of half the steps
   type, public :: comparison_type
+    !> l(t), shape (n, phases); Phi(t, t_k), shape (n, n, phases); A_k, shape (n, n, K); defects d_k, shape (n, K); and the largest
+    !> |x| in balanced units within each segment, shape (K)
     real(dp), allocatable :: local(:, :), transition(:, :, :), map(:, :, :), defect(:, :), size(:)
+    !> Segment of each phase, shape (phases)
     integer, allocatable :: segment(:)
-    !> Steps of the motion that was followed.
+    !> Number of steps of the motion that is compared
     integer :: steps = 0
   end type comparison_type
 
 contains
 
-  !> A bound on the error of the sum of the first quantities with these weights that holds at all times.
+  !> Bound, valid at all times, on the error of the weighted sum of the first quantities.
   pure real(dp) function along(self, weights)
     class(turn_errors_type), intent(in) :: self
     real(dp), intent(in) :: weights(:)
@@ -59,7 +63,7 @@ contains
     if (size(self%differences, 2) > 0) along = along + maxval(abs(matmul(weights, self%differences(:n, :))))
   end function along
 
-  !> Bounds on the error of each quantity that hold at all times, shape (n).
+  !> Bounds, valid at all times, on the error of each quantity, shape (n).
   pure function bounds(self)
     class(turn_errors_type), intent(in) :: self
     real(dp) :: bounds(size(self%rounding))
@@ -68,11 +72,12 @@ contains
     if (size(self%differences, 2) > 0) bounds = bounds + maxval(abs(self%differences), dim=2)
   end function bounds
 
-  !> The motion x at `phases`, shape (n, phases), the last one 1, that was followed with steps between `nodes`, the phases and the
-  !> `ends` of the segments, shape (0:K), each from its start, shape (n, K), beside one with half the steps. Error: overflow.
+  !> Compares a motion with one from the same starts with steps half as long. Error: overflow.
   subroutine compare(system, method, nodes, scale, ends, starts, phases, x, comparison, error)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method
+    !> Ends of the steps; units of the states, shape (n); ends of the segments, shape (0:K); starts of the segments, shape (n, K);
+    !> phases, of which the last is 1; and the motion x at these phases, shape (n, phases)
     real(dp), intent(in) :: nodes(:), scale(:), ends(0:), starts(:, :), phases(:), x(:, :)
     type(comparison_type), intent(out) :: comparison
     type(error_type), allocatable, intent(out) :: error
@@ -139,12 +144,16 @@ contains
 
   end subroutine compare
 
-  !> The z at the starts of few segments, shape (n, K), and what of it is due to z_1: (E - Phi) z_1 is what the motion from x_1
-  !> misses at the end of `turn`, one segment; `inverted`: the inverse of that matrix in balanced units. Error: it is singular.
+  !> Computes the corrections z at the starts of K segments, and their part due to z_1, which solves (E - Phi) z_1 = defect of the
+  !> whole period. Error: E - Phi is singular.
   subroutine close_turn(turn, comparison, scale, z, due, inverted, error)
+    !> Comparison over the whole period as a single segment; and comparison over the K segments
     type(comparison_type), intent(in) :: turn, comparison
+    !> Units of the states, shape (n)
     real(dp), intent(in) :: scale(:)
+    !> Corrections, shape (n, K), and their part due to z_1, shape (n, K)
     real(dp), intent(out) :: z(:, :), due(:, :)
+    !> (E - Phi)^-1 in balanced units
     real(dp), allocatable, intent(out) :: inverted(:, :)
     type(error_type), allocatable, intent(out) :: error
     integer :: k
@@ -159,11 +168,11 @@ contains
     end do
   end subroutine close_turn
 
-  !> The differences, from what the starts are moved by, z, and from what of that is due to the starts of a motion that is followed,
-  !> `due`, shape (n, K); and what roundings at the starts, shape (n, K), and `own` ones within
-  !> each segment, shape (K), both in balanced units, come to.
+  !> Computes the differences over the period, with the safety factor, and the effect of rounding.
   pure subroutine take_differences(comparison, scale, z, due, at_starts, own, errors)
     type(comparison_type), intent(in) :: comparison
+    !> Units of the states, shape (n); corrections at the starts and their part due to the starts, shape (n, K); rounding errors at
+    !> the starts, shape (n, K), and within each segment, shape (K), both in balanced units
     real(dp), intent(in) :: scale(:), z(:, :), due(:, :), at_starts(:, :), own(:)
     type(turn_errors_type), intent(out) :: errors
     integer :: phases, k
@@ -181,8 +190,8 @@ contains
     end do
   end subroutine take_differences
 
-  !> Roundings over a turn relative to the motion: of n numbers in every step, for nearly constant coefficients all with the same
-  !> sign, of the phase of the fastest motion, and the model's own.
+  !> Rounding error over a period, relative to the motion: the roundings in every step, which all have the same sign for nearly
+  !> constant coefficients; the phase error of the fastest motion; and the rounding of the model.
   pure real(dp) function relative_rounding(system, steps, phase_advance) result(rounding)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: steps
@@ -191,12 +200,13 @@ contains
     rounding = epsilon(1.0_dp) * (system%states * steps + 2 * phase_advance) + system%rounding
   end function relative_rounding
 
-  !> What roundings `own` within each of few segments, shape (K), in balanced units, come to at
-  !> the starts, shape (n, K): each reaches t_i through the Green's function of the periodic motion,
+  !> Effect at the starts of K segments, shape (n, K), of roundings within the segments, in balanced units. Each rounding reaches
+  !> t_i through the Green's function of the periodic motion,
   !>
   !>     G(t_i, t_j) = Phi(t_i, t_j) [t_i > t_j] + Phi(t_i, 0) (E - Phi(T))^-1 Phi(T, t_j).
   pure function rounding_errors(comparison, scale, inverted, own) result(at_starts)
     type(comparison_type), intent(in) :: comparison
+    !> Units of the states, shape (n); (E - Phi)^-1 in balanced units; roundings within each segment, shape (K)
     real(dp), intent(in) :: scale(:), inverted(:, :), own(:)
     real(dp) :: at_starts(size(scale), size(own))
     real(dp), dimension(size(scale), size(scale), size(own)) :: a, to_start, to_end
@@ -207,7 +217,7 @@ contains
     do i = 1, count
       a(:, :, i) = balanced(comparison%map(:, :, i), scale)
     end do
-    ! Phi(t_i, 0) (E - Phi)^-1, and Phi(T, t_{j+1}).
+    ! Phi(t_i, 0) (E - Phi)^-1, and Phi(T, t_{j+1})
     to_start(:, :, 1) = inverted
     to_end(:, :, count) = unit_matrix(size(scale))
     do i = 2, count
