@@ -1,5 +1,5 @@
-!> The points of a sweep: one or two axes, and the tiles into which their grid is divided. A tile is what is computed,
-!> written and restarted as a whole; the tiles follow from the grid alone, never from who computes them.
+!> The points of a sweep: one or two parameter axes and the tiles into which their grid is divided.
+!> A tile is computed, written and restarted as a whole. Tiles depend on the grid alone, not on the number of threads or ranks.
 module gestell_study_grid
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -10,20 +10,21 @@ module gestell_study_grid
 
   public :: check_axis, check_grid, check_tile, new_axis, new_grid
 
-  !> Values of one parameter.
+  !> Equidistant values of one parameter, on a linear or a logarithmic scale.
+  !> First value, last value and number of values
   type, public :: axis_type
     real(dp) :: from = 0, to = 0
     integer :: count = 1
-    !> Whether the values follow each other by a constant factor in place of a constant difference.
+    !> True if consecutive values have a constant ratio instead of a constant difference
     logical :: logarithmic = .false.
   contains
     procedure :: value => value_of_axis
   end type axis_type
 
-  !> Points (i, j), i on the first axis and slow, j on the second and fast; one axis: j = 1.
+  !> A grid of points (i, j). The index i of the first axis varies slowly, j of the second axis fast; with one axis j = 1.
   type, public :: grid_type
     type(axis_type), allocatable :: axes(:)
-    !> Whether its points are solved one by one: then the tiles are smaller.
+    !> True if points are solved one by one; then tiles are smaller
     logical :: one_by_one = .false.
   contains
     procedure :: points
@@ -32,21 +33,22 @@ module gestell_study_grid
     procedure :: parameters
   end type grid_type
 
-  !> Points first(1) ... last(1) of the first axis times first(2) ... last(2) of the second.
+  !> Points first(1) ... last(1) of the first axis combined with first(2) ... last(2) of the second.
   type, public :: tile_type
     integer :: number = 0, first(2) = 1, last(2) = 1
   end type tile_type
 
-  !> Values that a tile has on an axis, at the most, where there are two axes, also where its points are solved one by one, and
-  !> where there is one.
+  !> Maximum number of values of a tile along an axis: with two axes, with two axes whose points are solved one by one, with one
+  !> axis.
   integer, parameter :: most_of_two = 500, most_one_by_one = 250, most_of_one = 4000
-  !> Tiles along an axis at least, but of a large grid that is expanded: several threads want work.
+  !> Minimum number of tiles along an axis, so that several threads have work, and points that such a tile has at least. Large
+  !> grids that are expanded have no such minimum.
   integer, parameter :: usual_tiles = 4, least_of_tile = 8
 
 contains
 
-  !> An axis of `count` values. Errors: it is empty, or its length or ratio overflows; a logarithmic one comes
-  !> to zero.
+  !> Makes an axis of `count` values. Fails if the range is empty or not finite, if its length or ratio overflows, or if a
+  !> logarithmic range contains zero.
   pure subroutine new_axis(axis, from, to, count, logarithmic, error)
     type(axis_type), intent(out) :: axis
     real(dp), intent(in) :: from, to
@@ -58,7 +60,7 @@ contains
     call check_axis(axis, error)
   end subroutine new_axis
 
-  !> Errors: as of `new_axis`.
+  !> Checks an axis. Fails in the same cases as `new_axis`.
   pure subroutine check_axis(axis, error)
     type(axis_type), intent(in) :: axis
     type(error_type), allocatable, intent(out) :: error
@@ -82,7 +84,7 @@ contains
     end associate
   end subroutine check_axis
 
-  !> Value `i` of 1 ... count; the ends are exactly those that were given.
+  !> Value number `i` of 1 ... count. The end values are returned exactly as given.
   elemental real(dp) function value_of_axis(self, i) result(value)
     class(axis_type), intent(in) :: self
     integer, intent(in) :: i
@@ -102,7 +104,7 @@ contains
     end if
   end function value_of_axis
 
-  !> The grid of one or two axes. Errors: as of `check_grid`.
+  !> Makes a grid of one or two axes. Fails in the same cases as `check_grid`.
   pure subroutine new_grid(grid, axes, error)
     type(grid_type), intent(out) :: grid
     type(axis_type), intent(in) :: axes(:)
@@ -113,7 +115,7 @@ contains
     call check_grid(grid, error)
   end subroutine new_grid
 
-  !> Errors: it has not one axis or two; one of them is none.
+  !> Checks a grid. Fails if the number of axes is not one or two, or if an axis is invalid.
   pure subroutine check_grid(grid, error)
     type(grid_type), intent(in) :: grid
     type(error_type), allocatable, intent(out) :: error
@@ -131,7 +133,7 @@ contains
     end do
   end subroutine check_grid
 
-  !> Error: the grid has no such tile.
+  !> Fails if the tile is not a tile of the grid.
   pure subroutine check_tile(grid, tile, error)
     type(grid_type), intent(in) :: grid
     type(tile_type), intent(in) :: tile
@@ -144,7 +146,7 @@ contains
     end if
   end subroutine check_tile
 
-  !> All points; none of a grid without axes.
+  !> Number of points; 0 for a grid without axes.
   pure integer(int64) function points(self)
     class(grid_type), intent(in) :: self
 
@@ -152,7 +154,7 @@ contains
     if (allocated(self%axes)) points = product(int(self%axes%count, int64))
   end function points
 
-  !> All tiles; none of a grid without axes.
+  !> Number of tiles; 0 for a grid without axes.
   pure integer function tiles(self)
     class(grid_type), intent(in) :: self
     integer :: along(2)
@@ -163,7 +165,7 @@ contains
     tiles = product(along)
   end function tiles
 
-  !> Tile `number` of 1 ... tiles; of another number an empty one, with number 0.
+  !> Tile `number` of 1 ... tiles. For any other number an empty tile with number 0.
   pure type(tile_type) function tile(self, number)
     class(grid_type), intent(in) :: self
     integer, intent(in) :: number
@@ -182,6 +184,7 @@ contains
     end do
   end function tile
 
+  !> Number of tiles along each axis.
   pure function tiles_along(self) result(along)
     class(grid_type), intent(in) :: self
     integer :: along(2), most, k
@@ -200,7 +203,7 @@ contains
     end do
   end function tiles_along
 
-  !> The parameters of point (i, j), shape (number of axes).
+  !> Parameter values at point (i, j), shape (number of axes).
   pure function parameters(self, i, j)
     class(grid_type), intent(in) :: self
     integer, intent(in) :: i, j

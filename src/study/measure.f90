@@ -1,5 +1,5 @@
-!> A quantity of the vibration as one number: its peak or its rms over the turn, or of a probe's
-!> velocity what a vibration meter shows, the rms within the probe's band of frequencies.
+!> Reduces a quantity of the vibration to one number: its peak or rms over the turn, or the rms that a vibration meter shows, with
+!> the orders in the frequency band of a probe.
 module gestell_study_measure
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -20,26 +20,27 @@ module gestell_study_measure
   integer, parameter, public :: peak_measure = 1, rms_measure = 2, band_measure = 3
   character(len=*), parameter, public :: measure_names(3) = [character(len=4) :: "peak", "rms", "band"]
 
+  !> A quantity of the vibration and the number to which it is reduced.
   type, public :: measure_type
-    !> The user's name of the quantity (gestell_model_quantity); peak, rms or band.
+    !> The user's name of the quantity (gestell_model_quantity); `kind`: `peak_measure`, `rms_measure` or `band_measure`
     character(len=word_length) :: quantity = ""
     integer :: kind = peak_measure
-    !> Of the number.
+    !> Unit of the number
     character(len=8) :: unit = ""
-    !> The band of frequencies (Hz).
+    !> Frequency band of a band measure (Hz)
     real(dp) :: band(2) = 0
   contains
     procedure :: name
     procedure :: meaning
   end type measure_type
 
-  !> A vibration meter shows mm/s.
+  !> Vibration meters show mm/s.
   character(len=*), parameter :: meter_unit = "mm/s"
   real(dp), parameter :: meter_scale = 1000
 
 contains
 
-  !> As it is called in tables, without the unit: f_peak.
+  !> Name in tables, without the unit, for example f_peak.
   pure function name(self)
     class(measure_type), intent(in) :: self
     character(len=len(self%quantity) + 1 + len(measure_names)) :: name
@@ -47,7 +48,7 @@ contains
     name = trim(self%quantity) // "_" // measure_names(self%kind)
   end function name
 
-  !> What the number is.
+  !> Meaning of the number, for headings.
   pure character(len=48) function meaning(self)
     class(measure_type), intent(in) :: self
     character(len=*), parameter :: meanings(3) = [character(len=len(meaning)) :: "greatest size over the turn", &
@@ -56,7 +57,7 @@ contains
     meaning = meanings(self%kind)
   end function meaning
 
-  !> Whether the quantity has a band: the velocities of probes.
+  !> True if the quantity can be measured in a band: it is the velocity of a probe.
   pure logical function has_band(quantity)
     character(len=*), intent(in) :: quantity
     integer :: dot
@@ -65,12 +66,14 @@ contains
     has_band = index(quantity, "probe(") == 1 .and. any(quantity(dot + 2:) == [character(len=2) :: "v", "vx", "vy", "vz"])
   end function has_band
 
-  !> A measure of the quantity `name` of the frame, whose mechanism need not turn. Errors: there is no such quantity; it has no
-  !> band.
+  !> Makes a measure of the quantity `name`. The frame's mechanism need not turn.
+  !> Fails if the quantity does not exist or cannot be measured in a band.
   pure subroutine new_measure(frame, probes, name, kind, measure, error)
+    !> The frame and the probes that `name` may refer to
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)
     character(len=*), intent(in) :: name
+    !> `peak_measure`, `rms_measure` or `band_measure`
     integer, intent(in) :: kind
     type(measure_type), intent(out) :: measure
     type(error_type), allocatable, intent(out) :: error
@@ -93,7 +96,7 @@ contains
     end do
   end subroutine new_measure
 
-  !> How many rows of the motion they need (gestell_model_quantity_rows). Error: as of `new_measure`.
+  !> Number of rows of the motion that the measures need (gestell_model_quantity_rows). Fails in the same cases as `new_measure`.
   pure subroutine rows_of(frame, probes, measures, rows, error)
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)
@@ -111,17 +114,20 @@ contains
     end do
   end subroutine rows_of
 
-  !> The vibration of `system`, a frame or the averaged model of one, at some times, and what is measured of it as `take_measures`
-  !> has it. Errors: as of `solve_vibration` and `take_measures`.
+  !> Solves the vibration of `system`, a frame or the averaged model of one, and measures it.
+  !> Fails as `solve_vibration` or `take_measures` does.
   subroutine solve_measures(system, floquet, probes, measures, vibration, values, error, least_rows)
     class(periodic_system), intent(in), target :: system
+    !> Floquet solution of `system` with its load
     type(floquet_type), intent(in) :: floquet
+    !> Probes that the measures may name
     type(probe_type), intent(in) :: probes(:)
     type(measure_type), intent(in) :: measures(:)
     type(vibration_type), intent(out) :: vibration
+    !> The measures and bounds on their errors, shape (2, measures); 0 if `system` is no frame
     real(dp), intent(out) :: values(:, :)
     type(error_type), allocatable, intent(out) :: error
-    !> Rows of the motion that the vibration is to hold at least, if any
+    !> Minimum number of rows of the motion that `vibration` must hold
     integer, intent(in), optional :: least_rows
     integer, parameter :: points = 64, harmonics = 20
     class(frame_type), pointer :: frame
@@ -139,8 +145,8 @@ contains
     if (.not. allocated(error)) call take_measures(frame, probes, vibration, measures, values, error)
   end subroutine solve_measures
 
-  !> Each measure of a vibration of the frame and a bound on its error, in its unit; shape (2, measures). Errors: there is no such
-  !> quantity; the vibration does not hold the rows of the motion that they need.
+  !> Computes each measure of a vibration of the frame and a bound on its error, in the unit of the measure, shape (2, measures).
+  !> Fails if a quantity does not exist, or if the vibration does not hold the rows of the motion that the measures need.
   subroutine take_measures(frame, probes, vibration, measures, values, error)
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)
@@ -166,7 +172,7 @@ contains
       case default
         call band_rms(statistics, frame%period, measures(i)%band, along(:size(statistics%series)), greatest, error)
         if (allocated(error)) return
-        ! a part of an error, in the mean square, is at most its greatest value
+        ! the rms of the error within the band is at most the error bound of the whole
         values(:, i) = meter_scale * [greatest, statistics%error]
       end select
     end do

@@ -1,4 +1,4 @@
-!> The one solver of the machines of a family: a member, whether there is one, its Floquet solution and its multipliers.
+!> Solves one machine of a family: builds the member, its Floquet solution and its multipliers.
 module gestell_study_member
   use gestell_base_error, only: error_type, failed_computation, impossible_mechanism
   use gestell_base_kinds, only: dp
@@ -11,10 +11,11 @@ module gestell_study_member
   implicit none (type, external)
   private
 
+  !> A member of a family, what has been computed of it, and the reason if a computation failed.
   type, public :: member_type
-    !> `not_judged` while all that was requested of it exists, else `impossible` or `failed`.
+    !> `not_judged` while everything requested has been computed, otherwise `impossible` or `failed`
     type(verdict_type) :: state = failed
-    !> Why it is not sound.
+    !> The error behind the state `impossible` or `failed`
     type(error_type), allocatable :: reason
     class(periodic_system), allocatable :: system
     type(floquet_type) :: floquet
@@ -28,13 +29,14 @@ module gestell_study_member
 
 contains
 
+  !> True if everything requested so far has been computed.
   pure logical function is_sound(self)
     class(member_type), intent(in) :: self
 
     is_sound = self%state == not_judged
   end function is_sound
 
-  !> The member of `family` at these parameters. Error: they make no sense; whatever else is missing the state tells.
+  !> Builds the member of `family` at these parameters. Fails if the parameters are invalid; other failures are recorded in `state`.
   subroutine make(self, family, parameters, error)
     class(member_type), intent(inout) :: self
     class(family_type), intent(in) :: family
@@ -47,7 +49,7 @@ contains
     call self%take_failure(failure, error)
   end subroutine make
 
-  !> The Floquet solution of a member that is sound. Error: as of `make`.
+  !> Computes the Floquet solution of a sound member; `forced`: with the periodic solution. Fails in the same cases as `make`.
   subroutine solve(self, accuracy, forced, error)
     class(member_type), intent(inout) :: self
     type(accuracy_type), intent(in) :: accuracy
@@ -60,7 +62,7 @@ contains
     call self%take_failure(failure, error)
   end subroutine solve
 
-  !> The multipliers of a member that is solved and sound. Error: as of `make`.
+  !> Computes the multipliers of a sound member with a Floquet solution; `vectors`: with eigenvectors. Fails as `make` does.
   subroutine multipliers_of_member(self, vectors, multipliers, error)
     class(member_type), intent(inout) :: self
     logical, intent(in) :: vectors
@@ -73,7 +75,7 @@ contains
     call self%take_failure(failure, error)
   end subroutine multipliers_of_member
 
-  !> Takes a `failure`, if there is one, for the state; what is the caller's own becomes `error`.
+  !> Records `failure` in the member's state. Failures that are the caller's fault (invalid input) are returned in `error`.
   subroutine take_failure(self, failure, error)
     class(member_type), intent(inout) :: self
     type(error_type), allocatable, intent(inout) :: failure

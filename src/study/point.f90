@@ -1,4 +1,4 @@
-!> One point of a sweep by a solution of its own.
+!> Solves one point of a sweep directly, without an expansion.
 module gestell_study_point
   use gestell_base_error, only: error_type, invalid_input
   use gestell_base_kinds, only: dp
@@ -17,21 +17,21 @@ module gestell_study_point
 
   public :: peak_limit, solve_point
 
-  !> What is computed at every point of a sweep.
+  !> Results that a sweep computes at every point, and the methods that it uses.
   type, public :: sweep_options
     type(accuracy_type) :: accuracy
-    !> The requested columns; by default all that a frame in the plane has.
+    !> True for each requested column; the default is all columns of a frame in the plane
     logical :: columns(sweep_columns) = [.true., .true., .true., .true., .true., .true., .true., .false., .false., .false.]
-    !> Whether the verdict stands behind the peaks, as where the input names peaks and no verdict.
+    !> True if the verdict stands behind the peaks, as when the input names peaks and no verdict
     logical :: verdict_last = .false.
-    !> What is measured of the vibration, each with its error, behind these columns; and the probes that it names.
+    !> Measures of the vibration, each with its error, written behind these columns; probes that the measures name
     type(measure_type), allocatable :: measures(:)
     type(probe_type), allocatable :: probes(:)
-    !> 'auto', 'expansion' or 'direct'.
+    !> 'auto', 'expansion' or 'direct'
     character(len=9) :: engine = "auto"
-    !> The model of the frame (gestell_study_frame_model), by which the family's members are.
+    !> Model of the frame by which members are solved (gestell_study_frame_model)
     character(len=11) :: model = "exact"
-    !> Whether the input names the columns: then all of them are drawn.
+    !> True if the input names the columns; then pictures show all of them
     logical :: names_columns = .false.
   contains
     procedure :: ordered
@@ -42,7 +42,7 @@ module gestell_study_point
 
 contains
 
-  !> The requested columns by their numbers, in the order of the file.
+  !> Numbers of the requested columns, in the order of the file.
   pure function ordered(self) result(columns)
     class(sweep_options), intent(in) :: self
     integer :: columns(count(self%columns))
@@ -52,7 +52,7 @@ contains
     if (self%verdict_last) columns = [pack(columns, columns /= verdict), verdict]
   end function ordered
 
-  !> How many measures are requested.
+  !> Number of requested measures.
   pure integer function measured(self)
     class(sweep_options), intent(in) :: self
 
@@ -60,28 +60,31 @@ contains
     if (allocated(self%measures)) measured = size(self%measures)
   end function measured
 
-  !> Whether every point must be solved by itself: the engine, the accuracy, the model or a measure demands it.
+  !> True if every point must be solved directly, because the engine, the accuracy, the model or a measure requires it.
   pure logical function one_by_one(self)
     class(sweep_options), intent(in) :: self
 
     one_by_one = self%engine == "direct" .or. self%accuracy%steps > 0 .or. self%model == "averaged" .or. self%measured() > 0
   end function one_by_one
 
-  !> How many numbers of a point are reported.
+  !> Number of values reported for each point.
   pure integer function numbers(self)
     class(sweep_options), intent(in) :: self
 
     numbers = count(self%columns) + 2 * self%measured()
   end function numbers
 
-  !> All columns of a point; those that are not wanted or have no number are NaN. `measures`: what was measured and its errors,
-  !> shape (2, measures). Error: the parameters make no sense, or a measure.
+  !> Computes all columns of one point. Columns that are not requested or have no value are NaN.
+  !> Fails if the parameters or a measure are invalid; other failures are recorded as the verdict.
   subroutine solve_point(family, parameters, options, values, error, measures)
+    !> The machines of the sweep
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: parameters(:)
     type(sweep_options), intent(in) :: options
+    !> Values of all columns
     real(dp), intent(out) :: values(sweep_columns)
     type(error_type), allocatable, intent(out) :: error
+    !> Values of the measures and bounds on their errors, shape (2, measures)
     real(dp), intent(out), optional :: measures(:, :)
     type(member_type) :: member
     type(multipliers_type) :: multipliers
@@ -111,16 +114,16 @@ contains
     if (forced) call set_vibration(member, options, values, error, measures)
   end subroutine solve_point
 
-  !> Relative error of the vibration, in the norm of balanced units, that is allowed where the peaks come from an expansion: beside
-  !> a resonance its error is many times that of Phi.
+  !> Relative error of the vibration, in the norm of balanced units, that is accepted if peaks come from an expansion.
+  !> Near a resonance the error of the vibration is many times that of Phi.
   pure real(dp) function peak_limit(options)
     type(sweep_options), intent(in) :: options
 
     peak_limit = 1000 * options%accuracy%tolerance
   end function peak_limit
 
-  !> The peaks of a frame's vibration, and what is measured of it; a resonance has none, nor has another system. Error: a measure
-  !> makes no sense.
+  !> Sets the peaks of the frame's vibration and the measures. They stay NaN in resonance and for systems that are not frames.
+  !> Fails if a measure is invalid.
   subroutine set_vibration(member, options, values, error, measures)
     type(member_type), intent(in) :: member
     type(sweep_options), intent(in) :: options

@@ -1,5 +1,5 @@
-!> The vibration of a machine at one speed, as a resonance curve needs it: peaks, roots of the mean square, orders, and where
-!> the free vibrations stand against the period.
+!> Solves a machine at one speed for a resonance curve: peaks, rms values, orders, and the frequencies of the free vibrations
+!> relative to the period.
 module gestell_study_speed_point
   use gestell_base_error, only: error_type, fatal_error, invalid_input, resonance
   use gestell_base_kinds, only: dp, pi
@@ -25,56 +25,57 @@ module gestell_study_speed_point
 
   public :: check_speed_options, solve_response, solve_speed_point, take_turns
 
-  !> What is wanted at every speed.
+  !> Results requested at every speed.
   type, public :: speed_options
-    !> Quantities by the user's names (gestell_model_quantity), and the probes that they may name.
+    !> Quantities by the user's names (gestell_model_quantity), and the probes that they name
     character(len=word_length), allocatable :: names(:)
     type(probe_type), allocatable :: probes(:)
-    !> How many harmonics of the period are split off, which are orders of the crank where it turns once in the period: 1, 2, ...,
-    !> or `harmonics` where they are given.
+    !> Harmonics of the period whose amplitudes are reported: 1 ... `orders`, or the list `harmonics` if it is allocated.
+    !> If the crank turns once in the period they are orders of the crank.
     integer :: orders = 6
     integer, allocatable :: harmonics(:)
     type(accuracy_type) :: accuracy
-    !> What else is measured of these quantities.
+    !> Further measures of these quantities
     type(measure_type), allocatable :: measures(:)
   contains
     procedure :: split_off
   end type speed_options
 
+  !> Results at one speed.
   type, public :: speed_point_type
-    !> The family's parameter.
+    !> The family's parameter
     real(dp) :: speed = 0
-    !> The verdict on its vibration, or why there is none.
+    !> The verdict on the vibration, or the reason why there is none
     type(verdict_type) :: state = failed
-    !> Of each quantity peak, a bound on its error, rms, amplitudes of the harmonics that are split off; shape
-    !> (3 + harmonics, quantities); NaN where there is no vibration. The strongest of all harmonics.
+    !> Peak, bound on its error, rms and amplitudes of the harmonics of each quantity, shape (3 + harmonics, quantities); NaN if
+    !> there is no vibration. `strongest`: number of the strongest of all harmonics
     real(dp), allocatable :: values(:, :)
     integer, allocatable :: strongest(:)
-    !> Each measure that was ordered and its error, shape (2, measures).
+    !> Each requested measure and a bound on its error, shape (2, measures)
     real(dp), allocatable :: measured(:, :)
-    !> Of each free vibration: its turns within the period up to whole ones, in (-1/2, 1/2], the logarithm of its growth in it,
-    !> and the turns that the averaged frame would give all of them, ascending; shapes (modes). Not allocated where there are no
-    !> multipliers.
+    !> Of each free vibration: turns within the period, reduced to (-1/2, 1/2], and logarithm of the growth within it.
+    !> `averaged_turns`: natural frequencies of the averaged frame times the period over 2 pi, ascending. Shapes (modes); `turns`
+    !> and `growth` are not allocated if there are no multipliers
     real(dp), allocatable :: turns(:), growth(:), averaged_turns(:)
-    !> 2 pi over the period (rad/s), and how often the drive turns in it.
+    !> 2 pi over the period (rad/s), and number of turns of the drive in the period
     real(dp) :: crank = 0
     integer :: drive_turns = 1
-    !> How far the frame moves; nowhere where there is no vibration.
+    !> Distances by which the frame moves; 0 if there is no vibration
     type(moved_type) :: moved
-    !> Whether the vibration obeys linear equations. Only then can it grow without bounds; that of the exact frame stays finite, but
-    !> may be one of several.
+    !> True if the equations are linear. Only then can the vibration grow without bounds. A vibration of the exact frame stays
+    !> finite, but may be one of several
     logical :: linear = .true.
-    !> How near the nearest multiplier comes to 1, at which a vibration of the exact frame ceases to exist.
+    !> Distance of the nearest multiplier from 1, where a vibration of the exact frame ceases to exist
     real(dp) :: from_fold = huge(1.0_dp)
   end type speed_point_type
 
-  !> Rows that solve_vibration is asked for; the harmonics it is asked for at least.
+  !> Rows requested from solve_vibration, and the minimum number of harmonics requested.
   integer, parameter :: history = 64, harmonics = 20
 
 contains
 
-  !> The member of `family` at `speed`. Error: the parameter or the accuracy makes no sense, or a name; whatever else is missing
-  !> the state tells.
+  !> Solves the member of `family` at `speed`. Fails if the speed, the accuracy or a name is invalid; other failures are
+  !> recorded in `point%state`.
   subroutine solve_speed_point(family, speed, options, point, error)
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: speed
@@ -86,7 +87,7 @@ contains
     point%speed = speed
   end subroutine solve_speed_point
 
-  !> Errors: no quantities; orders or an accuracy out of range.
+  !> Fails if there are no quantities, or if the orders or the accuracy are out of range.
   pure subroutine check_speed_options(options, error)
     type(speed_options), intent(in) :: options
     type(error_type), allocatable, intent(out) :: error
@@ -106,7 +107,7 @@ contains
     if (.not. allocated(error)) call check_accuracy(options%accuracy, error)
   end subroutine check_speed_options
 
-  !> The harmonics that are split off.
+  !> Numbers of the harmonics whose amplitudes are reported.
   pure function split_off(self) result(harmonics)
     class(speed_options), intent(in) :: self
     integer, allocatable :: harmonics(:)
@@ -119,7 +120,7 @@ contains
     end if
   end function split_off
 
-  !> The same at any parameters; `speed` stays open.
+  !> Solves the member of `family` at any parameters; `point%speed` is left for the caller. Fails as `solve_speed_point` does.
   subroutine solve_response(family, parameters, options, point, error)
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: parameters(:)
@@ -189,11 +190,11 @@ contains
     call take_measures(frame, probes, vibration, options%measures, point%measured, error)
   end subroutine solve_response
 
-  !> How far each free vibration turns. Of two conjugate multipliers one belongs to the rotation q = exp(i w t), w > 0: that
-  !> whose eigenvector has Im(q* M q') > 0. Real multipliers come in pairs too.
+  !> Computes by how much each free vibration turns within the period. Of two conjugate multipliers one belongs to the rotation
+  !> q = exp(i w t) with w > 0; its eigenvector satisfies Im(q* M q') > 0. Real multipliers come in pairs too.
   subroutine take_turns(frame, arg, log_abs, vectors, point)
     class(frame_type), intent(in) :: frame
-    !> ln(rho) of all multipliers, shapes (states), and their eigenvectors, shape (states, states)
+    !> Imaginary and real parts of ln(rho) of all multipliers, shapes (states); their eigenvectors, shape (states, states)
     real(dp), intent(in) :: arg(:), log_abs(:)
     complex(dp), intent(in) :: vectors(:, :)
     type(speed_point_type), intent(inout) :: point

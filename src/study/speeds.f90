@@ -1,4 +1,4 @@
-!> What a list of crank speeds has to be.
+!> Checks lists of crank speeds and numbers of orders.
 module gestell_study_speeds
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -8,12 +8,12 @@ module gestell_study_speeds
 
   public :: check_orders, check_speeds
 
-  !> Orders of the crank that can be asked for.
+  !> Largest order of the crank that can be requested.
   integer, parameter :: most_orders = 8000
 
 contains
 
-  !> Error: `speeds` (1/min) are not finite numbers of one sign, ascending or descending, one at least.
+  !> Fails unless `speeds` (1/min) are finite, of one sign and strictly ascending or descending, at least one.
   pure subroutine check_speeds(speeds, error)
     real(dp), intent(in) :: speeds(:)
     type(error_type), allocatable, intent(out) :: error
@@ -27,7 +27,7 @@ contains
       & invalid_input)
   end subroutine check_speeds
 
-  !> Error: so many orders cannot be told.
+  !> Fails if the number of orders is negative or too large.
   pure subroutine check_orders(orders, error)
     integer, intent(in) :: orders
     type(error_type), allocatable, intent(out) :: error

@@ -1,4 +1,4 @@
-!> One table of the mechanism for many cases.
+!> Shares one table of the mechanism among many cases of a frame.
 module gestell_study_table
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_period_map, only: end_of_block
@@ -13,8 +13,8 @@ module gestell_study_table
 contains
 
   !> Tabulates the frame's mechanism where `method` samples it between `nodes` (gestell_floquet_integrator_mesh) in `period_map`.
-  !> Then the frame may be solved with these nodes for any speed of the same sign, mass, inertia, origin, stiffness and damping
-  !> without evaluating its mechanism again.
+  !> Afterwards the frame can be solved with these nodes without evaluating its mechanism again, for any mass, inertia, origin,
+  !> stiffness and damping and any speed of the same sign.
   subroutine remember_mechanism(frame, method, nodes)
     type(frame_type), intent(inout) :: frame
     class(method_type), intent(in) :: method
@@ -29,7 +29,7 @@ contains
     end do
   end subroutine remember_mechanism
 
-  !> Two frames take each other's mechanism, which is the same but for what it remembers.
+  !> Exchanges the mechanisms of two frames. They are equal except for their tables.
   pure subroutine exchange_mechanisms(one, other)
     class(frame_type), intent(inout) :: one, other
     class(mechanism_type), allocatable :: own

@@ -1,4 +1,4 @@
-!> The columns of a sweep, one record each, and the results of a tile.
+!> The columns of a sweep, with one record for each column, and the results of one tile.
 module gestell_study_tile_results
   use gestell_base_kinds, only: dp
   implicit none (type, external)
@@ -6,20 +6,20 @@ module gestell_study_tile_results
 
   public :: peaks_of
 
-  !> Numbers of the columns, in the order in which files list them; peaks in the order of the frame's degrees of freedom.
+  !> Numbers of the columns in the order of files; the peaks follow the order of the frame's degrees of freedom.
   integer, parameter, public :: rho_max = 1, log_rho_max = 2, rho_error = 3, verdict = 4, xi_peak = 5, eta_peak = 6, &
     & psi_peak = 7, last_peak = 10, sweep_columns = 10
 
-  !> What a sweep can report of every point.
+  !> A column that a sweep can report for every point.
   type, public :: sweep_column_type
-    !> Name in the input and in files, which ends with the unit
+    !> Name in the input and in files, ending with the unit
     character(len=16) :: name = ""
-    !> Unit of the numbers; symbol in pictures
+    !> Unit of the values; symbol in pictures
     character(len=3) :: unit = ""
     character(len=7) :: symbol = ""
-    !> Name of the column with the error
+    !> Name of the column with the error bound
     character(len=9) :: error = ""
-    !> Whether numbers may be negative: then they take one character more
+    !> True if values may be negative; then they take one more character
     logical :: signed = .false.
   end type sweep_column_type
 
@@ -35,20 +35,21 @@ module gestell_study_tile_results
     & sweep_column_type("rot_xi_peak_rad", "rad", "rot ξ"), &
     & sweep_column_type("rot_eta_peak_rad", "rad", "rot η")]
 
+  !> Results of one tile.
   type, public :: tile_results_type
-    !> The numbers of the requested columns and behind them measures with their errors, NaN where there is none, the verdict as its
-    !> number (gestell_base_verdict); shape (numbers, points of the second axis, points of the first).
+    !> Values of the requested columns, then measures with their errors; shape (values, points of axis 2, points of axis 1). NaN
+    !> where a value does not exist; verdicts as their numbers (gestell_base_verdict)
     real(dp), allocatable :: values(:, :, :)
-    !> Solutions that were computed point by point, and those that an expansion rests on.
+    !> Number of solutions: at points solved directly, and for the support of expansions
     integer :: solutions = 0
-    !> Points that were compared with solutions of their own, and the greatest deviation of Phi (and x_p) relative to its size.
+    !> Number of points checked against direct solutions; largest deviation of Phi (and x_p), relative to its size
     integer :: checks = 0
     real(dp) :: deviation = 0
   end type tile_results_type
 
 contains
 
-  !> Which columns are peaks of a frame with so many degrees of freedom.
+  !> True for the columns that are peaks of a frame with `dofs` degrees of freedom, shape (columns).
   pure function peaks_of(dofs) result(columns)
     integer, intent(in) :: dofs
     logical :: columns(sweep_columns)

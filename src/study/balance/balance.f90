@@ -2,7 +2,7 @@
 !>
 !> A counterweight has the unbalance u = m c = rho exp(i alpha) at a given radius r = |c|, so its mass is m = rho / r (symbols
 !> as in gestell_study_balance_bodies). It adds to S'', the sum of m r'' over the masses, and to the moment A' - K'/2
-!> (gestell_model_mechanism_shaking; K/2 only if the torque of the drive comes from outside the frame)
+!> (gestell_model_mechanism_shaking; K'/2 only if the crank turns evenly in space)
 !>
 !>     rho [f_0(phi) + f_1(phi) cos alpha + f_2(phi) sin alpha].
 !>
@@ -205,7 +205,7 @@ contains
     rows(3, :) = rows(3, :) - about(1) * rows(2, :) + about(2) * rows(1, :)
   end subroutine move_moment
 
-  !> Shaking of links in the plane, shape (3, angles). `part`: share of psi by which the crank angle falls back (0 or 1).
+  !> Shaking of links in the plane, shape (3, angles). The crank angle falls back by `part` times psi.
   function shaking_in_plane(links, at, part, about) result(rows)
     type(link_type), intent(in) :: links(:)
     type(point_type), intent(in) :: at(:, :)

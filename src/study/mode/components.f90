@@ -1,4 +1,4 @@
-!> The strongest harmonic components of a periodic motion.
+!> Finds the strongest harmonic components of a free vibration (doc/theory.md, equation 78).
 module gestell_study_mode_components
   use gestell_base_kinds, only: dp, pi
   use gestell_math_dft, only: dft
@@ -8,19 +8,22 @@ module gestell_study_mode_components
 
   public :: find_components, keep_component
 
-  !> Components below this part of the whole are left out.
+  !> Components with a smaller share of the whole are dropped.
   real(dp), parameter :: least_share = 1.0e-3_dp
 
 contains
 
-  !> Components of a mode whose p is given at equidistant phases, shape (samples, f); `turn` = Im lambda (rad/s). Their
-  !> strength is |c_m|^2 in the norm of `mass`: they add up to the mean square of the motion (Parseval), whatever springs there
-  !> are. Two conjugate components, which p has where lambda is real, are one vibration. The strongest stands first.
-  !> Where it has less than half of the strength, as of a vibration whose frequency a slow crank modulates, it gets the
-  !> frequency that is nearest to the mean of those with its shape.
+  !> Finds the components c_m of a mode from p at equidistant phases and sorts them by strength, strongest first. The strength
+  !> |c_m|^2 in the norm of `mass` does not depend on the springs; the strengths add up to the mean square of the motion (Parseval).
+  !> If lambda is real, p has conjugate components; two of them count as one vibration. If the strongest component has less than
+  !> half of the strength, as when a slow crank modulates the frequency, its frequency is replaced by the one nearest to the mean
+  !> over all components of similar shape.
   pure subroutine find_components(p, turn, period, mass, mode)
+    !> Positions without growth, shape (samples, f)
     complex(dp), intent(in) :: p(:, :)
+    !> Im lambda (rad/s), the period (s), the mean mass matrix, shape (f, f)
     real(dp), intent(in) :: turn, period, mass(:, :)
+    !> Receives the components
     type(mode_type), intent(inout) :: mode
     complex(dp) :: c(size(p, 1), size(p, 2))
     real(dp) :: strength(size(p, 1)), frequencies(size(p, 1)), all, both, name
@@ -37,7 +40,7 @@ contains
     place = maxloc(strength, dim=1)
     name = frequencies(place)
     if (strength(place) < 0.5_dp * all) name = frequencies(nearest_to_mean(frequencies, strength, c, mass))
-    ! Of a real lambda.
+    ! False if lambda is real, or real plus i pi / T: then conjugate components belong together.
     alone = abs(turn * period / pi - nint(turn * period / pi)) > 1.0e-12_dp
     mode%components = 0
     do k = 1, most_components
@@ -49,7 +52,7 @@ contains
         strength(mirrored) = -1
       end if
       if (both < least_share * all .and. k > 1) exit
-      ! The sum of all is at least `both`, unless rounding has made the mass matrix indefinite.
+      ! The sum of all strengths is at least `both`, unless rounding has made the mass matrix indefinite.
       call keep_component(name, c(place, :), both / max(all, both, tiny(all)), mass, mode)
       place = maxloc(strength, dim=1)
       name = frequencies(place)
@@ -57,7 +60,7 @@ contains
 
   contains
 
-    !> Of the component at a place of the transform.
+    !> Order of the component at an index of the transform.
     pure integer function order(at)
       integer, intent(in) :: at
 
@@ -67,7 +70,7 @@ contains
 
   end subroutine find_components
 
-  !> The component nearest to the mean |frequency| of all, each as strong as it resembles the strongest.
+  !> Index of the component nearest to the mean |frequency|, weighted by strength and by similarity to the strongest component.
   pure integer function nearest_to_mean(frequencies, strength, c, mass) result(place)
     real(dp), intent(in) :: frequencies(:), strength(:), mass(:, :)
     complex(dp), intent(in) :: c(:, :)
@@ -84,7 +87,7 @@ contains
     place = minloc(abs(abs(frequencies) - sum(weight * abs(frequencies)) / sum(weight)), dim=1)
   end function nearest_to_mean
 
-  !> Adds a component of `frequency` (rad/s); one that turns backward is the conjugate of one that turns forward.
+  !> Adds a component. A component with negative frequency (rad/s) is replaced by its conjugate with positive frequency.
   pure subroutine keep_component(frequency, shape, share, mass, mode)
     real(dp), intent(in) :: frequency, share, mass(:, :)
     complex(dp), intent(in) :: shape(:)

@@ -1,4 +1,4 @@
-!> The free vibrations of a periodic system over one period, each without its growth: by Floquet's theorem
+!> Computes the free vibrations of a periodic system over one period without their growth. By Floquet's theorem
 !>
 !>     x(t) = exp(lambda t) p(t),   p(t + T) = p(t).
 module gestell_study_mode_motion
@@ -15,25 +15,25 @@ module gestell_study_mode_motion
 
   public :: solve_motions
 
-  !> Of all n multipliers.
+  !> The free vibrations of all n multipliers.
   type, public :: motions_type
-    !> lambda (1/s), its imaginary part up to multiples of 2 pi / T, and the bound on the relative error of rho; shapes (n).
+    !> lambda (1/s), its imaginary part up to multiples of 2 pi / T, and the bound on the relative error of rho; shapes (n)
     complex(dp), allocatable :: exponent(:)
     real(dp), allocatable :: error(:)
-    !> p(t) of the positions at t / T = k / samples, k = 0, 1, ...; shape (samples, n / 2, n). A power of two of samples.
+    !> Positions of p(t) at t / T = k / samples, k = 0, 1, ...; shape (samples, n / 2, n). `samples` is a power of two
     complex(dp), allocatable :: positions(:, :, :)
   end type motions_type
 
-  !> Radians within the period beyond which no motion is followed.
+  !> Largest phase advance within the period (rad) for which free vibrations are computed.
   real(dp), parameter :: most_turns = 1.0e5_dp
-  !> Maps that are held at a time.
+  !> Number of maps held at a time.
   integer, parameter :: block_length = 64
 
 contains
 
-  !> All motions, from the factors of the monodromy matrix and the eigenvectors at its places: along them no
-  !> motion is lost beside another one, and none under- or overflows.
-  !> Errors: those of `solve_factored`; the vibrations are too fast against the period.
+  !> Computes all free vibrations from the factors of the monodromy matrix and the eigenvectors at the ends of the factors.
+  !> So no vibration is lost beside a larger one, and none underflows or overflows.
+  !> Fails as `solve_factored` does, or if the vibrations are too fast against the period.
   subroutine solve_motions(system, accuracy, motions, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -55,14 +55,14 @@ contains
     n = system%states
     motions%exponent = factored%spectrum%z
     motions%error = factored%spectrum%bound
-    ! More than twice the order of the fastest vibration, and what the coefficients add to it.
+    ! More than twice the order of the fastest vibration, plus the harmonics that the coefficients add.
     samples = 2**ceiling(log(max(64.0_dp, 1.5_dp * survey%phase_advance / pi + 4 * system%least_steps)) / log(2.0_dp))
     allocate(motions%positions(samples, n / 2, n))
     call follow_vectors(system, factored, motions, error)
     motions%exponent = motions%exponent / system%period
   end subroutine solve_motions
 
-  !> p at equidistant phases, within each segment from the frame at its start.
+  !> Computes p at equidistant phases; within each segment it starts from the eigenvectors at the start of the segment.
   subroutine follow_vectors(system, factored, motions, error)
     class(periodic_system), intent(in) :: system
     type(factored_type), intent(in) :: factored
@@ -99,6 +99,7 @@ contains
 
   contains
 
+    !> Stores p of all vibrations if `phase` is the next requested phase.
     subroutine keep(phase)
       real(dp), intent(in) :: phase
       integer :: i, f

@@ -1,4 +1,4 @@
-!> Which mode a multiplier belongs to: what it leaves open, whole multiples of the crank speed, the mode knows.
+!> Assigns multipliers to modes. A multiplier leaves multiples of the crank speed open; its mode determines them.
 module gestell_study_mode_naming
   use gestell_base_kinds, only: dp
   use gestell_floquet_multipliers, only: multipliers_type
@@ -8,13 +8,13 @@ module gestell_study_mode_naming
 
   public :: modes_of_multipliers
 
-  !> How far exponents may differ that are one, beside their errors, relative to the crank speed.
+  !> Difference, relative to the crank speed, up to which two exponents are equal apart from their errors.
   real(dp), parameter :: alike = 1.0e-6_dp
 
 contains
 
-  !> For each multiplier the number of the mode with its exponent, the best match first, every mode with two of them; 0: none has
-  !> it within the errors. `speed`: of the crank (rad/s).
+  !> For each multiplier the index of the mode with its exponent; 0 if no mode has it within the errors. The best match comes first,
+  !> and every mode has two multipliers. `speed`: of the crank (rad/s).
   pure function modes_of_multipliers(multipliers, modes, speed) result(mode)
     type(multipliers_type), intent(in) :: multipliers
     type(mode_type), intent(in) :: modes(:)
@@ -44,7 +44,8 @@ contains
     end do
   end function modes_of_multipliers
 
-  !> Between an exponent and the nearest of a mode's two, frequencies up to multiples of the crank speed and their sign.
+  !> Distance between an exponent and the nearer exponent of a mode, up to multiples of the crank speed and the sign of the
+  !> frequency.
   pure real(dp) function distance(exponent, mode, speed)
     complex(dp), intent(in) :: exponent
     type(mode_type), intent(in) :: mode

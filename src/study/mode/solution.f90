@@ -1,4 +1,4 @@
-!> All modes of a system with periodic coefficients at one speed.
+!> Computes all modes of a system with periodic coefficients at one speed (doc/theory.md, "Modes over the speed").
 module gestell_study_mode_solution
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp, pi
@@ -20,14 +20,16 @@ module gestell_study_mode_solution
 
 contains
 
-  !> The modes of `system`, as many as it has degrees of freedom, in ascending order of their frequencies, and the mean of M
-  !> over the period, shape (f, f). Parts that do not act on each other are solved apart. A mode that cannot be identified, or all
-  !> of a part that has no solution, are not `identified` and stand last.
-  !> Errors: a system or an accuracy that makes no sense; the system has more degrees of freedom than a mode can hold.
+  !> Computes the modes of `system`, one for each degree of freedom, in ascending order of frequency. Uncoupled parts are solved
+  !> separately. Modes that cannot be identified, and all modes of a part without a solution, are not `identified` and come last.
+  !> Fails if the system or the accuracy is invalid, or if the system has more than `most_dofs` degrees of freedom.
   subroutine solve_modes(system, accuracy, modes, mass, error)
+    !> A system of f degrees of freedom
     class(second_order_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
+    !> The modes, shape (f)
     type(mode_type), allocatable, intent(out) :: modes(:)
+    !> Mean of M over the period, shape (f, f)
     real(dp), allocatable, intent(out) :: mass(:, :)
     type(error_type), allocatable, intent(out) :: error
     class(periodic_system), allocatable :: part
@@ -59,11 +61,11 @@ contains
         end do
       end if
     end select
-    ! what is not identified stands last
+    ! modes that are not identified come last
     modes = modes(ascending(merge(modes%frequency(), huge(1.0_dp), modes%identified)))
   end subroutine solve_modes
 
-  !> The modes of a part, in the places of its degrees of freedom.
+  !> Computes the modes of a part and embeds their shapes in the degrees of freedom `chosen` of the whole system.
   subroutine embed(part, accuracy, mass, chosen, modes)
     class(periodic_system), intent(in) :: part
     type(accuracy_type), intent(in) :: accuracy
@@ -83,7 +85,7 @@ contains
     end do
   end subroutine embed
 
-  !> By the trapezoidal rule.
+  !> Mean of the mass matrix over the period, by the trapezoidal rule.
   function mean_mass(system) result(mean)
     class(second_order_system), intent(in) :: system
     real(dp) :: mean(system%states / 2, system%states / 2)
@@ -98,7 +100,8 @@ contains
     mean = sum(m, dim=1) / samples
   end function mean_mass
 
-  !> By the eigenvalues of the constant matrices: the imaginary parts are the frequencies themselves.
+  !> Computes modes from the eigenvalues of constant matrices. Their imaginary parts are the frequencies, without multiples of
+  !> Omega.
   subroutine constant_modes(system, mass, modes)
     type(averaged_system), intent(in) :: system
     real(dp), intent(in) :: mass(:, :)
@@ -120,6 +123,7 @@ contains
     call pair(constant%values, constant%radius, 0.0_dp, mass, single, modes)
   end subroutine constant_modes
 
+  !> Computes modes from the free vibrations of a system with periodic coefficients.
   subroutine periodic_modes(system, accuracy, mass, modes)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -149,8 +153,8 @@ contains
     call pair(motions%exponent, error, system%period, mass, single, modes)
   end subroutine periodic_modes
 
-  !> Exponents that differ from their own conjugates, up to multiples of i 2 pi / T, by less than from those of all others are
-  !> real, or so but for i pi / T.
+  !> Removes rounding errors from real exponents. An exponent is its own partner if it is nearer to its own conjugate, up to
+  !> multiples of i 2 pi / T, than to any other. Its imaginary part is rounded to a multiple of pi / T.
   pure subroutine settle(period, z)
     real(dp), intent(in) :: period
     complex(dp), intent(inout) :: z(:)
@@ -166,7 +170,7 @@ contains
     end do
   end subroutine settle
 
-  !> Of those that have no partner yet the nearest to the conjugate of the i-th; period 0: no multiples count.
+  !> Index of the unpaired exponent nearest to the conjugate of the i-th, up to multiples of i 2 pi / T (none if `period` is 0).
   pure integer function partner_of(z, period, paired, i) result(partner)
     complex(dp), intent(in) :: z(:)
     real(dp), intent(in) :: period
@@ -180,8 +184,8 @@ contains
     partner = minloc(abs(difference), dim=1, mask=.not. paired)
   end function partner_of
 
-  !> Two and two belong together: conjugate ones; of the real ones those of like sign, shape and frequency, the best
-  !> match first.
+  !> Pairs exponents into modes: conjugate exponents first, then real exponents of similar sign, shape and frequency, best match
+  !> first.
   subroutine pair(z, error, period, mass, single, modes)
     complex(dp), intent(in) :: z(:)
     real(dp), intent(in) :: error(:), period, mass(:, :)
@@ -225,6 +229,7 @@ contains
 
   contains
 
+    !> Likeness of two real exponents: similar shapes and frequencies, and multipliers of equal sign.
     pure real(dp) function likeness(i, k)
       integer, intent(in) :: i, k
       real(dp), parameter :: other_sign = 10
@@ -235,7 +240,7 @@ contains
         & - aimag(z(i) - z(k)) * period / (2 * pi))
     end function likeness
 
-    !> Named by the one that grows more.
+    !> The mode of two exponents; frequency and shape are those of the exponent that grows more.
     pure type(mode_type) function merge_pair(i, k) result(mode)
       integer, intent(in) :: i, k
 

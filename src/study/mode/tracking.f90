@@ -1,4 +1,4 @@
-!> Which modes at one speed are which at another one.
+!> Matches the modes at one speed with the modes at another speed (doc/theory.md, equation 79).
 module gestell_study_mode_tracking
   use gestell_base_kinds, only: dp
   use gestell_study_mode_type, only: assurance, mode_type
@@ -7,20 +7,22 @@ module gestell_study_mode_tracking
 
   public :: track
 
-  !> Likeness from which two modes are taken for the same without further proof, and how much less like all other
-  !> assignments have to be.
+  !> Likeness above which two modes are accepted as the same mode; ratio below which the second-best assignment must stay.
   real(dp), parameter :: alike = 0.8_dp, apart = 0.7_dp
 
 contains
 
-  !> Puts `modes` into the order of `last`, and names each by the component that continues the one of `last`: the most like
-  !> in shape and frequency. `mass`: the mean mass matrix, shape (f, f); `base`: 2 pi / T (rad/s). `like`: each is like the last
-  !> one, so that a smaller step need not be taken; `unambiguous`: no other assignment is nearly as good either, as where modes mix.
-  !> A mode that is not identified takes the place that is left.
+  !> Sorts `modes` into the order of `last`. The principal component of each mode becomes the one most similar in shape and
+  !> frequency to the principal component in `last`. A mode that is not identified gets a remaining place.
   pure subroutine track(last, mass, base, modes, like, unambiguous)
+    !> Modes at the last speed, in order
     type(mode_type), intent(in) :: last(:)
+    !> The mean mass matrix, shape (f, f), and 2 pi / T (rad/s)
     real(dp), intent(in) :: mass(:, :), base
+    !> Modes at the new speed
     type(mode_type), intent(inout) :: modes(:)
+    !> like: every mode is similar to its predecessor, so no smaller step is needed. unambiguous: in addition no other assignment is
+    !> nearly as good, as happens where modes mix
     logical, intent(out) :: like, unambiguous
     type(mode_type) :: ordered(size(modes))
     real(dp) :: likeness(size(last), size(modes)), best, second, least
@@ -46,9 +48,9 @@ contains
     modes = ordered
   end subroutine track
 
-  !> Finds the assignment of modes to the last ones whose product of likenesses is the greatest (`order`, `best`), and the product
-  !> of the second best. The modes before `from` are assigned in `trial`, `total` is their product. Likenesses are at most 1, so a
-  !> product that has fallen to the second best cannot matter any more.
+  !> Finds the assignment of modes to the last modes with the largest product of likenesses (`order`, `best`), and the
+  !> second-largest product. The modes before `from` are assigned in `trial`; `total` is the product of their likenesses. Likenesses
+  !> are at most 1, so branches whose product falls to the second-best are cut.
   pure recursive subroutine assign(likeness, from, total, trial, order, best, second)
     real(dp), intent(in) :: likeness(:, :), total
     integer, intent(in) :: from
@@ -70,14 +72,14 @@ contains
     end do
   end subroutine assign
 
-  !> How like a mode is to the last one, by its best component, from 0 to 1.
+  !> Computes the likeness of a mode to the last one, from 0 to 1, by its best component.
   pure subroutine compare(last, mode, mass, base, likeness, component)
     type(mode_type), intent(in) :: last, mode
     real(dp), intent(in) :: mass(:, :), base
     real(dp), intent(out) :: likeness
     integer, intent(out) :: component
-    !> Of what is not known; of components weaker than the strongest; a step of the frequency, in that of the period, that
-    !> halves the likeness.
+    !> Likeness of unidentified modes; factor on the share of components weaker than the strongest; step of the frequency, in units
+    !> of `base`, that halves the likeness
     real(dp), parameter :: unknown = 1.0e-3_dp, weight = 2, step = 0.25_dp
     real(dp) :: one
     integer :: k

@@ -1,4 +1,4 @@
-!> A free vibration of a system with periodic coefficients in physical terms.
+!> A free vibration of a system with periodic coefficients: its frequencies, growth and shapes.
 module gestell_study_mode_type
   use gestell_base_kinds, only: dp
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
@@ -7,29 +7,29 @@ module gestell_study_mode_type
 
   public :: assurance
 
-  !> Degrees of freedom at the most, and components that are kept.
+  !> Maximum number of degrees of freedom, and number of components that are kept.
   integer, parameter, public :: most_dofs = 6, most_components = 8
 
-  !> One mode: the motion of a conjugate pair of multipliers or of two real ones that belong together.
+  !> One mode: the motion of a conjugate pair of multipliers, or of two real multipliers that belong together.
   !>
   !>     q(t) = Re sum_m c_m exp((growth + i w_m) t),   w_m = Im lambda + m 2 pi / T
   type, public :: mode_type
-    !> Whether the mode is known at all: a multiplier may be lost in rounding. What follows is NaN or empty if not.
+    !> True if the mode is known. A multiplier may be lost in rounding; then the other components are NaN or empty
     logical :: identified = .false.
-    !> Two real multipliers: locked to a multiple of half the crank's speed, or not swinging at all.
+    !> True for two real multipliers: the mode is locked to a multiple of half the crank speed, or does not oscillate
     logical :: real_pair = .false.
-    !> Whether it is proved to neither grow nor decay.
+    !> True if the mode is proved to neither grow nor decay
     logical :: neutral = .false.
-    !> Of the multiplier that is greater in modulus, and of the other one (1/s).
+    !> Growth rates of the multiplier with the larger modulus and of the other multiplier (1/s)
     real(dp) :: growth = 0, partner_growth = 0
-    !> Bound on the errors of growth (1/s) and frequency (rad/s).
+    !> Bound on the errors of the growth rate (1/s) and the frequency (rad/s)
     real(dp) :: error = 0
-    !> The strongest components, strongest first: frequencies (rad/s, not negative), parts of |p|^2 in the norm of the mean
-    !> mass matrix, and shapes of the positions, unit vectors in that norm.
+    !> The strongest components, strongest first: frequencies (rad/s, not negative), shares of |p|^2 in the norm of the mean mass
+    !> matrix, and shapes of the positions, unit vectors in this norm, shape (degrees of freedom, components)
     integer :: components = 0
     real(dp) :: frequencies(most_components) = 0, shares(most_components) = 0
     complex(dp) :: shapes(most_dofs, most_components) = 0
-    !> The component by which the mode is named.
+    !> Index of the component whose frequency is the frequency of the mode
     integer :: principal = 1
   contains
     procedure :: frequency
@@ -41,7 +41,7 @@ module gestell_study_mode_type
 
 contains
 
-  !> Of the principal component (rad/s).
+  !> Frequency of the principal component (rad/s); NaN if the mode is not identified.
   elemental real(dp) function frequency(self)
     class(mode_type), intent(in) :: self
 
@@ -49,14 +49,14 @@ contains
     if (self%identified) frequency = self%frequencies(self%principal)
   end function frequency
 
-  !> Whether it grows for sure.
+  !> True if the mode grows by more than the error bound.
   elemental logical function grows(self)
     class(mode_type), intent(in) :: self
 
     grows = self%identified .and. self%growth > self%error
   end function grows
 
-  !> Of the principal component.
+  !> Share of the principal component in |p|^2; NaN if the mode is not identified.
   elemental real(dp) function share(self)
     class(mode_type), intent(in) :: self
 
@@ -64,7 +64,7 @@ contains
     if (self%identified) share = self%shares(self%principal)
   end function share
 
-  !> Of the principal component.
+  !> Shape of the principal component, shape (most_dofs).
   pure function principal_shape(self) result(shape)
     class(mode_type), intent(in) :: self
     complex(dp) :: shape(most_dofs)
@@ -72,7 +72,7 @@ contains
     shape = self%shapes(:, self%principal)
   end function principal_shape
 
-  !> - growth / |growth + i frequency|.
+  !> Damping ratio, -growth / |growth + i frequency|; NaN if the mode is not identified.
   elemental real(dp) function damping_ratio(self)
     class(mode_type), intent(in) :: self
 
@@ -82,8 +82,8 @@ contains
     if (abs(self%growth) > 0) damping_ratio = -self%growth / hypot(self%growth, self%frequency())
   end function damping_ratio
 
-  !> The modal assurance criterion |a* M b|^2 / (a* M a) (b* M b): 1 for the same shape, 0 for orthogonal ones. What the shapes have
-  !> beyond the size of M does not count.
+  !> The modal assurance criterion |a* M b|^2 / (a* M a) (b* M b): 1 for equal shapes, 0 for orthogonal shapes. Elements of a
+  !> and b beyond the size of M are ignored (doc/theory.md, equation 79).
   pure real(dp) function assurance(a, b, mass)
     complex(dp), intent(in) :: a(:), b(:)
     real(dp), intent(in) :: mass(:, :)
