@@ -1,4 +1,5 @@
-!> A branch of the exact frame's vibrations over one parameter: one vibration for each value, a smooth function of it.
+!> Branches of the exact frame's periodic vibration over one parameter: one vibration for each value, a smooth function of the
+!> value.
 module gestell_task_boundary_branch
   use gestell_base_kinds, only: dp
   use gestell_math_series_trigonometric, only: series_through, series_type
@@ -8,15 +9,16 @@ module gestell_task_boundary_branch
 
   public :: passed
 
-  !> A part of a path on which lambda does not turn back.
+  !> Part of a path of vibrations along which the coordinate lambda of the parameter (0 to 1 over its range) is monotonic.
   type, public :: branch_type
-    !> Points, lambda ascending, tangents that way, and the arcs between them.
+    !> Points in ascending order of lambda, with tangents in this direction; lengths of the arcs between them, shape (points - 1).
     type(point_type), allocatable :: points(:)
     real(dp), allocatable :: arcs(:)
-    !> Whether the ends are turning points; whether the path was lost there; the errors of lambda at turning points.
+    !> True for an end (1 lower, 2 upper) that is a turning point; true for an end at which the continuation failed; error of lambda
+    !> at turning points.
     logical :: turns(2) = .false., lost(2) = .false.
     real(dp) :: errors(2) = 0
-    !> Units of the motion (m, rad), as of a path_family_type.
+    !> Scales of the coordinates of the motion (m, m, rad), as in path_family_type.
     real(dp), allocatable :: units(:)
   contains
     procedure :: ends
@@ -25,7 +27,7 @@ module gestell_task_boundary_branch
 
 contains
 
-  !> The least and the greatest lambda.
+  !> Smallest and largest lambda.
   pure function ends(self)
     class(branch_type), intent(in) :: self
     real(dp) :: ends(2)
@@ -33,7 +35,7 @@ contains
     ends = self%points([1, size(self%points)])%lambda
   end function ends
 
-  !> The motion (m, m, rad) at lambda = t, by cubics along the arc.
+  !> Motion (m, m, rad) at lambda = t, by cubic interpolation along the arc.
   function motion_at(self, t) result(motion)
     class(branch_type), intent(in) :: self
     real(dp), intent(in) :: t
@@ -63,7 +65,7 @@ contains
     motion = series_through(spread(self%units, 1, size(q, 1)) * q)
   end function motion_at
 
-  !> True if one of the branches, except number `except`, has this motion (m, m, rad) at lambda = t.
+  !> True if one of the branches has this motion (m, m, rad) at lambda = t. Branch number `except` is not considered.
   logical function passed(branches, t, motion, except)
     type(branch_type), intent(in) :: branches(:)
     real(dp), intent(in) :: t
@@ -81,7 +83,7 @@ contains
     end do
   end function passed
 
-  !> True if the branch has this motion at lambda = t within the error of its cubics.
+  !> True if the branch has this motion at lambda = t within the error of the cubic interpolation.
   logical function passes(self, t, motion)
     type(branch_type), intent(in) :: self
     real(dp), intent(in) :: t
@@ -110,7 +112,7 @@ contains
 
   contains
 
-    !> The coefficient of order k and state j; 0 beyond the orders of the series.
+    !> Coefficient of order k and coordinate j; 0 beyond the highest order of the series.
     pure real(dp) function coefficient(of)
       real(dp), intent(in) :: of(0:, :)
 

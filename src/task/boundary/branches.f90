@@ -1,7 +1,7 @@
-!> Borders of stability over one parameter by the exact frame, branch by branch of its vibrations.
+!> Stability borders of the exact frame over one parameter, found separately on each branch of its vibrations.
 !>
-!> A branch is a smooth function of the parameter, as are its multipliers, so each is searched like the members of any family
-!> (gestell_task_boundary_line_search). Where branches end at a turning point, a multiplier +1, the vibration ceases to exist.
+!> A branch and its multipliers are smooth functions of the parameter, so the search of gestell_task_boundary_line_search applies to
+!> each branch. At a turning point a multiplier passes through +1, the branch ends and the vibration ceases to exist.
 module gestell_task_boundary_branches
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_verdict, only: operator(/=), undecided, verdict_type
@@ -26,7 +26,7 @@ module gestell_task_boundary_branches
 
   public :: find_branch_borders
 
-  !> The vibrations of one branch.
+  !> Family of the frames, each linearised about its vibration on one branch.
   type, extends(family_type) :: branch_family_type
     class(family_type), pointer :: bare => null()
     type(axis_type) :: axis
@@ -38,23 +38,26 @@ module gestell_task_boundary_branches
 
   character(len=*), parameter, public :: turning_point = "turning_point"
   character(len=*), parameter :: no_vibration = "none"
-  !> Distance from a turning point, as a part of the range, within which no other border is sought.
+  !> Distance from a turning point, relative to the range, within which no other border is sought.
   real(dp), parameter :: beside_turn = 1.0e-6_dp
 
 contains
 
-  !> Finds the borders on every branch of the vibrations of the frames of `bare`, which no model has settled, as `find_borders`
-  !> does, and the turning points. `vibration` numbers the branches. A branch from a turning point on which an odd number of
-  !> real multipliers is above 1 from end to end has no borders, and no machine keeps to it: it has no number, and its turning
-  !> points are those of its neighbours. Errors: as of `find_borders`.
+  !> Finds the stability borders on every branch of the vibrations of the frames of `bare`, and the turning points.
+  !> A branch that ends at a turning point and has an odd number of real multipliers above 1 throughout is unstable throughout. It
+  !> has no borders and gets no number; its turning points are listed with the neighbouring branches. Errors: as in `search_line`.
   subroutine find_branch_borders(bare, axis, options, borders, error, rest, followed)
+    !> Family of frames that are not yet linearised about a vibration
     class(family_type), intent(in), target :: bare
+    !> The parameter, its range and the number of values at which the search starts
     type(axis_type), intent(in) :: axis
     type(border_options), intent(in) :: options
+    !> Borders and turning points in the direction of the axis; the component `vibration` is the number of the branch
     type(border_type), allocatable, intent(out) :: borders(:)
     type(error_type), allocatable, intent(out) :: error
+    !> Parts of the range that remain undecided
     type(border_rest_type), intent(out) :: rest
-    !> True if there is any branch; else nothing excites the frames, or no vibration was found.
+    !> False if no branch exists: nothing excites the frames, or no vibration was found
     logical, intent(out) :: followed
     type(branch_family_type), target :: family
     type(branch_type), allocatable :: branches(:)
@@ -100,7 +103,7 @@ contains
     borders = borders(ascending(sign(1.0_dp, axis%to - axis%from) * borders%value))
   end subroutine find_branch_borders
 
-  !> The first nodes of the search of a branch: also points of it between which the vibration changes by a quarter of itself.
+  !> Initial nodes for the search on a branch: those of the range, and points between which the vibration changes by a quarter.
   pure function nodes_of(branch, line, count) result(nodes)
     type(branch_type), intent(in) :: branch
     type(line_type), intent(in) :: line
@@ -123,13 +126,14 @@ contains
     nodes = merged(range_nodes(count), pack(t, taken))
   end function nodes_of
 
-  !> Lists as open what no branch passes, and what lies behind the place at which a path was lost, unless another branch goes on
-  !> there: as far as another one is lost on the way back, or to the end of the range.
+  !> Lists as open the parts of the range that no branch covers, and the parts behind an end at which the continuation failed. If no
+  !> other branch passes through that end, the open part reaches to the nearest end at which another continuation failed, or else to
+  !> the end of the range.
   subroutine add_gaps(axis, branches, rest)
     type(axis_type), intent(in) :: axis
     type(branch_type), intent(in) :: branches(:)
     type(border_rest_type), intent(inout) :: rest
-    !> Parts of the range as narrow as this are not listed: ends of paths, and errors of turning points.
+    !> Parts of the range up to this width are not listed: they come from the ends of paths and from the errors of turning points.
     real(dp), parameter :: narrow = 1.0e-5_dp
     real(dp) :: ends(2, size(branches)), t, next
     logical :: lost(2, size(branches))
@@ -163,7 +167,7 @@ contains
     end do
   end subroutine add_gaps
 
-  !> Lists the part of the range from one coordinate to another as open.
+  !> Lists the part of the range between two coordinates as open.
   pure subroutine add_open(axis, from, to, rest)
     type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: from, to
@@ -173,9 +177,9 @@ contains
       & abs(parameter_at(axis, to) - parameter_at(axis, from)))]
   end subroutine add_open
 
-  !> True if an odd number of real multipliers is above 1 all along a branch. In the middle alone that proves nothing: a branch may
-  !> also be unstable there in a tongue at +1, as a machine that repeats after half a turn is where 2 w = 2 Omega. Beside a turning
-  !> point, where a multiplier comes to 1 within its error, the number is not known.
+  !> True if an odd number of real multipliers is above 1 along the whole branch. A single place proves nothing: the branch may also
+  !> be unstable in a tongue at +1. Such a tongue occurs at 2 w = 2 Omega in a machine that repeats after half a turn. Places near a
+  !> turning point, where a multiplier equals 1 within its error, are not counted.
   pure logical function is_never_kept(search)
     type(search_type), intent(in) :: search
     integer :: i, above, known
@@ -193,8 +197,9 @@ contains
     is_never_kept = is_never_kept .and. known > 0
   end function is_never_kept
 
-  !> The place of the turning point at end `side` of two branches, in which they meet. Beside it the square of their difference is a
-  !> smooth function of the parameter, so the parameter is one of that; it is extrapolated to zero (Neville).
+  !> Refines the position of the turning point at end `side`, where two branches meet. The mean square difference of the two motions
+  !> is a smooth function of the parameter near this point, and the parameter is a smooth function of the square. Neville
+  !> extrapolation to zero difference gives the turning point. Extrapolation cancels digits; its last change is taken as the error.
   subroutine refine_turn(family, pair, side)
     type(branch_family_type), intent(inout) :: family
     type(branch_type), intent(inout) :: pair(2)
@@ -211,7 +216,7 @@ contains
     at = [size(pair(1)%points), size(pair(2)%points)]
     if (side == 1) at = 1
     table = 0
-    ! The error of the path, unless a smaller one is found.
+    ! The error of the path holds unless the extrapolation gives a smaller one.
     pair(1)%errors(side) = max(pair(1)%errors(side), path_error)
     pair(2)%errors(side) = pair(1)%errors(side)
     do k = 1, levels
@@ -232,7 +237,8 @@ contains
     end do
   end subroutine refine_turn
 
-  !> The mean square of the difference of two branches' motions.
+  !> Computes the mean square of the difference between the motions of two branches, relative to their scales. Fails if Newton's
+  !> method does not converge to both branches, or if both motions are equal.
   subroutine difference_at(family, pair, t, square, error)
     type(branch_family_type), intent(inout) :: family
     type(branch_type), intent(in) :: pair(2)
@@ -260,8 +266,8 @@ contains
     if (.not. square > 0) call fatal_error(error, "the branches are the same", failed_computation)
   end subroutine difference_at
 
-  !> Adds the turning points at the ends of the family's branch. At the turning point itself a multiplier comes to 1 within its
-  !> error: the verdict beside it is that on the nearest system that is decided.
+  !> Adds the turning points at the ends of the family's branch. At the turning point itself a multiplier equals 1 within its error,
+  !> so the verdict beside it is that of the nearest system with a decided verdict.
   pure subroutine add_turns(family, tolerance, number, search, borders)
     type(branch_family_type), intent(in) :: family
     real(dp), intent(in) :: tolerance
@@ -295,7 +301,7 @@ contains
     end do
   end subroutine add_turns
 
-  !> The frame varied about its vibration on the branch. Error: Newton's method does not come to it.
+  !> Linearises the frame about its vibration on the branch. Fails if Newton's method does not converge to this vibration.
   subroutine member(self, parameters, system, error)
     class(branch_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)

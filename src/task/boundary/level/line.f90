@@ -1,5 +1,5 @@
-!> A number of the vibration along a line through the parameters, as a curve over x: the speed itself where the line runs along that
-!> alone, by which resonances are sought, else 1 where the line begins and 2 where it ends.
+!> Curve of a measured quantity along a line through the parameters, over a variable x. If the line runs along the speed alone, x is
+!> the speed, which the search for resonances needs; otherwise x is 1 at the start of the line and 2 at its end.
 module gestell_task_boundary_level_line
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -9,7 +9,7 @@ module gestell_task_boundary_level_line
   implicit none (type, external)
   private
 
-  !> A measure of the vibration, and the level whose crossings are sought, in the measure's unit.
+  !> Measured quantity, and the level whose crossings are sought, in the unit of the quantity.
   type, public :: level_type
     type(measure_type) :: measure
     real(dp) :: value = 0
@@ -19,7 +19,7 @@ module gestell_task_boundary_level_line
 
   type, extends(line_type), public :: level_line_type
     logical :: over_speed = .false.
-    !> The quantity, and what is measured of it; the level of that.
+    !> The quantity and its measure; the level in the unit of the quantity.
     type(speed_options) :: options
     real(dp) :: level = 0
   contains
@@ -32,7 +32,7 @@ module gestell_task_boundary_level_line
 
 contains
 
-  !> The quantity and its measure: f rms.
+  !> Name of the quantity and of its measure, for example `f rms`.
   pure function subject(self)
     class(level_type), intent(in) :: self
     character(len=:), allocatable :: subject
@@ -40,14 +40,14 @@ contains
     subject = trim(self%measure%quantity) // " " // trim(measure_names(self%measure%kind))
   end function subject
 
-  !> The axis along which the line runs, or runs farthest.
+  !> Number of the axis along which the line extends farthest.
   pure integer function along(self)
     class(level_line_type), intent(in) :: self
 
     along = maxloc(abs(self%way), dim=1)
   end function along
 
-  !> The x of a place t on the line.
+  !> Variable x at position t of the line.
   elemental real(dp) function at(self, t) result(x)
     class(level_line_type), intent(in) :: self
     real(dp), intent(in) :: t
@@ -58,7 +58,7 @@ contains
     end associate
   end function at
 
-  !> The place t on the line at x.
+  !> Position t of the line at x.
   elemental real(dp) function position(self, x) result(t)
     class(level_line_type), intent(in) :: self
     real(dp), intent(in) :: x
@@ -69,7 +69,7 @@ contains
     end associate
   end function position
 
-  !> The parameter along which the line runs, at x.
+  !> Value at x of the parameter along which the line runs.
   elemental real(dp) function value(self, x)
     class(level_line_type), intent(in) :: self
     real(dp), intent(in) :: x
@@ -80,7 +80,7 @@ contains
     end associate
   end function value
 
-  !> The tolerance at x as a difference of x, no less than its roundings.
+  !> Tolerance at x as a difference of x, at least four units in the last place.
   pure real(dp) function step_at(self, x) result(step)
     class(level_line_type), intent(in) :: self
     real(dp), intent(in) :: x
@@ -92,7 +92,8 @@ contains
     step = max(step, 4 * spacing(x))
   end function step_at
 
-  !> The machine at x: values(1:2, 1) of the point are the number and its error. Error: the parameters make no sense.
+  !> Solves the machine at x. Components values(1:2, 1) of the point are the measured quantity and its error. Fails if the
+  !> parameters are invalid.
   subroutine solve(self, x, point, error)
     class(level_line_type), intent(in) :: self
     real(dp), intent(in) :: x

@@ -1,4 +1,5 @@
-!> Where a number of the vibration crosses its level in the plane of two parameters: its borders have on their left what is above.
+!> Borders at which a measured quantity crosses its level in the plane of two parameters. The region above the level lies to the
+!> left of each border.
 module gestell_task_boundary_level_plane
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: has_vibration, impossible, operator(==), state_words
@@ -12,17 +13,17 @@ module gestell_task_boundary_level_plane
   implicit none (type, external)
   private
 
-  !> Kinds of borders of a level, and the state of the machine at each.
+  !> Kind of each border of a level, and state of the machine on it.
   character(len=15), parameter, public :: level_kinds(8) = [character(len=15) :: "level", "level", "level", "level", &
     & "jump", "jump", "jump", "jump"]
   character(len=15), parameter, public :: level_states(8) = [character(len=15) :: state_words(1:4), state_words(1:4)]
 
-  !> The region holds what is above the level.
+  !> Plane of two parameters; the region sought is the one above the level.
   type, extends(plane_type), public :: level_plane_type
-    !> The quantity, and what is measured of it; the level of that.
+    !> The quantity and its measure; the level in the unit of the quantity.
     type(speed_options) :: options
     real(dp) :: level = 0
-    !> The axis that is the speed, 0 if none is.
+    !> Number of the axis that is the speed; 0 if neither axis is.
     integer :: speed_axis = 0
   contains
     procedure :: probe
@@ -32,12 +33,12 @@ module gestell_task_boundary_level_plane
 
 contains
 
-  !> The number's curve along a line.
+  !> Sets up the curve of the measured quantity along a line.
   subroutine number_along(plane, along, curve)
     class(level_plane_type), intent(in) :: plane
     type(line_type), intent(in) :: along
     type(level_line_type), intent(out) :: curve
-    !> Parts of the speed's range that are shorter hold so little of it that no resonance needs to be sought by the speed.
+    !> Lines shorter than this part of the speed range are too short for a search for resonances over the speed.
     real(dp), parameter :: long = 1.0e-3_dp
 
     curve%line_type = along
@@ -47,7 +48,8 @@ contains
       & .not. abs(along%way(3 - plane%speed_axis)) > 0
   end subroutine number_along
 
-  !> The machine at `u`: values(1:2, 1) of the point are the number and its error. Error: the parameters make no sense.
+  !> Solves the machine at `u`. Components values(1:2, 1) of the point are the measured quantity and its error. Fails if the
+  !> parameters are invalid.
   subroutine solve_at(plane, u, point, error)
     class(level_plane_type), intent(in) :: plane
     real(dp), intent(in) :: u(2)
@@ -61,7 +63,8 @@ contains
     call curve%solve(curve%at(0.0_dp), point, error)
   end subroutine solve_at
 
-  !> `inside` if the number at `u` is certainly above the level, `missing` if there is none. Error: the parameters make no sense.
+  !> Finds out if the quantity at `u` is certainly above the level (`inside`) and if there is no vibration (`missing`). Fails if the
+  !> parameters are invalid.
   subroutine probe(self, u, inside, missing, error)
     class(level_plane_type), intent(in) :: self
     real(dp), intent(in) :: u(2)
@@ -74,8 +77,8 @@ contains
     missing = .not. has_vibration(point%state)
   end subroutine probe
 
-  !> The crossings whose sides are known for certain; the others are open, as are places where there is no vibration. Error: the
-  !> parameters make no sense.
+  !> Finds the crossings along a line. A crossing counts if the quantity is certainly above the level on one side and within it on
+  !> the other. Other crossings, and places without a vibration, are listed as doubts. Fails if the parameters are invalid.
   subroutine search(self, along, nodes, found, error)
     class(level_plane_type), intent(in) :: self
     type(line_type), intent(in) :: along
@@ -120,8 +123,8 @@ contains
 
   end subroutine search
 
-  !> "within" the level or "above" it, in the middle of the ranges, or "undecided"; "impossible" or "failed" where there is no
-  !> vibration. Error: the parameters make no sense.
+  !> Finds the side of the level at the centre of the plane: "within", "above" or "undecided"; "impossible" or "failed" if there is
+  !> no vibration. Fails if the parameters are invalid.
   subroutine in_the_middle(self, side, error)
     class(level_plane_type), intent(in) :: self
     character(len=10), intent(out) :: side

@@ -1,4 +1,4 @@
-!> The picture of a level: the number over the parameter, and where it crosses.
+!> Plot of a measured quantity over the parameter, with its crossings of the level.
 module gestell_task_boundary_level_plot
   use gestell_base_verdict, only: operator(==), unstable
   use gestell_base_kinds, only: dp
@@ -15,7 +15,7 @@ module gestell_task_boundary_level_plot
   public :: level_title, plot_levels
 
   character, parameter :: newline = new_line("a")
-  !> Entries of the key for level_kinds with level_states.
+  !> Legend entries for the combinations of level_kinds and level_states.
   character(len=*), parameter, public :: level_meanings(8) = [character(len=30) :: "level", "level (undamped)", &
     & "level (undecided)", "level (unstable)", "jump", "jump (undamped)", "jump (undecided)", "jump (unstable)"]
 
@@ -28,18 +28,19 @@ contains
     title = "Where " // level%subject() // " crosses " // concise(level%value, 6) // " " // trim(level%measure%unit)
   end function level_title
 
-  !> boundary.gp, from boundary.csv and level.csv.
+  !> Plot boundary.gp, which reads boundary.csv and level.csv.
   function plot_levels(path, unit, axis, input, level, crossings, points) result(figure)
+    !> Name and unit of the parameter
     character(len=*), intent(in) :: path, unit
     type(axis_type), intent(in) :: axis
-    !> The input's own value, or nothing.
+    !> Value of the parameter in the input file; empty if the input has none
     real(dp), intent(in) :: input(:)
     type(level_type), intent(in) :: level
-    !> Where the level is crossed; points of the curve.
+    !> Parameter values of the crossings; points of the curve
     real(dp), intent(in) :: crossings(:)
     class(speed_point_type), intent(in) :: points(:)
     type(figure_type) :: figure
-    !> Labels nearer to each other than this part of the axis would overlap.
+    !> Labels closer to each other than this part of the axis would overlap.
     real(dp), parameter :: apart = 0.03_dp
     character(len=:), allocatable :: lines
     type(marks_type) :: marks

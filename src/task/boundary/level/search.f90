@@ -1,7 +1,7 @@
-!> Where a number of the vibration crosses its level along one parameter.
+!> Crossings of a measured quantity with its level along one parameter.
 !>
-!> The curve of the number is refined as a resonance curve is (gestell_task_resonance_curve), maxima included, so that no peak
-!> between two points hides two crossings; between neighbours on different sides of the level there is one.
+!> The curve of the quantity is refined like a resonance curve (gestell_task_resonance_curve), including its maxima, so that no peak
+!> between two points hides two crossings. One crossing lies between neighbouring points on different sides of the level.
 module gestell_task_boundary_level_search
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: failed, has_vibration, in_resonance, operator(==), state_word, verdict_type
@@ -20,20 +20,23 @@ module gestell_task_boundary_level_search
 
   public :: find_levels, side_of
 
-  !> A crossing; `below` and `above` are the sides of the level at the smaller and at the greater value (see `side_of`).
+  !> A crossing. Components `below` and `above` are the sides of the level (see `side_of`) at the smaller and at the larger
+  !> parameter.
   type, extends(border_type), public :: level_crossing_type
-    !> Whether it was found: there are vibrations all the way.
+    !> True if the search converged; false if it met a place without a vibration.
     logical :: found = .false.
-    !> Verdict on the vibration there.
+    !> Verdict on the vibration at the crossing.
     type(verdict_type) :: verdict = failed
-    !> Whether the number is above the level behind it; whether it jumps there, as where the band's end meets an order of the crank,
-    !> or another vibration is found.
+    !> `rises`: true if the quantity is above the level behind the crossing. `jumps`: true if the quantity is discontinuous there.
+    !> This happens where the end of a frequency band meets an order of the crank, or where the machine changes to another
+    !> vibration.
     logical :: rises = .false., jumps = .false.
-    !> Its x on the line, and those between which it lies for certain.
+    !> x of the crossing on the line, and the two x between which it certainly lies.
     real(dp) :: x = 0, ends(2) = 0
   end type level_crossing_type
 
-  !> A part of the line where a crossing could not be excluded, by its x; its middle, and half of its length.
+  !> Part of the line in which a crossing could not be excluded. `ends`: its limits in x; the inherited components are its middle
+  !> and half its width.
   type, extends(open_border_type), public :: open_level_type
     real(dp) :: ends(2) = 0
   end type open_level_type
@@ -41,11 +44,11 @@ module gestell_task_boundary_level_search
   type, public :: level_results_type
     type(level_crossing_type), allocatable :: crossings(:)
     type(open_level_type), allocatable :: places(:)
-    !> The number and its error over x: values(1:2, 1) of the points.
+    !> Curve over x: values(1:2, 1) of its points are the measured quantity and its error.
     type(resonance_curve_type) :: curve
   end type level_results_type
 
-  !> A piece is a point of the curve.
+  !> Computation of points of the curve; each piece of work is one point.
   type, extends(work_type) :: points_type
     type(level_line_type) :: line
     real(dp), allocatable :: at(:)
@@ -55,7 +58,7 @@ module gestell_task_boundary_level_search
     procedure :: exchange => exchange_point_of
   end type points_type
 
-  !> A piece is a crossing, between a point of the curve and the next.
+  !> Search for crossings; each piece of work is one crossing between two neighbouring points of the curve.
   type, extends(work_type) :: crossings_type
     type(level_line_type) :: line
     type(speed_point_type), allocatable :: points(:, :)
@@ -67,10 +70,11 @@ module gestell_task_boundary_level_search
 
 contains
 
-  !> All crossings on the line, from its beginning on; `nodes`: the x where the search begins. By the line's executor, if it has
-  !> one. Error: the parameters or the options make no sense.
+  !> Finds all crossings on the line, in its direction. Uses the line's executor, if it has one. Fails if the parameters or the
+  !> options are invalid.
   subroutine find_levels(line, nodes, results, error)
     type(level_line_type), intent(in) :: line
+    !> The x at which the search starts
     real(dp), intent(in) :: nodes(:)
     type(level_results_type), intent(out) :: results
     type(error_type), allocatable, intent(out) :: error
@@ -125,7 +129,7 @@ contains
     self%crossings(k) = transfer(words, self%crossings(k))
   end subroutine exchange_crossing
 
-  !> One between neighbours on different sides of the level. Error: a parameter makes no sense.
+  !> Finds one crossing between each two neighbouring points on different sides of the level. Fails if a parameter is invalid.
   subroutine search_crossings(line, results, error)
     type(level_line_type), intent(in) :: line
     type(level_results_type), intent(inout) :: results
@@ -152,8 +156,8 @@ contains
     if (.not. allocated(error)) results%crossings = work%crossings
   end subroutine search_crossings
 
-  !> Lists where there is no vibration, as in a resonance that nothing damps; where none was found on the way to a crossing; and
-  !> where the number comes to its level within its error and does not cross it.
+  !> Lists the open places: where there is no vibration, as in an undamped resonance; where the search for a crossing met no
+  !> vibration; and where the quantity equals its level within its error without crossing it.
   subroutine list_open(line, results)
     type(level_line_type), intent(in) :: line
     type(level_results_type), intent(inout) :: results
@@ -193,13 +197,13 @@ contains
 
   end subroutine list_open
 
-  !> The crossing between two points, at which the number is on different sides of the level. Error: a parameter makes no sense.
+  !> Finds the crossing between two points on different sides of the level. Fails if a parameter is invalid.
   subroutine find_crossing(line, points, crossing, error)
     type(level_line_type), intent(in) :: line
     type(speed_point_type), intent(in) :: points(2)
     type(level_crossing_type), intent(out) :: crossing
     type(error_type), allocatable, intent(out) :: error
-    !> A number that changes by more than this part of its level within the tolerance jumps.
+    !> The quantity jumps if it changes by more than this part of the level within the tolerance.
     real(dp), parameter :: jump = 1.0e-2_dp
     type(root_search_type) :: search
     type(speed_point_type) :: point
@@ -230,8 +234,9 @@ contains
     call enclose(line, points, max(step, search%width()), crossing, error)
   end subroutine find_crossing
 
-  !> Goes away from the crossing, at first by `distance`, until the number is on one side of the level for certain, and on the other
-  !> on the other, or to both `points`. Error: a parameter makes no sense.
+  !> Encloses the crossing. Steps away from it on both sides, starting with `distance` and doubling it, until the quantity is
+  !> certainly above the level on one side and within it on the other, or both `points` are reached. Fails if a parameter is
+  !> invalid.
   subroutine enclose(line, points, distance, crossing, error)
     type(level_line_type), intent(in) :: line
     type(speed_point_type), intent(in) :: points(2)
@@ -264,7 +269,7 @@ contains
     crossing%above = sides(maxloc(values, dim=1))
   end subroutine enclose
 
-  !> "within" the level or "above" it, "undecided" where the error reaches across it or there is no vibration.
+  !> Side of the level: "within" or "above"; "undecided" if the level lies within the error bound or there is no vibration.
   pure character(len=9) function side_of(point, level) result(side)
     type(speed_point_type), intent(in) :: point
     real(dp), intent(in) :: level

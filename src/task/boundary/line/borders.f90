@@ -1,4 +1,4 @@
-!> Borders along one parameter: the values at which rho_max comes to 1, and the nearest stable machine.
+!> Stability borders along one parameter, where rho_max passes through 1, and the nearest stable machine.
 module gestell_task_boundary_line_borders
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -18,70 +18,76 @@ module gestell_task_boundary_line_borders
 
   public :: add_rest, borders_on, find_borders, line_along, nearest_stable
 
-  !> Tolerance of Phi(T) where borders are sought.
+  !> Tolerance of the monodromy matrix Phi(T) in the search for borders.
   real(dp), parameter, public :: border_accuracy = 1.0e-12_dp
-  !> Tolerance of curves in the plane of two parameters, relative to the ranges.
+  !> Default tolerance of curves in the plane of two parameters, relative to the ranges.
   real(dp), parameter, public :: usual_deviation = 1.0e-3_dp
 
-  !> A critical value of a parameter.
+  !> A border: critical value of a parameter.
   type, public :: border_type
     real(dp) :: value = 0
-    !> At `value` minus and plus this the systems have the verdicts `below` and `above`, or are 'within' and 'above' the level or
-    !> 'undecided': the border lies between.
+    !> Error bound of `value`. At `value - error` and `value + error` the systems have the verdicts `below` and `above`; at a
+    !> crossing of a level they are 'within', 'above' or 'undecided'. The border lies between.
     real(dp) :: error = 0
-    !> 'divergence': a multiplier +1; 'period_doubling': -1; 'flutter': a conjugate pair; and the argument, 0 to pi. Where a number
-    !> of the vibration crosses a level: 'level', or 'jump' where the number jumps across it.
+    !> Stability borders: 'divergence' (a multiplier +1), 'period_doubling' (-1) or 'flutter' (a conjugate pair). Crossings of a
+    !> level: 'level', or 'jump' if the quantity jumps across it. `arg_rad`: argument of the multiplier (0 to pi).
     character(len=15) :: kind = ""
     real(dp) :: arg_rad = 0
     character(len=verdict_length) :: below = "", above = ""
-    !> Number of the vibration whose border it is, where a machine has several.
+    !> Number of the vibration to which the border belongs, if the machine has several.
     integer :: vibration = 1
-    !> State of the machine at a crossing of a level.
+    !> State of the machine at the crossing of a level.
     character(len=verdict_length) :: state = ""
   end type border_type
 
-  !> A place where a border could not be excluded, and the width of what may have been missed there.
+  !> Place where a border could not be excluded, and width of the part of the range that is undecided.
   type, public :: open_border_type
     real(dp) :: value = 0, width = 0
   end type open_border_type
 
-  !> What the search for borders reports besides: how often multipliers meet, how often they do without damping and without any
-  !> growth at a distance of the tolerance, and where a border could not be excluded.
+  !> Further results of a search for borders. `meetings`: number of places where multipliers meet. `thin`: number of such places
+  !> without damping and without any growth at a distance of the tolerance. `places`: where a border could not be excluded.
   type, public :: border_rest_type
     integer :: meetings = 0, thin = 0
     type(open_border_type), allocatable :: places(:)
-    !> Meetings that were not searched, being too many; they lie in `places`.
+    !> Number of meetings that were not searched because there were too many; they are listed in `places`.
     integer :: left_out = 0
   end type border_rest_type
 
-  !> The nearest system along a parameter that is not unstable: the given system itself if it is not unstable.
+  !> The nearest system along a parameter that is not unstable; the given system itself if it is not unstable.
   type, public :: nearest_type
     !> Verdict on the given system.
     character(len=10) :: verdict = ""
-    !> Whether the range has such a system; its value, the distance to it (with its sign) and its verdict.
+    !> `found`: true if the range has such a system. `value`: its parameter. `distance`: signed difference from the given parameter.
+    !> `there`: its verdict.
     logical :: found = .false.
     real(dp) :: value = 0, distance = 0
     character(len=10) :: there = ""
-    !> Error of `value` if it is a border: beyond this distance on the far side the verdict is `there`. Else 0.
+    !> Error of `value` if it is a border, otherwise 0. Farther away than this, on the far side of the border, the verdict is
+    !> `there`.
     real(dp) :: error = 0
-    !> Number of places on the way at which a border could not be excluded.
+    !> Number of places closer than `value` at which a border could not be excluded.
     integer :: open = 0
   end type nearest_type
 
 contains
 
-  !> All borders in the range of `axis`, in its direction (gestell_task_boundary_line_search); its `count` values are where the
-  !> search begins. `tolerance`: how exactly, relative to the range (in the logarithm on a logarithmic axis). `rest`: what the
-  !> search leaves open. With an `executor` several threads may ask for members of the family. Errors: as of `check_search`; the
-  !> parameters make no sense.
+  !> Finds all stability borders in the range of `axis`, in its direction (gestell_task_boundary_line_search). Errors: as in
+  !> `check_search`; the parameters are invalid.
   subroutine find_borders(family, axis, accuracy, tolerance, borders, error, rest, executor)
+    !> Systems over one parameter
     class(family_type), intent(in), target :: family
+    !> Range of the parameter; `count` is the number of values at which the search starts
     type(axis_type), intent(in) :: axis
+    !> Tolerances of the monodromy matrix
     type(accuracy_type), intent(in) :: accuracy
+    !> Tolerance of the borders relative to the range, in the logarithm on a logarithmic axis
     real(dp), intent(in) :: tolerance
     type(border_type), allocatable, intent(out) :: borders(:)
     type(error_type), allocatable, intent(out) :: error
+    !> Number of meetings of multipliers, and places where a border could not be excluded
     type(border_rest_type), intent(out), optional :: rest
+    !> Spreads the work over threads, several of which may then ask the family for members
     class(executor_type), intent(inout), optional, target :: executor
     type(border_options) :: options
     type(line_type) :: line
@@ -99,7 +105,7 @@ contains
     if (present(rest)) call add_rest(line, search, rest)
   end subroutine find_borders
 
-  !> The borders that were found along `line`, over one parameter, of the vibration `number`.
+  !> Borders found along `line`, over one parameter, on the vibration with this number.
   pure function borders_on(line, search, number) result(borders)
     type(line_type), intent(in) :: line
     type(search_type), intent(in) :: search
@@ -123,7 +129,7 @@ contains
     end do
   end function borders_on
 
-  !> Adds to `rest` what the search along `line`, over one parameter, leaves open.
+  !> Adds to `rest` the open places and the numbers of meetings from the search along `line`, over one parameter.
   pure subroutine add_rest(line, search, rest)
     type(line_type), intent(in) :: line
     type(search_type), intent(in) :: search
@@ -142,20 +148,25 @@ contains
     end do
   end subroutine add_rest
 
-  !> From the system at `base` (all parameters) along parameter `which`, over the range of its axis, to the nearest one that
-  !> is not unstable: 'stable', or where there is no damping 'undamped' or 'undecided'. That is a border, with its error, or an end
-  !> of the range. Of another axis only its place counts. A stable `base` is its own nearest. With an `executor` several threads may
-  !> ask for members of the family. Errors: as of `check_search` for that axis; `base`, `which` and `axes` do not fit together; the
-  !> parameters make no sense.
+  !> Finds the nearest system along one parameter, starting from `base`, that is not unstable: 'stable', or without damping
+  !> 'undamped' or 'undecided'. The result is a border, with its error, or an end of the range. If `base` itself is not unstable, it
+  !> is the result. Errors: as in `check_search` for the axis of this parameter; sizes of `base` and `axes` differ; `which` is out
+  !> of range; the parameters are invalid.
   subroutine nearest_stable(family, base, which, axes, accuracy, tolerance, nearest, error, executor)
     class(family_type), intent(in), target :: family
+    !> Values of all parameters of the given system
     real(dp), intent(in) :: base(:)
+    !> Number of the parameter that is varied
     integer, intent(in) :: which
+    !> One axis for each parameter; only the range of axis `which` is used
     type(axis_type), intent(in) :: axes(:)
+    !> Tolerances of the monodromy matrix
     type(accuracy_type), intent(in) :: accuracy
+    !> Tolerance of the borders relative to the range
     real(dp), intent(in) :: tolerance
     type(nearest_type), intent(out) :: nearest
     type(error_type), allocatable, intent(out) :: error
+    !> Spreads the work over threads, several of which may then ask the family for members
     class(executor_type), intent(inout), optional, target :: executor
     type(border_options) :: options
     type(line_type) :: line
@@ -179,7 +190,7 @@ contains
     end if
     options = border_options(accuracy, tolerance)
     if (present(executor)) options%executor => executor
-    ! `base` itself may lie where the axis does not lead, as beyond zero from a logarithmic one.
+    ! `base` may lie outside a logarithmic axis, for example beyond zero, so its own axes are linear.
     call line_along(family, [(axis_type(base(i), base(i), 1, .false.), i = 1, size(base))], which, base, options, line)
     call probe_line(line, 0.0_dp, here, error)
     if (allocated(error)) return
@@ -195,7 +206,7 @@ contains
     call search_line(line, u, search, error)
     if (allocated(error)) return
     associate (marks => search%marks, borders => search%borders)
-      ! Within a border's error a system shows neither side of it.
+      ! Within the error of a border the verdict of a system is not reliable.
       outside = [(.not. (marks(i)%is_unstable() .or. any(abs(marks(i)%t - borders%t) <= borders%error)), i = 1, size(marks))]
       u = [pack(marks%t, outside), borders%t]
       errors = [spread(0.0_dp, 1, count(outside)), borders%error]
@@ -212,7 +223,7 @@ contains
     nearest%open = count(abs(parameter_at(axes(which), search%doubts%t) - base(which)) < abs(nearest%distance))
   end subroutine nearest_stable
 
-  !> The line along parameter `which` through `base`.
+  !> Sets up the line along parameter `which` through `base`.
   subroutine line_along(family, axes, which, base, options, line)
     class(family_type), intent(in), target :: family
     type(axis_type), intent(in) :: axes(:)

@@ -1,4 +1,4 @@
-!> The borders of stability between two points of a line.
+!> Search for the stability borders between two points of a line.
 module gestell_task_boundary_line_crossing
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -14,8 +14,8 @@ module gestell_task_boundary_line_crossing
 
 contains
 
-  !> Adds a crossing with the argument of its multiplier, and with its kind where only the verdict has shown it, both from the
-  !> unstable one of the systems on its sides.
+  !> Adds a crossing, with the argument of its multiplier and, if only the verdict has shown the crossing, its kind. Both come from
+  !> the unstable system beside it.
   pure subroutine add_named(search, crossing, below, above)
     type(search_type), intent(inout) :: search
     type(crossing_type), intent(in) :: crossing
@@ -35,9 +35,9 @@ contains
     search%borders = [search%borders, named]
   end subroutine add_named
 
-  !> Adds the borders between `l` and `r`: seeks a zero of each function that changes its sign, or else the place where the verdict
-  !> changes. A zero with no change of the verdict is no border, but divides what is left. At most `depth` times. Error: the
-  !> parameters make no sense.
+  !> Adds the borders between `l` and `r`. Searches a zero of each function that changes its sign, or else the place where the
+  !> verdict changes. A zero without a change of the verdict is not a border but divides the rest of the interval. The recursion
+  !> ends at `depth` 0. Fails if the parameters are invalid.
   recursive subroutine separate(line, l, r, depth, search, error)
     type(line_type), intent(in) :: line
     type(probe_type), intent(in) :: l, r
@@ -76,7 +76,7 @@ contains
     if (.not. allocated(error)) call separate(line, above, r, depth - 1, search, error)
   end subroutine separate
 
-  !> The first function whose sign changes between `l` and `r`, 0 if there is none.
+  !> Number of the first function whose sign differs at `l` and `r`; 0 if there is none.
   pure integer function changing(l, r) result(kind)
     type(probe_type), intent(in) :: l, r
 
@@ -88,7 +88,7 @@ contains
     kind = 0
   end function changing
 
-  !> The number that changes its sign at a border: the function `kind`, or for 0 the verdict, as 1 if unstable and -1 if not.
+  !> Function that changes its sign at a border: number `kind`, or for kind 0 the verdict as 1 (unstable) or -1.
   pure real(dp) function margin(probe, kind)
     type(probe_type), intent(in) :: probe
     integer, intent(in) :: kind
@@ -97,8 +97,8 @@ contains
     if (kind > 0) margin = probe%f(kind)
   end function margin
 
-  !> A zero of the margin `kind` between `l` and `r`, where its signs differ; of the verdict by bisection, as its margin has two
-  !> values only. `obstacle` is missing if there is a point without a system on the way.
+  !> Finds a zero of the margin `kind` between `l` and `r`, where its signs differ. The margin of the verdict has only two values
+  !> and is bisected. Stops with `obstacle` missing if a point on the way has no system.
   subroutine find_zero(line, kind, l, r, t, obstacle, error)
     type(line_type), intent(in) :: line
     integer, intent(in) :: kind
@@ -106,7 +106,7 @@ contains
     real(dp), intent(out) :: t
     type(probe_type), intent(out) :: obstacle
     type(error_type), allocatable, intent(out) :: error
-    !> Error of a zero as a part of the tolerance of borders.
+    !> Error of a zero relative to the tolerance of borders.
     real(dp), parameter :: share = 0.125_dp
     type(root_search_type) :: search
     type(probe_type) :: new
@@ -115,7 +115,7 @@ contains
     call search%start(r%t, margin(r, kind), l%t, margin(l, kind))
     do
       t = search%root()
-      ! A verdict has no size: no end of the bracket is nearer to its change.
+      ! The margin of a verdict has no magnitude, so neither end of the bracket is closer to its zero.
       if (kind == 0) t = sum(search%x) / 2
       associate (tolerance => merge(share, share / 2, kind > 0) * line%step() + 2 * spacing(t))
         if (search%found(tolerance)) return
@@ -127,14 +127,14 @@ contains
         return
       end if
       call search%take(new%t, margin(new, kind))
-      ! With another nature of the multipliers the function's sign says nothing any more.
+      ! Where reciprocal pairs appear or disappear the function changes its definition, and its sign is meaningless.
       if (kind == flutter .and. (new%reciprocal .neqv. l%reciprocal)) exit
     end do
     t = search%root()
   end subroutine find_zero
 
-  !> Both sides of the border at `t` by their verdicts, as near to it as they differ: `unstable` on one side and not on the other,
-  !> and `stable` there if it is so at that end of the interval.
+  !> Finds systems on both sides of the border at `t`, as close to it as their verdicts differ: one is unstable, the other is not.
+  !> If the interval's end on the second side is stable, the verdict on this side must be stable too.
   subroutine verify(line, l, r, t, crossing, below, above, success, error)
     type(line_type), intent(in) :: line
     type(probe_type), intent(in) :: l, r
@@ -169,7 +169,7 @@ contains
     end do
   end subroutine verify
 
-  !> Nearly the last of the systems from `here` toward a point without a system.
+  !> Approximates, by eight bisections, the last existing system on the way from `here` to a point without a system.
   subroutine last_before(line, here, none, last, error)
     type(line_type), intent(in) :: line
     type(probe_type), intent(in) :: here, none

@@ -1,7 +1,7 @@
-!> Logarithms z = ln(rho) of the multipliers along a line: at nodes with their slopes, from node to node as cubic curves.
+!> Logarithms z = ln(rho) of the multipliers along a line: values and slopes at nodes, cubic interpolation between them.
 !>
-!> z is a smooth function of a parameter but where two multipliers meet. What interaction is left there when the meeting lies
-!> far within a stretch between two nodes is for gestell_task_boundary_line_meeting to find.
+!> z is a smooth function of the parameter except where two multipliers meet. gestell_task_boundary_line_meeting resolves meetings
+!> that lie well inside a stretch between two nodes.
 module gestell_task_boundary_line_exponents
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -11,7 +11,7 @@ module gestell_task_boundary_line_exponents
 
   public :: connect, solve_node, wrapped
 
-  !> A system on a line, and dz/dt of its multipliers, shape (n).
+  !> System on a line, and derivative dz/dt of its multipliers, shape (n).
   type, public :: node_type
     type(probe_type) :: at
     complex(dp), allocatable :: slope(:)
@@ -20,12 +20,14 @@ module gestell_task_boundary_line_exponents
   !> The multipliers between two nodes.
   type, public :: stretch_type
     type(probe_type) :: ends(2)
-    !> z at both ends in corresponding order, imaginary parts without jumps on the way, and slopes times the length; shape (n, 2).
+    !> `z`: logarithms at both ends in corresponding order, with imaginary parts continuous between them. `change`: slopes times the
+    !> length of the stretch. Shape (n, 2).
     complex(dp), allocatable :: z(:, :), change(:, :)
-    !> Difference between the change of z and that by the slopes, shape (n), and the errors of z, shape (n, 2).
+    !> `miss`: change of z minus the change that the slopes predict, shape (n). `noise`: errors of z, shape (n, 2).
     complex(dp), allocatable :: miss(:)
     real(dp), allocatable :: noise(:, :)
-    !> Whether other multipliers correspond nearly as well; whether the curves do not describe z well enough.
+    !> `ambiguous`: true if another assignment of the multipliers fits nearly as well. `rough`: true if the cubic curves do not
+    !> describe z well enough.
     logical :: ambiguous = .false., rough = .false.
   contains
     procedure :: length
@@ -34,15 +36,15 @@ module gestell_task_boundary_line_exponents
 
 contains
 
-  !> The node at `t` of a line that is searched between two `ends`; no system beyond them is solved. Error: the parameters make no
-  !> sense.
+  !> Solves the node at `t` of a line that is searched between two `ends`. No system beyond the ends is solved. Fails if the
+  !> parameters are invalid.
   subroutine solve_node(line, t, ends, node, error)
     type(line_type), intent(in) :: line
     real(dp), intent(in) :: t, ends(2)
     type(node_type), intent(out) :: node
     type(error_type), allocatable, intent(out) :: error
-    !> Distance of the difference quotient as a part of the line: phases of vibrations that turn a thousand times in a period
-    !> change by a thousandth of a radian.
+    !> Step of the difference quotient relative to the line. The phase of a vibration that turns a thousand times per period changes
+    !> by a thousandth of a radian.
     real(dp), parameter :: part = 1.0e-7_dp
     type(probe_type) :: beside
     logical, allocatable :: free(:)
@@ -65,13 +67,13 @@ contains
     end do
   end subroutine solve_node
 
-  !> The stretch between two nodes, `l` before `r`: those multipliers correspond whose difference agrees best with their slopes,
-  !> the best pairs first.
+  !> Connects two nodes, `l` before `r`. Assigns the multipliers so that their differences agree with their slopes, the best pairs
+  !> first.
   pure subroutine connect(l, r, stretch)
     type(node_type), intent(in) :: l, r
     type(stretch_type), intent(out) :: stretch
-    !> Weight of a change of the slope against one of z; factor by which another assignment must be worse, unless it exchanges
-    !> multipliers that are nearer to each other than `alike`.
+    !> `weight`: weight of a change of the slope relative to a change of z. `apart`: factor by which any other assignment must be
+    !> worse. Multipliers closer to each other than `alike` may be exchanged.
     real(dp), parameter :: weight = 0.5_dp, apart = 3, alike = 0.05_dp
     real(dp), dimension(size(l%slope), size(l%slope)) :: away
     logical, dimension(size(l%slope), size(l%slope)) :: free
@@ -119,7 +121,7 @@ contains
       miss = wrapped(r%at%z(k) - l%at%z(i) - h * (l%slope(i) + r%slope(k)) / 2)
     end function miss_of
 
-    !> Size of a difference; of strong decays that of their ratio.
+    !> Magnitude of a difference of z. For strong decay the real part is taken relative to the decay.
     pure real(dp) function size_of(miss, z)
       complex(dp), intent(in) :: miss, z
 
@@ -134,7 +136,7 @@ contains
     length = self%ends(2)%t - self%ends(1)%t
   end function length
 
-  !> z at the part `x` of the way, shape (n), by cubic curves.
+  !> z at the part `x` of the stretch (0 to 1), shape (n), by cubic interpolation.
   pure function z_at(self, x) result(z)
     class(stretch_type), intent(in) :: self
     real(dp), intent(in) :: x
@@ -144,13 +146,13 @@ contains
       & + x * (1 - x)**2 * self%change(:, 1) - x**2 * (1 - x) * self%change(:, 2)
   end function z_at
 
-  !> True if the curves describe z well enough: phases make no whole turn unseen, multipliers meet where their curves meet, and no
-  !> growth changes its sign twice.
+  !> True if the curves describe z well enough: no phase makes an unnoticed whole turn, multipliers meet where their curves meet,
+  !> and no growth rate changes its sign twice.
   pure logical function is_smooth(self)
     type(stretch_type), intent(in) :: self
-    !> In radians; and in decay, as a part of the decay.
+    !> Limits in radians (`bend`, `near`) and relative to the decay (`part`).
     real(dp), parameter :: bend = 3, near = 0.02_dp, part = 0.25_dp
-    !> Multiples of the errors, to be sure of a sign between the ends and at them.
+    !> Multiples of the error beyond which a sign is reliable, between the ends (`safety`) and at them (`clear`).
     real(dp), parameter :: safety = 2, clear = 10
     integer, parameter :: samples = 8
     complex(dp) :: z(size(self%miss), 0:samples)
@@ -167,7 +169,7 @@ contains
     do i = 1, size(z, 1)
       if (.not. is_smooth) return
       if (meets_another(z, i)) cycle
-      ! Does the growth change its sign between ends where it has the same?
+      ! The growth rate must not change its sign between ends of equal sign.
       associate (ends => real(z(i, [0, samples])), sign_of_both => sign(1.0_dp, real(z(i, 0))))
         if (any(abs(ends) <= clear * self%noise(i, :)) .or. ((ends(1) > 0) .neqv. (ends(2) > 0))) cycle
         is_smooth = .not. any(sign_of_both * real(z(i, 1:samples - 1)) - safety * abs(real(self%miss(i))) < 0)
@@ -175,11 +177,11 @@ contains
     end do
   end function is_smooth
 
-  !> True if the phase of a multiplier comes near to that of another one; its growth is then followed there.
+  !> True if the phase of multiplier i comes close to that of another one. Their growth is then followed by the search for meetings.
   pure logical function meets_another(z, i)
     complex(dp), intent(in) :: z(:, :)
     integer, intent(in) :: i
-    !> In radians: phases that meet, and phases that are the same all the way.
+    !> Radians: phases meet below `near`; phases closer than `locked` all the way are equal.
     real(dp), parameter :: near = 0.02_dp, locked = 1.0e-9_dp
     real(dp) :: apart(size(z, 2))
     integer :: k
@@ -202,7 +204,7 @@ contains
       & i = 1, size(z))])
   end function crowded
 
-  !> The imaginary part between -pi and pi.
+  !> z with its imaginary part reduced to the range from -pi to pi.
   elemental complex(dp) function wrapped(z)
     complex(dp), intent(in) :: z
 

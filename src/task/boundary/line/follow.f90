@@ -1,4 +1,4 @@
-!> All multipliers followed along a line, from node to node; the nodes are as close as the multipliers require.
+!> Continuation of all multipliers along a line from node to node. Nodes are added where the multipliers require it.
 module gestell_task_boundary_line_follow
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: impossible, operator(==)
@@ -12,16 +12,15 @@ module gestell_task_boundary_line_follow
 
   public :: follow_multipliers
 
-  !> Stretches one after the other, the first `count` of `list`. Where there are no systems there are no stretches; `holes`, shape
-  !> (2, n): from where to where a system exists but could not be solved, or systems of different size meet, so that nothing is
-  !> known of what lies between.
+  !> Consecutive stretches in `list(:count)`. Parts without systems have no stretches. `holes`, shape (2, n): ends of the parts that
+  !> remain unknown, because a system exists but could not be solved, or because systems of different size meet.
   type, public :: way_type
     integer :: count = 0
     type(stretch_type), allocatable :: list(:)
     real(dp), allocatable :: holes(:, :)
   end type way_type
 
-  !> A piece is a node.
+  !> Computation of nodes; each piece of work is one node.
   type, extends(work_type) :: nodes_type
     type(line_type), pointer :: line => null()
     real(dp), allocatable :: t(:)
@@ -32,7 +31,8 @@ module gestell_task_boundary_line_follow
     procedure :: exchange
   end type nodes_type
 
-  !> Length, as a part of the line, of a stretch that is not divided any more, and of one with no system at one of its ends.
+  !> Lengths relative to the line below which a stretch is not divided: `shortest` in general, `beside_nothing` if one end has no
+  !> system.
   real(dp), parameter :: shortest = 1.0e-7_dp, beside_nothing = 1.0e-4_dp
   !> With more nodes than this no stretch is divided any more.
   integer, parameter :: most = 4000
@@ -41,9 +41,9 @@ module gestell_task_boundary_line_follow
 
 contains
 
-  !> The stretches between the first and the last of `t`, ascending, with nodes at all of them and between them where the
-  !> multipliers do not continue as their slopes predict: all such stretches are halved, then those of the halves, so that the
-  !> shortest remain as they are where there are too many nodes. Error: the parameters make no sense.
+  !> Follows the multipliers between the first and the last of the ascending positions `t`. Nodes are placed at all `t`, and between
+  !> them where the multipliers do not continue as their slopes predict. All stretches that are too long are halved at once, so that
+  !> the shortest are the ones left rough if there are too many nodes. Fails if the parameters are invalid.
   subroutine follow_multipliers(line, t, way, error)
     type(line_type), intent(in), target :: line
     real(dp), intent(in) :: t(:)
@@ -102,7 +102,7 @@ contains
     end do
   end subroutine follow_multipliers
 
-  !> The nodes at `t`. Error: the parameters make no sense.
+  !> Solves the nodes at `t`. Fails if the parameters are invalid.
   subroutine solve_nodes(work, t, error)
     type(nodes_type), intent(inout) :: work
     real(dp), intent(in) :: t(:)
@@ -148,7 +148,7 @@ contains
     end associate
   end function state_of
 
-  !> True if both are systems, of one size.
+  !> True if both nodes have systems and these have the same size.
   pure logical function alike(l, r)
     type(node_type), intent(in) :: l, r
 

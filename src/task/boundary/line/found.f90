@@ -1,4 +1,4 @@
-!> What a search along a line finds: borders, systems on both sides of them, and places where a border could not be excluded.
+!> Results of a search along a line: borders, systems on both sides of them, and places where a border could not be excluded.
 module gestell_task_boundary_line_found
   use gestell_base_kinds, only: dp
   use gestell_base_verdict, only: undecided, verdict_type
@@ -10,20 +10,20 @@ module gestell_task_boundary_line_found
   implicit none (type, external)
   private
 
-  !> A border on a line: of stability, or of what lies above a level.
+  !> A crossing on a line: a stability border, or a crossing of a level.
   type, public :: crossing_type
-    !> Its place, and the distance at which the systems on both sides differ for certain.
+    !> Position, and distance at which the systems on both sides certainly differ.
     real(dp) :: t = 0, error = 0
     integer :: kind = 0
-    !> Argument of the multiplier on the unit circle, 0 to pi.
+    !> Argument of the multiplier on the unit circle (0 to pi).
     real(dp) :: arg = 0
-    !> Whether the greater t are unstable, or above the level.
+    !> True if the systems at larger t are unstable, or above the level.
     logical :: enters = .false.
-    !> Verdicts at the smaller and at the greater t.
+    !> Verdicts at the smaller and at the larger t.
     type(verdict_type) :: verdicts(2) = undecided
   end type crossing_type
 
-  !> A place where a border could not be excluded, and how wide it is, in t.
+  !> Place where a border could not be excluded, and its width, both in t.
   type, public :: doubt_type
     real(dp) :: t = 0, width = 0
   end type doubt_type
@@ -31,11 +31,12 @@ module gestell_task_boundary_line_found
   type, public :: search_type
     type(crossing_type), allocatable :: borders(:)
     type(doubt_type), allocatable :: doubts(:)
-    !> Places where multipliers meet; those of them without damping where nothing grows at a distance of the tolerance.
+    !> `meetings`: number of places where multipliers meet. `thin`: number of such places without damping and without growth at a
+    !> distance of the tolerance.
     integer :: meetings = 0, thin = 0
-    !> Meetings that were not searched, being more than a line allows.
+    !> Number of meetings that were not searched because a line has a maximum number.
     integer :: left_out = 0
-    !> Systems along the line, at least one on each side of each border; ascending once they are sorted. The first `marked` are
+    !> Systems along the line, at least one on each side of each border; ascending in t after sorting. Only the first `marked` are
     !> filled.
     type(probe_type), allocatable :: marks(:)
     integer :: marked = 0
@@ -49,7 +50,7 @@ module gestell_task_boundary_line_found
     procedure :: name_unexplained
   end type search_type
 
-  !> Work whose pieces are searches.
+  !> Work in which each piece is a search.
   type, abstract, extends(work_type), public :: searches_type
     type(search_type), allocatable :: found(:)
   contains
@@ -58,14 +59,14 @@ module gestell_task_boundary_line_found
 
 contains
 
-  !> Nothing is found yet.
+  !> Initialises an empty search result.
   subroutine begin(self)
     class(search_type), intent(out) :: self
 
     allocate(self%borders(0), self%doubts(0), self%marks(0))
   end subroutine begin
 
-  !> Adds what was found at one place of the line.
+  !> Adds the results of a search at one place of the line.
   pure subroutine take(self, part)
     class(search_type), intent(inout) :: self
     type(search_type), intent(in) :: part
@@ -80,8 +81,8 @@ contains
     self%borders = [self%borders, part%borders]
   end subroutine take
 
-  !> The borders must explain the verdicts: where two marks differ but no border, or an even number, was found between them, or
-  !> where they agree about an odd number, the stretch between them is a doubt. Marks within a border's error show neither side.
+  !> Adds a doubt for each stretch whose borders do not explain its verdicts. Two marks with different verdicts need an odd number
+  !> of borders between them, two marks with equal verdicts an even number. Marks within the error of a border do not count.
   pure subroutine name_unexplained(self)
     class(search_type), intent(inout) :: self
     integer :: i, last
@@ -102,7 +103,7 @@ contains
     end do
   end subroutine name_unexplained
 
-  !> Passes what was found to a record, or reads it from there.
+  !> Writes the results to a record, or reads them from it.
   subroutine exchange(self, record)
     class(search_type), intent(inout) :: self
     type(record_type), intent(inout) :: record
@@ -137,7 +138,7 @@ contains
     call self%found(k)%exchange(record)
   end subroutine exchange_search
 
-  !> Adds a system, unless there is none.
+  !> Adds a system, unless it is missing.
   pure subroutine add_mark(self, mark)
     class(search_type), intent(inout) :: self
     type(probe_type), intent(in) :: mark
@@ -153,7 +154,7 @@ contains
     self%marks(self%marked) = mark
   end subroutine add_mark
 
-  !> Sorts the systems along the line and leaves each once.
+  !> Sorts the systems along the line and removes duplicates.
   pure subroutine sort_marks(self)
     class(search_type), intent(inout) :: self
     type(probe_type), allocatable :: sorted(:)
@@ -172,7 +173,7 @@ contains
     call move_alloc(sorted, self%marks)
   end subroutine sort_marks
 
-  !> Sorts the borders along the line, keeps one of those found twice, and removes regions narrower than `least`.
+  !> Sorts the borders along the line, removes duplicates, and removes regions narrower than `least`.
   pure subroutine sort_borders(self, least)
     class(search_type), intent(inout) :: self
     real(dp), intent(in) :: least

@@ -1,13 +1,15 @@
-!> Functions of the multipliers that are smooth where a system loses its stability, and change their sign there.
+!> Functions of the multipliers that are smooth and change their sign where a system loses its stability.
 !>
-!> rho_max itself has kinks and, where two multipliers meet, a square root. The products over all multipliers
+!> rho_max itself has kinks and, where two multipliers meet, behaves like a square root. The products over all multipliers
 !>
 !>     f+ = product of (rho_k - 1),   f- = product of (rho_k + 1),   h = product over pairs of (1 - rho_i rho_k)
 !>
-!> are symmetric in them, so as smooth as Phi: f+ = det(Phi - E) is zero at a divergence, f- at a period doubling, h where a
-!> conjugate pair crosses the unit circle. Each factor is divided by sqrt(1 + |.|**2): signs count, sizes must not
-!> overflow. Without damping multipliers come in pairs rho, 1/rho and h vanishes everywhere; its place is taken by the
-!> discriminant of z = rho + 1/rho, the product of (z_i - z_k)**2, which is zero where two pairs meet.
+!> are symmetric in the multipliers and therefore as smooth as the monodromy matrix Phi. f+ = det(Phi - E) is zero at a divergence,
+!> f- at a period doubling, and h where a conjugate pair crosses the unit circle. Each factor is divided by sqrt(1 + |.|**2) to
+!> prevent overflow; only the signs count.
+!>
+!> Without damping the multipliers form pairs rho, 1/rho and h vanishes everywhere. It is replaced by the discriminant of z = rho +
+!> 1/rho, the product of (z_i - z_k)**2, which is zero where two pairs meet.
 module gestell_task_boundary_line_functions
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_multipliers, only: multipliers_type
@@ -20,13 +22,13 @@ module gestell_task_boundary_line_functions
   character(len=15), parameter, public :: kind_names(border_kinds) = [character(len=15) :: "divergence", "period_doubling", &
     & "flutter"]
 
-  !> ln |rho| is limited to this: beyond it only the argument matters.
+  !> Limit of ln |rho|: beyond it only the argument matters.
   real(dp), parameter :: most = 100
 
 contains
 
-  !> `f` = f+, f- and h, or where multipliers are reciprocal in pairs, the discriminant; `known`: whether they differ from
-  !> zero by more than the errors of the multipliers.
+  !> Computes the functions f+, f- and h; for multipliers in reciprocal pairs the discriminant replaces h. `known`: true if the
+  !> function differs from zero by more than the errors of the multipliers.
   pure subroutine border_functions(multipliers, f, known, reciprocal)
     type(multipliers_type), intent(in) :: multipliers
     real(dp), intent(out) :: f(border_kinds)
@@ -37,7 +39,7 @@ contains
 
     associate (log_abs => min(multipliers%log_abs, most))
       w = exp(log_abs) * cmplx(cos(multipliers%arg), sin(multipliers%arg), dp)
-      ! sin(pi) is not zero to the last bit, but real multipliers are real.
+      ! sin(pi) is not exactly zero in floating point, but real multipliers must be real.
       where (pi - abs(multipliers%arg) < epsilon(pi)) w = -exp(log_abs)
       radius = exp(min(log(max(multipliers%error, tiny(pi))) + log_abs, most))
     end associate
@@ -53,7 +55,7 @@ contains
     end if
   end subroutine border_functions
 
-  !> h.
+  !> Computes h. `known`: true if each factor differs from zero by more than its error.
   pure subroutine product_of_pairs(w, radius, h, known)
     complex(dp), intent(in) :: w(:)
     real(dp), intent(in) :: radius(:)
@@ -75,7 +77,7 @@ contains
     h = real(all_pairs)
   end subroutine product_of_pairs
 
-  !> The discriminant of the z.
+  !> Computes the discriminant of `z`. `known`: true if each factor differs from zero by more than its error.
   pure subroutine discriminant(z, error, value, known)
     complex(dp), intent(in) :: z(:)
     real(dp), intent(in) :: error(:)
@@ -95,7 +97,8 @@ contains
     value = real(all_pairs)
   end subroutine discriminant
 
-  !> z = rho + 1/rho of each pair of multipliers whose product is 1 within the errors; `reciprocal` if all are of that kind.
+  !> Computes z = rho + 1/rho for each pair of multipliers whose product is 1 within their errors. `reciprocal`: true if all
+  !> multipliers form such pairs.
   pure subroutine find_pairs(w, radius, z, error, reciprocal)
     complex(dp), intent(in) :: w(:)
     real(dp), intent(in) :: radius(:)

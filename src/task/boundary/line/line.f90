@@ -1,7 +1,7 @@
-!> Straight lines through the parameters of a family, and systems on them.
+!> Straight lines through the parameters of a family, and the systems on them.
 !>
-!> Every axis is measured by u: 0 where its range begins and 1 where it ends, in the logarithm where it is logarithmic. All
-!> tolerances of borders are in u: relative to the ranges.
+!> Each axis has the coordinate u, 0 at the start of its range and 1 at its end, linear in the logarithm on a logarithmic axis.
+!> Tolerances of borders are differences of u and therefore relative to the ranges.
 module gestell_task_boundary_line
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_verdict, only: failed, impossible, operator(==), unstable, verdict_type
@@ -21,14 +21,14 @@ module gestell_task_boundary_line
 
   public :: check_search, coordinate, parameter_at, probe_line, sensitivity, skewed
 
-  !> Tolerance of borders along one parameter, relative to the range.
+  !> Default tolerance of borders along one parameter, relative to the range.
   real(dp), parameter, public :: usual_tolerance = 1.0e-10_dp
 
   type, public :: border_options
     type(accuracy_type) :: accuracy
-    !> Error of borders over one parameter, and deviation of curves over two from the border, relative to the ranges.
+    !> Error of borders over one parameter; deviation of curves over two parameters from the border. Relative to the ranges.
     real(dp) :: tolerance = usual_tolerance
-    !> Spreads the work over threads, where several of them may ask for members of the family.
+    !> Spreads the work over threads; several of them may then ask the family for members.
     class(executor_type), pointer :: executor => null()
   end type border_options
 
@@ -36,12 +36,12 @@ module gestell_task_boundary_line
   integer(int64), parameter, public :: most_searched = 10_int64**7
   real(dp), parameter, public :: least_tolerance = 1.0e-13_dp, greatest_tolerance = 0.1_dp
 
-  !> u(t) = start + t way through the parameters of a family.
+  !> Line u(t) = start + t way through the parameters of a family.
   type, extends(border_options), public :: line_type
     class(family_type), pointer :: family => null()
     type(axis_type), allocatable :: axes(:)
     real(dp), allocatable :: start(:), way(:)
-    !> Maximum number of meetings of multipliers that are searched: a slow crank has any number of them.
+    !> Maximum number of meetings of multipliers to search: at low speed their number is unlimited.
     integer :: most_meetings = 5000
   contains
     procedure :: step
@@ -53,9 +53,9 @@ module gestell_task_boundary_line
     type(verdict_type) :: verdict = failed
     real(dp) :: f(border_kinds) = 0
     logical :: known(border_kinds) = .false., reciprocal = .false.
-    !> Argument of the largest multiplier.
+    !> Argument of the largest multiplier (0 to pi).
     real(dp) :: arg = 0
-    !> ln(rho) of all multipliers, imaginary parts in (-pi, pi], and the errors of their real parts; shapes (n).
+    !> `z`: ln(rho) of all multipliers with imaginary parts in (-pi, pi], shape (n). `noise`: errors of their real parts, shape (n).
     complex(dp), allocatable :: z(:)
     real(dp), allocatable :: noise(:)
   contains
@@ -66,7 +66,8 @@ module gestell_task_boundary_line
 
 contains
 
-  !> Errors: an axis that makes no sense or has no length, too many search points, a tolerance or an accuracy out of range.
+  !> Checks the options of a search. Errors: an axis is invalid or has fewer than two values, there are too many search points, a
+  !> tolerance or an accuracy is out of range.
   pure subroutine check_search(axes, accuracy, tolerance, error)
     type(axis_type), intent(in) :: axes(:)
     type(accuracy_type), intent(in) :: accuracy
@@ -88,14 +89,14 @@ contains
     end if
   end subroutine check_search
 
-  !> The tolerance as a difference of t.
+  !> Tolerance as a difference of t.
   pure real(dp) function step(self)
     class(line_type), intent(in) :: self
 
     step = self%tolerance / norm2(self%way)
   end function step
 
-  !> True if there is no system here, or none that could be solved.
+  !> True if no system exists here, or it could not be solved.
   elemental logical function missing(self)
     class(probe_type), intent(in) :: self
 
@@ -108,7 +109,7 @@ contains
     is_unstable = self%verdict == unstable
   end function is_unstable
 
-  !> Passes all of it to a record, or reads it from there.
+  !> Writes all components to a record, or reads them from it.
   subroutine exchange(self, record)
     class(probe_type), intent(inout) :: self
     type(record_type), intent(inout) :: record
@@ -127,7 +128,7 @@ contains
     call record%pass(self%noise)
   end subroutine exchange
 
-  !> Solves the system at `t`. Error: the parameters make no sense.
+  !> Solves the system at `t`. Fails if the parameters are invalid.
   subroutine probe_line(line, t, probe, error)
     type(line_type), intent(in) :: line
     real(dp), intent(in) :: t
@@ -154,7 +155,7 @@ contains
     call border_functions(multipliers, probe%f, probe%known, probe%reciprocal)
   end subroutine probe_line
 
-  !> The value at `u` of an axis; the ends are exactly those that were given.
+  !> Parameter at coordinate `u` of an axis. At u = 0 and 1 it is exactly `from` and `to`.
   elemental real(dp) function parameter_at(axis, u) result(value)
     type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: u
@@ -170,7 +171,7 @@ contains
     end if
   end function parameter_at
 
-  !> Derivative of the value with respect to u.
+  !> Derivative of the parameter with respect to u.
   elemental real(dp) function sensitivity(axis, u)
     type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: u
@@ -182,7 +183,7 @@ contains
     end if
   end function sensitivity
 
-  !> u of a value; 0 on an axis of one value, -huge for values of the other sign on a logarithmic axis.
+  !> Coordinate u of a parameter; 0 on an axis of one value, -huge for values of opposite sign on a logarithmic axis.
   elemental real(dp) function coordinate(axis, value) result(u)
     type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: value
@@ -198,8 +199,8 @@ contains
     end if
   end function coordinate
 
-  !> u of the values of an axis, those between its ends moved by a part of their distance: borders often lie at round values,
-  !> and a search finds best what lies between its points.
+  !> Coordinates u of the values of an axis, with the inner ones slightly shifted. Borders often lie at round values, and a search
+  !> works best if they lie between its points.
   pure function skewed(count) result(u)
     integer, intent(in) :: count
     real(dp) :: u(max(count, 2))
