@@ -1,4 +1,4 @@
-!> Pictures of borders: critical values of one parameter, curves over two, crossings of a level.
+!> Plots of borders: critical values of one parameter, curves over two parameters, crossings of a level.
 module gestell_task_boundary_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
@@ -24,7 +24,7 @@ module gestell_task_boundary_plot
 
 contains
 
-  !> boundary.gp.
+  !> Plot boundary.gp.
   function plot_borders(plan, results, level) result(figure)
     type(sweep_plan_type), intent(in) :: plan
     type(border_results_type), intent(in) :: results
@@ -44,7 +44,7 @@ contains
     end if
   end function plot_borders
 
-  !> Critical values with the argument of their multiplier, and which side is unstable.
+  !> Plot of the critical values over the argument of their multiplier, with the unstable ranges shaded.
   function plot_values(plan, results) result(figure)
     type(sweep_plan_type), intent(in) :: plan
     type(border_results_type), intent(in) :: results

@@ -1,4 +1,4 @@
-!> The report on borders of stability and on crossings of a level for people.
+!> Text report on stability borders and on crossings of a level.
 module gestell_task_boundary_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
@@ -20,7 +20,7 @@ module gestell_task_boundary_report
 
 contains
 
-  !> The measure and its level: f rms = 60 N.
+  !> Measure and level, for example `f rms = 60 N`.
   pure function level_name(level) result(words)
     type(level_type), intent(in) :: level
     character(len=:), allocatable :: words
@@ -28,7 +28,7 @@ contains
     words = level%subject() // " = " // concise(level%value, 9) // " " // trim(level%measure%unit)
   end function level_name
 
-  !> Heading: the borders that are sought, the tolerance relative to the ranges, and the ranges.
+  !> Heading: borders that are sought, tolerance relative to the ranges, and the ranges.
   pure function report_search(plan, tolerance, level) result(report)
     type(sweep_plan_type), intent(in) :: plan
     real(dp), intent(in) :: tolerance
@@ -58,7 +58,7 @@ contains
     end if
   end function report_search
 
-  !> The borders, open places, and the nearest machine that is not unstable.
+  !> Lines on the borders, the open places, and the nearest machine that is not unstable.
   pure function report_borders(plan, results, tolerance, level) result(report)
     type(sweep_plan_type), intent(in) :: plan
     type(border_results_type), intent(in) :: results
@@ -88,7 +88,7 @@ contains
     end do
   end function report_borders
 
-  !> Critical values of one parameter, or where it crosses a level.
+  !> Table of the critical values of one parameter, or of the crossings of a level.
   pure function value_lines(results, of_level) result(report)
     type(border_results_type), intent(in) :: results
     logical, intent(in) :: of_level
@@ -124,7 +124,7 @@ contains
     end if
   end function value_lines
 
-  !> One line: the number of curves, or the values over one parameter.
+  !> One-line summary: the number of curves, or the critical values of one parameter.
   pure function summary(plan, results, level) result(line)
     type(sweep_plan_type), intent(in) :: plan
     type(border_results_type), intent(in) :: results
@@ -151,7 +151,7 @@ contains
     if (size(results%values) > most) line = line // ", ... (" // text(size(results%values)) // ")"
   end function summary
 
-  !> In the range there is no boundary only if the search leaves no place open.
+  !> Wording for an empty result. "In the range" is used only if the search leaves no place open.
   pure function where_none(rest) result(words)
     type(border_rest_type), intent(in) :: rest
     character(len=:), allocatable :: words
@@ -160,7 +160,7 @@ contains
     if (size(rest%places) > 0) words = "found, but the search is not complete"
   end function where_none
 
-  !> Places that the search leaves open.
+  !> Lines on the places that the search leaves open.
   pure function open_lines(rest, tolerance, of_level) result(report)
     type(border_rest_type), intent(in) :: rest
     real(dp), intent(in) :: tolerance
@@ -176,7 +176,7 @@ contains
     if (size(rest%places) > most_listed .and. .not. of_level) report = report // more_listed
   end function open_lines
 
-  !> The way to the nearest machine that is not unstable.
+  !> Sentence on the nearest machine that is not unstable: its value, the distance to it and its verdict.
   pure function way_to(nearest) result(sentence)
     type(nearest_type), intent(in) :: nearest
     character(len=:), allocatable :: sentence

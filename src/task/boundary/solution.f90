@@ -1,5 +1,4 @@
-!> What the task `boundary` finds: borders over one or two parameters, and the way from an unstable machine to the nearest stable
-!> one.
+!> Results of the task `boundary`: borders over one or two parameters, and the nearest stable machine if the given one is unstable.
 module gestell_task_boundary_solution
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -17,37 +16,41 @@ module gestell_task_boundary_solution
   public :: solve_borders
 
   type, public :: border_results_type
-    !> One parameter: its critical values, or where it crosses a level.
+    !> One parameter: its critical values, or the crossings of a level.
     type(border_type), allocatable :: values(:)
     type(border_rest_type) :: rest
-    !> Two: the curves.
+    !> Two parameters: the curves.
     type(border_map_type), allocatable :: map
-    !> From the base along each parameter; unallocated without a base, and where it is not unstable.
+    !> Nearest system along each parameter; not allocated if there is no base or the base is not unstable.
     type(nearest_type), allocatable :: nearest(:)
-    !> Of a level over one parameter, the `speed` of its points: the number, values(1:2, 1) with its error.
+    !> Level over one parameter: the curve, whose points have values(1:2, 1) = quantity and error over x = `speed`.
     type(resonance_curve_type), allocatable :: curve
-    !> Of a level over two parameters without a curve: on which side of it the middle of the ranges lies.
+    !> Level over two parameters without a curve: side of the level at the centre of the ranges.
     character(len=10) :: middle = ""
   end type border_results_type
 
 contains
 
-  !> Borders within the ranges of `grid`; with a `base` (all parameters, or none) also what is stable nearest to it. `bare`: the
-  !> frames that no model has settled, where the borders over one parameter are those of the exact one's vibrations, branch by
-  !> branch. Error: the parameters make no sense.
+  !> Finds the stability borders within the ranges of `grid` and, if `base` is not empty, the nearest systems that are not unstable.
+  !> Fails if the parameters are invalid.
   subroutine solve_borders(family, grid, options, base, results, error, bare)
+    !> Systems over the parameters
     class(family_type), intent(in), target :: family
+    !> Ranges of one or two parameters
     type(grid_type), intent(in) :: grid
     type(border_options), intent(in) :: options
+    !> Parameters of the given machine, or an empty array
     real(dp), intent(in) :: base(:)
     type(border_results_type), intent(out) :: results
     type(error_type), allocatable, intent(out) :: error
+    !> Frames not yet linearised about a vibration. If present, borders over one parameter are found on each branch of the exact
+    !> vibration
     class(family_type), intent(in), optional, target :: bare
     type(border_options) :: fine
     logical :: followed
     integer :: k
 
-    ! Narrow tongues want no less.
+    ! Narrow tongues need this accuracy even if the user requests less.
     fine = options
     fine%accuracy%tolerance = min(fine%accuracy%tolerance, border_accuracy)
     followed = .false.

@@ -1,4 +1,4 @@
-!> The search for a tongue of parametric resonance where the phases of two multipliers meet.
+!> Search for a tongue of parametric resonance where the phases of two multipliers meet.
 module gestell_task_boundary_line_meeting
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -10,39 +10,39 @@ module gestell_task_boundary_line_meeting
 
   public :: search_meeting, tongue_end
 
-  !> Outcomes: nothing grows; something does; without damping, nothing grows at the tolerance from the middle; undecided.
+  !> Outcomes of a search: no growth; growth; without damping no growth at a distance of the tolerance from the middle; undecided.
   integer, parameter, public :: no_tongue = 0, tongue = 1, thin = 2, open_question = 3
 
   type, public :: meeting_type
     integer :: outcome = open_question
-    !> Where the growth of the pair has its maximum; how far about there it may be positive.
+    !> Position of the maximum growth of the pair, and width of the part around it in which the growth may be positive.
     real(dp) :: t = 0, width = 0
     type(pair_type) :: top
-    !> The nearest known pairs on both sides of a tongue that die out; `outside`: whether there is one.
+    !> Nearest solved pairs on both sides of a tongue in which both multipliers decay; `outside`: true if the side has one.
     type(pair_type) :: sides(2)
     logical :: outside(2) = .false.
   end type meeting_type
 
-  !> A growth of more than this multiple of its error has a certain sign.
+  !> The sign of a growth is certain if the growth exceeds this multiple of its error.
   real(dp), parameter :: clear = 2
 
 contains
 
-  !> Follows the growth of a pair to its maximum near `start`, where its phases meet; they part by `rate` per t. Error: the
-  !> parameters make no sense.
+  !> Follows the growth of a pair to its maximum near `start`, where the phases of the two multipliers meet. `rate` is the rate
+  !> (1/t) at which the phases separate. Fails if the parameters are invalid.
   subroutine search_meeting(path, start, rate, meeting, error)
     type(pair_path_type), intent(in) :: path
     real(dp), intent(in) :: start, rate
     type(meeting_type), intent(out) :: meeting
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: most = 30
-    !> The fit describes the growth where it predicts it to this part of itself.
+    !> The fit is good enough if it predicts the growth to this relative accuracy.
     real(dp), parameter :: part = 0.25_dp
-    !> How far beyond the three points of the fit the maximum is sought, as a multiple of their distance.
+    !> Distance beyond the three points of the fit within which the maximum is sought, relative to their distance.
     real(dp), parameter :: beyond = 2
-    !> A mean growth of no more than this multiple of the error is zero.
+    !> A mean growth of at most this multiple of its error counts as zero.
     real(dp), parameter :: neutral = 10
-    !> How far beside a stretch its pairs are followed, as a part of it.
+    !> Distance beyond both ends of a stretch to which its pairs are followed, relative to its length.
     real(dp), parameter :: beside = 0.25_dp
     type(pair_type) :: seen(most), near(3)
     type(pair_fit_type) :: fit
@@ -74,7 +74,7 @@ contains
       predicted = fit%growth(meeting%t)
       associate (next => seen(minloc(abs(seen(:n)%t - meeting%t), dim=1)))
         if (abs(next%t - meeting%t) <= path%line%step() / 4 + 4 * spacing(next%t)) then
-          ! At the maximum the growth is below zero, or zero within the errors, or it may be positive near there.
+          ! At the maximum the growth is negative, or zero within its error, or it may be positive nearby.
           if (next%growth < -clear * next%noise) then
             meeting%outcome = no_tongue
           else if (abs(real(next%mean)) <= neutral * next%noise) then
@@ -100,7 +100,8 @@ contains
     end do
   end subroutine search_meeting
 
-  !> Finds where the pair dies out on both sides of a tongue's top: at the nearest of those `seen`, or else ever farther away.
+  !> Finds a pair on each side of a tongue's maximum in which both multipliers decay: the nearest pair already solved, or else one
+  !> at a distance that doubles until both decay.
   subroutine find_outside(path, seen, bounds, meeting, error)
     type(pair_path_type), intent(in) :: path
     type(pair_type), intent(in) :: seen(:)
@@ -136,7 +137,7 @@ contains
     end do
   end subroutine find_outside
 
-  !> The pair at `start` and on both sides of it, about where the detuning is a few times the growth.
+  !> Solves the pair at `start` and at equal distances on both sides, where the detuning is about three times the growth.
   subroutine three_about(path, start, rate, bounds, three, error)
     type(pair_path_type), intent(in) :: path
     real(dp), intent(in) :: start, rate, bounds(2)
@@ -156,8 +157,8 @@ contains
     if (.not. allocated(error)) call path%solve(middle + s, three(3), error)
   end subroutine three_about
 
-  !> The end of a tongue between a pair that dies out and one that grows: the zero of its excess. Error: the parameters make no
-  !> sense.
+  !> Computes the end of a tongue, the zero of the excess between a pair that decays and one that grows. Fails if the parameters are
+  !> invalid.
   subroutine tongue_end(path, outside, top, t, missing, error)
     type(pair_path_type), intent(in) :: path
     type(pair_type), intent(in) :: outside, top

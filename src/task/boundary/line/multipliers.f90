@@ -1,5 +1,5 @@
-!> Multipliers as the search for borders wants them: right to the last digits also where the motion grows by decades within
-!> the period and comes back.
+!> Multipliers for the search for borders. They keep their accuracy even if the motion grows by many decades within the period and
+!> decays again.
 module gestell_task_boundary_line_multipliers
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -18,10 +18,10 @@ module gestell_task_boundary_line_multipliers
 
 contains
 
-  !> All multipliers, of parts that do not act on each other apart. They come from the factors of the monodromy matrix: its
-  !> determinants suffer in the product (Mathieu's equation for q = 25 has 1e7 in the middle of the period and +-1 at its
-  !> end), not in the factors. Where there are no factors to be had, `solve_floquet` finds its way.
-  !> Errors: those of `solve_floquet`.
+  !> Computes all multipliers of a system, separately for parts that do not interact. The multipliers are computed from the factors
+  !> of the monodromy matrix, because forming the product loses digits. For example, Mathieu's equation with q = 25 reaches 1e7 in
+  !> the middle of the period and +-1 at its end. Where the factors are not available or too expensive, `solve_floquet` is used.
+  !> Errors: as in `solve_floquet`.
   subroutine border_multipliers(system, accuracy, multipliers, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -53,7 +53,8 @@ contains
     type(accuracy_type), intent(in) :: accuracy
     type(multipliers_type), intent(out) :: multipliers
     type(error_type), allocatable, intent(out) :: error
-    !> Radians that the fastest vibration turns within the period; beyond, reduction may be cheaper than factors.
+    !> Phase (rad) through which the fastest vibration turns within the period; above this value order reduction may be cheaper than
+    !> factors.
     real(dp), parameter :: many_turns = 700
     type(factored_type) :: factored
     type(floquet_type) :: floquet

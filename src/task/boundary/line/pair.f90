@@ -1,7 +1,8 @@
 !> Two multipliers that meet: z = mean +- sqrt(delta).
 !>
-!> Where the phases of two multipliers meet neither is smooth, but mean and delta are: they belong to the plane of both modes.
-!> Beside a tongue delta is negative, -(detuning/2)**2, and positive in it; the greater growth is that of mean + sqrt(delta).
+!> Where the phases of two multipliers meet neither z is smooth, but mean and delta are, because they belong to the plane of both
+!> modes. Outside a tongue delta is negative, -(detuning/2)**2, inside it is positive. The larger growth is the real part of mean +
+!> sqrt(delta).
 module gestell_task_boundary_line_pair
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: failed
@@ -13,12 +14,12 @@ module gestell_task_boundary_line_pair
 
   public :: fit_pair, greatest_growth
 
-  !> Numbers of two multipliers of a stretch, and by how many turns the first is ahead of the second where they meet.
+  !> Indices of two multipliers of a stretch, and the number of turns by which the first is ahead of the second where they meet.
   type, public :: pair_name_type
     integer :: i = 0, k = 0, turns = 0
   end type pair_name_type
 
-  !> The pair `name` of a stretch, at any place of its line.
+  !> The pair `name` of a stretch, which can be solved at any position of the line.
   type, public :: pair_path_type
     type(line_type), pointer :: line => null()
     type(stretch_type), pointer :: stretch => null()
@@ -30,14 +31,14 @@ module gestell_task_boundary_line_pair
   type, public :: pair_type
     real(dp) :: t = 0
     complex(dp) :: mean = 0, delta = 0
-    !> The greater real part of the two, and the error of either.
+    !> Larger real part of the two logarithms, and larger of their errors.
     real(dp) :: growth = 0, noise = 0
     type(probe_type) :: at
   contains
     procedure :: excess
   end type pair_type
 
-  !> mean and delta as polynomials of t - origin, coefficients of 1, t, t**2.
+  !> mean and delta as quadratic polynomials of t - origin: coefficients of 1, t and t**2.
   type, public :: pair_fit_type
     real(dp) :: origin = 0
     complex(dp) :: mean(0:2) = 0, delta(0:2) = 0
@@ -47,8 +48,8 @@ module gestell_task_boundary_line_pair
 
 contains
 
-  !> The pair at `t`: those two multipliers that are nearest to where the curves of the stretch have them. Error: the parameters
-  !> make no sense.
+  !> Solves the pair at `t`: selects the two multipliers closest to the values that the curves of the stretch predict. Fails if the
+  !> parameters are invalid.
   subroutine solve(self, t, pair, error)
     class(pair_path_type), intent(in) :: self
     real(dp), intent(in) :: t
@@ -89,7 +90,8 @@ contains
     pair%growth = max(real(one), real(other))
   end subroutine solve
 
-  !> Positive if both die out, else negative, and smooth but where both grow: from (i y - mean)**2 = delta, y real.
+  !> Positive if both multipliers decay, otherwise negative. Smooth except where both grow. It follows from (i y - mean)**2 = delta
+  !> with real y.
   elemental real(dp) function excess(self)
     class(pair_type), intent(in) :: self
     real(dp), parameter :: clear = 10
@@ -99,7 +101,7 @@ contains
     if (real(self%mean) > clear * self%noise) excess = -abs(excess)
   end function excess
 
-  !> Parabolas through three pairs.
+  !> Parabolas for mean and delta through three pairs.
   pure function fit_pair(three) result(fit)
     type(pair_type), intent(in) :: three(3)
     type(pair_fit_type) :: fit
@@ -112,7 +114,7 @@ contains
     fit%delta = parabola(x, [(three(i)%delta, i = 1, 3)])
   end function fit_pair
 
-  !> Coefficients of the parabola through three points, the second at x = 0.
+  !> Coefficients of the parabola through three points, the second of which is at x = 0.
   pure function parabola(x, y) result(c)
     real(dp), intent(in) :: x(:)
     complex(dp), intent(in) :: y(:)
@@ -135,8 +137,8 @@ contains
     end associate
   end function growth_of_fit
 
-  !> The maximum of the growth between `low` and `high`, within a distance of the vertex of delta that depends on delta there; by
-  !> the golden section.
+  !> Position of the maximum growth between `low` and `high`, by golden-section search. The search is restricted to a neighbourhood
+  !> of the vertex of delta, whose width depends on delta at the vertex.
   pure real(dp) function greatest_growth(fit, low, high) result(t)
     type(pair_fit_type), intent(in) :: fit
     real(dp), intent(in) :: low, high

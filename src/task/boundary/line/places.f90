@@ -1,4 +1,4 @@
-!> Where on a line two multipliers meet: there may be a tongue.
+!> Places on a line where two multipliers meet and a tongue may lie.
 module gestell_task_boundary_line_places
   use gestell_base_kinds, only: dp, pi
   use gestell_task_boundary_line_exponents, only: stretch_type
@@ -8,22 +8,23 @@ module gestell_task_boundary_line_places
 
   public :: fastest_within, meetings_on
 
-  !> A place where two multipliers meet: the stretch, the place on it (0 to 1), and how fast their phases part.
+  !> Place where two multipliers meet: number of the stretch, position on it (0 to 1), and rate at which their phases separate (rad
+  !> per t).
   type, public :: place_type
     integer :: stretch = 0
     type(pair_name_type) :: name
     real(dp) :: x = 0, rate = 0
   end type place_type
 
-  !> The places on one stretch.
+  !> Places on one stretch.
   type, public :: places_type
     type(place_type), allocatable :: list(:)
   end type places_type
 
 contains
 
-  !> A rate that at most `most` of the places do not exceed: over the speed the slowest have the lowest orders, and so the widest
-  !> tongues.
+  !> Largest rate such that at most `most` places have this rate or a lower one. Over the speed the places with the lowest rates
+  !> have the lowest orders and therefore the widest tongues.
   pure real(dp) function fastest_within(places, most) result(rate)
     type(place_type), intent(in) :: places(:)
     integer, intent(in) :: most
@@ -47,16 +48,17 @@ contains
     end associate
   end function fastest_within
 
-  !> The meetings of all pairs of multipliers on a stretch, `number` of the way; of two conjugate pairs those of one.
+  !> Places where two multipliers of a stretch meet, `number` being the number of the stretch. Of two conjugate places only one is
+  !> included.
   pure function meetings_on(stretch, number) result(places)
     type(stretch_type), intent(in) :: stretch
     integer, intent(in) :: number
     type(place_type), allocatable :: places(:)
     integer, parameter :: samples = 16
-    !> In radians: how far multipliers may pass by each other to be searched, beside the error of where they are; how far they may
-    !> lie below the real axis (sine of the argument); up to which difference they count as one.
+    !> Limits in radians. `close`: largest distance at which multipliers may pass each other and still be searched, apart from their
+    !> error. `below`: smallest sine of the argument. `locked`: multipliers with a smaller difference count as one.
     real(dp), parameter :: close = 0.02_dp, below = -0.2_dp, locked = 1.0e-9_dp, safety = 4
-    !> No meeting stops a decay so strong (ln |rho|) without these curves showing it.
+    !> Pairs with a stronger decay (ln |rho|) cannot lose stability at a meeting without the curves showing it.
     real(dp), parameter :: strong = -3
     complex(dp) :: z(size(stretch%miss), 0:samples)
     real(dp) :: ahead(0:samples), rest(0:samples), near, x
@@ -76,7 +78,7 @@ contains
           rest = ahead - 2 * pi * turns
           if (minval(abs(rest)) > near .and. all(rest > 0 .eqv. rest(0) > 0)) cycle
           if (maxval(abs(rest)) <= locked) cycle
-          ! Where the phases meet; where they nowhere do, once where they are nearest to each other.
+          ! Select the places where the phases meet or, if they do not meet, the place where they are closest.
           meets = (rest(1:) > 0) .neqv. (rest(:samples - 1) > 0)
           if (.not. any(meets)) meets(max(minloc(abs(rest), dim=1) - 1, 1)) = .true.
           do k = 1, samples

@@ -1,4 +1,4 @@
-!> All borders along a line, from 0 to 1, found from the multipliers that are followed along it.
+!> Search for all stability borders along a line from 0 to 1, based on the multipliers followed along it.
 module gestell_task_boundary_line_search
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -16,7 +16,7 @@ module gestell_task_boundary_line_search
 
   public :: merged, range_nodes, search_line
 
-  !> A piece is a place where multipliers meet.
+  !> Search at the places where multipliers meet; each piece of work is one place.
   type, extends(searches_type) :: meetings_type
     type(line_type), pointer :: line => null()
     type(way_type), pointer :: way => null()
@@ -25,7 +25,7 @@ module gestell_task_boundary_line_search
     procedure :: compute => search_place
   end type meetings_type
 
-  !> A piece is a gap between the marks `gaps` and the next ones.
+  !> Search in gaps between neighbouring marks; each piece of work is one gap. `gaps`: numbers of the marks before the gaps.
   type, extends(searches_type) :: gaps_type
     type(line_type), pointer :: line => null()
     type(probe_type), pointer :: marks(:) => null()
@@ -34,12 +34,12 @@ module gestell_task_boundary_line_search
     procedure :: compute => close_gap
   end type gaps_type
 
-  !> The first nodes of a search on short lines, without symmetry.
+  !> Initial nodes of a search on a short line, without symmetry.
   real(dp), parameter, public :: short_nodes(5) = [0.0_dp, 0.27_dp, 0.5_dp, 0.74_dp, 1.0_dp]
 
 contains
 
-  !> The first nodes of a search of a whole range with `count` search points.
+  !> Initial nodes of a search over a whole range with `count` search points.
   pure function range_nodes(count) result(nodes)
     integer, intent(in) :: count
     real(dp), allocatable :: nodes(:)
@@ -48,8 +48,8 @@ contains
     nodes = merged(skewed(least_nodes), skewed(count))
   end function range_nodes
 
-  !> All borders along the line from 0 to 1; `nodes`: where the search begins, ascending from 0 to 1. Error: the parameters make
-  !> no sense.
+  !> Finds all stability borders along the line from 0 to 1. `nodes`: initial nodes in ascending order from 0 to 1. Fails if the
+  !> parameters are invalid.
   subroutine search_line(line, nodes, search, error)
     type(line_type), intent(in), target :: line
     real(dp), intent(in) :: nodes(:)
@@ -91,17 +91,17 @@ contains
     call search%sort_marks()
     call close_gaps(line, search, error)
     if (allocated(error)) return
-    ! Nothing is known where systems could not be solved.
+    ! Parts in which systems could not be solved remain open.
     do i = 1, size(way%holes, 2)
       search%doubts = [search%doubts, doubt_type(sum(way%holes(:, i)) / 2, way%holes(2, i) - way%holes(1, i))]
     end do
-    ! Borders narrower than the resolution are removed afterwards, because they also explain changes of verdict.
+    ! Borders narrower than the resolution are removed afterwards, because they also explain changes of the verdict.
     call search%sort_borders(0.0_dp)
     call search%name_unexplained()
     call search%sort_borders(2 * line%step())
   end subroutine search_line
 
-  !> The stretches with places that were left out, neighbours together, are doubts.
+  !> Adds a doubt for each group of neighbouring stretches that contain places left out of the search.
   pure subroutine name_left_out(places, fastest, way, search)
     type(place_type), intent(in) :: places(:)
     real(dp), intent(in) :: fastest
@@ -129,7 +129,7 @@ contains
     search%doubts = [own, search%doubts]
   end subroutine name_left_out
 
-  !> Both ascending lists in one, equal values once.
+  !> Union of two ascending lists, with equal values only once.
   pure function merged(a, b) result(all)
     real(dp), intent(in) :: a(:), b(:)
     real(dp), allocatable :: all(:)
@@ -169,7 +169,7 @@ contains
     end associate
   end subroutine search_place
 
-  !> The borders at both ends of a tongue, and systems in it and beside it.
+  !> Adds the borders at both ends of a tongue, and systems inside and beside it.
   subroutine add_tongue(path, meeting, search, error)
     type(pair_path_type), intent(in) :: path
     type(meeting_type), intent(in) :: meeting
@@ -197,8 +197,8 @@ contains
     end do
   end subroutine add_tongue
 
-  !> Between neighbouring marks the number of borders that were found must be even if the verdict is the same, odd if not; and
-  !> where none was found, no function may change its sign: else borders are sought there.
+  !> Searches for borders in gaps that are not explained. Between neighbouring marks with equal verdicts the number of borders must
+  !> be even, with different verdicts odd. Where no border was found, no function of the multipliers may change its sign.
   subroutine close_gaps(line, search, error)
     type(line_type), intent(in), target :: line
     type(search_type), intent(inout), target :: search
@@ -219,7 +219,7 @@ contains
 
   contains
 
-    !> Whether borders are to be sought between mark `i` and the next one.
+    !> True if borders must be sought between mark `i` and the next one.
     pure logical function is_open(i)
       integer, intent(in) :: i
       integer :: n
@@ -236,7 +236,7 @@ contains
     class(gaps_type), intent(inout) :: self
     integer, intent(in) :: k
     type(error_type), allocatable, intent(out) :: error
-    !> Two to this power borders are told apart in one gap.
+    !> Up to two to this power borders can be separated in one gap.
     integer, parameter :: depth = 6
 
     call self%found(k)%begin()

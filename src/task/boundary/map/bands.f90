@@ -1,4 +1,4 @@
-!> Borders that pass through a box side by side, as those of many tongues do.
+!> Borders that cross a box side by side, like those of many tongues.
 module gestell_task_boundary_map_bands
   use gestell_base_kinds, only: dp
   use gestell_math_sorting, only: ascending
@@ -8,14 +8,15 @@ module gestell_task_boundary_map_bands
 
   public :: link_through, opposite_sides, pass_straight
 
-  !> low(1) <= u(1) <= high(1), low(2) <= u(2) <= high(2).
+  !> Rectangle low(1) <= u(1) <= high(1), low(2) <= u(2) <= high(2).
   type, public :: box_type
     real(dp) :: low(2) = 0, high(2) = 1
   end type box_type
 
 contains
 
-  !> The coordinate that is constant on the two sides on which all of `ids` lie, as many on either; 0 if there is none.
+  !> Number of the coordinate that is constant on two opposite sides that contain all vertices `ids`, half of them each; 0 if there
+  !> is none.
   pure integer function opposite_sides(box, ids, vertices) result(k)
     type(box_type), intent(in) :: box
     integer, intent(in) :: ids(:)
@@ -27,7 +28,7 @@ contains
     end do
   end function opposite_sides
 
-  !> Those of `ids` whose coordinate `k` is `value`, ascending in the other one.
+  !> Vertices among `ids` whose coordinate `k` equals `value`, in ascending order of the other coordinate.
   pure function along(value, k, ids, vertices) result(found)
     real(dp), intent(in) :: value
     integer, intent(in) :: k, ids(:)
@@ -38,7 +39,8 @@ contains
     found = found(ascending((vertices%list(found)%u(3 - k))))
   end function along
 
-  !> Those on the lower side, half way, and on the upper side, each ascending; shape (n, 3), n = 0 if they do not correspond.
+  !> Corresponding vertices on the lower side, half way and on the upper side, each in ascending order; shape (n, 3). n = 0 if they
+  !> do not correspond.
   pure function rows(box, ids, half_way, k, vertices)
     type(box_type), intent(in) :: box
     integer, intent(in) :: ids(:), half_way(:), k
@@ -63,9 +65,9 @@ contains
     end do
   end function rows
 
-  !> True if the borders `half_way` between two sides show that all pass straight from one to the other: each lies in the middle
-  !> between two that correspond, nearer to it by far than to its neighbours. Of two that are narrow, a tongue's or a gap's, the
-  !> middle between both counts.
+  !> True if the borders at `half_way` show that all borders cross the box straight from one side to the other. Each must lie close
+  !> to the middle between its two end points, much closer than to its neighbours. Two borders close together, of a tongue or a gap,
+  !> are represented by their centre line.
   pure logical function pass_straight(box, ids, half_way, k, vertices)
     type(box_type), intent(in) :: box
     integer, intent(in) :: ids(:), half_way(:), k
@@ -83,7 +85,7 @@ contains
     do i = 1, n
       position(i, :) = vertices%list(at(i, :))%u(3 - k)
     end do
-    ! Before, between and behind them; nothing is known of beyond the box.
+    ! Gaps before, between and behind the borders; beyond the box nothing is known, so the outer gaps are its width.
     allocate(gap(0:n, 3), source=box%high(3 - k) - box%low(3 - k))
     gap(1:n - 1, :) = position(2:, :) - position(:n - 1, :)
     allocate(first(n, 3), last(n, 3))
@@ -108,7 +110,7 @@ contains
     end associate
   end function pass_straight
 
-  !> Links what passes, by way of the middle, with the region on the left.
+  !> Links the borders that cross the box through their points half way, with the region on the left.
   pure subroutine link_through(box, ids, half_way, k, vertices)
     type(box_type), intent(in) :: box
     integer, intent(in) :: ids(:), half_way(:), k
@@ -118,7 +120,8 @@ contains
 
     at = rows(box, ids, half_way, k, vertices)
     do i = 1, size(at, 1)
-      ! To the left of upward lies what is less in the first coordinate, of rightward what is more in the second.
+      ! The region on the left of an upward border has smaller values of the first coordinate; left of a rightward border it has
+      ! larger values of the second.
       if ((vertices%list(at(i, 2))%inward(3 - k) > 0) .eqv. k == 2) at(i, :) = at(i, 3:1:-1)
       vertices%list(at(i, 1))%next = at(i, 2)
       vertices%list(at(i, 2))%next = at(i, 3)

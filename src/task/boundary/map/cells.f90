@@ -1,4 +1,4 @@
-!> How the borders on the sides of a cell hang together within it.
+!> Connection of the borders on the sides of each cell through its interior.
 module gestell_task_boundary_map_cells
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -14,13 +14,14 @@ module gestell_task_boundary_map_cells
 
   public :: connect_cells
 
-  !> A cell of the search grid: the vertices on its sides, by their numbers among all.
+  !> Cell of the search grid; `sides`: numbers of the vertices on its sides in the list of all vertices.
   type :: cell_type
     type(box_type) :: box
     integer, allocatable :: sides(:)
   end type cell_type
 
-  !> A piece is a cell: it finds vertices behind those on its sides, and the way from each to the next.
+  !> Connection of the cells; each piece of work is one cell. It adds vertices to those on the sides and links each vertex to the
+  !> next.
   type, extends(traces_type) :: cells_type
     class(plane_type), pointer :: plane => null()
     type(cell_type), allocatable :: cells(:)
@@ -30,11 +31,12 @@ module gestell_task_boundary_map_cells
 
 contains
 
-  !> Links the vertices on the lines of the search grid, at u1 and u2, from side to side of its cells. `first1`, `first2`: the
-  !> number of the first vertex of each line, and one more. Error: the parameters make no sense.
+  !> Links the vertices on the lines of the search grid across its cells. Fails if the parameters are invalid.
   subroutine connect_cells(plane, u1, u2, first1, first2, vertices, error)
     class(plane_type), intent(in), target :: plane
+    !> Coordinates of the lines of the search grid
     real(dp), intent(in) :: u1(:), u2(:)
+    !> Number of the first vertex of each line at constant u1 and u2, and at the end one more than the last number
     integer, intent(in) :: first1(:), first2(:)
     type(vertices_type), intent(inout) :: vertices
     type(error_type), allocatable, intent(out) :: error
@@ -74,7 +76,7 @@ contains
     call connect_cell(self%plane, self%cells(k)%box, [(i, i = 1, size(self%cells(k)%sides))], self%found(k), error)
   end subroutine compute
 
-  !> Adds what was found in a cell with these `sides` to all vertices.
+  !> Merges the results of a cell, whose vertices have the numbers `sides`, into the list of all vertices.
   pure subroutine take(sides, found, vertices)
     integer, intent(in) :: sides(:)
     type(vertices_type), intent(in) :: found
@@ -96,18 +98,19 @@ contains
     vertices%left_out = vertices%left_out + found%left_out
   end subroutine take
 
-  !> Links those of the vertices `pool` that lie on the sides of `box`. In a turn about the box, counter-clockwise, stretches inside
-  !> the region begin at the vertices that `enter` it and end at those that leave. Two vertices are linked; of four the system at
-  !> their mean shows whether the stretches inside hang together; of four or more on two opposite sides the line half way between
-  !> these. Where that is not certain, systems are missing, or a narrow tongue ends in the box, it is halved, down to the size of
-  !> the deviation allowed. Error: the parameters make no sense.
+  !> Links the vertices of `pool` that lie on the sides of `box`. On a counter-clockwise turn around the box, sections inside the
+  !> region begin at vertices that `enter` it and end at vertices that leave it.
+  !> Two vertices are linked directly. With four vertices the system at their mean decides if the sections inside the region are
+  !> connected. With four or more on two opposite sides, the line half way between the sides decides. The box is halved if the
+  !> decision is uncertain, systems are missing or a narrow tongue ends in the box, down to the allowed deviation. Fails if the
+  !> parameters are invalid.
   recursive subroutine connect_cell(plane, box, pool, vertices, error)
     class(plane_type), intent(in) :: plane
     type(box_type), intent(in) :: box
     integer, intent(in) :: pool(:)
     type(vertices_type), intent(inout) :: vertices
     type(error_type), allocatable, intent(out) :: error
-    !> A box that is so much longer one way than the other is halved that way.
+    !> A box is halved across its longer side if it is more elongated than this ratio.
     real(dp), parameter :: flat = 0.125_dp
     integer, allocatable :: ids(:)
     logical, allocatable :: enter(:)
@@ -140,7 +143,8 @@ contains
         if (allocated(error) .or. .not. certain) return
       end if
     end associate
-    ! Neighbours are linked across the stretches outside the region if those inside it are joined, else across these.
+    ! If the sections inside the region are connected, neighbours are linked across the sections outside it; otherwise across the
+    ! sections inside.
     do i = 1, n
       k = modulo(i, n) + 1
       if (enter(i) .eqv. enter(k)) cycle
@@ -149,7 +153,8 @@ contains
     end do
   end subroutine connect_cell
 
-  !> True if both lie on one side of the box, close together: the tip of a tongue lies inside it, at an unknown place.
+  !> True if both vertices lie on one side of the box, close together. Then the tip of a tongue lies inside the box, at an unknown
+  !> position.
   pure logical function tip(box, u, v)
     type(box_type), intent(in) :: box
     real(dp), intent(in) :: u(2), v(2)
@@ -160,8 +165,8 @@ contains
     tip = any(same([2, 1]) .and. abs(u - v) < close * (box%high - box%low))
   end function tip
 
-  !> Those of `pool` on the sides of the box, counter-clockwise from its lower left corner, and whether the side enters the region
-  !> there.
+  !> Selects the vertices of `pool` on the sides of the box, counter-clockwise from its lower left corner. `enter`: true if the turn
+  !> around the box enters the region at the vertex.
   pure subroutine around(box, pool, vertices, ids, enter)
     type(box_type), intent(in) :: box
     integer, intent(in) :: pool(:)
@@ -185,7 +190,8 @@ contains
     enter = entering(places)
   end subroutine around
 
-  !> The position of `u` on the way around the box, 0 to 4, -1 if it is not on a side; and the direction of that way there.
+  !> Computes the position of `u` on the turn around the box (0 to 4, or -1 if `u` is not on a side) and the direction of the turn
+  !> there.
   pure subroutine position_around(box, u, position, tangent)
     type(box_type), intent(in) :: box
     real(dp), intent(in) :: u(2)
@@ -211,9 +217,10 @@ contains
     end if
   end subroutine position_around
 
-  !> Whether the stretches inside the region hang together (`joined`) between four vertices. The system at their mean shows it, if
-  !> it agrees with their distances: near ones are the sides of a tongue, inside or outside. If not, the tongue may pass beside the
-  !> mean, or end: a line through the mean, across it, is searched for its sides, between which it lies.
+  !> Decides if the sections inside the region are connected (`joined`) between four vertices. The shorter chords are taken for the
+  !> ends of a tongue, which lies inside or outside the region. The decision is certain if the system at the mean of the vertices
+  !> agrees. If it does not, the tongue may pass beside the mean, or end. Then a line through the mean, across the tongue, is
+  !> searched for both borders of the tongue.
   subroutine mean_tells(plane, box, ids, enter, opposite, vertices, joined, certain, error)
     class(plane_type), intent(in) :: plane
     type(box_type), intent(in) :: box
@@ -241,12 +248,12 @@ contains
     certain = .not. missing .and. (inside .eqv. joined)
     if (allocated(error) .or. certain .or. opposite) return
 
-    ! Where the ways between near vertices begin differs by one.
+    ! The index of the first short chord depends on the sections that are joined.
     i = merge(1, 2, enter(1) .eqv. joined)
     k = modulo(i, size(ids)) + 1
     across = vertices%list(ids(k))%u - vertices%list(ids(i))%u
     across = across / norm2(across) * maxval(box%high - box%low) / 2
-    ! The line stays within the ranges.
+    ! Keep the line within the ranges.
     across = across * min(1.0_dp, minval(min(mean, 1 - mean) / max(abs(across), tiny(1.0_dp))))
     if (norm2(across) < plane%precision()) return
     call plane%line(mean - across, 2 * across, line)
@@ -257,9 +264,9 @@ contains
     end associate
   end subroutine mean_tells
 
-  !> Links what passes from one side of the box to the opposite one, if it is `parallel` and borders on the line through the
-  !> middle, on which coordinate `k` is constant, show that it does; else halves the box by that line and links within the
-  !> halves, if it is not too `small` for that: then it is `left` as it is. Error: the parameters make no sense.
+  !> Divides a box by the line through its middle on which coordinate `k` is constant. If the borders are `parallel` and those on
+  !> this line show that all cross the box, they are linked. Otherwise the box is halved and both halves are connected, unless the
+  !> box is too `small`; then it is `left` as it is. Fails if the parameters are invalid.
   recursive subroutine divide(plane, box, ids, k, parallel, small, vertices, left, error)
     class(plane_type), intent(in) :: plane
     type(box_type), intent(in) :: box

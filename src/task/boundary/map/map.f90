@@ -1,4 +1,4 @@
-!> Borders of stability in the plane of two parameters, as curves.
+!> Stability borders in the plane of two parameters, as curves.
 module gestell_task_boundary_map
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -18,38 +18,39 @@ module gestell_task_boundary_map
 
   public :: trace_borders, trace_curves
 
-  !> A vertex of a curve.
+  !> Vertex of a curve.
   type, public :: border_vertex_type
     integer :: curve = 0
     real(dp) :: parameters(2) = 0
-    !> The border lies within this distance on both sides, along the line on which it was found.
+    !> Error bound along the line on which the vertex was found: the border lies within this distance on both sides.
     real(dp) :: error(2) = 0
-    !> As of a border_type.
+    !> Argument of the multiplier and kind of the border, as in border_type.
     real(dp) :: arg_rad = 0
     character(len=15) :: kind = ""
-    !> Of a level: the state of the machine, as in gestell_study_speed_point.
+    !> State of the machine at the crossing of a level, as in gestell_study_speed_point.
     character(len=15) :: state = ""
   end type border_vertex_type
 
-  !> A place on a line where a border could not be excluded, and the width, along that line, of what may
-  !> have been missed there.
+  !> Place on a line where a border could not be excluded, and width of the undecided part along this line, in units of the
+  !> parameters.
   type, public :: open_place_type
     real(dp) :: parameters(2) = 0, width(2) = 0
   end type open_place_type
 
   type, public :: border_map_type
-    !> In the order along the curves, with the region on the left where the first parameter points to the right and
-    !> the second upward; a closed curve ends with its first vertex.
+    !> Vertices in their order along the curves. The region lies on the left if the first parameter points to the right and the
+    !> second upward. A closed curve ends with its first vertex.
     type(border_vertex_type), allocatable :: vertices(:)
     integer :: curves = 0
-    !> Stretches between vertices that could not be refined.
+    !> Number of stretches between vertices that could not be refined.
     integer :: rough = 0
-    !> As of a border_rest_type, on all lines of the search grid and those that divide its cells.
+    !> Open places and numbers of meetings, as in border_rest_type, on all lines of the search grid and on the lines that divide its
+    !> cells.
     type(open_place_type), allocatable :: places(:)
     integer :: thin = 0, left_out = 0
   end type border_map_type
 
-  !> A piece is a line of the search grid.
+  !> Search of the grid; each piece of work is one line.
   type, extends(searches_type) :: lines_type
     class(plane_type), pointer :: plane => null()
     type(line_type), allocatable :: lines(:)
@@ -59,17 +60,21 @@ module gestell_task_boundary_map
 
 contains
 
-  !> The borders within the ranges of the `grid`: on its lines as gestell_task_boundary_line_search finds them, connected cell by
-  !> cell, and refined. `deviation`: how far they may pass by the border, relative to the ranges (in the logarithm on logarithmic
-  !> axes). With an `executor` several threads may ask for members of the family. Errors: a grid without two axes; as of
-  !> `check_search`; the parameters make no sense.
+  !> Computes the stability borders in the plane of two parameters. Borders on the lines of the grid are found as in
+  !> gestell_task_boundary_line_search, connected cell by cell, and refined. Errors: the grid does not have two axes; as in
+  !> `check_search`; the parameters are invalid.
   subroutine trace_borders(family, grid, accuracy, deviation, map, error, executor)
+    !> Systems over two parameters
     class(family_type), intent(in), target :: family
+    !> Ranges of the two parameters and numbers of search lines
     type(grid_type), intent(in) :: grid
+    !> Tolerances of the monodromy matrix
     type(accuracy_type), intent(in) :: accuracy
+    !> Allowed deviation of the curves from the border relative to the ranges, in the logarithm on logarithmic axes
     real(dp), intent(in) :: deviation
     type(border_map_type), intent(out) :: map
     type(error_type), allocatable, intent(out) :: error
+    !> Spreads the work over threads, several of which may then ask the family for members
     class(executor_type), intent(inout), optional, target :: executor
     type(plane_type), target :: plane
 
@@ -81,7 +86,8 @@ contains
     call trace_curves(plane, grid, map, error)
   end subroutine trace_borders
 
-  !> The borders of the region of a plane, which knows all but its axes. Errors: as of `trace_borders`.
+  !> Computes the border curves of the region of a plane. All components of the plane except its axes must be set. Errors: as in
+  !> `trace_borders`.
   subroutine trace_curves(plane, grid, map, error)
     class(plane_type), intent(inout), target :: plane
     type(grid_type), intent(in) :: grid
@@ -109,15 +115,15 @@ contains
       & abs(sensitivity(plane%axes, vertices%open(k)%u)) * vertices%open(k)%width), k = 1, size(vertices%open))]
   end subroutine trace_curves
 
-  !> Searches the lines of the grid, first those on which the second parameter is constant, and connects what is found within its
-  !> cells. Error: the parameters make no sense.
+  !> Searches the lines of the grid, first those with a constant second parameter, and connects the borders within the cells. Fails
+  !> if the parameters are invalid.
   subroutine search_grid(plane, vertices, error)
     class(plane_type), intent(in), target :: plane
     type(vertices_type), intent(out) :: vertices
     type(error_type), allocatable, intent(out) :: error
     type(lines_type) :: work
     real(dp), allocatable :: u1(:), u2(:)
-    !> Vertices on the lines: those of line k are first(k) ... first(k + 1) - 1.
+    !> Line k has the vertices first(k) ... first(k + 1) - 1.
     integer, allocatable :: first(:)
     integer :: k
 
@@ -142,15 +148,15 @@ contains
     if (.not. allocated(error)) call name_isolated(first(size(first)) - 1, vertices)
   end subroutine search_grid
 
-  !> Lists as open those of the first `number` vertices, on the lines of the grid, that no curve passes: a border was found there,
-  !> but in the cells on both sides it could not be followed.
+  !> Lists as open those of the first `number` vertices, on the lines of the grid, that belong to no curve: the border could not be
+  !> followed into the cells on either side.
   pure subroutine name_isolated(number, vertices)
     integer, intent(in) :: number
     type(vertices_type), intent(inout) :: vertices
     logical :: passed(vertices%count)
     integer :: k
 
-    ! Without vertices there is no list.
+    ! Without vertices the list is not allocated.
     if (vertices%count == 0) return
     passed = vertices%list(:vertices%count)%next > 0
     do k = 1, vertices%count
@@ -168,7 +174,7 @@ contains
     class(lines_type), intent(inout) :: self
     integer, intent(in) :: k
     type(error_type), allocatable, intent(out) :: error
-    !> However many lines there are, the search of each adds nodes of its own.
+    !> Upper limit of the initial nodes of a line: the search adds nodes where it needs them.
     integer, parameter :: most_nodes = 20
     integer :: along
 
@@ -176,13 +182,13 @@ contains
     call self%plane%search(self%lines(k), range_nodes(min(self%plane%axes(along)%count, most_nodes)), self%found(k), error)
   end subroutine compute
 
-  !> The curves one after the other, refined: first those that begin and end somewhere, then the closed ones.
+  !> Assembles the refined curves one after the other, open curves first, then the closed ones.
   subroutine follow_curves(plane, vertices, map, error)
     class(plane_type), intent(in) :: plane
     type(vertices_type), intent(in) :: vertices
     type(border_map_type), intent(inout) :: map
     type(error_type), allocatable, intent(out) :: error
-    !> Shorter curves are pieces of regions too narrow for the deviation.
+    !> Curves shorter than this multiple of the tolerance are omitted: they belong to regions too narrow for the allowed deviation.
     real(dp), parameter :: least = 2
     type(vertices_type) :: curves
     type(vertices_type), allocatable :: between(:)
@@ -222,7 +228,7 @@ contains
           & abs(sensitivity(plane%axes, v%u)) * v%error, v%arg, plane%kinds(v%kind), plane%states(v%kind))
       end associate
     end do
-    ! Where one of the ranges descends, left is right in the plane of the parameters: the curves run the other way.
+    ! If exactly one range descends, left and right are exchanged in the plane of the parameters, so the curves are reversed.
     if ((plane%axes(1)%to < plane%axes(1)%from) .neqv. (plane%axes(2)%to < plane%axes(2)%from)) then
       do start = 1, map%curves
         own = pack([(i, i = 1, curves%count)], numbers == start)
@@ -231,7 +237,7 @@ contains
     end if
   end subroutine follow_curves
 
-  !> Adds the curve from vertex `start` on, with those `between` each vertex and its next.
+  !> Appends the curve that begins at vertex `start`, including the vertices `between` each vertex and its next.
   pure subroutine follow_curve(vertices, between, start, done, curves)
     type(vertices_type), intent(in) :: vertices, between(:)
     integer, intent(in) :: start

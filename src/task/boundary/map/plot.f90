@@ -1,4 +1,4 @@
-!> The picture of curves in the plane of two parameters.
+!> Plot of curves in the plane of two parameters.
 module gestell_task_boundary_map_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
@@ -18,11 +18,11 @@ module gestell_task_boundary_map_plot
 
 contains
 
-  !> boundary.gp: curves, with dashes for each kind, and the side on their left. `kinds` and `states` have entries `meanings` in the
-  !> key; `title` begins the heading, `side` names the side.
+  !> Plot boundary.gp: the curves, dashed according to their kind, and the shaded region on their left.
   function plot_curves(plan, map, kinds, states, meanings, title, side) result(figure)
     type(sweep_plan_type), intent(in) :: plan
     type(border_map_type), intent(in) :: map
+    !> Kinds and states that have legend entries `meanings`; start of the title; name of the shaded region
     character(len=*), intent(in) :: kinds(:), states(:), meanings(:), title, side
     type(figure_type) :: figure
     character(len=:), allocatable :: lines, list, condition
@@ -59,7 +59,7 @@ contains
     figure = new_figure("boundary", title // ": " // found(map%curves), lines // list // newline, width=800, height=560)
   end function plot_curves
 
-  !> Plots the curves over a chart of the same parameters.
+  !> Plot commands for the curves on top of a chart over the same parameters.
   pure function over_chart(map) result(curves)
     type(border_map_type), intent(in) :: map
     character(len=:), allocatable :: curves
@@ -69,7 +69,7 @@ contains
       & // "NaN):(Y(column(3))) with lines lt 7 dt 1 lw 1.5"
   end function over_chart
 
-  !> The data block $side: boxes on the left of the curves, x from, to, y from, to.
+  !> Data block $side with boxes that fill the region on the left of the curves; columns x from, x to, y from, y to.
   pure function left_boxes(grid, map) result(lines)
     type(grid_type), intent(in) :: grid
     type(border_map_type), intent(in) :: map
@@ -91,7 +91,7 @@ contains
         wide(k) = maxval(ends) - low(k)
       end associate
       points(k, :) = (coordinate(grid%axes(k), map%vertices%parameters(k)) - low(k)) / wide(k)
-      ! the logarithm of negative values falls: what was on the left is on the right
+      ! The logarithm of the absolute value falls for negative parameters, so left and right are exchanged.
       mirrored = mirrored .neqv. (grid%axes(k)%logarithmic .and. grid%axes(k)%from < 0)
     end do
     order = [(i, i = 1, size(points, 2))]
@@ -106,7 +106,7 @@ contains
     lines = lines // "END" // newline
   end function left_boxes
 
-  !> The note on an empty picture.
+  !> Label for an empty plot.
   pure function empty(number) result(line)
     integer, intent(in) :: number
     character(len=:), allocatable :: line

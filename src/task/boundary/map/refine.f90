@@ -1,4 +1,4 @@
-!> Curves that follow a border to a tolerance.
+!> Refinement of curves until they follow a border within a tolerance.
 module gestell_task_boundary_map_refine
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -12,7 +12,7 @@ module gestell_task_boundary_map_refine
 
   public :: refine_stretches
 
-  !> A piece is a stretch of a curve, between two vertices.
+  !> Refinement of stretches; each piece of work is one stretch of a curve between two vertices.
   type, extends(traces_type) :: stretches_type
     class(plane_type), pointer :: plane => null()
     type(vertex_type), allocatable :: ends(:, :)
@@ -22,7 +22,7 @@ module gestell_task_boundary_map_refine
 
 contains
 
-  !> The vertices that belong between each of `vertices` that has a next one and that. Error: the parameters make no sense.
+  !> Computes the additional vertices between each vertex and its next one. Fails if the parameters are invalid.
   subroutine refine_stretches(plane, vertices, between, error)
     class(plane_type), intent(in), target :: plane
     type(vertices_type), intent(in) :: vertices
@@ -56,10 +56,10 @@ contains
     call refine(self%plane, self%ends(1, k), self%ends(2, k), most_divisions, self%found(k), error)
   end subroutine compute
 
-  !> Adds to `curve` the vertices that belong between `p` and `q`, its next one: where the border is farther than the
-  !> deviation allowed from the straight way, measured across it at 1/2, 1/4 and 3/4; and where the kind changes, until the
-  !> corner lies between vertices as near to each other as that. Stretches where no border was
-  !> found are rough. Error: the parameters make no sense.
+  !> Adds to `curve` the vertices needed between `p` and its successor `q`. The distance of the border is measured across the
+  !> straight connection at 1/2, 1/4 and 3/4 and must not exceed the allowed deviation. Where the kind of border changes, the
+  !> stretch is divided until its corner is located to the precision of the search lines. A stretch on which no border is found is
+  !> counted as rough. Fails if the parameters are invalid.
   recursive subroutine refine(plane, p, q, divisions, curve, error)
     class(plane_type), intent(in) :: plane
     type(vertex_type), intent(in) :: p, q
@@ -89,9 +89,9 @@ contains
     call refine(plane, middle, q, divisions - 1, curve, error)
   end subroutine refine
 
-  !> The border across the way from `p` to `q` at the `part` of it, the nearest that has the region on the left: that of a narrow
-  !> tongue may lie on either side. `near`: not farther away than the deviation allowed, where `near_will_do`; or at the edge of
-  !> the ranges, where nothing can be known.
+  !> Finds the border across the connection from `p` to `q` at the fraction `part` of its length. Of several borders it takes the
+  !> nearest with the region on the left, since the border of a narrow tongue may lie on either side. `near`: true if `near_will_do`
+  !> and the border is not farther away than the allowed deviation, or the edge of the ranges is that close.
   subroutine cross(plane, p, q, part, near_will_do, vertex, found, near, error)
     class(plane_type), intent(in) :: plane
     type(vertex_type), intent(in) :: p, q
@@ -110,7 +110,7 @@ contains
     left = [p%u(2) - q%u(2), q%u(1) - p%u(1)] / norm2(q%u - p%u)
     call plane%probe(middle, inside, missing, error)
     if (allocated(error) .or. missing) return
-    ! Where regions are wide.
+    ! If the region is wide, probing on one side is enough.
     outward = merge(-left, left, inside)
     edge = to_edge(middle, outward)
     near = near_will_do .and. edge <= plane%tolerance
@@ -129,7 +129,7 @@ contains
     end do
   end subroutine cross
 
-  !> The border nearest to `middle`, as far as `distance` along `left` and back, that has the region on the `left`.
+  !> Finds the border nearest to `middle`, within `distance` in both directions along `left`, that has the region on the `left`.
   subroutine nearest_crossing(plane, middle, left, distance, vertex, found, error)
     class(plane_type), intent(in) :: plane
     real(dp), intent(in) :: middle(2), left(2), distance
@@ -155,7 +155,7 @@ contains
     end associate
   end subroutine nearest_crossing
 
-  !> Distance from `u` to the edge of the ranges along `way`.
+  !> Distance from `u` in direction `way` to the edge of the ranges.
   pure real(dp) function to_edge(u, way) result(distance)
     real(dp), intent(in) :: u(2), way(2)
     integer :: k

@@ -1,4 +1,4 @@
-!> The report on curves in the plane of two parameters for people.
+!> Text report on curves in the plane of two parameters.
 module gestell_task_boundary_map_report
   use gestell_base_verdict, only: stable, state_word
   use gestell_base_kinds, only: dp
@@ -12,13 +12,13 @@ module gestell_task_boundary_map_report
   public :: curve_lines, curves_over, unsearched_lines, words
 
   character, parameter :: newline = new_line("a")
-  !> Maximum number of curves, values and open places that are listed.
+  !> Maximum number of curves, values and open places in the report.
   integer, parameter, public :: most_listed = 40
   character(len=*), parameter, public :: more_listed = "  ... all in boundary.csv" // newline
 
 contains
 
-  !> Names of the parameters, and number of curves.
+  !> Part of a heading with the names of the parameters and the number of curves.
   pure function curves_over(map, paths) result(line)
     type(border_map_type), intent(in) :: map
     character(len=*), intent(in) :: paths(:)
@@ -27,7 +27,7 @@ contains
     line = " over " // trim(paths(1)) // " and " // trim(paths(2)) // ": " // counted(map%curves, "curve")
   end function curves_over
 
-  !> What was found, and what the search leaves open.
+  !> Lines on the curves and on the open places.
   pure function curve_lines(map, paths) result(report)
     type(border_map_type), intent(in) :: map
     character(len=*), intent(in) :: paths(:)
@@ -60,7 +60,8 @@ contains
     if (size(map%places) > most_listed) report = report // more_listed
   end function curve_lines
 
-  !> Notes on `thin` meetings of multipliers whose tongues are narrower than `width` of the range, and on those `left_out`.
+  !> Notes on `thin` meetings of multipliers, whose tongues are narrower than `width` of the range, and on meetings that were not
+  !> searched.
   pure function unsearched_lines(thin, width, left_out) result(report)
     integer, intent(in) :: thin, left_out
     real(dp), intent(in) :: width
@@ -73,7 +74,8 @@ contains
       & " were not looked at; they lie in the open ranges below: search these apart" // newline
   end function unsearched_lines
 
-  !> ": divergence, flutter": each kind once, in the order along the curve, with the state of the machine if it is not stable.
+  !> List such as ": divergence, flutter": each kind once, in the order along the curve, with the state of the machine unless it is
+  !> stable.
   pure function kinds_of(curve) result(list)
     type(border_vertex_type), intent(in) :: curve(:)
     character(len=:), allocatable :: list, kind
@@ -96,7 +98,7 @@ contains
     place = "(" // concise(parameters(1), 6) // ", " // concise(parameters(2), 6) // ")"
   end function place
 
-  !> With blanks in place of underscores.
+  !> Kind with blanks instead of underscores.
   pure function words(kind)
     character(len=*), intent(in) :: kind
     character(len=:), allocatable :: words

@@ -1,6 +1,6 @@
-!> Points of borders in the plane of two parameters, measured by u (gestell_task_boundary_line), and the plane itself.
+!> Points of borders in the plane of two parameters, in coordinates u (gestell_task_boundary_line), and the plane itself.
 !>
-!> A border encloses a region: machines that are unstable, or a number of the vibration above its level.
+!> A border encloses a region: the unstable machines, or those with a measured quantity above its level.
 module gestell_task_boundary_map_vertex
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -17,20 +17,21 @@ module gestell_task_boundary_map_vertex
 
   public :: vertex_of
 
-  !> Maximum tolerance of borders on lines, in u: whatever the deviation of the curves, narrow tongues must not be lost.
+  !> Upper limit of the tolerance of borders on lines, in u. It keeps narrow tongues visible whatever the allowed deviation of the
+  !> curves is.
   real(dp), parameter, public :: finest_lines = 1.0e-8_dp
 
   type, public :: vertex_type
     real(dp) :: u(2) = 0
-    !> Unit vector of the line on which it was found, into the region.
+    !> Unit vector along the line on which the vertex was found, pointing into the region.
     real(dp) :: inward(2) = 0
     integer :: kind = 0
     real(dp) :: arg = 0, error = 0
-    !> The next vertex of the curve: the region lies on the left of the way there; 0: none.
+    !> Number of the next vertex of the curve, with the region on the left of the connection; 0 if there is none.
     integer :: next = 0
   end type vertex_type
 
-  !> A place on a line where a border could not be excluded, and how wide it is along the line, in u.
+  !> Place on a line where a border could not be excluded, and its width along the line, both in u.
   type, public :: open_spot_type
     real(dp) :: u(2) = 0, width(2) = 0
   end type open_spot_type
@@ -38,10 +39,10 @@ module gestell_task_boundary_map_vertex
   type, public :: vertices_type
     integer :: count = 0
     type(vertex_type), allocatable :: list(:)
-    !> Open places on the lines that were searched.
+    !> Open places on the searched lines.
     type(open_spot_type), allocatable :: open(:)
-    !> Places without damping whose tongues are thinner than the lines resolve; meetings of multipliers that were not searched;
-    !> stretches between vertices that could not be refined.
+    !> `thin`: number of undamped places whose tongues are narrower than the lines resolve. `left_out`: number of meetings of
+    !> multipliers that were not searched. `rough`: number of stretches between vertices that could not be refined.
     integer :: thin = 0, left_out = 0, rough = 0
   contains
     procedure :: add
@@ -49,19 +50,19 @@ module gestell_task_boundary_map_vertex
     procedure :: exchange
   end type vertices_type
 
-  !> Work whose pieces find vertices.
+  !> Work in which each piece finds vertices.
   type, abstract, extends(work_type), public :: traces_type
     type(vertices_type), allocatable :: found(:)
   contains
     procedure :: exchange => exchange_vertices
   end type traces_type
 
-  !> The plane of two parameters with a region, here of unstable machines. An extension has another region by its own `probe` and
-  !> `search`. The tolerance is how far curves may pass by the border, in u.
+  !> Plane of two parameters with a region, here the unstable machines. An extension defines another region by its own `probe` and
+  !> `search`. `tolerance` is the allowed deviation of the curves from the border, in u.
   type, extends(border_options), public :: plane_type
     class(family_type), pointer :: family => null()
     type(axis_type) :: axes(2)
-    !> Names of the kinds of borders, and the state of the machine at each.
+    !> Kinds of borders, and state of the machine on each.
     character(len=15), allocatable :: kinds(:), states(:)
   contains
     procedure :: line
@@ -87,7 +88,7 @@ contains
     self%list(self%count) = vertex
   end subroutine add
 
-  !> Adds the borders that were found along a line, in its order, and the places that were left open there.
+  !> Adds the borders found along a line, in the order of the line, and the open places on it.
   pure subroutine add_search(self, line, search)
     class(vertices_type), intent(inout) :: self
     type(line_type), intent(in) :: line
@@ -104,7 +105,7 @@ contains
     self%left_out = self%left_out + search%left_out
   end subroutine add_search
 
-  !> Passes all of them to a record, or reads them from there.
+  !> Writes all vertices and open places to a record, or reads them from it.
   subroutine exchange(self, record)
     class(vertices_type), intent(inout) :: self
     type(record_type), intent(inout) :: record
@@ -143,7 +144,7 @@ contains
     vertex%error = crossing%error * norm2(line%way)
   end function vertex_of
 
-  !> The tolerance of borders on lines: much smaller than that of the curves that follow them, in u.
+  !> Tolerance of borders on lines, in u: much smaller than the allowed deviation of the curves.
   pure real(dp) function precision_of_lines(self) result(precision)
     class(plane_type), intent(in) :: self
     real(dp), parameter :: share = 0.01_dp
@@ -151,7 +152,7 @@ contains
     precision = share * self%tolerance
   end function precision_of_lines
 
-  !> `inside` if the system at `u` is in the region, `missing` if there is none. Error: the parameters make no sense.
+  !> Finds out if the system at `u` is in the region (`inside`) or does not exist (`missing`). Fails if the parameters are invalid.
   subroutine probe(self, u, inside, missing, error)
     class(plane_type), intent(in) :: self
     real(dp), intent(in) :: u(2)
@@ -166,8 +167,8 @@ contains
     missing = system%missing()
   end subroutine probe
 
-  !> All borders along a line, from 0 to 1; `nodes`: where the search begins, ascending from 0 to 1. Error: the parameters make no
-  !> sense.
+  !> Finds all borders along a line from 0 to 1. `nodes`: initial nodes in ascending order from 0 to 1. Fails if the parameters are
+  !> invalid.
   subroutine search(self, along, nodes, found, error)
     class(plane_type), intent(in) :: self
     type(line_type), intent(in) :: along
@@ -176,14 +177,14 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     call search_line(along, nodes, found, error)
-    ! A map needs no systems along its lines: they would only take up memory.
+    ! A map does not use the systems along its lines, so their memory is freed.
     found%marks = [probe_type ::]
     found%marked = 0
     associate (unused_plane => self)
     end associate
   end subroutine search
 
-  !> The line start + t way.
+  !> Sets up the line start + t way.
   subroutine line(self, start, way, along)
     class(plane_type), intent(in) :: self
     real(dp), intent(in) :: start(2), way(2)
