@@ -1,4 +1,5 @@
-!> Discs around the eigenvalues of small matrices, eight side by side: set_multipliers' discs where none touches another.
+!> Computes Gershgorin discs around the eigenvalues of eight small matrices at once. Gives the discs of gestell_floquet_multipliers
+!> (equation (64) of doc/theory.md) if no disc touches another.
 module gestell_floquet_multipliers_gershgorin
   use gestell_math_batch_hessenberg, only: hessenberg_type, most_states
   use gestell_floquet_multipliers_hyman, only: try_eigenvalue
@@ -10,41 +11,27 @@ module gestell_floquet_multipliers_gershgorin
 
   public :: find_discs
 
-  !> Of n eigenvalues, shapes (lanes, most_states) and (lanes).
+  !> Discs of n eigenvalues in each lane. Components have the shape (lanes, most_states) or (lanes).
   type, bind(C), public :: discs_type
+    !> Radii of the discs and condition numbers of the eigenvalues.
     real(dp) :: radius(lanes, most_states), condition(lanes, most_states)
-    !> 1, or 0 where discs touch or eigenvectors are too inaccurate to tell; then the radii are those that each would have alone.
+    !> 1 if the discs are isolated. 0 if discs touch or the eigenvectors are too inaccurate to decide; then each radius is valid for
+    !> its disc alone, without the effect of the others.
     real(dp) :: separate(lanes)
-    !> 1, or 0 where the eigenvalues stay as they are, because better ones are to be found.
+    !> 1 if Newton's step was applied. 0 if the approximations are too rough for it and the caller must improve them first.
     real(dp) :: sharp(lanes)
-    !> Newton's steps, which are to be taken off, and residuals of unit eigenvectors, right and left ones.
+    !> Newton's steps (to be subtracted), and the residuals of the right and left unit eigenvectors.
     real(dp), dimension(lanes, most_states) :: step_re, step_im, right, left
   end type discs_type
 
-  !> What inaccurate vectors may add to a disc, relative to it; distances that are none, and beyond all.
+  !> `small`: largest share of a disc that inaccurate eigenvectors may add. `nothing` replaces zero distances in denominators;
+  !> `beyond` caps condition numbers.
   real(dp), parameter :: small = 0.01_dp, nothing = 1.0e-100_dp, beyond = 1.0e100_dp
 
 contains
 
-  !> Better eigenvalues of `h` from `z`, shapes (lanes, most_states), and the discs around them, where the error of the matrix,
-  !> roundoff included, is at most `perturbation` in norm, shape (lanes). `conjugate`: of those that are the conjugate of the one
-  !> before the same is known as of that. `length`: of the processor's vectors.
-  !>
-  !> Hyman's method leaves eigenvectors X of `z`, unit columns, and left ones Y, y_k x_k = 1, |y_k| the condition, with residuals
-  !> (H - z_k) x_k = r_k e_1 and y_k (H - z_k) = s_k e_n'; rho_k = |r_k|, sigma_k = |s_k| / |y_k|. For k /= j is
-  !> y_k x_j = (s_k x_nj - r_j y_k1) / (z_j - z_k), so that Y X = E + F, where the sums of F's columns are at most
-  !> phi = n w (max sigma_k / g_k + max rho_k / g_k), w the worst condition, g_k the distance of the next eigenvalue. With the error
-  !> D of the matrix, |D| <= delta,
-  !>
-  !>   Y (H + D) Y^-1 = Z + (S + Y D) X (E + F)^-1,  S with the rows s_k e_n'.
-  !>
-  !> s_k x_nk moves z_k to Newton's. All else is in row k at most (delta + sigma_k) |y_k|, times q = phi / (1 - phi) in what F
-  !> adds. In Gershgorin's rows
-  !>
-  !>   f_kk <= (delta + q (delta + sigma_k)) |y_k|,  f_kj <= (1 + q) (delta + sigma_k) |y_k| = f_k,
-  !>
-  !> Radii and better eigenvalues from residuals, steps and conditions. `pairs`: 1 for those that are the conjugate of the one
-  !> before.
+  !> Computes improved eigenvalues and the radii of their discs from residuals, Newton steps and condition numbers. `pairs` is 1 for
+  !> each eigenvalue that is the conjugate of its predecessor. See `find_discs` for the derivation.
   pure subroutine radii_here(n, norm, pairs, perturbation, z_re, z_im, discs, once) bind(C, name="lanes_gestell_radii")
     !$omp declare simd uniform(n, norm, pairs, perturbation, z_re, z_im, discs) linear(once) simdlen(2) notinbranch
     integer(c_int), value :: n, once
@@ -58,7 +45,7 @@ contains
     integer :: i, k, lane, pair
 
     worst = 1
-    ! The second of two: gestell_base_processor.
+    ! The second of two vectorised calls has nothing to do: see gestell_base_processor.
     if (once > 1) return
     do k = 1, n
       !GCC$ ivdep
@@ -83,7 +70,7 @@ contains
     pair = 0
     do k = 2, n
       do i = 1, k - 1
-        ! As far apart as their conjugates, where both are of such pairs: what is a pair in some lanes only has none beside it.
+        ! Skip this distance: between conjugate pairs it equals the distance of their conjugates.
         if (pairs(i) == 1 .and. (pairs(k) == 1 .or. pairs(min(k + 1, n)) == 1)) cycle
         pair = pair + 1
         !GCC$ ivdep
@@ -117,11 +104,11 @@ contains
     !GCC$ ivdep
     !GCC$ unroll 1
     do lane = 1, lanes
-      ! From a half on nothing is known by them.
+      ! Cap phi at 1/2: beyond it the eigenvectors give no information.
       q(lane) = min(n * worst(lane) * (of_right(lane) + of_left(lane)), 0.5_dp)
       q(lane) = q(lane) / (1 - q(lane))
       by_left(lane) = merge(1.0_dp, 0.0_dp, left(lane) <= right(lane))
-      ! What Newton's step leaves of the error of z is no more than roundoff.
+      ! Apply Newton's step only if the remaining error of z is at most roundoff.
       rounding = n * epsilon(1.0_dp) * norm(lane)
       discs%sharp(lane) = merge(1.0_dp, 0.0_dp, q(lane) * max(min(left(lane), right(lane)), rounding / small) <= rounding)
       discs%separate(lane) = 1
@@ -135,7 +122,7 @@ contains
         z_im(lane, k) = z_im(lane, k) - discs%sharp(lane) * discs%step_im(lane, k)
         residual = merge(discs%left(lane, k), discs%right(lane, k), by_left(lane) > 0)
         f(lane, k) = min((1 + q(lane)) * (perturbation(lane) + residual) * discs%condition(lane, k), beyond)
-        ! Newton's step that is not taken counts.
+        ! A Newton step that is not applied counts as an error.
         added = q(lane) * (perturbation(lane) + residual) + (1 - discs%sharp(lane)) * residual
         discs%separate(lane) = min(discs%separate(lane), merge(1.0_dp, 0.0_dp, added <= small * perturbation(lane)))
         discs%radius(lane, k) = (perturbation(lane) + added) * discs%condition(lane, k)
@@ -178,14 +165,37 @@ contains
     end do
   end subroutine radii_here
 
-  !> and what couples an eigenvalue to others counts to second order: `apart` of gestell_floquet_multipliers. With x the greatest
-  !> of the others' f_k over the room between the discs n f_k, which have Newton's steps in them, alpha is x / (1 + x). X and Y
-  !> change places where rho are smaller.
+  !> Improves approximate eigenvalues of `h` by a Newton step and computes Gershgorin discs around them, in all lanes at once.
+  !>
+  !> Hyman's method gives right eigenvectors X of `z`, unit columns, and left ones Y with y_k x_k = 1, so that |y_k| is the
+  !> condition number. The residuals are (H - z_k) x_k = r_k e_1 and y_k (H - z_k) = s_k e_n'. Let rho_k = |r_k|, sigma_k = |s_k| /
+  !> |y_k|, w the largest condition number and g_k the distance of z_k from the nearest other eigenvalue. For k /= j
+  !>
+  !>   y_k x_j = (s_k x_nj - r_j y_k1) / (z_j - z_k).
+  !>
+  !> Hence Y X = E + F, where the column sums of F are at most phi = n w (max sigma_k / g_k + max rho_k / g_k). With the error D of
+  !> the matrix, |D| <= delta,
+  !>
+  !>   Y (H + D) Y^-1 = Z + (S + Y D) X (E + F)^-1,  S with the rows s_k e_n'.
+  !>
+  !> The term s_k x_nk is Newton's step of z_k. All other terms in row k are at most (delta + sigma_k) |y_k|; F adds the share q =
+  !> phi / (1 - phi). Gershgorin's rows are
+  !>
+  !>   f_kk <= (delta + q (delta + sigma_k)) |y_k|,  f_kj <= (1 + q) (delta + sigma_k) |y_k| = f_k.
+  !>
+  !> The coupling of an eigenvalue to the others counts to second order: see `apart` of gestell_floquet_multipliers. Let x be the
+  !> maximum of f_k over all other eigenvalues, each divided by the gap between the discs n f_k, which include Newton's steps. Then
+  !> alpha = x / (1 + x). X and Y change places if the residuals rho are smaller.
   pure subroutine find_discs(length, h, conjugate, perturbation, z_re, z_im, discs)
+    !> Length of the processor's vectors, in double precision numbers
     integer, intent(in) :: length
+    !> The matrices, reduced to Hessenberg form
     type(hessenberg_type), intent(in) :: h
+    !> True for each eigenvalue that is the conjugate of its predecessor; its disc is copied from the predecessor
     logical, intent(in) :: conjugate(most_states)
+    !> Bound on the norm of the error of each matrix, roundoff included
     real(dp), intent(in) :: perturbation(lanes)
+    !> Real and imaginary parts of the approximate eigenvalues; improved on return
     real(dp), intent(inout) :: z_re(lanes, most_states), z_im(lanes, most_states)
     type(discs_type), intent(out) :: discs
     integer(c_int) :: pairs(most_states)

@@ -1,4 +1,5 @@
-!> What an approximate eigenvalue of small matrices is worth, eight side by side: its eigenvectors by Hyman's method.
+!> Assesses approximate eigenvalues of eight small matrices at once. Hyman's method gives the eigenvectors. They give Newton's step,
+!> the condition number and the residuals.
 module gestell_floquet_multipliers_hyman
   use gestell_math_batch_hessenberg, only: hessenberg_type, most_states
   use gestell_base_processor, only: has_versions
@@ -9,11 +10,12 @@ module gestell_floquet_multipliers_hyman
 
   public :: try_eigenvalue
 
-  !> The square of a product y x that is none.
+  !> Replaces |y x|^2 = 0 in denominators.
   real(dp), parameter :: nothing = 1.0e-100_dp
 
 contains
 
+  !> Kernel of `try_eigenvalue` with the same arguments.
   pure subroutine try_here(h, z_re, z_im, step_re, step_im, condition, right, left, once) bind(C, name="lanes_gestell_hyman")
     !$omp declare simd uniform(h, z_re, z_im, step_re, step_im, condition, right, left) linear(once) simdlen(2) notinbranch
     type(hessenberg_type), intent(in) :: h
@@ -30,7 +32,7 @@ contains
     ! The components of y divided by those of v.
     y_re(:, 1) = 1
     y_im(:, 1) = 0
-    ! The second of two: gestell_base_processor.
+    ! The second of two vectorised calls has nothing to do: see gestell_base_processor.
     if (once > 1) return
     do k = 1, n
       i = n + 1 - k
@@ -59,7 +61,7 @@ contains
     do lane = 1, lanes
       s_re = 0
       s_im = 0
-      ! Squares.
+      ! Squares of the norms.
       x_norm = 0
       y_norm = 0
       i = 1
@@ -83,13 +85,15 @@ contains
     end do
   end subroutine try_here
 
-  !> Newton's step, which is to be taken off `z`, the condition |x| |y| / |y x|, and the residuals of the right eigenvector x and
-  !> the left one y, unit ones; all shapes (lanes). With x_n = 1 all rows but the first of (H - z E) x = 0 give x, with y_1 = 1 all
-  !> columns but the last y. `length`: of the processor's vectors.
+  !> Assesses an approximate eigenvalue `z` in each lane: computes Newton's step, the condition number |x| |y| / |y x|, and the
+  !> residuals of the right eigenvector x and the left one y. With x_n = 1 all rows of (H - z E) x = 0 but the first give x. With
+  !> y_1 = 1 all columns of y (H - z E) = 0 but the last give y.
   pure subroutine try_eigenvalue(length, h, z_re, z_im, step_re, step_im, condition, right, left)
+    !> Length of the processor's vectors, in double precision numbers
     integer, intent(in) :: length
     type(hessenberg_type), intent(in) :: h
     real(dp), intent(in) :: z_re(lanes), z_im(lanes)
+    !> Newton's step, to be subtracted from z; condition number; residuals of the unit eigenvectors
     real(dp), intent(out) :: step_re(lanes), step_im(lanes), condition(lanes), right(lanes), left(lanes)
     procedure(try_here), bind(C, name="_ZGVeN2uuuuuuuul_lanes_gestell_hyman") :: try_512
     procedure(try_here), bind(C, name="_ZGVdN2uuuuuuuul_lanes_gestell_hyman") :: try_256

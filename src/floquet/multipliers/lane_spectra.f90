@@ -1,4 +1,4 @@
-!> The greatest multipliers of eight small matrices side by side.
+!> Computes the largest multipliers of eight small matrices at once, one in each lane.
 module gestell_floquet_multipliers_lane_spectra
   use gestell_math_batch_hessenberg, only: hessenberg_type, most_states, new_hessenberg
   use gestell_base_kinds, only: dp
@@ -12,15 +12,19 @@ module gestell_floquet_multipliers_lane_spectra
 
   public :: solve_lanes
 
-  !> What is found of eight matrices. `sound`: 1, or 0 where something is in doubt.
+  !> Largest multipliers of eight matrices.
   type, public :: found_type
+    !> `sound`: 1 if the result is reliable, else 0. `radius`: max |rho|; `log_radius`: its logarithm. `bound`: bound on the error
+    !> of the largest multiplier, relative to |rho|.
     real(dp), dimension(lanes) :: sound, radius, log_radius, bound
+    !> True if the matrix is proved to be stable or unstable.
     logical, dimension(lanes) :: stable, unstable
   end type found_type
 
 contains
 
-  !> Eight matrices side by side. `a` is used up.
+  !> Computes the largest multipliers of eight matrices of `n` rows. Overwrites `a`. `perturbation` bounds the norm of the errors of
+  !> the matrices; `bounds` requests error bounds that include it.
   pure subroutine solve_lanes(a, n, perturbation, bounds, found)
     real(dp), intent(inout) :: a(lanes, most_states, most_states)
     integer, intent(in) :: n
@@ -39,7 +43,7 @@ contains
     call set_units(a, n, unit, found%sound)
     call new_hessenberg(length, a, n, h)
     call guess_roots(length, h, z_re, z_im, conjugate, converged)
-    ! With a change as great as the greatest element all discs touch.
+    ! Cap the perturbation at the unit, the size of the largest element: all discs touch there anyway.
     relative = min(perturbation, unit) / unit
     rounding = n * epsilon(1.0_dp) * h%norm
     change = rounding
@@ -68,7 +72,7 @@ contains
       top = merge(discs%condition(:, k), top, modulus > found%radius)
       found%radius = max(found%radius, modulus)
     end do
-    ! Without an error bound to tell roundoff must not be too much, unless the matrix' error is worth more.
+    ! If no error bound is requested, roundoff must be small in itself or small against the error of the matrix.
     certain = discs%separate
     if (.not. bounds) certain = merge(1.0_dp, 0.0_dp, found%bound <= max(too_much * found%radius, n * relative * top))
     found%sound = found%sound * h%sound * converged * certain
@@ -77,13 +81,13 @@ contains
     found%log_radius = log(max(found%radius, tiny(1.0_dp)))
   end subroutine solve_lanes
 
-  !> The matrices divided by powers of two `unit`, shape (lanes), to elements below 1. Those that are not finite or extreme are
-  !> not `sound`; a harmless matrix takes their places.
+  !> Divides each matrix by a power of two, `unit`, so that all elements are below 1. Matrices that are not finite or too large or
+  !> small get `sound` = 0 and are replaced by a harmless matrix.
   pure subroutine set_units(a, n, unit, sound)
     real(dp), intent(inout) :: a(lanes, most_states, most_states)
     integer, intent(in) :: n
     real(dp), intent(out) :: unit(lanes), sound(lanes)
-    !> Greatest elements beyond which a matrix is extreme.
+    !> Range of the largest element in which a matrix is accepted.
     real(dp), parameter :: least = 1.0e-100_dp, most = 1.0e100_dp
     real(dp) :: greatest(lanes), inverse(lanes)
     integer :: i, j, lane

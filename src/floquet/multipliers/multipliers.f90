@@ -1,4 +1,5 @@
-!> Multipliers and characteristic exponents with their error bounds, and the verdict on stability.
+!> Computes multipliers and characteristic exponents with error bounds, and the verdict on stability. Implements equations (19) and
+!> (64) of doc/theory.md and its section "Undamped machines".
 module gestell_floquet_multipliers
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
@@ -14,23 +15,25 @@ module gestell_floquet_multipliers
   public :: append, arrange, disc_bounds, lie_on_circle, multiplier, no_multipliers, pair_conjugates, prove_undamped, &
     & set_multipliers, solve_multipliers
 
-  !> Of all multipliers, largest modulus first, conjugate pairs adjacent, +im first. All shapes (n).
+  !> All multipliers of a system, sorted by descending modulus. Conjugate pairs are adjacent, positive imaginary part first. n is
+  !> the number of multipliers.
   type, public :: multipliers_type
+    !> Multipliers, shape (n); may over- or underflow.
     complex(dp), allocatable :: rho(:)
-    !> ln |rho|, also where rho over- or underflows.
+    !> ln |rho|, shape (n); valid even if rho over- or underflows.
     real(dp), allocatable :: log_abs(:)
-    !> Argument in (-pi, pi].
+    !> Argument of rho in (-pi, pi], shape (n).
     real(dp), allocatable :: arg(:)
-    !> Characteristic exponents ln(rho) / T, imaginary parts up to multiples of 2 pi / T.
+    !> Characteristic exponents ln(rho) / T (1/s), shape (n). Imaginary parts are defined up to multiples of 2 pi / T.
     complex(dp), allocatable :: exponent(:)
-    !> Bound on the error of rho relative to |rho|; from 1 on rho is lost: no digit of it is significant. At most 1e300;
-    !> `nothing_known` where there is no bound at all.
+    !> Bound on the error of rho relative to |rho|, shape (n), at most 1e300. From 1 on, rho has no significant digit. The value
+    !> `nothing_known` means that no bound exists.
     real(dp), allocatable :: error(:)
-    !> Condition of the eigenvalue in balanced units: 1 at best.
+    !> Condition number of the eigenvalue in balanced units, shape (n): at least 1.
     real(dp), allocatable :: condition(:)
-    !> Eigenvectors y_k of (19), states at t = 0 in the model's units, unit columns; shape (n, n).
+    !> Eigenvectors y_k of (19), unit columns, shape (n, n): states at t = 0 in the model's units.
     complex(dp), allocatable :: vectors(:, :)
-    !> Whether |rho| = 1 is proved (`prove_undamped`), shape (n); not allocated where no proof was tried.
+    !> True where |rho| = 1 is proved (`prove_undamped`), shape (n). Not allocated if no proof was attempted.
     logical, allocatable :: on_circle(:)
   contains
     procedure :: judge
@@ -39,18 +42,19 @@ module gestell_floquet_multipliers
     procedure :: unknown
   end type multipliers_type
 
-  !> The error of a multiplier of which nothing is known: above every bound.
+  !> Error of a multiplier for which no bound exists; larger than every bound.
   real(dp), parameter, public :: nothing_known = 1.0e308_dp
 
-  !> ln 1e300.
+  !> Logarithm of the largest bound, 1e300.
   real(dp), parameter :: most = 300 * log(10.0_dp)
 
 contains
 
-  !> The multipliers of `monodromy`; with `vectors` the eigenvectors too.
-  !> Errors: `monodromy` was not solved; LAPACK found no eigenvalues.
+  !> Computes the multipliers of a monodromy matrix, and the eigenvectors if requested. Fails if `monodromy` is not solved or if
+  !> LAPACK finds no eigenvalues.
   subroutine solve_multipliers(monodromy, vectors, multipliers, error)
     type(monodromy_type), intent(in) :: monodromy
+    !> True: compute the eigenvectors too
     logical, intent(in) :: vectors
     type(multipliers_type), intent(out) :: multipliers
     type(error_type), allocatable, intent(out) :: error
@@ -67,7 +71,7 @@ contains
     call small_eigensystem(phi, rho, right, left)
     if (.not. allocated(rho)) call eigensystem(phi, rho, right, left, error)
     if (allocated(error)) return
-    ! They are the eigenvalues of a matrix that differs by roundoff.
+    ! The computed eigenvalues are those of a matrix that differs from phi by roundoff.
     associate (d => monodromy%scale, rounding => n * epsilon(1.0_dp) * monodromy%norm)
       if (allocated(monodromy%phi_change)) then
         allocate(changes, mold=monodromy%phi_change)
@@ -85,20 +89,26 @@ contains
     call arrange(multipliers)
   end subroutine solve_multipliers
 
-  !> Multipliers, for the period 1, from the eigenvalues `rho` of a matrix whose error is at most `perturbation` in norm, plus
-  !> one of the matrices `changes`, and its right and left eigenvectors, unit columns.
+  !> Computes multipliers for the period 1 and their error bounds from the eigenvalues and eigenvectors of a matrix Phi with an
+  !> error E. E is one of the matrices `changes` plus a matrix whose norm is at most `perturbation`.
   !>
-  !> Error bounds: with eigenvectors x_j and left ones y_k, |y_k| = |x_j| = 1, the eigenvalues of Phi + E lie in the
-  !> union of the discs |mu - rho_k| <= sum over j of f_kj, f_kj = |y_k* E x_j| / |y_k* x_k| (Gershgorin's theorem for
-  !> X^-1 (Phi + E) X), where the part of E that is known in norm only gives |E| / |y_k* x_k| at most. Discs that touch
-  !> share their eigenvalues, so a bound then reaches across all of them: it holds for close and defective ones. The disc of
-  !> one that lies apart shrinks (`apart`).
+  !> Error bounds: let x_j and y_k be right and left unit eigenvectors. By Gershgorin's theorem for X^-1 (Phi + E) X the eigenvalues
+  !> of Phi + E lie in the union of the discs
+  !>
+  !>     |mu - rho_k| <= sum over j of f_kj,   f_kj = |y_k* E x_j| / |y_k* x_k|.
+  !>
+  !> The part of E of which only the norm is known contributes at most |E| / |y_k* x_k| to each f_kj. Discs that touch share their
+  !> eigenvalues, so the bound then reaches across all of them; this covers close and defective eigenvalues. An isolated disc is
+  !> shrunk by `apart`.
   pure subroutine set_multipliers(rho, right, left, perturbation, multipliers, changes)
+    !> Eigenvalues of Phi, shape (n), its right and its left eigenvectors as unit columns, shape (n, n)
     complex(dp), intent(in) :: rho(:), right(:, :), left(:, :)
+    !> Bound on the norm of the part of E whose direction is unknown
     real(dp), intent(in) :: perturbation
     type(multipliers_type), intent(out) :: multipliers
+    !> Possible values of the other part of E, shape (n, n, :)
     real(dp), intent(in), optional :: changes(:, :, :)
-    !> What is left out of the changes' direction, which is that of their leading order, where nothing else makes a disc wider.
+    !> Factor on `changes` when an isolated disc is shrunk: their direction is known in leading order only.
     real(dp), parameter :: of_direction = 2
     real(dp), dimension(size(rho), size(rho)) :: f, doubted
     complex(dp) :: along(size(rho), size(rho))
@@ -111,11 +121,11 @@ contains
     do k = 1, n
       multipliers%condition(k) = 1 / max(abs(dot_product(left(:, k), right(:, k))), epsilon(1.0_dp)**2)
       if (aimag(rho(k)) < 0 .and. abs(rho(k) - conjg(rho(max(k - 1, 1)))) <= 0) then
-        ! the second of a conjugate pair; the first number is not its own conjugate where it lies below the real axis
+        ! Second of a conjugate pair. For k = 1 the condition is false: a number below the real axis is not its own conjugate.
         multipliers%exponent(k) = conjg(multipliers%exponent(k - 1))
       else
-        ! The logarithm of a complex number is the same for the same number, that of its conjugate the conjugate. Those of real
-        ! numbers, and atan2, may differ in the last digit from one element of an array to the next, where they are vectorised.
+        ! Use the complex logarithm: equal numbers give equal results, conjugate numbers conjugate results. The vectorised real
+        ! logarithm and atan2 may differ in the last digit between elements of an array.
         multipliers%exponent(k) = log(merge(rho(k), cmplx(tiny(1.0_dp), 0.0_dp, dp), abs(rho(k)) > 0))
       end if
     end do
@@ -123,7 +133,7 @@ contains
     multipliers%arg = aimag(multipliers%exponent)
     f = 0
     if (present(changes)) then
-      ! Squares: what vanishes among them is less than `perturbation`.
+      ! Compare squares. A square that underflows belongs to a term far below `perturbation`.
       do k = 1, size(changes, 3)
         along = matmul(conjg(transpose(left)), matmul(changes(:, :, k), right))
         f = max(f, along%re**2 + along%im**2)
@@ -140,10 +150,12 @@ contains
     multipliers%error = disc_bounds(multipliers%exponent, radius)
   end subroutine set_multipliers
 
-  !> The radius of the disc of the k-th eigenvalue where those of all others grow as far as they may without touching it: a
-  !> similarity that shrinks the off-diagonal elements f_kj of its row by alpha enlarges those of its column, f_ik, by 1/alpha
-  !> (J. H. Wilkinson, The Algebraic Eigenvalue Problem, 1965, chapter 2), so that they count to second order only. Without such
-  !> an alpha: huge. `rows`: the sums of each row of f.
+  !> Radius of the disc of eigenvalue k after a diagonal similarity that shrinks it as far as the other discs allow.
+  !>
+  !> The similarity multiplies the off-diagonal elements f_kj of row k by alpha and those of column k, f_ik, by 1/alpha (J. H.
+  !> Wilkinson, The Algebraic Eigenvalue Problem, 1965, chapter 2). All other discs grow until one touches disc k. The coupling to
+  !> other eigenvalues then counts to second order only. Returns huge if no alpha below 1 keeps the discs apart. `rows`: row sums of
+  !> f.
   pure real(dp) function apart(rho, f, rows, k) result(radius)
     complex(dp), intent(in) :: rho(:)
     real(dp), intent(in) :: f(:, :), rows(:)
@@ -162,7 +174,7 @@ contains
     radius = f(k, k) + alpha * (rows(k) - f(k, k))
   end function apart
 
-  !> None at all, to begin with; with eigenvectors of n states if n > 0.
+  !> Empty list of multipliers, to which `append` adds. If n > 0, the list has eigenvectors of n states.
   pure function no_multipliers(n) result(multipliers)
     integer, intent(in) :: n
     type(multipliers_type) :: multipliers
@@ -172,7 +184,7 @@ contains
     if (n > 0) allocate(multipliers%vectors(n, 0))
   end function no_multipliers
 
-  !> Adds `more` at the end.
+  !> Appends the multipliers `more` to `all`.
   pure subroutine append(all, more)
     type(multipliers_type), intent(inout) :: all
     type(multipliers_type), intent(in) :: more
@@ -188,7 +200,7 @@ contains
       & [size(more%vectors, 1), size(all%vectors, 2) + size(more%vectors, 2)])
   end subroutine append
 
-  !> `on_circle`, false where it is not allocated.
+  !> Component `on_circle` of `multipliers`, or false everywhere if it is not allocated.
   pure function circle_of(multipliers) result(on_circle)
     type(multipliers_type), intent(in) :: multipliers
     logical :: on_circle(size(multipliers%rho))
@@ -197,7 +209,7 @@ contains
     if (allocated(multipliers%on_circle)) on_circle = multipliers%on_circle
   end function circle_of
 
-  !> Largest modulus first, unit eigenvectors whose largest component is real and positive.
+  !> Sorts the multipliers by descending modulus. Scales each eigenvector to unit length with a real, positive largest component.
   pure subroutine arrange(multipliers)
     type(multipliers_type), intent(inout) :: multipliers
     complex(dp) :: largest
@@ -223,9 +235,9 @@ contains
     end do
   end subroutine arrange
 
-  !> Makes the multipliers of a real system real, or conjugate in pairs, to the last digit if they were computed in complex numbers
-  !> and are so to rounding only. `exponent` must hold ln(rho); the other numbers follow from it. Each is paired with the one that
-  !> is nearest to its conjugate, whose true value lies in the conjugate of its own disc.
+  !> Makes multipliers of a real system exactly real or exactly conjugate in pairs. It corrects rounding errors of a computation in
+  !> complex arithmetic. Each multiplier is paired with the one nearest to its conjugate, whose true value lies in the conjugate of
+  !> its own disc. On entry `exponent` must hold ln(rho); the other components are computed from it.
   pure subroutine pair_conjugates(multipliers)
     type(multipliers_type), intent(inout) :: multipliers
     logical :: paired(size(multipliers%exponent))
@@ -254,10 +266,12 @@ contains
     multipliers%rho = multiplier(multipliers%exponent)
   end subroutine pair_conjugates
 
-  !> Bounds on the distance between rho(k) and the true multiplier, relative to |rho(k)|: the radius of its disc, or where discs
-  !> touch, the reach of all discs that hang together with it. `z` = ln rho; radii relative to |rho|.
+  !> Bounds on the distance between rho(k) and the true multiplier, relative to |rho(k)|; shape (n), at most 1e300. The bound is the
+  !> radius of the disc of rho(k). If discs touch, it is the distance to the farthest point of all connected discs.
   pure function disc_bounds(z, radius) result(bound)
+    !> ln rho, shape (n)
     complex(dp), intent(in) :: z(:)
+    !> Radii of the discs relative to |rho|, shape (n)
     real(dp), intent(in) :: radius(:)
     real(dp) :: bound(size(z))
     integer :: cluster(size(z)), i, k
@@ -265,7 +279,7 @@ contains
     cluster = [(k, k = 1, size(z))]
     do i = 1, size(z)
       do k = 1, size(z)
-        ! In units of the greater one of the two.
+        ! Treat each pair once, relative to the larger modulus |rho(k)|.
         if (real(z(i)) > real(z(k)) .or. cluster(i) == cluster(k)) cycle
         if (distance(z(i), z(k)) > radius(i) * exp(real(z(i) - z(k))) + radius(k)) cycle
         where (cluster == cluster(i)) cluster = cluster(k)
@@ -281,7 +295,7 @@ contains
     bound = min(bound, exp(most))
   end function disc_bounds
 
-  !> |rho_1 - rho_2| / |rho_2| by the logarithms, at most 1e300.
+  !> |rho_1 - rho_2| / |rho_2| from the logarithms z1 and z2, at most 1e300.
   pure real(dp) function distance(z1, z2)
     complex(dp), intent(in) :: z1, z2
 
@@ -290,7 +304,7 @@ contains
     if (real(z1 - z2) < most) distance = hypot(distance - 1, 2 * sqrt(distance) * sin(aimag(z1 - z2) / 2))
   end function distance
 
-  !> exp(z), infinite where it overflows.
+  !> exp(z), or infinity if it overflows.
   elemental complex(dp) function multiplier(z)
     complex(dp), intent(in) :: z
 
@@ -301,8 +315,8 @@ contains
     end if
   end function multiplier
 
-  !> Indices of the values, largest modulus first; conjugate pairs adjacent, that above the real axis first, also where several are
-  !> equal.
+  !> Indices that sort the values by descending modulus. Conjugate pairs are adjacent, the one above the real axis first, even if
+  !> several pairs are equal.
   pure function by_modulus(log_abs, arg) result(order)
     real(dp), intent(in) :: log_abs(:), arg(:)
     integer :: order(size(log_abs))
@@ -332,7 +346,7 @@ contains
       precedes = arg(one) > arg(other)
     end function precedes
 
-    !> How many of the same value come before.
+    !> Number of equal values (or conjugates) at lower indices.
     pure integer function twins_before(k)
       integer, intent(in) :: k
 
@@ -341,7 +355,7 @@ contains
 
   end function by_modulus
 
-  !> Which multipliers have no significant digit: the bound is as great as the number.
+  !> True for each multiplier without a significant digit: its error bound is at least its modulus.
   pure function lost(self)
     class(multipliers_type), intent(in) :: self
     logical :: lost(size(self%error))
@@ -349,15 +363,19 @@ contains
     lost = self%error >= 1
   end function lost
 
-  !> Whether nothing at all is known of them, as with too few given steps.
+  !> True if no bound exists for some multiplier, for instance with too few given steps.
   pure logical function unknown(self)
     class(multipliers_type), intent(in) :: self
 
     unknown = any(self%error >= nothing_known)
   end function unknown
 
-  !> 'unstable': some |rho| above 1 by more than its error; 'stable': all |rho| below 1 by more than their error; 'undamped': all
-  !> others proved to lie on the unit circle; 'undecided': none of these. By logarithms: |rho| may over- or underflow.
+  !> Verdict on stability. It compares logarithms because |rho| may over- or underflow.
+  !>
+  !> 'unstable'    some |rho| exceeds 1 by more than its error bound
+  !> 'stable'      all |rho| are below 1 by more than their error bounds
+  !> 'undamped'    all |rho| are below 1 by more than their error bounds or proved to be 1
+  !> 'undecided'   none of these
   pure type(verdict_type) function judge(self) result(verdict)
     class(multipliers_type), intent(in) :: self
     logical :: inside(size(self%rho))
@@ -387,21 +405,22 @@ contains
     verdict = word(:len(verdict))
   end function verdict
 
-  !> Marks the multipliers that lie on the unit circle, of a system that conserves (`conserves` of gestell_system_periodic) and does
-  !> not fall into parts.
+  !> Marks the multipliers that are proved to lie on the unit circle. The system must conserve energy (`conserves` of
+  !> gestell_system_periodic) and must not fall into parts.
   pure subroutine prove_undamped(multipliers)
     type(multipliers_type), intent(inout) :: multipliers
 
     multipliers%on_circle = lie_on_circle(multipliers%log_abs, multipliers%arg, multipliers%error)
   end subroutine prove_undamped
 
-  !> Which multipliers of a conserving system are proved to have |rho| = 1; `error`: bounds relative to |rho|.
+  !> True for each multiplier of a conservative system that is proved to have |rho| = 1.
   !>
-  !> The multipliers of such a system come in pairs rho, 1 / conj(rho). A disc that meets no other one has one multiplier in it. If
+  !> The multipliers of such a system come in pairs rho, 1 / conj(rho). A disc that meets no other disc contains one multiplier. If
   !> its mirror image in the unit circle meets no other disc either, the partner 1 / conj(rho) lies in the same disc and is rho
   !> itself. Such a multiplier is simple: the free vibration neither grows nor decays. In the plane of ln rho the disc lies within a
   !> radius of -ln(1 - error) about its centre, and the mirror is the imaginary axis.
   pure function lie_on_circle(log_abs, arg, error) result(on_circle)
+    !> ln |rho|, argument of rho, and bound on the error of rho relative to |rho|; all shapes (n)
     real(dp), intent(in) :: log_abs(:), arg(:), error(:)
     logical :: on_circle(size(log_abs))
     real(dp), dimension(size(log_abs)) :: radius, turn

@@ -1,5 +1,6 @@
-!> The eigensystem of one small matrix by the means of charts: all roots of the characteristic polynomial at once, discs that prove
-!> them, eigenvectors by Hyman's method. With six states dgeev takes twice as long.
+!> Computes the eigenvalues and eigenvectors of one small matrix by the method that stability charts use. It finds all roots of the
+!> characteristic polynomial at once, verifies them by Gershgorin discs and takes the eigenvectors from Hyman's method. For six
+!> states dgeev takes twice as long.
 module gestell_floquet_multipliers_small_eigensystem
   use gestell_base_kinds, only: dp
   use gestell_base_processor, only: vector_length
@@ -13,27 +14,27 @@ module gestell_floquet_multipliers_small_eigensystem
 
   public :: small_eigensystem
 
-  !> Householder's reflections E - beta u u' that make a matrix Hessenberg, u from row k + 1 on.
+  !> Householder reflections E - beta u u' that reduce a matrix to Hessenberg form. Vector k is zero up to row k.
   type :: reflections_type
     real(dp) :: u(most_states, most_states) = 0, beta(most_states) = 0
   end type reflections_type
 
 contains
 
-  !> The eigenvalues of `a`, shape (n, n), and its right and left eigenvectors, unit columns; conjugates one after the other.
-  !> Unallocated where they are not proved to be about as good as roundoff allows.
+  !> Computes the eigenvalues of `a`, shape (n, n), and its right and left eigenvectors as unit columns. Conjugates are adjacent.
+  !> Leaves all three unallocated unless the eigenvalues are proved to be accurate to about roundoff.
   !>
-  !> What Hyman's vectors leave, (H - z_k) x_k = -r_k e_1 and y_k (H - z_k) = -s_k e_n' (`find_vectors`), is of the others: as e_1
-  !> is the sum over j of x_j / (y_j x_j), e_n' that of y_j / (y_j x_j), to first order x_k lacks r_k times the sum over j /= k of
-  !> x_j / (y_j x_j) / (z_j - z_k), and y_k s_k times that of y_j.
+  !> Hyman's vectors leave the residuals (H - z_k) x_k = -r_k e_1 and y_k (H - z_k) = -s_k e_n' (`find_vectors`). Here e_1 is the
+  !> sum over j of x_j / (y_j x_j), and e_n' the sum of y_j / (y_j x_j). To first order the missing part of x_k is therefore r_k
+  !> times the sum over j /= k of x_j / (y_j x_j) / (z_j - z_k). The missing part of y_k is s_k times the same sum with y_j.
   pure subroutine small_eigensystem(a, values, right, left)
     real(dp), intent(in) :: a(:, :)
     complex(dp), allocatable, intent(out) :: values(:), right(:, :), left(:, :)
-    !> Greatest elements beyond which a matrix is extreme.
+    !> Matrices whose size lies outside this range are left to LAPACK.
     real(dp), parameter :: least = 1.0e-100_dp, most = 1.0e100_dp
-    !> The most states with which this is quicker than dgeev: factors are found the later the more there are.
+    !> Maximum number of states for which this method is faster than dgeev.
     integer, parameter :: most_small = 8
-    !> Discs of so many roundings of n states are to be apart.
+    !> Discs of this many times the roundoff must not touch.
     real(dp), parameter :: many = 100
     type(reflections_type) :: reflections
     type(hessenberg_type) :: h
@@ -63,7 +64,7 @@ contains
     rounding = n * epsilon(1.0_dp) * h%norm
     call find_discs(vector_length(), h, conjugate, many * rounding, z_re, z_im, discs)
     if (.not. found(1) * discs%sharp(1) * discs%separate(1) * h%sound(1) > 0) return
-    ! Real ones on the upper side of the branch cut of their logarithms, as LAPACK has them.
+    ! Real eigenvalues get the imaginary part +0, as LAPACK returns them: their logarithms then lie on the upper side of the cut.
     rho = cmplx(z_re(1, :n), merge(z_im(1, :n), 0.0_dp, abs(z_im(1, :n)) > 0), dp)
     do k = 1, n
       if (.not. conjugate(k)) call find_vectors(n, b, rho(k), x(:, k), y(:, k), r(k), s(k))
@@ -99,7 +100,8 @@ contains
     end do
   end subroutine small_eigensystem
 
-  !> The leading `n` rows and columns of `a` become a Hessenberg matrix. Subdiagonal elements below the roundoff are raised to it.
+  !> Reduces the leading `n` rows and columns of `a` to Hessenberg form. Raises subdiagonal elements below roundoff to roundoff:
+  !> Hyman's method divides by them.
   pure subroutine reduce(n, a, reflections)
     integer, intent(in) :: n
     real(dp), intent(inout) :: a(most_states, most_states)
@@ -135,8 +137,8 @@ contains
     end do
   end subroutine reduce
 
-  !> Eigenvectors of the Hessenberg matrix `h` near its eigenvalue `z`: (H - z) x = -r e_1 with x_n = 1, y (H - z) = -s e_n' with
-  !> y_1 = 1.
+  !> Computes eigenvectors of the Hessenberg matrix `h` for an approximate eigenvalue `z` by Hyman's method: (H - z) x = -r e_1 with
+  !> x_n = 1, and y (H - z) = -s e_n' with y_1 = 1.
   pure subroutine find_vectors(n, h, z, x, y, r, s)
     integer, intent(in) :: n
     real(dp), intent(in) :: h(most_states, most_states)
@@ -156,7 +158,7 @@ contains
     s = z * y(n) - sum(h(:n, n) * y)
   end subroutine find_vectors
 
-  !> Q v.
+  !> Multiplies `v` by the product Q of the reflections.
   pure subroutine reflect(n, reflections, v)
     integer, intent(in) :: n
     type(reflections_type), intent(in) :: reflections

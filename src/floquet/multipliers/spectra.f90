@@ -1,4 +1,4 @@
-!> The greatest multipliers of very many small matrices.
+!> Computes the largest multipliers of very many small matrices, as stability charts need them.
 module gestell_floquet_multipliers_spectra
   use gestell_base_error, only: error_type
   use gestell_math_batch_hessenberg, only: most_states
@@ -16,19 +16,22 @@ module gestell_floquet_multipliers_spectra
 
 contains
 
-  !> The greatest multiplier max |rho| and its logarithm of eight matrices of `n` rows side by side, the first `filled` of which
-  !> count, in units in which norms make sense, whose errors are at most `perturbation` in norm, roundoff in finding eigenvalues not
-  !> counted. With `bounds` also the bound on the error of that multiplier relative to |rho|, and the verdict, all as
-  !> set_multipliers and multipliers_type have it. NaN, with the bound 1e300 and no verdict, for a matrix that is not finite.
+  !> Computes max |rho| and its logarithm for eight matrices at once. With `bounds` also computes the bound on the error of this
+  !> multiplier relative to |rho|, and the verdict, both as defined by gestell_floquet_multipliers. A matrix that is not finite
+  !> gives NaN, the bound 1e300 and no verdict.
   !>
-  !> Where eigenvalues do not converge, discs touch, eigenvectors are doubtful, or no bound is there to tell of roundoff above 1e-10
-  !> and above the effect of `perturbation`, matrices are solved one by one with LAPACK, which `alone` counts. The results for a
-  !> matrix do not depend on the others.
+  !> Doubtful matrices are solved one by one with LAPACK. A matrix is doubtful if its eigenvalues do not converge, its discs touch
+  !> or its eigenvectors are inaccurate. Without `bounds` it is also doubtful if roundoff exceeds both 1e-10 and the effect of
+  !> `perturbation`. The results for a matrix do not depend on the other matrices.
   subroutine spectra_of_eight(n, phi, filled, perturbation, bounds, found, alone)
+    !> Number of rows of each matrix; number of lanes that hold a matrix to be solved
     integer, intent(in) :: n, filled
+    !> The matrices, in units in which norms make sense; bound on the norms of their errors, without roundoff of the eigenvalues
     real(dp), intent(in) :: phi(lanes, n, n), perturbation
+    !> True: compute error bounds and verdicts
     logical, intent(in) :: bounds
     type(found_type), intent(out) :: found
+    !> Number of matrices that were solved with LAPACK
     integer, intent(out) :: alone
     real(dp) :: a(lanes, most_states, most_states)
     integer :: lane
@@ -46,7 +49,7 @@ contains
     end do
   end subroutine spectra_of_eight
 
-  !> Matrix `lane` by itself.
+  !> Solves the matrix of one lane with LAPACK.
   subroutine solve_alone(phi, perturbation, found, lane)
     real(dp), intent(in) :: phi(:, :), perturbation
     type(found_type), intent(inout) :: found
@@ -69,7 +72,7 @@ contains
     found%unstable(lane) = multipliers%judge() == unstable
   end subroutine solve_alone
 
-  !> Whether a matrix of a system that conserves (gestell_system_periodic) is proved to be undamped.
+  !> True if a matrix of a conservative system (gestell_system_periodic) is proved to be undamped.
   logical function is_undamped(phi, perturbation)
     real(dp), intent(in) :: phi(:, :), perturbation
     type(multipliers_type), allocatable :: multipliers
@@ -81,7 +84,7 @@ contains
     is_undamped = multipliers%judge() == undamped
   end function is_undamped
 
-  !> The multipliers with LAPACK; unallocated where there are none, as of a matrix that is not finite.
+  !> Computes the multipliers with LAPACK. Leaves them unallocated if the matrix is not finite or LAPACK fails.
   subroutine find_multipliers(phi, perturbation, multipliers)
     real(dp), intent(in) :: phi(:, :), perturbation
     type(multipliers_type), allocatable, intent(out) :: multipliers
