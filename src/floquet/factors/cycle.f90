@@ -1,4 +1,5 @@
-!> Factors of a monodromy matrix in coordinates in which a turn is easily closed: x_{k+1} = A_k x_k + b_k, x_{K+1} = x_1.
+!> Solves x_{k+1} = A_k x_k + b_k with x_{K+1} = x_1 for the factors A_k of a monodromy matrix, and bounds the errors. It works in
+!> the coordinates of the periodic Schur form or of the eigenvectors.
 module gestell_floquet_factors_cycle
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -11,18 +12,22 @@ module gestell_floquet_factors_cycle
 
   public :: accumulate, distance_from_one, periodic_answer, solve_spectrum
 
-  !> Periodic Schur form, q and r; logarithms z of the multipliers, eigenvectors at all starts; bounds on the multipliers.
+  !> Periodic Schur form, multipliers and eigenvectors of the factors. n is the number of states, K the number of factors.
   type, public :: spectrum_type
+    !> Schur form `q` and `r`, shapes (n, n, K); logarithms `z` of the multipliers, shape (n).
     complex(dp), allocatable :: q(:, :, :), r(:, :, :), z(:)
+    !> Eigenvectors at the start of each factor.
     type(eigenvectors_type) :: vectors
+    !> `bound`: bounds on the errors of the multipliers, relative to |rho|. `most`: upper bounds on ln |rho|. `condition`: condition
+    !> numbers of the multipliers. Shapes (n).
     real(dp), allocatable :: bound(:), most(:), condition(:)
-    !> |1 - rho|, at the least, where the periodic motion is asked for.
+    !> Lower bounds of `distance_from_one`, shape (n). Allocated only if the periodic motion is requested.
     real(dp), allocatable :: distance(:)
   end type spectrum_type
 
 contains
 
-  !> The spectrum of the factors but for their distances from 1. Error: no convergence.
+  !> Computes all components of the spectrum except `distance`. Fails if the periodic QR algorithm does not converge.
   subroutine solve_spectrum(factors, spectrum, error)
     type(factors_type), intent(in) :: factors
     type(spectrum_type), intent(out) :: spectrum
@@ -43,7 +48,7 @@ contains
     call periodic_bounds(a, log_abs, arg, spectrum%vectors, factors%error, spectrum%bound, spectrum%most, spectrum%condition)
   end subroutine solve_spectrum
 
-  !> |1 - rho| over the greater one of 1 and |rho|, at the least: not positive where the bound reaches 1.
+  !> Lower bound on |1 - rho| / max(1, |rho|) for multiplier `i`. Not positive if 1 lies within the error bound of rho.
   pure real(dp) function distance_from_one(spectrum, i)
     type(spectrum_type), intent(in) :: spectrum
     integer, intent(in) :: i
@@ -57,11 +62,13 @@ contains
     end associate
   end function distance_from_one
 
-  !> The periodic solution of x_{k+1} = A_k x_k + b_k, shapes (n, K). In the coordinates z = Q^H x of the periodic Schur form
+  !> Computes the periodic solution of x_{k+1} = A_k x_k + b_k; `b` and `x` have the shape (n, K). In the coordinates z = Q^H x of
+  !> the periodic Schur form
   !>
-  !>     z_{k+1} = R_k z_k + Q_{k+1}^H b_k
+  !>     z_{k+1} = R_k z_k + Q_{k+1}^H b_k.
   !>
-  !> one component after the other, from the last, where |rho_i| <= 1 forward and where |rho_i| > 1 backward: nothing grows.
+  !> The components are solved one after the other, beginning with the last: forward where |rho_i| <= 1 and backward where |rho_i| >
+  !> 1, so that nothing grows.
   pure subroutine periodic_answer(spectrum, b, x)
     type(spectrum_type), intent(in) :: spectrum
     real(dp), intent(in) :: b(:, :)
@@ -79,9 +86,11 @@ contains
     end do
   end subroutine periodic_answer
 
-  !> The same by sizes: what errors of at most `doubt` in each of the segments, shape (K), come to at their starts, shape (n, K).
-  !> By the Schur form what couples its components adds up over all segments; by the eigenvectors nothing couples, but they may be
-  !> near each other. Both bounds hold.
+  !> Computes bounds on the errors at the starts of the segments, shape (n, K), from errors of at most `doubt` in each segment,
+  !> shape (K).
+  !>
+  !> In the coordinates of the Schur form the couplings of the components add up over all segments. In the coordinates of the
+  !> eigenvectors nothing couples, but eigenvectors may be nearly parallel. Both bounds hold; the smaller one is returned.
   pure subroutine accumulate(factors, spectrum, doubt, at_starts)
     type(factors_type), intent(in) :: factors
     type(spectrum_type), intent(in) :: spectrum
@@ -101,11 +110,13 @@ contains
     call accumulate_uncoupled(factors, spectrum, doubt, at_starts)
   end subroutine accumulate
 
-  !> The bounds by the eigenvectors, where they are less. With e = X z the errors e_{k+1} = (A_k + E_k) e_k + d_k obey
+  !> Replaces bounds by those from the eigenvectors where these are smaller. With e = X z the errors e_{k+1} = (A_k + E_k) e_k + d_k
+  !> obey
   !>
   !>     z_{k+1} = Lambda_k z_k + Y_{k+1} d_k + Y_{k+1} (E_k X_k + S_k) z_k,   S_k = A_k X_k - X_{k+1} Lambda_k.
   !>
-  !> Where the last term makes of the z without it a part q < 1/2 of it at most, all its repetitions come to 1 / (1 - q).
+  !> First z is computed without the last term. If this term then changes z by at most a share q < 1/2, repeated substitution
+  !> converges and multiplies the bound by at most 1 / (1 - q).
   pure subroutine accumulate_uncoupled(factors, spectrum, doubt, at_starts)
     type(factors_type), intent(in) :: factors
     type(spectrum_type), intent(in) :: spectrum
@@ -144,8 +155,9 @@ contains
     end do
   end subroutine accumulate_uncoupled
 
-  !> The periodic solution of z_{k+1} = R_k z_k + b_k, shapes (n, K), R_k triangular, prod R_k(i, i) = exp(logarithm(i)). Where
-  !> `distances` are given they stand for |1 - rho|, and for positive R and b: the greatest that z can be with such sizes.
+  !> Computes the periodic solution of z_{k+1} = R_k z_k + b_k, shape (n, K), for triangular R_k with prod R_k(i, i) =
+  !> exp(logarithm(i)). With `distances`, R and b must hold magnitudes. The routine then replaces 1 - rho by these lower bounds and
+  !> returns an upper bound on |z|.
   pure subroutine cycle_through(logarithm, r, b, z, distances)
     complex(dp), intent(in) :: logarithm(:), r(:, :, :), b(:, :)
     complex(dp), intent(out) :: z(:, :)
@@ -156,7 +168,7 @@ contains
 
     n = size(b, 1)
     count = size(b, 2)
-    ! Sizes add up, whichever way they are followed.
+    ! Magnitudes add up in both directions.
     sign = merge(1.0_dp, -1.0_dp, present(distances))
     do i = n, 1, -1
       g = [(b(i, k) + sum(r(i, i + 1:, k) * z(i + 1:, k)), k = 1, count)]

@@ -1,8 +1,9 @@
-!> The monodromy matrix as a product that is never formed,
+!> Computes the factors of the monodromy matrix over segments of the period,
 !>
 !>     Phi(T) = A_K ... A_1,
 !>
-!> over segments of the period so short that no mode is lost in rounding beside another within one of them.
+!> without forming the product. Each segment is so short that no mode is lost in rounding beside another mode. See "Factors" in
+!> doc/theory.md.
 module gestell_floquet_factors
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -21,34 +22,37 @@ module gestell_floquet_factors
 
   public :: solve_factors
 
-  !> All in balanced units, x / scale. Errors are bounds in Frobenius' norm.
+  !> Factors of a monodromy matrix in balanced units, x / scale. Errors are bounds in Frobenius' norm. n is the number of states, K
+  !> the number of segments.
   type, public :: factors_type
+    !> Period T (s)
     real(dp) :: period = 0
     !> Units, powers of two, that make the states comparable, shape (n).
     real(dp), allocatable :: scale(:)
-    !> Ends of the segments as phases, shape (0:K).
+    !> Ends of the segments as phases t / T, shape (0:K).
     real(dp), allocatable :: ends(:)
-    !> x(end of segment) = A x(start of segment) + b: shapes (n, n, K) and (n, K), bounds of their errors, shapes (K).
+    !> Map of each segment, x(end) = A x(start) + b: shapes (n, n, K) and (n, K). Bounds on the errors of A and b, shapes (K).
     real(dp), allocatable :: a(:, :, :), b(:, :), error(:), b_error(:)
-    !> Sum of |error of A| / |A|.
+    !> Sum of |error of A| / |A| over all segments.
     real(dp) :: relative_error = 0
-    !> Radians by which the fastest motion turns within the period.
+    !> Angle by which the fastest motion turns within the period (rad).
     real(dp) :: phase_advance = 0
-    !> Steps of the result, evaluations of the coefficients in all.
+    !> Number of steps of the final solution; number of evaluations of the coefficients by all solutions together.
     integer :: steps = 0, evaluations = 0
-    !> Ends of the steps, as phases.
+    !> Ends of the steps as phases t / T, shape (steps + 1).
     real(dp), allocatable :: nodes(:)
+    !> Integration method
     class(method_type), allocatable :: method
   end type factors_type
 
-  !> |A| |A^-1| of a segment, about.
+  !> A segment ends when |A| |A^-1| reaches this number.
   real(dp), parameter :: most_spread = 30
-  !> ln |A| of a segment, at the most but for its last step: far from where squares under- or overflow.
+  !> A segment also ends when the magnitude of ln |A| reaches this number: squares must not under- or overflow.
   real(dp), parameter :: most_growth = 100
-  !> Finer steps are not tried to get there.
+  !> Maximum number of steps tried for the division into segments.
   integer, parameter :: most_segments = 2**14
 
-  !> The factors with a number of steps. `size_a` = |A|, `size_b`: the greatest that b grew on the way.
+  !> Factors computed with one number of steps. `size_a` is |A|, `size_b` the maximum of |b| within the segment.
   type :: level_type
     real(dp), allocatable :: nodes(:), a(:, :, :), b(:, :), size_a(:), size_b(:)
     integer :: steps = 0
@@ -56,15 +60,16 @@ module gestell_floquet_factors
 
 contains
 
-  !> The factors of `system`, and the b if `forced`, to `accuracy`: the sum of their relative errors, measured as
-  !> `solve_monodromy` measures it for one. `surveyed`: the survey of the system, where there is one already.
-  !> Errors: singular equations, tolerance out of reach.
+  !> Computes the factors of `system` to the requested accuracy. The sum of their relative errors is compared with the tolerance; it
+  !> is estimated as in `solve_monodromy`. Errors: singular equations, tolerance out of reach.
   subroutine solve_factors(system, accuracy, forced, factors, error, surveyed)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
+    !> True: compute b too
     logical, intent(in) :: forced
     type(factors_type), intent(out) :: factors
     type(error_type), allocatable, intent(out) :: error
+    !> Survey of the system, if the caller has it
     type(survey_type), intent(in), optional :: surveyed
     type(level_type) :: coarse, middle, fine
     real(dp), allocatable :: d12(:, :), d23(:, :), left(:, :), floor(:)
@@ -94,7 +99,7 @@ contains
       if (allocated(error)) return
       d12 = distances(coarse, middle, forced)
       do
-        ! The estimate for a whole period, shared out to the segments.
+        ! Distribute the rounding error of the whole period over the segments.
         floor = spread(relative_rounding(system, middle%steps, phase_advance) / size(d12, 1), 1, size(d12, 1))
         steps = next_steps(coarse%steps, middle%steps, maxval(sum(d12, dim=1)), order, max(accuracy%tolerance, sum(floor)))
         if (steps > most_steps) then
@@ -128,7 +133,8 @@ contains
     call move_alloc(fine%b, factors%b)
   end subroutine solve_factors
 
-  !> Ends of the segments, from maps with `steps` steps or more: no step is to do more than a segment may.
+  !> Computes the ends of the segments from maps of at least `steps` steps. Doubles the steps until each step alone stays within the
+  !> limit on |A| |A^-1|.
   subroutine divide(system, steps, factors, error)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: steps
@@ -161,7 +167,7 @@ contains
     factors%ends = [factors%ends, 1.0_dp]
   end subroutine divide
 
-  !> |A| |A^-1|.
+  !> The product |A| |A^-1|, or huge if `a` is singular.
   real(dp) function spread_of(a)
     real(dp), intent(in) :: a(:, :)
     real(dp), allocatable :: inverted(:, :)
@@ -172,6 +178,7 @@ contains
     if (.not. allocated(singular)) spread_of = norm2(a) * norm2(inverted)
   end function spread_of
 
+  !> Computes the factors with at least `steps` steps.
   subroutine solve_level(system, steps, forced, factors, level, error)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: steps
@@ -210,7 +217,8 @@ contains
     factors%evaluations = factors%evaluations + level%steps * factors%method%stages
   end subroutine solve_level
 
-  !> Differences of the A and of the b, relative to the `other`, shape (K, 2).
+  !> Norms of the differences between the A (column 1) and between the b (column 2) of two solutions, relative to `other`; shape (K,
+  !> 2).
   pure function distances(one, other, forced) result(d)
     type(level_type), intent(in) :: one, other
     logical, intent(in) :: forced

@@ -1,4 +1,4 @@
-!> Bounds on the errors of multipliers that come from factors with known errors.
+!> Bounds the errors of multipliers that are computed from factors with error bounds. Implements (71) of doc/theory.md.
 module gestell_floquet_factors_periodic_bounds
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -10,39 +10,46 @@ module gestell_floquet_factors_periodic_bounds
 
   public :: periodic_bounds
 
-  !> Logarithm of a ratio that says no more than that it is large.
+  !> Largest logarithm of a ratio; larger ratios are cut off.
   real(dp), parameter :: far = 300
 
-  !> Discs |mu - c_j| <= radius(j) |c_j| with the centres c_j, all shapes (n).
+  !> Discs |mu - c_j| <= radius(j) |c_j| with centres c_j; all shapes (n).
   type :: discs_type
+    !> ln |c_j| and argument of c_j.
     real(dp), allocatable :: log_abs(:), arg(:)
-    !> At most exp(far); and the greatest ln |mu| of the disc, whatever its radius.
+    !> Radius relative to |c_j|, at most exp(far); maximum of ln |mu| in the disc, valid also for larger radii.
     real(dp), allocatable :: radius(:), most(:)
-    !> Connected discs have the same number.
+    !> Number of the cluster: connected discs share a number.
     integer, allocatable :: cluster(:)
   end type discs_type
 
 contains
 
-  !> Of the multipliers rho_i = exp(log_abs(i) + i arg(i)) of factors with errors of at most `errors(k)` (Frobenius' norm,
-  !> absolute): bounds `bound` on |mu - rho_i| / |rho_i| (at most 1e300), and `most` on ln |mu|, which holds where rho is
-  !> lost too; `condition`, the greatest |y_i| |x_i| along the period, 1 at best.
+  !> Computes error bounds for the multipliers rho_i = exp(log_abs(i) + i arg(i)) of a product of factors with errors.
   !>
-  !> Eigenvectors X_k, Y_k = X_k^-1, Lambda_k make of the true factors A_k + E_k the matrices Lambda_k + F_k with
-  !> F_k = Y_{k+1} (E_k X_k + S_k), S_k = A_k X_k - X_{k+1} Lambda_k. Scaled to |y_i| = 1, each entry of the column j of
-  !> F_k Lambda_k^-1 is at most eta_k(j) = (|E_k| + |S_k(:, j)|) |y_j| / |lambda_k(j)|, |x_j| = 1, and Gershgorin's theorem
-  !> for columns puts all multipliers into discs |mu - rho_j| <= |rho_j| r_j, as many into connected discs as
-  !> these are: there a bound reaches across all of them. 1 + r_j = prod_k (1 + n eta_k(j)) is proved for an error in one
-  !> factor, of any size, and for multipliers that do not couple (n = 1). With errors in several factors it leaves away
-  !> the products of two couplings between multipliers, and is of first order in these.
+  !> The eigenvectors X_k, Y_k = X_k^-1, Lambda_k transform the true factors A_k + E_k to Lambda_k + F_k with F_k = Y_{k+1} (E_k X_k
+  !> + S_k), S_k = A_k X_k - X_{k+1} Lambda_k. Scale the vectors to |y_i| = 1. Each element of column j of F_k Lambda_k^-1 is then
+  !> at most eta_k(j) = (|E_k| + |S_k(:, j)|) |y_j| / |lambda_k(j)|, with |x_j| = 1. Gershgorin's theorem for columns puts all
+  !> multipliers into discs |mu - rho_j| <= |rho_j| r_j. Connected discs contain as many multipliers as discs, so a bound reaches
+  !> across all of them.
   !>
-  !> That holds for any X_k, S_k says how good they are. Those of close or defective multipliers are all but singular;
-  !> so if discs touch, those of factors moved by about |E_k| are tried, in which a multiplier of multiplicity m splits
-  !> like |E|^(1/m), and so does the bound.
+  !> The relation 1 + r_j = prod_k (1 + n eta_k(j)) is proved for an error in a single factor, of any size, and for multipliers that
+  !> do not couple (n = 1). For errors in several factors it neglects products of two couplings between multipliers; it is of first
+  !> order in the couplings.
+  !>
+  !> The discs are valid for any X_k, because S_k measures how accurate X_k is. For close or defective multipliers X_k is nearly
+  !> singular. If discs touch, the routine therefore also tries the eigenvectors of factors perturbed by about |E_k|. There a
+  !> multiplier of multiplicity m splits like |E|^(1/m), and so does the bound.
   pure subroutine periodic_bounds(factors, log_abs, arg, vectors, errors, bound, most, condition)
+    !> Factors A_k, shape (n, n, K)
     complex(dp), intent(in) :: factors(:, :, :)
+    !> Logarithms of the moduli and arguments of the multipliers, shapes (n); bounds on the errors of the factors, absolute in
+    !> Frobenius' norm, shape (K)
     real(dp), intent(in) :: log_abs(:), arg(:), errors(:)
+    !> Eigenvectors of the factors
     type(eigenvectors_type), intent(in) :: vectors
+    !> Bounds on |mu - rho_i| / |rho_i|, at most about 1e300; bounds on ln |mu|, valid even if rho has no correct digit; condition
+    !> numbers, the maxima of |y_i| |x_i| along the period, at least 1. Shapes (n).
     real(dp), intent(out) :: bound(:), most(:), condition(:)
     type(discs_type) :: discs
     type(error_type), allocatable :: failure
@@ -68,7 +75,7 @@ contains
     end if
   end subroutine periodic_bounds
 
-  !> The factors with a perturbation of the size of their errors, in no particular direction.
+  !> Perturbs the factors by about the size of their errors, in pseudo-random directions.
   pure subroutine move(factors, errors, moved)
     complex(dp), intent(in) :: factors(:, :, :)
     real(dp), intent(in) :: errors(:)
@@ -83,7 +90,7 @@ contains
       step = max(errors(k), rounding(factors(:, :, k))) / n
       do j = 1, n
         do i = 1, n
-          ! Squares times an irrational number, modulo 1, look random.
+          ! Squares times an irrational number, modulo 1, are well spread.
           count = count + 1
           turns = modulo(golden * count * count, 1.0_dp)
           moved(i, j, k) = factors(i, j, k) + step * exp(cmplx(0, 2 * pi * turns, dp))
@@ -92,14 +99,14 @@ contains
     end do
   end subroutine move
 
-  !> The error of a product of the matrix with unit vectors.
+  !> Bound on the rounding error of products of the matrix with unit vectors.
   pure real(dp) function rounding(a)
     complex(dp), intent(in) :: a(:, :)
 
     rounding = size(a, 1) * epsilon(1.0_dp) * norm(a)
   end function rounding
 
-  !> The discs by these eigenvectors.
+  !> Discs around the multipliers, computed with the eigenvectors `vectors`.
   pure function discs_of(factors, vectors, errors) result(discs)
     complex(dp), intent(in) :: factors(:, :, :)
     type(eigenvectors_type), intent(in) :: vectors
@@ -115,7 +122,7 @@ contains
     do k = 1, size(factors, 3)
       next = modulo(k, size(factors, 3)) + 1
       residual = matmul(factors(:, :, k), vectors%x(:, :, k)) - vectors%x(:, :, next) * spread(vectors%lambda(:, k), 1, n)
-      ! A growth of zero is moved to `least`, which counts as an error.
+      ! Replace a growth of zero by `least`; the difference counts as an error.
       least = max(rounding(factors(:, :, k)), epsilon(1.0_dp) * errors(k), tiny(1.0_dp))
       do j = 1, n
         growth = abs(vectors%lambda(j, k))
@@ -128,7 +135,7 @@ contains
         if (abs(vectors%lambda(j, k)) > 0) phase(j) = phase(j) * vectors%lambda(j, k) / abs(vectors%lambda(j, k))
       end do
     end do
-    ! Not by atan2 (gestell_floquet_multipliers): conjugates have opposite ones to the last digit.
+    ! Avoid atan2 (see gestell_floquet_multipliers): conjugates must get exactly opposite arguments.
     discs%arg = aimag(log(phase))
 
     discs%cluster = [(j, j = 1, n)]
@@ -142,8 +149,8 @@ contains
     end do
   end function discs_of
 
-  !> How far from rho_i, relative to it, the farthest point is of the discs connected with the one in which it
-  !> lies; and the greatest ln |mu| by that.
+  !> Computes, for each rho_i, the largest relative distance of a point of the discs connected with its own disc, and the maximum of
+  !> ln |mu| over these discs.
   pure subroutine bound_errors(discs, log_abs, arg, bound, most)
     type(discs_type), intent(in) :: discs
     real(dp), intent(in) :: log_abs(:), arg(:)
@@ -170,7 +177,7 @@ contains
     end do
   end subroutine bound_errors
 
-  !> The radius of a disc, relative to a multiplier.
+  !> Radius of disc `j`, relative to a multiplier with the logarithm `log_abs`.
   pure real(dp) function extent(discs, j, log_abs)
     type(discs_type), intent(in) :: discs
     integer, intent(in) :: j
@@ -183,7 +190,7 @@ contains
     end if
   end function extent
 
-  !> The ratio of two multipliers, of at most exp(far).
+  !> Ratio of two multipliers, with a modulus of at most exp(far).
   pure complex(dp) function quotient(log_abs, arg, other_log_abs, other_arg)
     real(dp), intent(in) :: log_abs, arg, other_log_abs, other_arg
 

@@ -1,4 +1,4 @@
-!> The eigenvectors at all places along the period.
+!> Computes the eigenvectors at all segments of the period from the periodic Schur form.
 module gestell_floquet_factors_periodic_eigenvectors
   use gestell_base_kinds, only: dp
   use gestell_floquet_factors_rotations, only: norm, rotate, swapping
@@ -7,21 +7,21 @@ module gestell_floquet_factors_periodic_eigenvectors
 
   public :: periodic_eigenvectors
 
-  !> Right eigenvectors, the unit columns of X_k, and left ones, the rows of Y_k = X_k^-1, with
+  !> Right eigenvectors are the unit columns of X_k, left ones the rows of Y_k = X_k^-1, with
   !>
-  !>     A_k X_k = X_{k+1} diag(lambda_k),   X_{K+1} = X_1,   prod_k lambda_k(i) = rho_i;
-  !>
-  !> shapes: x, y (n, n, K), lambda (n, K).
+  !>     A_k X_k = X_{k+1} diag(lambda_k),   X_{K+1} = X_1,   prod_k lambda_k(i) = rho_i.
   type, public :: eigenvectors_type
+    !> X and Y, shapes (n, n, K), and lambda, shape (n, K), for K factors.
     complex(dp), allocatable :: x(:, :, :), y(:, :, :), lambda(:, :)
   end type eigenvectors_type
 
 contains
 
-  !> The eigenvectors from the periodic Schur form of the factors, q and r, shapes (n, n, K).
-  !> Multiplier i is swapped to the first position of the form, where its Schur vectors are x, and to the last, where they
-  !> are conjg(y). Where multipliers are the same and share an eigenvector, X_k is singular: Y_k is then large, and
-  !> Y_k X_k = E holds on the diagonal only.
+  !> Computes the eigenvectors from the periodic Schur form `q` and `r`, shapes (n, n, K).
+  !>
+  !> Multiplier i is swapped to the first position of the form, where its Schur vectors are x, and to the last, where they are
+  !> conjg(y). If equal multipliers share an eigenvector, X_k is singular: Y_k is then large, and only the diagonal of Y_k X_k
+  !> equals that of E.
   pure subroutine periodic_eigenvectors(q, r, vectors)
     complex(dp), intent(in) :: q(:, :, :), r(:, :, :)
     type(eigenvectors_type), intent(out) :: vectors
@@ -35,7 +35,7 @@ contains
     allocate(regular, source=r)
     do k = 1, size(r, 3)
       do i = 1, n
-        ! Zeros, moved by roundoff, have eigenvectors of their own.
+        ! Replace zeros by roundoff: the eigenvectors are then defined.
         if (abs(r(i, i, k)) < tiny(1.0_dp)) regular(i, i, k) = epsilon(1.0_dp) * norm(r(:, :, k))
       end do
     end do
@@ -52,7 +52,7 @@ contains
     end do
   end subroutine periodic_eigenvectors
 
-  !> The form with the multiplier at position `from` moved to position `to`, the others in order.
+  !> Computes the Schur form with the multiplier at position `from` moved to position `to`. The order of the others is kept.
   pure subroutine moved(from, to, q, r, q_moved, r_moved)
     integer, intent(in) :: from, to
     complex(dp), intent(in) :: q(:, :, :), r(:, :, :)

@@ -1,4 +1,5 @@
-!> The periodic Schur form: the multipliers of a product of matrices from its factors, without the product.
+!> Computes the periodic Schur form of a sequence of matrices. It gives the eigenvalues of their product without forming the
+!> product.
 module gestell_floquet_factors_periodic_schur
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -11,14 +12,15 @@ module gestell_floquet_factors_periodic_schur
 
 contains
 
-  !> Unitary Q_1, ..., Q_K with Q_{k+1}^H A_k Q_k = R_k upper triangular, Q_{K+1} = Q_1, for the product A_K ... A_1.
-  !> All shapes (n, n, K). The multipliers prod_k R_k(i, i) descend in modulus, as far as roundoff tells them apart.
+  !> Computes unitary Q_1, ..., Q_K such that Q_{k+1}^H A_k Q_k = R_k is upper triangular, with Q_{K+1} = Q_1, for the product A_K
+  !> ... A_1. All shapes are (n, n, K). The multipliers prod_k R_k(i, i) are sorted by descending modulus as far as roundoff
+  !> permits.
   !>
-  !> The complex periodic QR algorithm (Bojanczyk, Golub and Van Dooren 1992; Kressner, BIT 41 (2001) 736): Hessenberg
-  !> form of A_K and triangular ones of the others, then sweeps with one implicit shift each. Each factor comes out with
-  !> an error of the order of roundoff times its norm, whatever the product's range. Zeros on the diagonals need no case
-  !> of their own: a sweep without shift moves them to the end, where the next one separates them.
-  !> Error: a factor is not finite, or no convergence.
+  !> The method is the complex periodic QR algorithm (Bojanczyk, Golub and Van Dooren 1992; Kressner, BIT 41 (2001) 736). It reduces
+  !> A_K to Hessenberg form and the other factors to triangular form, then applies sweeps with one implicit shift each. The error of
+  !> each factor is of the order of roundoff times its norm, whatever the range of the product. Zeros on the diagonals need no
+  !> special treatment: a sweep without shift moves them to the end, where the next sweep separates them. Errors: a factor is not
+  !> finite; no convergence.
   pure subroutine periodic_schur(factors, q, r, error)
     complex(dp), intent(in) :: factors(:, :, :)
     complex(dp), intent(out) :: q(:, :, :), r(:, :, :)
@@ -46,8 +48,8 @@ contains
     end do
   end subroutine periodic_schur
 
-  !> ln |rho_i| and arg rho_i in (-pi, pi], shape (n), of rho_i = prod_k R_k(i, i): no under- or overflow. Of a multiplier
-  !> that is zero, ln |rho| is that of the smallest number.
+  !> Computes ln |rho_i| and the argument of rho_i = prod_k R_k(i, i), in (-pi, pi], without under- or overflow; shapes (n). A
+  !> multiplier that is zero gets the logarithm of the smallest positive number.
   pure subroutine periodic_multipliers(r, log_abs, arg)
     complex(dp), intent(in) :: r(:, :, :)
     real(dp), intent(out) :: log_abs(:), arg(:)
@@ -66,7 +68,7 @@ contains
     end do
   end subroutine periodic_multipliers
 
-  !> R_1, ..., R_{K-1} triangular and R_K upper Hessenberg, in place of the factors.
+  !> Reduces R_1, ..., R_{K-1} to triangular and R_K to upper Hessenberg form, in place of the factors.
   pure subroutine reduce(r, q)
     complex(dp), intent(inout) :: r(:, :, :)
     complex(dp), intent(out) :: q(:, :, :)
@@ -101,7 +103,7 @@ contains
     end do
   end subroutine reduce
 
-  !> Sweeps until R_K is triangular too.
+  !> Applies sweeps until R_K is triangular too.
   pure subroutine iterate(r, q, error)
     complex(dp), intent(inout) :: r(:, :, :), q(:, :, :)
     type(error_type), allocatable, intent(out) :: error
@@ -124,7 +126,7 @@ contains
       end if
       sweeps = sweeps + 1
       if (modulo(sweeps, patience) == 0) then
-        ! Zeros of what is zero to roundoff in the block of the triangular factors (of a norm of about 1).
+        ! Set elements of the triangular factors to zero if they are zero to roundoff. The norms of the factors are about 1.
         associate (block => r(low:high, low:high, :size(r, 3) - 1))
           where (abs(block) < 10 * size(r, 1) * epsilon(1.0_dp)) block = 0
         end associate
@@ -133,7 +135,7 @@ contains
     end do
   end subroutine iterate
 
-  !> The row where the unreduced block of the Hessenberg matrix `h` starts that ends in the row `high`.
+  !> First row of the unreduced block of the Hessenberg matrix `h` that ends in row `high`.
   pure integer function block_start(h, high)
     complex(dp), intent(in) :: h(:, :)
     integer, intent(in) :: high
@@ -146,8 +148,8 @@ contains
     block_start = 1
   end function block_start
 
-  !> The direction of the first column of (product of the block) - shift E, with Wilkinson's shift from the end of the
-  !> product. Every tenth sweep has one of no meaning, which ends rare cycles.
+  !> Direction of the first column of (product of the block) - shift E, with Wilkinson's shift from the end of the product. Every
+  !> tenth sweep uses an arbitrary direction, which ends rare cycles.
   pure function first_direction(r, low, high, sweeps) result(v)
     complex(dp), intent(in) :: r(:, :, :)
     integer, intent(in) :: low, high, sweeps
@@ -158,7 +160,7 @@ contains
     last = size(r, 3)
     v = unit(r(low:low + 1, low, last))
     if (modulo(sweeps, 10) == 0) v = [(0.6_dp, 0.0_dp), (0.48_dp, 0.64_dp)]
-    ! A triangular factor (of a norm of about 1) that is singular to roundoff: sweeps without shift separate zeros.
+    ! Use no shift if a triangular factor is singular to roundoff (norms are about 1): such sweeps separate zeros.
     if (modulo(sweeps, 10) == 0 .or. any([(any(abs(r(i, i, :last - 1)) < epsilon(1.0_dp)), i = low, high)])) return
 
     first = max(low, high - 2)
@@ -181,8 +183,8 @@ contains
     v = unit(v)
   end function first_direction
 
-  !> Wilkinson's shift, the eigenvalue of t (2, 2) that is nearer to t(2, 2), unless the other is much smaller: that one
-  !> settles at the end of a product of graded factors, where sweeps towards the larger one can turn in circles.
+  !> Wilkinson's shift: the eigenvalue of t, shape (2, 2), that is nearer to t(2, 2). If the other eigenvalue is much smaller, that
+  !> one is the shift. It converges at the end of a product of graded factors, where sweeps towards the larger eigenvalue may cycle.
   pure function shift_of(t) result(shift)
     complex(dp), intent(in) :: t(2, 2)
     complex(dp) :: shift, mean, root
@@ -195,7 +197,7 @@ contains
     if (abs(mean + root) < much * abs(shift)) shift = mean + root
   end function shift_of
 
-  !> One sweep through the block, which starts in the direction `v`.
+  !> Performs one sweep through the block, beginning with the rotation whose first column is `v`.
   pure subroutine sweep(r, q, low, high, v)
     complex(dp), intent(inout) :: r(:, :, :), q(:, :, :)
     integer, intent(in) :: low, high
@@ -215,7 +217,7 @@ contains
     end do
   end subroutine sweep
 
-  !> Swaps neighbours until the moduli descend, unless they are too close for a swap without error.
+  !> Sorts the multipliers by descending modulus. Neighbours too close to be swapped without error are left in place.
   pure subroutine order(r, q)
     complex(dp), intent(inout) :: r(:, :, :), q(:, :, :)
     real(dp), parameter :: close = sqrt(epsilon(1.0_dp)), exact = 1.0e3_dp * epsilon(1.0_dp)

@@ -1,7 +1,7 @@
-!> Rotations of a periodic sequence of triangular factors in one plane, the step of every periodic algorithm here.
+!> Rotates a periodic sequence of triangular factors in one plane: the basic step of the periodic Schur form.
 !>
-!> The unit vector v_k is the first column of the rotation G_k = [p, -conj(q); q, conj(p)] of the plane (i, i + 1) before
-!> the factor R_k. Where R_k v_k is along v_{k+1}, G_{k+1}^H R_k G_k stays triangular.
+!> The unit vector v_k is the first column of the rotation G_k = [p, -conj(q); q, conj(p)] of the plane (i, i + 1) before the factor
+!> R_k. If R_k v_k is parallel to v_{k+1}, G_{k+1}^H R_k G_k stays triangular.
 module gestell_floquet_factors_rotations
   use gestell_base_kinds, only: dp
   implicit none (type, external)
@@ -11,7 +11,7 @@ module gestell_floquet_factors_rotations
 
 contains
 
-  !> w / |w|, with small components to their full precision; (1, 0) for zero.
+  !> The unit vector w / |w|, with full precision even for very small w; (1, 0) for zero.
   pure function unit(w)
     complex(dp), intent(in) :: w(2)
     complex(dp) :: unit(2)
@@ -26,7 +26,7 @@ contains
     end if
   end function unit
 
-  !> Divides `values` by a power of two that brings the largest to [1/2, 1), and adds it to `exponents`.
+  !> Divides `values` by the power of two that brings the largest component into [1/2, 1). Adds its exponent to `exponents`.
   pure subroutine normalise(values, exponents)
     complex(dp), intent(inout) :: values(:)
     integer, intent(inout) :: exponents
@@ -36,12 +36,12 @@ contains
     largest = max(maxval(abs(real(values))), maxval(abs(aimag(values))))
     if (largest < tiny(1.0_dp)) return
     e = exponent(largest)
-    ! In two halves: 2^-e itself may lie outside the range.
+    ! Divide twice: 2^-e itself may overflow.
     values = values * scale(1.0_dp, -e / 2) * scale(1.0_dp, -(e - e / 2))
     exponents = exponents + e
   end subroutine normalise
 
-  !> Frobenius' norm, also of very small numbers.
+  !> Frobenius' norm of `a`, without underflow of the squares.
   pure real(dp) function norm(a)
     complex(dp), intent(in) :: a(:, :)
     real(dp) :: largest
@@ -50,7 +50,7 @@ contains
     norm = largest * norm2(abs(a) / largest)
   end function norm
 
-  !> v_2, ..., v_K from v_1 through the blocks (i, i + 1) of R_1, ..., R_{K-1}. Shapes: r (n, n, K), v (2, K).
+  !> Computes v_2, ..., v_K from v_1 through the blocks (i, i + 1) of R_1, ..., R_{K-1}. Shapes: r (n, n, K), v (2, K).
   pure subroutine cascade(r, i, v)
     complex(dp), intent(in) :: r(:, :, :)
     integer, intent(in) :: i
@@ -62,7 +62,7 @@ contains
     end do
   end subroutine cascade
 
-  !> The direction of R_k v.
+  !> Unit vector along R_k v, within the block (i, i + 1).
   pure function forward(r, i, k, v) result(w)
     complex(dp), intent(in) :: r(:, :, :), v(2)
     integer, intent(in) :: i, k
@@ -71,7 +71,7 @@ contains
     w = unit([r(i, i, k) * v(1) + r(i, i + 1, k) * v(2), r(i + 1, i + 1, k) * v(2)])
   end function forward
 
-  !> The direction of R_k^-1 v.
+  !> Unit vector along R_k^-1 v, within the block (i, i + 1).
   pure function backward(r, i, k, v) result(w)
     complex(dp), intent(in) :: r(:, :, :), v(2)
     integer, intent(in) :: i, k
@@ -80,12 +80,15 @@ contains
     w = unit([r(i + 1, i + 1, k) * v(1) - r(i, i + 1, k) * v(2), r(i, i, k) * v(2)])
   end function backward
 
-  !> R_k <- G_{k+1}^H R_k G_k and Q_k <- Q_k G_k for all k, G_{K+1} = G_1. The entries (i + 1, i) of R_1, ..., R_{K-1}
-  !> become zero. R_K may have entries below its diagonal: down to the row `bottom` in the columns i and i + 1, and
-  !> from the column `left` on in the rows i and i + 1.
+  !> Replaces R_k by G_{k+1}^H R_k G_k and Q_k by Q_k G_k for all k, with G_{K+1} = G_1. Sets the elements (i + 1, i) of R_1, ...,
+  !> R_{K-1} to zero.
   pure subroutine rotate(r, q, i, v, left, bottom)
+    !> Triangular factors and unitary matrices, shapes (n, n, K)
     complex(dp), intent(inout) :: r(:, :, :), q(:, :, :)
+    !> `i`: first index of the plane. R_K may have elements below its diagonal: in columns i and i + 1 down to row `bottom`, in rows
+    !> i and i + 1 from column `left` on.
     integer, intent(in) :: i, left, bottom
+    !> First columns of the rotations, shape (2, K)
     complex(dp), intent(in) :: v(:, :)
     integer :: k, last
 
@@ -101,7 +104,7 @@ contains
     call rotate_columns(q(:, i:i + 1, last), v(:, last))
   end subroutine rotate
 
-  !> m (:, 2) <- m G.
+  !> Replaces m, shape (:, 2), by m G; `v` is the first column of G.
   pure subroutine rotate_columns(m, v)
     complex(dp), intent(inout) :: m(:, :)
     complex(dp), intent(in) :: v(2)
@@ -115,7 +118,7 @@ contains
     end do
   end subroutine rotate_columns
 
-  !> m (2, :) <- G^H m.
+  !> Replaces m, shape (2, :), by G^H m; `v` is the first column of G.
   pure subroutine rotate_rows(m, v)
     complex(dp), intent(inout) :: m(:, :)
     complex(dp), intent(in) :: v(2)
@@ -129,13 +132,17 @@ contains
     end do
   end subroutine rotate_rows
 
-  !> The rotations that swap the multipliers at (i, i) and (i + 1, i + 1): v is the sequence of eigenvectors of the
-  !> blocks for the second. With the product [A B; 0 D] of the blocks, v_1 is along (B, D - A); the rest follows forward
-  !> if |D| > |A|, else backward, where errors decay. `gap` is the error of R_K, relative to its block, by which
-  !> the sequence fails to close after a turn: roundoff, unless A and D are the same to roundoff.
+  !> Computes the rotations that swap the multipliers at (i, i) and (i + 1, i + 1).
+  !>
+  !> v is the sequence of eigenvectors of the blocks for the second multiplier. With the product [A B; 0 D] of the blocks, v_1 is
+  !> parallel to (B, D - A). The other vectors follow forward if |D| >= |A|, else backward, so that errors decay. `gap` is the
+  !> relative error of the block of R_K by which the sequence fails to close after a period. It is at roundoff unless A and D agree
+  !> to roundoff.
   pure subroutine swapping(r, i, v, gap)
+    !> Triangular factors, shape (n, n, K)
     complex(dp), intent(in) :: r(:, :, :)
     integer, intent(in) :: i
+    !> First columns of the rotations, shape (2, K)
     complex(dp), intent(out) :: v(:, :)
     real(dp), intent(out) :: gap
     integer, parameter :: turns = 3
@@ -165,7 +172,7 @@ contains
           end do
           start = v(:, 1)
         end if
-        ! The part of R_K v_K across v_1, relative to R_K.
+        ! Component of R_K v_K perpendicular to v_1, relative to the block of R_K.
         image = matmul(r(i:i + 1, i:i + 1, size(r, 3)), v(:, size(r, 3)))
         gap = abs(image(1) * v(2, 1) - image(2) * v(1, 1)) / max(maxval(abs(r(i:i + 1, i:i + 1, size(r, 3)))), tiny(1.0_dp))
         if (gap < 8 * epsilon(1.0_dp)) exit
