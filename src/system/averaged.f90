@@ -1,5 +1,5 @@
-!> The averaged model of a mechanical system with periodic coefficients: the means of M, B, C over the period in their
-!> place, the load h(t) as it is,
+!> The averaged model of a mechanical system with periodic coefficients. M, B, C are replaced by their means over the period; the
+!> load h(t) is kept:
 !>
 !>     <M> q'' + <B> q' + <C> q = h(t).
 module gestell_system_averaged
@@ -11,11 +11,11 @@ module gestell_system_averaged
   public :: average, term_size
 
   type, extends(second_order_system), public :: averaged_system
-    !> The means, and bounds on the errors of their elements, shape (f, f).
+    !> Means of M, B, C, and bounds on the errors of their elements; each of shape (f, f)
     real(dp), allocatable, dimension(:, :) :: m, b, c, m_error, b_error, c_error
-    !> Samples of the coefficients that were taken.
+    !> Number of samples of the coefficients
     integer :: evaluations = 0
-    !> Where the load comes from.
+    !> The system with periodic coefficients, which provides the load
     class(second_order_system), allocatable :: whole
   contains
     procedure :: matrices
@@ -24,16 +24,18 @@ module gestell_system_averaged
     procedure :: conserves
   end type averaged_system
 
-  !> The estimate of an error, times this, is called a bound.
+  !> Safety factor: an error bound is this factor times the error estimate.
   real(dp), parameter :: safety = 4
-  !> More samples than this are not taken; and so many at a time.
+  !> Maximum number of samples, and number of samples taken at a time
   integer, parameter :: most_points = 2**18, block_length = 1024
 
 contains
 
-  !> The averaged model of `system`. Means by the trapezoidal rule, its points doubled until two doublings in a row have
-  !> changed nothing but roundings: for smooth coefficients the error falls faster than any power of their number. With N
-  !> points a jump costs up to its height / N, and there is one at every break and where one period meets the next at most.
+  !> Computes the averaged model of `system` with bounds on the errors of the means.
+  !>
+  !> The means are computed by the trapezoidal rule. The number of points doubles until two successive doublings change nothing but
+  !> roundings: for smooth coefficients the error falls faster than any power of the number of points. Where coefficients jump, N
+  !> points have an error of up to the jump / N. At most one jump counts for each break, and one for the end of the period.
   subroutine average(system, averaged)
     class(second_order_system), intent(in) :: system
     type(averaged_system), intent(out) :: averaged
@@ -59,8 +61,8 @@ contains
       points = 2 * points
       averaged%evaluations = points
       if (allocated(system%breaks)) change = max(change, (size(system%breaks) + 1) * range / points)
-      ! What masses that move with the period add to M, B and C may cancel, as in a balanced engine: what is left then is rounding,
-      ! and does not converge.
+      ! Moving masses contribute terms to M, B and C that may cancel, as in a balanced engine. Only rounding remains then, which
+      ! does not converge.
       do k = 1, 3
         terms(:, :, k) = (2 * pi / system%period)**(k - 1) * term_size(mean(:, :, 1))
       end do
@@ -75,8 +77,8 @@ contains
     averaged%c_error = change(:, :, 3)
   end subroutine average
 
-  !> How large the terms may be that an element is the sum of: |a_ik|, or sqrt(a_ii a_kk), which those of masses and
-  !> springs do not exceed even where they cancel.
+  !> Bound on the size of the terms whose sum is an element of `a`: the larger of |a_ik| and sqrt(a_ii a_kk). Terms of masses and
+  !> springs do not exceed it even where they cancel.
   pure function term_size(a) result(size_of)
     real(dp), intent(in) :: a(:, :)
     real(dp) :: size_of(size(a, 1), size(a, 2))
@@ -87,8 +89,8 @@ contains
     size_of = max(abs(a), spread(root, 1, size(root)) * spread(root, 2, size(root)))
   end function term_size
 
-  !> Means of M, B, C over equidistant points, the first at `shift` of their distance, and of the elements' moduli; more
-  !> than greatest less least element; shapes (f, f, 3).
+  !> Computes the means of M, B, C and of the moduli of their elements over equidistant points, and a bound on maximum minus minimum
+  !> of each element; shapes (f, f, 3). The first point lies at `shift` times the distance of the points.
   subroutine means(system, points, shift, mean, magnitude, range)
     class(second_order_system), intent(in) :: system
     integer, intent(in) :: points
@@ -108,7 +110,7 @@ contains
       allocate(samples(count, f, f, 3))
       call system%sample_second_order([((done + k - 1 + shift) / points, k = 1, count)], &
         & samples(:, :, :, 1), samples(:, :, :, 2), samples(:, :, :, 3))
-      ! Differences are summed: equal samples, one upon the other, would be rounded in the same direction.
+      ! Sums differences from the first sample: adding many equal samples would round them all in the same direction.
       if (done == 0) start = samples(1, :, :, :)
       magnitude = magnitude + sum(abs(samples), dim=1)
       samples = samples - spread(start, 1, count)
@@ -152,13 +154,14 @@ contains
     c = spread(self%c, 1, size(phases))
   end subroutine sample_second_order
 
-  !> The mean of a Lagrangian is one.
+  !> True if the coefficients are those of a Lagrangian without damping. The mean of a Lagrangian is a Lagrangian, so the answer is
+  !> that for the whole system.
   pure logical function conserves(self, chosen)
     class(averaged_system), intent(in) :: self
     integer, intent(in) :: chosen(:)
     integer :: i
 
-    ! it is solved as a whole, its states as if all were coupled
+    ! The averaged system is solved as a whole, as if all states were coupled.
     conserves = size(chosen) > 0
     if (conserves) conserves = self%whole%conserves([(i, i = 1, self%states / 2)])
   end function conserves

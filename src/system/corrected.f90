@@ -1,8 +1,9 @@
-!> What a motion lacks of the periodic motion of M q'' + B q' + C q = h, as a system of its own: the same M, B, C with the load
+!> Corrects an approximate periodic motion of M q'' + B q' + C q = h. The error of the motion solves a system with the same M, B, C
+!> and the load
 !>
 !>     h - M q'' - B q' - C q
 !>
-!> along that motion. A coarse solution of it improves the motion by as many digits as it has itself.
+!> of the approximate motion. A coarse solution of this system improves the motion by as many digits as the solution has itself.
 module gestell_system_corrected
   use gestell_base_kinds, only: dp, pi
   use gestell_math_series_trigonometric, only: series_type
@@ -15,7 +16,7 @@ module gestell_system_corrected
   type, extends(second_order_system), public :: corrected_system_type
     private
     class(second_order_system), pointer :: inner => null()
-    !> The motion of the degrees of freedom `free` of `inner`, over theta = 2 pi t/T.
+    !> Approximate motion as functions of theta = 2 pi t/T; the functions numbered `free` are the degrees of freedom of `inner`
     type(series_type) :: motion
     integer, allocatable :: free(:)
   contains
@@ -25,7 +26,8 @@ module gestell_system_corrected
 
 contains
 
-  !> `motion` holds functions of which those numbered `free` are the degrees of freedom of `inner`.
+  !> Returns the system for the error of `motion`. The functions of `motion` numbered `free` are the degrees of freedom of `inner`,
+  !> which the result points to.
   function corrected_system(inner, motion, free) result(corrected)
     class(second_order_system), intent(in), target :: inner
     type(series_type), intent(in) :: motion

@@ -1,4 +1,4 @@
-!> A family of systems that depends on a few parameters: what a sweep or a border is about.
+!> A family of systems that depends on a few parameters; sweeps and stability boundaries are computed for a family.
 module gestell_system_family
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -8,6 +8,7 @@ module gestell_system_family
 
   public :: take_member
 
+  !> Base type of all families: an extension provides `member`.
   type, abstract, public :: family_type
   contains
     procedure(member_at), deferred :: member
@@ -15,9 +16,9 @@ module gestell_system_family
   end type family_type
 
   abstract interface
-    !> The system at these parameters, shape (number of parameters). Called from one thread at a time.
-    !> Errors: `impossible_mechanism` where the parameters allow no assembly; `invalid_input` where they make no sense;
-    !> `failed_computation` where no vibration was found that the system is about.
+    !> Creates the system at these parameters, shape (number of parameters). Calls come from one thread at a time.
+    !> Errors: `impossible_mechanism` if the mechanism cannot be assembled; `invalid_input` if the parameters are invalid;
+    !> `failed_computation` if no vibration exists about which the system could be linearised.
     subroutine member_at(self, parameters, system, error)
       import :: dp, error_type, family_type, periodic_system
       implicit none (type, external)
@@ -30,7 +31,7 @@ module gestell_system_family
 
 contains
 
-  !> Whether the mechanism is the same in all members that are frames: not unless a family says so.
+  !> True if all members that are frames have the same mechanism. False unless a family overrides this.
   pure logical function not_known(self)
     class(family_type), intent(in) :: self
 
@@ -39,8 +40,8 @@ contains
     not_known = .false.
   end function not_known
 
-  !> The member of `family` at these parameters: all studies come through here. Errors: its own; there is no system, or one whose
-  !> components make no sense.
+  !> Returns the member of `family` at these parameters after checking it. All studies get their systems through this procedure.
+  !> Errors: those of the family; the family returns no system; the system is invalid.
   subroutine take_member(family, parameters, system, error)
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: parameters(:)

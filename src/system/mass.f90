@@ -1,4 +1,4 @@
-!> The accelerations from M a = r at many phases at once.
+!> Solves M a = r for the accelerations at many phases at once.
 module gestell_system_mass
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -12,8 +12,8 @@ module gestell_system_mass
 
 contains
 
-  !> M^-1 R in place of R, shapes (points, f, f) and (points, f, columns); the diagonal of M is about 1. NaN where M is
-  !> singular.
+  !> Replaces R by M^-1 R, shapes (points, f, f) and (points, f, columns). The diagonal of M must be about 1. The result is NaN
+  !> where M is singular.
   subroutine solve_mass(m, r)
     real(dp), contiguous, intent(in) :: m(:, :, :)
     real(dp), contiguous, intent(inout) :: r(:, :, :)
@@ -35,7 +35,8 @@ contains
     end do
   end subroutine solve_mass
 
-  !> The points from `first` on, side by side: 0 + E M^-1 R is a Schur complement. What is not `safe` stays as it was.
+  !> Solves at `lanes` points from `first` on, side by side: M^-1 R = 0 + E M^-1 R is a Schur complement. Elimination is without row
+  !> exchanges; R is unchanged at points where this is not `safe`.
   subroutine solve_lanes(first, m, r, w, safe)
     integer, intent(in) :: first
     real(dp), contiguous, intent(in) :: m(:, :, :)
@@ -67,7 +68,7 @@ contains
     end if
   end subroutine solve_lanes
 
-  !> One point, with exchanges of rows.
+  !> Solves at one point, with row exchanges.
   subroutine solve_point(k, m, r)
     integer, intent(in) :: k
     real(dp), contiguous, intent(in) :: m(:, :, :)

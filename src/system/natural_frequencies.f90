@@ -14,9 +14,9 @@ module gestell_system_natural_frequencies
 
 contains
 
-  !> Natural angular frequencies (rad/s), ascending, one for each degree of freedom; 0: nothing holds the system in some direction.
-  !> Negative: minus a rate of growth, of an unstable spring without enough gyroscopic moment.
-  !> Errors: M is not positive definite; the numbers overflow.
+  !> Computes the natural angular frequencies (rad/s), ascending, one for each degree of freedom. A zero means that nothing holds
+  !> the system in some direction. A negative value is minus the growth rate (1/s) of an unstable motion.
+  !> Errors: M is not positive definite; overflow.
   subroutine solve_natural_frequencies(m, g, c, frequencies, error)
     real(dp), intent(in) :: m(:, :), g(:, :), c(:, :)
     real(dp), allocatable, intent(out) :: frequencies(:)
@@ -34,7 +34,7 @@ contains
       call fatal_error(error, "natural frequencies leave the range of the numbers", failed_computation)
       return
     end if
-    ! Of a singular C rounding is left.
+    ! If C is singular only rounding remains of its zero eigenvalues.
     where (abs(squares) <= 4 * size(squares) * epsilon(1.0_dp) * maxval(abs(squares))) squares = 0
     frequencies = sign(sqrt(abs(squares)), squares)
     if (.not. allocated(vectors)) return
@@ -46,9 +46,9 @@ contains
     end if
   end subroutine solve_natural_frequencies
 
-  !> Replaces the frequencies w without G by those with it, shape (n), by its `modal` elements. With W = diag(w) the states
-  !> (W q, q') have the antisymmetric matrix S = [0, W; -W, -G], whose eigenvalues are +-i times the frequencies: those of the
-  !> symmetric [0, -S; S, 0], each twice.
+  !> Replaces the frequencies w of the system without G by those with G, shape (n). `modal` is G in modal coordinates. With W =
+  !> diag(w) the states (W q, q') have the antisymmetric matrix S = [0, W; -W, -G]. Its eigenvalues are +-i times the frequencies,
+  !> which are computed as the eigenvalues of the symmetric [0, -S; S, 0], where each occurs twice.
   subroutine solve_held(w, modal, error)
     real(dp), intent(inout) :: w(:)
     real(dp), intent(in) :: modal(:, :)
@@ -73,7 +73,8 @@ contains
     where (w <= 8 * n * epsilon(1.0_dp) * maxval(w)) w = 0
   end subroutine solve_held
 
-  !> The same where a spring is unstable.
+  !> Computes the frequencies with G where the stiffness is unstable, by the eigenvalues of the first-order matrix; negative values
+  !> are minus growth rates.
   subroutine solve_unstable(squares, modal, w, error)
     real(dp), intent(in) :: squares(:), modal(:, :)
     real(dp), intent(out) :: w(:)

@@ -1,4 +1,4 @@
-!> Periodic systems that fall into parts which do not act on each other.
+!> Splits periodic systems into parts that do not act on each other.
 module gestell_system_part
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -9,7 +9,7 @@ module gestell_system_part
 
   public :: find_parts, part_of
 
-  !> The states `chosen` of another system.
+  !> The states `chosen` of the system `whole`, as a system of its own
   type, extends(periodic_system) :: first_order_part
     class(periodic_system), allocatable :: whole
     integer, allocatable :: chosen(:)
@@ -19,7 +19,7 @@ module gestell_system_part
     procedure :: sample
   end type first_order_part
 
-  !> The degrees of freedom `chosen` of another system.
+  !> The degrees of freedom `chosen` of the system `whole`, as a system of its own
   type, extends(second_order_system) :: second_order_part
     class(second_order_system), allocatable :: whole
     integer, allocatable :: chosen(:)
@@ -32,8 +32,8 @@ module gestell_system_part
 
 contains
 
-  !> The number of the part to which each state (each degree of freedom of a second-order system) belongs, from 1.
-  !> Error: the table `coupled` has not a row and a column for each of them.
+  !> Finds the part to which each state (each degree of freedom of a second-order system) belongs. Parts are numbered from 1.
+  !> Error: the table `coupled` has the wrong shape.
   subroutine find_parts(system, parts, error)
     class(periodic_system), intent(in) :: system
     integer, allocatable, intent(out) :: parts(:)
@@ -46,7 +46,7 @@ contains
     wanted = system%states
     select type (system)
     class is (second_order_system)
-      ! What is all coupled may say so of the states.
+      ! A second-order system that is all coupled may return a table for its states.
       if (.not. (all(coupled) .and. n == system%states)) wanted = system%states / 2
     end select
     if (any(shape(coupled) /= wanted)) then
@@ -63,13 +63,13 @@ contains
       end do
     end do
     do k = n, 1, -1
-      ! Numbers without a gap.
+      ! Renumbers the parts without gaps.
       if (count(parts == k) == 0) where (parts > k) parts = parts - 1
     end do
   end subroutine find_parts
 
-  !> The part of `system` that consists of the states (degrees of freedom) `chosen`, on which the others do not act; and
-  !> its `states` in those of the whole.
+  !> Extracts the part of `system` that consists of the states (degrees of freedom) `chosen`. The others must not act on it.
+  !> `states`: numbers of the states of the part in the whole system.
   subroutine part_of(system, chosen, part, states)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: chosen(:)
@@ -122,7 +122,7 @@ contains
     real(dp), allocatable :: full_p(:, :, :), full_f(:, :)
 
     allocate(full_p(self%whole%states, self%whole%states, size(phases)))
-    ! What is not allocated is absent where it is an argument.
+    ! An unallocated variable counts as an absent argument.
     if (present(f)) allocate(full_f(self%whole%states, size(phases)))
     call self%whole%sample(phases, full_p, full_f)
     if (present(f)) f = full_f(self%chosen, :)

@@ -1,9 +1,9 @@
-!> The contract between models and Floquet numerics: a linear system with periodic coefficients,
+!> Interface between models and Floquet analysis: a linear system with periodic coefficients,
 !>
 !>     x' = P(t) x + f(t),   P(t + T) = P(t),   f(t + T) = f(t).                                   (20)
 !>
-!> A model extends `periodic_system`, sets `states` and `period`, and gives `matrix` (and `forcing` if there is one).
-!> Where M q'' + B q' + C q = h is at hand, extend `second_order_system` instead: nothing is inverted then.
+!> A model extends `periodic_system`, sets `states` and `period`, and provides `matrix` (and `forcing` if there is any). For
+!> equations M q'' + B q' + C q = h extend `second_order_system` instead: it avoids inverting M.
 module gestell_system_periodic
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -15,18 +15,18 @@ module gestell_system_periodic
   public :: check_periodic
 
   type, abstract, public :: periodic_system
-    !> Number of states n.
+    !> Number of states n
     integer :: states = 0
-    !> Period T > 0; its unit is the unit of t.
+    !> Period T > 0, in the unit of t
     real(dp) :: period = 0
-    !> Where the coefficients jump: times in (0, T), ascending. Steps of the integration end there.
+    !> Times in (0, T), ascending, at which the coefficients jump. Integration steps end there.
     real(dp), allocatable :: breaks(:)
-    !> Equal steps over the period that resolve the fastest change of the coefficients. Methods with others embedded in them take as
-    !> many nodes at least as these steps have with six stages, the others no fewer steps.
+    !> Number of equal steps per period that resolves the fastest change of the coefficients. Methods with embedded methods use at
+    !> least as many nodes as these steps have with six stages; other methods use at least as many steps.
     integer :: least_steps = 8
-    !> Relative error of the coefficients' effect over a period by their own rounding.
+    !> Relative error over a period that rounding of the coefficients causes
     real(dp) :: rounding = epsilon(1.0_dp)
-    !> What the forcing's rounding adds to that of the forced motion, as where forces cancel.
+    !> Additional relative error of the forced motion by rounding of the forcing, for instance where forces cancel
     real(dp) :: load_rounding = 0
   contains
     procedure(matrix_at), deferred :: matrix
@@ -39,7 +39,7 @@ module gestell_system_periodic
   end type periodic_system
 
   abstract interface
-    !> P(t), shape (n, n), at a time in [0, T].
+    !> Computes P(t), shape (n, n), at a time in [0, T].
     subroutine matrix_at(self, t, p)
       import :: periodic_system, dp
       implicit none (type, external)
@@ -49,12 +49,12 @@ module gestell_system_periodic
     end subroutine matrix_at
   end interface
 
-  !> `least_steps` at the most.
+  !> Maximum of `least_steps`
   integer, parameter :: most_least_steps = 2**17
 
 contains
 
-  !> Takes over from the system that this one is made of: the period, its breaks, how finely it must be resolved, its roundings.
+  !> Copies period, breaks, resolution and rounding errors from the system `from`, which this one is derived from.
   pure subroutine inherit(self, from)
     class(periodic_system), intent(inout) :: self
     class(periodic_system), intent(in) :: from
@@ -66,9 +66,10 @@ contains
     if (allocated(from%breaks)) self%breaks = from%breaks
   end subroutine inherit
 
-  !> Whether the components make sense; every procedure that solves a system asks this first. A model with more to check
-  !> overrides it and calls this one too. Errors: no states; a period that is not positive and finite; breaks that are not ascending
-  !> within it; `least_steps` or `rounding` out of range.
+  !> Checks the components of the system. Every procedure that solves a system calls this first. A model with more to check
+  !> overrides it and calls this one too.
+  !> Errors: no states; a period that is not positive and finite; breaks that are not ascending within the period; `least_steps` or
+  !> a rounding error out of range.
   subroutine check_periodic(self, error)
     class(periodic_system), intent(in) :: self
     type(error_type), allocatable, intent(out) :: error
@@ -92,7 +93,7 @@ contains
     end if
   end subroutine check_periodic
 
-  !> f(t), shape (n): zero unless a model says otherwise.
+  !> Computes f(t), shape (n). Zero unless a model overrides this.
   subroutine no_forcing(self, t, f)
     class(periodic_system), intent(in) :: self
     real(dp), intent(in) :: t
@@ -103,8 +104,8 @@ contains
     f = 0
   end subroutine no_forcing
 
-  !> Which states (of a second-order system: which degrees of freedom) act on each other through P, symmetric. Those that
-  !> never do are solved apart; a model that knows of such overrides this: all are taken as coupled.
+  !> Table of the states (of a second-order system: degrees of freedom) that act on each other through P; symmetric. Parts that
+  !> never act on each other are solved separately. All states count as coupled unless a model overrides this.
   function all_coupled(self) result(coupled)
     class(periodic_system), intent(in) :: self
     logical, allocatable :: coupled(:, :)
@@ -112,9 +113,9 @@ contains
     allocate(coupled(self%states, self%states), source=.true.)
   end function all_coupled
 
-  !> Whether the equations of the states (of a second-order system: degrees of freedom) `chosen`, on which the others do not act,
-  !> are those of a Lagrangian with periodic coefficients, without damping: multipliers then come in pairs rho, 1 / conj(rho). A
-  !> model that knows of such equations overrides this.
+  !> True if the equations of the states (of a second-order system: degrees of freedom) `chosen` are those of a Lagrangian with
+  !> periodic coefficients, without damping. Multipliers then come in pairs rho, 1 / conj(rho). The other states must not act on the
+  !> chosen ones. False unless a model overrides this.
   pure logical function not_known_to_conserve(self, chosen) result(conserves)
     class(periodic_system), intent(in) :: self
     integer, intent(in) :: chosen(:)
@@ -124,8 +125,8 @@ contains
     conserves = .false.
   end function not_known_to_conserve
 
-  !> P, shape (n, n, points), and where asked for f, shape (n, points), at many phases t / T in [0, 1] at once.
-  !> Integrators come through here only: a model whose coefficients are cheaper in bulk overrides it.
+  !> Computes P, shape (n, n, points), and if requested f, shape (n, points), at many phases t / T in [0, 1] at once. Integrators
+  !> call only this procedure: a model whose coefficients are cheaper in bulk overrides it.
   subroutine sample(self, phases, p, f)
     class(periodic_system), intent(in) :: self
     real(dp), intent(in) :: phases(:)

@@ -2,8 +2,8 @@
 !>
 !>     M(t) q'' + B(t) q' + C(t) q = h(t),   x = (q, q'),                                     (8), (21)
 !>
-!> as periodic systems with n = 2 f states for f degrees of freedom. Integrators that know the structure take
-!> M, B, C, h as they are; the others get P and f of (21), (22).
+!> as periodic systems with n = 2 f states for f degrees of freedom. Some integrators use M, B, C, h directly; the others use P and
+!> f of equations (21) and (22) of doc/theory.md.
 module gestell_system_second_order
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -14,7 +14,8 @@ module gestell_system_second_order
 
   public :: check_second_order, has_positions, sample_by_phase, sample_in_units, sample_traces
 
-  !> Extend this, set `states` = 2 f and `period`, give `matrices` (and `load` if there is one).
+  !> Base type of mechanical systems. An extension sets `states` = 2 f and `period`, and provides `matrices` (and `load` if there is
+  !> any).
   type, abstract, extends(periodic_system), public :: second_order_system
   contains
     procedure(matrices_at), deferred :: matrices
@@ -27,7 +28,7 @@ module gestell_system_second_order
   end type second_order_system
 
   abstract interface
-    !> M, B, C, each of shape (f, f), at a time in [0, T].
+    !> Computes M, B, C, each of shape (f, f), at a time in [0, T].
     subroutine matrices_at(self, t, m, b, c)
       import :: second_order_system, dp
       implicit none (type, external)
@@ -39,7 +40,7 @@ module gestell_system_second_order
 
 contains
 
-  !> As of any periodic system, and a state and its velocity for each degree of freedom.
+  !> Checks the components like `check_periodic`. Fails also if the number of states is odd.
   subroutine check_second_order(self, error)
     class(second_order_system), intent(in) :: self
     type(error_type), allocatable, intent(out) :: error
@@ -50,7 +51,7 @@ contains
       & // "degree of freedom", invalid_input)
   end subroutine check_second_order
 
-  !> Whether the states are positions and velocities.
+  !> True if the states are positions and velocities.
   pure logical function has_positions(system)
     class(periodic_system), intent(in) :: system
 
@@ -61,7 +62,7 @@ contains
     end select
   end function has_positions
 
-  !> h(t), shape (f): zero unless a model says otherwise.
+  !> Computes h(t), shape (f). Zero unless a model overrides this.
   subroutine no_load(self, t, h)
     class(second_order_system), intent(in) :: self
     real(dp), intent(in) :: t
@@ -72,9 +73,9 @@ contains
     h = 0
   end subroutine no_load
 
-  !> M, B, C, each of shape (points, f, f), and where asked for h, shape (points, f), at many phases t / T at once: each
-  !> coefficient over the phases lies in a row, so loops over the phases run in vectors. Integrators come through here
-  !> only: override it where coefficients are cheaper in bulk.
+  !> Computes M, B, C, each of shape (points, f, f), and if requested h, shape (points, f), at many phases t / T at once. The phase
+  !> is the first index, so that loops over the phases run in vector registers. Integrators call only this procedure: override it if
+  !> coefficients are cheaper in bulk.
   subroutine sample_second_order(self, phases, m, b, c, h)
     class(second_order_system), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)
@@ -95,19 +96,21 @@ contains
     end do
   end subroutine sample_second_order
 
-  !> U M U, U B U, U C U and U h at many phases, U = diag(units) with powers of two that make the diagonal of M about 1: in
-  !> the coordinates U^-1 q, elimination with pivots does not confuse a small number of kilograms with a small one of
-  !> kilogram square metres.
+  !> Computes U M U, U B U, U C U and U h at many phases. U = diag(units) consists of powers of two that make the diagonal of M
+  !> about 1. In the coordinates U^-1 q, elimination with pivoting does not depend on the units of masses and moments of inertia.
   subroutine sample_in_units(system, phases, m, b, c, units, h)
     class(second_order_system), intent(in) :: system
+    !> Phases t / T
     real(dp), contiguous, intent(in) :: phases(:)
+    !> U M U, U B U, U C U, each of shape (phases, f, f); and the diagonal of U, shape (f)
     real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :), units(:)
+    !> U h, shape (phases, f)
     real(dp), contiguous, intent(out), optional :: h(:, :)
     real(dp) :: mass
     integer :: i, j
 
     call system%sample_second_order(phases, m, b, c, h)
-    ! A power of two near 1 / sqrt of the greatest mass. Vectorised: maxval tests each element for NaN.
+    ! A power of two near 1 / sqrt of the largest mass. Vectorised by hand: maxval tests every element for NaN.
     do i = 1, size(units)
       mass = 0
       do j = 1, size(phases)
@@ -126,7 +129,7 @@ contains
     end do
   end subroutine sample_in_units
 
-  !> tr P = -tr M^-1 B at many phases, (22), shape (phases). NaN where M is singular.
+  !> Computes tr P = -tr M^-1 B at many phases, equation (22), shape (phases). NaN where M is singular.
   subroutine sample_traces(system, phases, traces)
     class(second_order_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:)
@@ -145,14 +148,14 @@ contains
     end do
   end subroutine sample_traces
 
-  !> What P has below [0 E], [-M^-1 C, -M^-1 B] of (22), at many phases, shape (phases, f, 2 f), and where asked for M^-1 h of (21),
-  !> shape (phases, f). NaN where M is singular.
+  !> Computes the lower half of P, [-M^-1 C, -M^-1 B] of (22), at many phases, shape (phases, f, 2 f), and if requested M^-1 h of
+  !> (21), shape (phases, f). NaN where M is singular.
   subroutine sample_accelerations(system, phases, of_states, of_load)
     class(second_order_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), intent(out) :: of_states(:, :, :)
     real(dp), intent(out), optional :: of_load(:, :)
-    !> M, and C, B, h beside one another.
+    !> M; and the columns of C, B and h side by side
     real(dp), allocatable :: m(:, :, :), right(:, :, :)
     real(dp) :: units(system%states / 2)
     integer :: f, i, j
@@ -177,7 +180,7 @@ contains
     end do
   end subroutine sample_accelerations
 
-  !> P of any system with the phase as the first index, shape (phases, n, n), and where asked for f, shape (phases, n).
+  !> Computes P of any system with the phase as the first index, shape (phases, n, n), and if requested f, shape (phases, n).
   subroutine sample_by_phase(system, phases, p, f)
     class(periodic_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:)
@@ -201,7 +204,7 @@ contains
       end if
     class default
       allocate(many(system%states, system%states, size(phases)))
-      ! What is not allocated is absent where it is an argument.
+      ! An unallocated variable counts as an absent argument.
       if (present(f)) allocate(loads(system%states, size(phases)))
       call system%sample(phases, many, loads)
       do i = 1, size(phases)
@@ -211,7 +214,7 @@ contains
     end select
   end subroutine sample_by_phase
 
-  !> P(t) of (22).
+  !> Computes P(t) of (22), shape (n, n).
   subroutine first_order_matrix(self, t, p)
     class(second_order_system), intent(in) :: self
     real(dp), intent(in) :: t
@@ -222,7 +225,7 @@ contains
     p = many(:, :, 1)
   end subroutine first_order_matrix
 
-  !> f(t) of (21).
+  !> Computes f(t) of (21), shape (n).
   subroutine first_order_forcing(self, t, f)
     class(second_order_system), intent(in) :: self
     real(dp), intent(in) :: t
@@ -233,7 +236,7 @@ contains
     f = many(:, 1)
   end subroutine first_order_forcing
 
-  !> P = [0 E; -M^-1 C, -M^-1 B] and f = [0; M^-1 h], (21) and (22). NaN where M is singular.
+  !> Computes P = [0 E; -M^-1 C, -M^-1 B] and f = [0; M^-1 h], (21) and (22), at many phases. NaN where M is singular.
   subroutine sample_first_order(self, phases, p, f)
     class(second_order_system), intent(in) :: self
     real(dp), intent(in) :: phases(:)
@@ -246,7 +249,7 @@ contains
     n = self%states / 2
     all_phases = phases
     allocate(of_states(size(phases), n, 2 * n))
-    ! What is not allocated is absent where it is an argument.
+    ! An unallocated variable counts as an absent argument.
     if (present(f)) allocate(of_load(size(phases), n))
     call sample_accelerations(self, all_phases, of_states, of_load)
 

@@ -1,19 +1,22 @@
-!> Minimise sums of greatest values under limits of greatest values, by sequential quadratic programming.
+!> Minimises sums of maxima under limits on maxima, by sequential quadratic programming.
 !>
-!> A group's value is phi_g(x) = max over its branches of f_b(x). With the exact penalty (Fletcher, Practical Methods of
-!> Optimization, 2nd ed., section 14.3)
+!> The value of a group is phi_g(x), the maximum of f_b(x) over its branches b. The search minimises the exact penalty function
+!> (Fletcher, Practical Methods of Optimization, 2nd ed., section 14.3)
 !>
-!>     Phi(x) = sum over objectives of phi_g + sum over constraints of w_g max(0, phi_g)                             (1)
+!>     Phi(x) = sum over objectives of phi_g + sum over constraints of w_g max(0, phi_g).                            (1)
 !>
-!> a constraint is a group like others, with one more branch, 0, so every quadratic program has a solution: the step d minimises
-!> Phi with the branches linearised about x, plus d' B d / 2, within the bounds. Its multipliers lambda_b >= 0 are those of the
-!> branches. w_g grows tenfold until the step brings the violation down almost as far as any could (Byrd, Nocedal, Waltz, Optim.
-!> Methods Softw. 23, 2008, 197-213, doi 10.1080/10556780701394169), and falls towards twice the price where limits can be met. B,
-!> the Hessian of the Lagrangian L = sum of lambda_b f_b, is learned by damped BFGS (Powell, Lecture Notes in Mathematics 630,
-!> 1978, 144-157, doi 10.1007/BFb0067703). A step has to bring Phi down, near an optimum below the greatest of its last three
-!> values only, so that curved limits do not cut the full steps that converge superlinearly (Maratos' effect); a correction of
-!> second order would need to know which branch is which (Zhou, Tits, J. Optim. Theory Appl. 76, 1993, 455-476, doi
-!> 10.1007/BF00939377).
+!> A constraint is a group with one more branch, 0, so every quadratic program has a solution. The step d minimises Phi with
+!> branches linearised about x, plus d' B d / 2, within the bounds. The multipliers lambda_b >= 0 of this program are those of the
+!> branches.
+!>
+!> The weight w_g grows tenfold until the step reduces the violation almost as far as possible (Byrd, Nocedal, Waltz, Optim. Methods
+!> Softw. 23, 2008, 197-213, doi 10.1080/10556780701394169). It falls towards twice the price where the limits can be met. B
+!> approximates the Hessian of the Lagrangian L = sum of lambda_b f_b by damped BFGS updates (Powell, Lecture Notes in Mathematics
+!> 630, 1978, 144-157, doi 10.1007/BFb0067703).
+!>
+!> A step must reduce Phi. Near an optimum it need only stay below the maximum of the last three values, so that curved limits do
+!> not shorten the full steps, which converge superlinearly (Maratos effect). A second-order correction would have to match the
+!> branches of two points (Zhou, Tits, J. Optim. Theory Appl. 76, 1993, 455-476, doi 10.1007/BF00939377).
 module gestell_math_optimum_minimax
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -26,63 +29,70 @@ module gestell_math_optimum_minimax
 
   public :: branches_type, minimax_problem, minimise
 
+  !> Result of a minimisation
   type, public :: optimum_type
-    !> The point, and the value of each group there.
+    !> The best point, shape (parameters), and the value of each group there, shape (groups)
     real(dp), allocatable :: x(:), groups(:)
-    !> Shape (constraints): the sum of the multipliers of the group's branches, >= 0: what the optimum falls by where the limit is
-    !> wider by one. Of a limit that cannot be met it is a weight only.
+    !> Price of each constraint, shape (constraints): decrease of the optimum if the limit is widened by one. It is the sum of the
+    !> multipliers of the group's branches, >= 0. For a limit that cannot be met it is only a weight.
     real(dp), allocatable :: price(:)
-    !> Shape (parameters): dL/dx of those at a bound that holds them: > 0 at the lower, < 0 at the upper, 0 in between; of
-    !> fixed ones dL/dx of either sign.
+    !> Price of each bound, shape (parameters): dL/dx where a bound is active, > 0 at the lower and < 0 at the upper bound; 0
+    !> between the bounds; dL/dx of either sign for a fixed parameter
     real(dp), allocatable :: bound_price(:)
-    !> dL/dx, shape (parameters), zero of fixed ones, and what the objective is above L: by that branches with multipliers miss
-    !> their groups' values.
+    !> dL/dx, shape (parameters), zero for fixed parameters
     real(dp), allocatable :: slope(:)
+    !> Objective minus L: positive if branches with multipliers lie below the value of their group
     real(dp) :: slack = 0
-    !> The sum of the objectives; the greatest constraint where that is > 0, else 0.
+    !> Sum of the objectives; value of the largest constraint if it is > 0, else 0
     real(dp) :: objective = 0, violation = 0
-    !> How far the conditions of Karush, Kuhn and Tucker are missed, relative to the objective: the larger of
-    !> max over i of |s_i - mid(0, s_i - dL/ds_i / S, 1)| with s_i = (x_i - lower_i) / (upper_i - lower_i), and
-    !> sum over b of lambda_b (max(phi_g, 0 for constraints) - f_b) / S; S is |objective| + max over b, i of lambda_b |df_b/ds_i|,
-    !> and a thousandth of the objective's size at the start at least. No unit and no scale changes it.
+    !> Residual of the Karush-Kuhn-Tucker conditions relative to the objective (dimensionless). It is the larger of max over i of
+    !> |s_i - mid(0, s_i - dL/ds_i / S, 1)| with s_i = (x_i - lower_i) / (upper_i - lower_i), and sum over b of lambda_b (max(phi_g,
+    !> 0 for constraints) - f_b) / S. The scale S is |objective| + max over b, i of lambda_b |df_b/ds_i|, but at least a thousandth
+    !> of the objective's size at the start. The residual does not depend on units or scaling.
     real(dp) :: stationarity = huge(1.0_dp)
-    !> Where all branches are convex and all limits are met, no point has an objective below (1 - gap) of this one, or, where that
-    !> is small, below it by `gap` thousandths of the objective's size at the start: L is convex and, as lambda >= 0, nowhere in
-    !> the limits above the objective; it lies above its tangent, whose least value in the box is known (Boyd, Vandenberghe,
-    !> Convex Optimization, 2004, sections 5.1.3 and 5.5.1):
-    !> gap = objective - sum of lambda_b f_b + sum over i of max over the box of -dL/dx_i (xi_i - x_i), divided by |objective|.
+    !> Bound on the possible improvement if all branches are convex and all limits are met: no point has an objective below (1 -
+    !> gap) times this one. If the objective is small, `gap` is relative to a thousandth of the objective's size at the start.
+    !>
+    !> L is convex and, because lambda >= 0, nowhere within the limits above the objective. It lies above its tangent, whose minimum
+    !> in the box is known (Boyd, Vandenberghe, Convex Optimization, 2004, sections 5.1.3 and 5.5.1): gap = (objective - sum of
+    !> lambda_b f_b + sum over i of max over the box of -dL/dx_i (xi_i - x_i)) / |objective|.
     real(dp) :: gap = huge(1.0_dp)
-    !> Steps; evaluations in all and those with gradients.
+    !> Number of steps; number of all evaluations; number of evaluations with gradients
     integer :: iterations = 0, evaluations = 0, gradients = 0
-    !> Whether stationarity is within the tolerance; whether the limits are met, to the tolerance times their sizes at the start.
+    !> True if the stationarity is within the tolerance; true if the limits are met, to the tolerance times their sizes at the
+    !> start.
     logical :: converged = .false., feasible = .false.
   end type optimum_type
 
-  !> The search: the weights w, 1 of objectives, and B of the parameters that are not fixed.
+  !> State of the search: weights w, which are 1 for objectives, and B for the parameters that are not fixed
   type, extends(scaled_type) :: search_type
     real(dp), allocatable :: weight(:), hessian(:, :)
-    !> The values of the groups at the last points.
+    !> Values of the groups at the last points, at most three; shape (groups, points)
     real(dp), allocatable :: past(:, :)
-    !> Whether B is more than a guess; whether the full step is likely to be taken, so that gradients are asked for at once.
+    !> True if B is more than a guess; true if the full step is likely to be accepted, so that gradients are requested at once.
     logical :: learned = .false., full = .true.
   end type search_type
 
-  !> The greatest and the least weight; a group's violation, and a part of Phi, that rounding errors may make; the shortest
-  !> part of a step; the norm below which a step counts as zero.
+  !> Maximum and minimum of the weights
   real(dp), parameter :: heaviest = 1.0e6_dp, lightest = 0.01_dp
+  !> Rounding errors in the violation of a group and, relatively, in Phi; shortest fraction of a step; norm below which a step
+  !> counts as zero
   real(dp), parameter :: nothing = 1.0e-11_dp, noise = 1.0e-13_dp, shortest = 1.0e-9_dp, standstill = 1.0e-10_dp
-  !> The least size of the objective, in parts of that at the start, that numbers are relative to.
+  !> Floor of the scale in relative numbers, as a fraction of the objective's size at the start
   real(dp), parameter :: floor_of_size = 1.0e-3_dp
 
 contains
 
-  !> A local minimum from `start`, which is moved into the bounds. `tolerance`: of the stationarity, 1e-8 is usual; where
-  !> rounding errors do not allow that, the best point is returned, not `converged`; nor can an optimum be where a norm is zero,
-  !> which has no gradient there (its square has one). Limits that cannot be met: a point where the sum of their violations, each
-  !> in parts of its limit's size at the start, is least. Errors: bounds that are not finite or lower > upper; the problem cannot be
-  !> evaluated at the start; what `evaluate` reports.
+  !> Finds a local minimum. The start is moved into the bounds.
+  !>
+  !> If rounding errors prevent convergence, the best point is returned and `converged` is false. The same happens if the optimum is
+  !> at a zero of a norm, which has no gradient there; its square has one. If the limits cannot be met, the result minimises the sum
+  !> of their violations, each divided by the limit's size at the start.
+  !> Errors: bounds that are not finite or lower > upper; the problem cannot be evaluated at the start; errors of `evaluate`.
   subroutine minimise(problem, start, tolerance, optimum, error)
+    !> The problem; `evaluate` may change it.
     class(minimax_problem), intent(inout) :: problem
+    !> Start, shape (parameters); tolerance of the stationarity, usually 1e-8
     real(dp), intent(in) :: start(:), tolerance
     type(optimum_type), intent(out) :: optimum
     type(error_type), allocatable, intent(out) :: error
@@ -131,7 +141,7 @@ contains
     optimum%gradients = search%gradients
   end subroutine minimise
 
-  !> Values of the groups as Phi counts them.
+  !> Values of the groups as they enter Phi: negative constraints count as 0.
   pure function counted(search, greatest) result(top)
     type(search_type), intent(in) :: search
     real(dp), intent(in) :: greatest(:)
@@ -149,14 +159,14 @@ contains
     phi = dot_product(search%weight, counted(search, greatest))
   end function phi
 
-  !> What rounding errors may make of Phi.
+  !> Possible rounding error of Phi.
   pure real(dp) function noise_of(merit)
     real(dp), intent(in) :: merit
 
     noise_of = noise * max(floor_of_size, abs(merit))
   end function noise_of
 
-  !> B as long as nothing is known of it: a step within the box.
+  !> Initialises B so that the steepest objective's step stays within the box.
   subroutine guess(search, here)
     type(search_type), intent(inout) :: search
     type(point_type), intent(in) :: here
@@ -168,12 +178,13 @@ contains
     search%learned = .false.
   end subroutine guess
 
-  !> The step `d`, the multipliers of the branches here, what Phi falls by in the linearised branches (`descent` < 0), and by how
-  !> much the violation does (`relief`).
+  !> Computes the step.
   subroutine find_step(search, here, d, lambda, descent, relief)
     type(search_type), intent(inout) :: search
     type(point_type), intent(in) :: here
+    !> Step, shape (parameters); multipliers of the branches, shape (branches)
     real(dp), allocatable, intent(out) :: d(:), lambda(:)
+    !> Change of Phi in the linearised branches (`descent` < 0); decrease of the violation (`relief`)
     real(dp), intent(out) :: descent, relief
     type(error_type), allocatable :: error
     real(dp), allocatable :: slope(:, :), multiplier(:), value(:), prices(:)
@@ -196,7 +207,7 @@ contains
     before = sum(max(0.0_dp, here%greatest(m + 1:)))
     call solve(search%weight)
     if (allocated(error)) then
-      ! Rounding errors have brought B out of use.
+      ! Rounding errors have made B useless.
       call guess(search, here)
       call solve(search%weight)
     end if
@@ -234,7 +245,7 @@ contains
       end associate
     end subroutine solve
 
-    !> Values of the groups in the linearised branches after the step.
+    !> Values of the groups after the step, with linearised branches.
     function model() result(greatest)
       real(dp) :: greatest(size(search%unit))
 
@@ -250,7 +261,8 @@ contains
 
   end subroutine find_step
 
-  !> From here along `d` to a point that is low enough, with gradients; .not. there%known: there is none.
+  !> Searches from `here` along `d` for a point where Phi is low enough, and computes gradients there. `there%known` is false if
+  !> none is found.
   subroutine walk(problem, search, here, d, descent, there, error)
     class(minimax_problem), intent(inout) :: problem
     type(search_type), intent(inout) :: search
@@ -274,7 +286,7 @@ contains
             search%full = length >= 1
             return
           end if
-          ! The least of the parabola through both ends.
+          ! Minimum of the parabola through both ends with the slope at the start.
           rise = found - phi(search, here%greatest) - length * descent
           length = length * min(0.5_dp, max(0.1_dp, -0.5_dp * length * descent / rise))
         end associate
@@ -286,7 +298,8 @@ contains
     there%known = .false.
   end subroutine walk
 
-  !> B by damped BFGS: the change of the gradient of L over the step from here to there, at least a fifth of what B has along it.
+  !> Updates B by damped BFGS with the change of the gradient of L over the step from `here` to `there`. The curvature along the
+  !> step is kept above a fifth of the one that B has.
   subroutine learn(search, here, there, lambda)
     type(search_type), intent(inout) :: search
     type(point_type), intent(in) :: here, there
@@ -318,7 +331,8 @@ contains
       & + spread(change / dot_product(step, change), 2, n) * spread(change, 1, n)
   end subroutine learn
 
-  !> The branch there that branch `b` here has become: its gradients at both ends tell its change of value best, and differ least.
+  !> Number of the branch at `there` that continues branch `b` of `here`: its two gradients predict its change of value best and
+  !> differ least.
   pure integer function same_branch(here, b, there) result(best)
     type(point_type), intent(in) :: here, there
     integer, intent(in) :: b
@@ -338,7 +352,7 @@ contains
     end do
   end function same_branch
 
-  !> What is to be told of a point with these multipliers.
+  !> Evaluates a point with its multipliers: prices, residual of the optimality conditions, gap.
   subroutine judge(problem, search, here, lambda, tolerance, now)
     class(minimax_problem), intent(in) :: problem
     type(search_type), intent(in) :: search
@@ -359,10 +373,10 @@ contains
     now%feasible = all(here%greatest(m + 1:) <= tolerance)
     prices = sums_by_group(lambda, here%group, size(search%unit)) * search%unit(1) / search%unit
     now%price = prices(m + 1:)
-    ! dL/ds, and what is missing for each branch with a multiplier to be its group's value.
+    ! dL/ds, and the weighted distance of the branches with multipliers from the value of their group.
     slope = matmul(here%slope, lambda)
     slack = dot_product(lambda, top(here%group) - here%value)
-    ! Where a bound holds a parameter.
+    ! Prices of the bounds that are active.
     now%bound_price = merge(slope, 0.0_dp, (here%s <= 0 .and. slope > 0) .or. (here%s >= 1 .and. slope < 0) &
       & .or. problem%lower >= problem%upper) * search%unit(1) / search%span
     now%slope = spread(0.0_dp, 1, size(slope))

@@ -1,17 +1,19 @@
-!> Convex quadratic programs whose objective is the sum of greatest values:
+!> Convex quadratic programs whose objective contains maxima:
 !>
 !>     minimise  1/2 d' B d + sum over groups g of w_g max over b in g of (v_b + a_b' d)
 !>     subject to  v_b + a_b' d <= 0  for the branches b of group 0
 !>
-!> by the dual active-set method of Goldfarb and Idnani (Math. Programming 27, 1983, 1-33, doi 10.1007/BF02591962). With
-!> B = L L' and y = L' d the point is y = -sum lambda_b L^-1 a_b, where lambda >= 0 and sum over b in g of lambda_b = w_g. The
-!> method keeps that, and a working set of branches with multipliers, those of a group equal, group by group at least one. The
-!> branch p that exceeds its group most comes in: its multiplier grows, and those of the working set change by r for one of it,
+!> They are solved by the dual active-set method of Goldfarb and Idnani (Math. Programming 27, 1983, 1-33, doi 10.1007/BF02591962).
+!> With B = L L' and y = L' d the minimum is y = -sum lambda_b L^-1 a_b, where lambda >= 0 and sum over b in g of lambda_b = w_g.
+!>
+!> The method maintains this form and a working set of branches with multipliers. Working branches of a group have equal values, and
+!> each group has at least one. The branch p that exceeds its group most enters. While its multiplier grows, the multipliers of the
+!> working set change by r times as much,
 !>
 !>     r = argmin |L^-1 a_p + sum r_b L^-1 a_b|,  sum over b in g of r_b = -1 for the group of p, 0 for others,      (1)
-!>     dy = -(L^-1 a_p + sum r_b L^-1 a_b),  d(v_p + a_p' d - greatest value of its group) = -|dy|^2,                (2)
+!>     dy = -(L^-1 a_p + sum r_b L^-1 a_b),  d(v_p + a_p' d - maximum of its group) = -|dy|^2,                       (2)
 !>
-!> until p no longer exceeds its group or a multiplier comes to zero, whose branch leaves.
+!> until p no longer exceeds its group or a multiplier falls to zero. The branch of this multiplier then leaves the working set.
 module gestell_math_optimum_quadratic_program
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -24,12 +26,15 @@ module gestell_math_optimum_quadratic_program
 
 contains
 
-  !> The minimum `d`, shape (n), and the multipliers of the branches, shape (branches). `hessian(n, n)` is B, positive definite;
-  !> `weight(g)` >= 0 of the groups 1, 2, ..., each of which has a branch; `group(b)`, `value(b)` v, `slope(n, b)` a. Error: B is
-  !> not positive definite, no d is allowed, rounding errors keep the method from its end.
+  !> Solves the quadratic program.
+  !> Errors: B is not positive definite; no d satisfies the constraints; rounding errors prevent convergence.
   subroutine solve_quadratic_program(hessian, weight, group, value, slope, d, multiplier, error)
+    !> B, shape (n, n), positive definite; weights >= 0 of the groups 1, 2, ...; values v, shape (branches); slopes a, shape (n,
+    !> branches)
     real(dp), intent(in) :: hessian(:, :), weight(:), value(:), slope(:, :)
+    !> Group of each branch, 0 for constraints; every other group has a branch.
     integer, intent(in) :: group(:)
+    !> Minimum, shape (n); multipliers, shape (branches)
     real(dp), intent(out) :: d(:), multiplier(:)
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: inverse_l(:, :), a(:, :), r(:)
@@ -101,7 +106,7 @@ contains
 
   contains
 
-    !> The greatest value of the group of each branch in the model: what its working branches have in common; 0 for group 0.
+    !> Maximum of each branch's group in the model, taken over the working branches; 0 for group 0.
     pure function top_of(groups) result(top)
       integer, intent(in) :: groups(:)
       real(dp) :: top(size(groups)), of_group(0:size(weight))
@@ -115,8 +120,8 @@ contains
       top = of_group(groups)
     end function top_of
 
-    !> y of the working set from its branches alone, as rounding errors of the multipliers grow with their sizes: the least
-    !> |y|^2 / 2 + sum over g of w_g (value of a branch of g), those of a group being equal, of group 0 zero.
+    !> Recomputes y from the working set alone, because rounding errors of the multipliers grow with their sizes. y minimises
+    !>y|^2 / 2 + sum over g of w_g (value of a branch of g), with equal values within each group and zero for group 0.
     subroutine settle()
       real(dp) :: gradient(size(d)), differences(size(working), size(d)), gaps(size(working))
       integer :: first(0:size(weight)), j, rows
@@ -142,8 +147,8 @@ contains
       call constrained_least_squares(unit_matrix(size(d)), gradient, differences(:rows, :), gaps(:rows), y, error)
     end subroutine settle
 
-    !> r of (1). Where a branch is the only one of its group in the working set its r is given: -1 for the group of p, else 0. So
-    !> what is to be solved has no more unknowns than the working set has branches of shared groups, at most twice the parameters.
+    !> r of (1). If a branch is the only working branch of its group its r is known: -1 for the group of p, else 0. So the
+    !> least-squares problem has only the working branches of shared groups as unknowns, at most twice the number of parameters.
     function change(entering) result(ratio)
       integer, intent(in) :: entering
       real(dp) :: ratio(size(working)), total(size(weight))

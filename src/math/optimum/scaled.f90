@@ -1,5 +1,5 @@
-!> A minimax problem in units of its own: parameters are 0 to 1 between their bounds, values are divided by what they are at the
-!> start, so that no unit changes the search.
+!> A minimax problem in scaled units: parameters run from 0 to 1 between their bounds, and values are divided by their sizes at the
+!> start. So the search does not depend on units.
 module gestell_math_optimum_scaled
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -9,22 +9,24 @@ module gestell_math_optimum_scaled
 
   public :: greatest_by_group, sums_by_group
 
-  !> What a problem's functions are at a point: branches, each of a group; a group's value is its greatest branch.
+  !> Functions of a problem at a point. Each branch belongs to a group; the value of a group is its largest branch.
   type, public :: branches_type
-    !> Shape (branches), from 1 to the number of groups, each of which has one at least.
+    !> Group of each branch, shape (branches), from 1 to the number of groups; each group has at least one branch
     integer, allocatable :: group(:)
-    !> Shape (branches); (parameters, branches), where gradients were asked for.
+    !> Values, shape (branches); gradients, shape (parameters, branches), allocated if requested
     real(dp), allocatable :: value(:), slope(:, :)
-    !> .false.: there is nothing at this point; a step there is shortened.
+    !> False if the functions cannot be evaluated here: the search shortens a step to such a point.
     logical :: known = .true.
   end type branches_type
 
-  !> Minimise the sum of the values of the groups 1 .. objectives, while those of the groups objectives + 1 ..
-  !> objectives + constraints are at most 0 and lower <= x <= upper, which are finite; where both are equal x is fixed.
+  !> Problem: minimise the sum of the values of groups 1 .. objectives, while groups objectives + 1 .. objectives + constraints are
+  !> at most 0 and lower <= x <= upper.
   type, abstract, public :: minimax_problem
+    !> Number of objectives, and of constraints
     integer :: objectives = 1, constraints = 0
+    !> Bounds, shape (parameters), finite. A parameter with equal bounds is fixed.
     real(dp), allocatable :: lower(:), upper(:)
-    !> Relative improvement below which a step counts as idle, and the number of idle steps in a row after which the search ends.
+    !> Relative improvement below which a step counts as idle; number of successive idle steps after which the search ends
     real(dp) :: worth = 0
     integer :: patience = 15
   contains
@@ -32,8 +34,8 @@ module gestell_math_optimum_scaled
   end type minimax_problem
 
   abstract interface
-    !> The branches at `x`, with their gradients where they are asked for; how many there are and their order is free at each
-    !> point. Values that are not finite count as not known. An error ends the search.
+    !> Evaluates the branches at `x`, with gradients if requested. Their number and order may differ from point to point. Values
+    !> that are not finite count as not known. An error ends the search.
     subroutine evaluate_at(self, x, gradients, at, error)
       import :: branches_type, dp, error_type, minimax_problem
       implicit none (type, external)
@@ -45,19 +47,22 @@ module gestell_math_optimum_scaled
     end subroutine evaluate_at
   end interface
 
-  !> A point s, from 0 to 1, with its branches and the values of its groups, in the units of the search.
+  !> A point s, each component from 0 to 1, with its branches and the values of its groups, in scaled units
   type, public :: point_type
     real(dp), allocatable :: s(:), value(:), slope(:, :), greatest(:)
     integer, allocatable :: group(:)
     logical :: known = .false.
   end type point_type
 
-  !> x = lower + span s, where spans of fixed parameters are 1; units of the groups' values; parameters that are not fixed.
+  !> Scaling x = lower + span s, where span is 1 for fixed parameters
   type, public :: scaled_type
+    !> Number of objectives
     integer :: objectives = 0
+    !> Spans, shape (parameters); units of the values, shape (groups)
     real(dp), allocatable :: span(:), unit(:)
+    !> Numbers of the parameters that are not fixed
     integer, allocatable :: free(:)
-    !> Evaluations so far, and those with gradients.
+    !> Number of evaluations so far, and of those with gradients
     integer :: evaluations = 0, gradients = 0
   contains
     procedure :: begin
@@ -67,7 +72,8 @@ module gestell_math_optimum_scaled
 
 contains
 
-  !> The units of the search, and the start.
+  !> Determines the scaling and evaluates the start.
+  !> Errors: bounds of the wrong number, not finite, or lower > upper; the problem cannot be evaluated at the start.
   subroutine begin(self, problem, start, here, error)
     class(scaled_type), intent(out) :: self
     class(minimax_problem), intent(inout) :: problem
@@ -111,7 +117,7 @@ contains
     here%slope = here%slope / spread(self%unit(here%group), 1, size(start))
   end subroutine begin
 
-  !> The branches at `s` in the units of the search.
+  !> Evaluates the branches at `s` in scaled units.
   subroutine look(self, problem, s, gradients, there, error)
     class(scaled_type), intent(inout) :: self
     class(minimax_problem), intent(inout) :: problem
@@ -139,7 +145,7 @@ contains
       & / spread(self%unit(at%group), 1, size(s))
   end subroutine look
 
-  !> The greatest of a number of each branch over the branches of each group, shape (groups).
+  !> Maximum of a quantity over the branches of each group, shape (groups).
   pure function greatest_by_group(number, group, groups) result(greatest)
     real(dp), intent(in) :: number(:)
     integer, intent(in) :: group(:), groups
@@ -152,7 +158,7 @@ contains
     end do
   end function greatest_by_group
 
-  !> The sum of a number of each branch over the branches of each group, shape (groups).
+  !> Sum of a quantity over the branches of each group, shape (groups).
   pure function sums_by_group(number, group, groups) result(sums)
     real(dp), intent(in) :: number(:)
     integer, intent(in) :: group(:), groups
