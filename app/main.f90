@@ -1,4 +1,4 @@
-!> Gestell's program: run, and the one error stop.
+!> The command-line program `gestell`.
 program main
   use gestell_run_command_line, only: command_line
   use gestell_run_console, only: tell
@@ -23,6 +23,6 @@ program main
     allocate(terminal_type :: executor%progress)
     call execute(command_line(), code, executor)
   end if
-  ! Not error stop: gfortran's prints a backtrace in a debug build, and the user gets one line.
+  ! Not error stop: in a debug build gfortran adds a backtrace to it, but the user should see one line only.
   if (code /= 0) stop code, quiet=.true.
 end program main

@@ -1,5 +1,5 @@
-!> The paper's four-bar mechanism built in code, without any file: verdict and periodic vibration by the paper's equations, about
-!> rest; analysis_options() alone takes those of the exact frame.
+!> Builds the four-bar mechanism of the paper in code, without an input file, and prints its verdict and periodic vibration. It uses
+!> the paper's equations, linearised about rest; analysis_options() without arguments selects the exact frame.
 program four_bar
   use gestell_door_numerics, only: accuracy_type, analyse, analysis_type, damping_matrix, dp, error_type, frame_type, &
     & linkage_type, new_frame, pi, stiffness_matrix, support_type, analysis_options
@@ -20,7 +20,7 @@ program four_bar
 
 contains
 
-  !> The machine at a crank speed (1/min).
+  !> Builds the machine for a crank speed (1/min).
   subroutine build(speed_rpm, frame, error)
     real(dp), intent(in) :: speed_rpm
     type(frame_type), intent(out) :: frame

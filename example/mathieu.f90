@@ -4,7 +4,7 @@ module mathieu_equation
   implicit none (type, external)
   private
 
-  !> y'' + (a - 2 q cos 2 t) y = 0, period pi.
+  !> y'' + (a - 2 q cos 2 t) y = 0 with period pi.
   type, extends(second_order_system), public :: mathieu_type
     real(dp) :: a, q
   contains
@@ -25,7 +25,7 @@ contains
 
 end module mathieu_equation
 
-!> Multipliers, exponents and verdict of Mathieu's equation, and which a make it unstable.
+!> Prints multipliers, exponents and verdict of Mathieu's equation, then the values of a for which it is unstable.
 program mathieu
   use gestell_door_numerics, only: accuracy_type, dp, error_type, floquet_type, multipliers_type, pi, solve_floquet, &
     & solve_multipliers
@@ -51,8 +51,8 @@ program mathieu
   verdict = multipliers%verdict()
   print "(a)", "  verdict      " // verdict
 
-  ! Without damping the multipliers of bounded motions lie on the unit circle: no computation can tell them from
-  ! multipliers beside it, and the verdict is 'undecided'.
+  ! Without damping the multipliers of bounded motions lie exactly on the unit circle. No computation can distinguish them from
+  ! multipliers slightly off it, so the verdict is 'undecided'.
   print "(/, a)", "The same for other a: largest |rho| and verdict"
   do i = 5, 15
     call solve(0.1_dp * i, multipliers, error)

@@ -1,17 +1,17 @@
-!> Damped Mathieu's equation as a family of two parameters.
+!> Mathieu's equation with damping as a family with two parameters.
 module mathieu_family
   use gestell_door_numerics, only: dp, error_type, family_type, periodic_system, pi, second_order_system
   implicit none (type, external)
   private
 
-  !> y'' + y' / 5 + (a - 2 q cos 2 t) y = 0, period pi.
+  !> y'' + y' / 5 + (a - 2 q cos 2 t) y = 0 with period pi.
   type, extends(second_order_system) :: mathieu_type
     real(dp) :: a, q
   contains
     procedure :: matrices
   end type mathieu_type
 
-  !> Parameters: a and q.
+  !> The family of systems with the parameters a and q.
   type, extends(family_type), public :: mathieu_family_type
   contains
     procedure :: member
@@ -35,7 +35,7 @@ contains
     class(periodic_system), allocatable, intent(out) :: system
     type(error_type), allocatable, intent(out) :: error
 
-    ! This family has no data, and all its members exist.
+    ! This family has no data, and every member exists.
     associate (unused => self)
     end associate
     if (allocated(error)) return
@@ -44,7 +44,7 @@ contains
 
 end module mathieu_family
 
-!> The chart of Ince and Strutt, a to the right and q upward: where Mathieu's equation with some damping is unstable (#).
+!> Prints the Ince-Strutt chart with a to the right and q upward; # marks where Mathieu's equation with damping is unstable.
 program stability_chart
   use gestell_door_numerics, only: axis_type, column_verdict, dp, error_type, grid_type, new_axis, new_grid, solve_tile, &
     & sweep_options, tile_results_type, tile_type, verdict_stable, verdict_undecided, verdict_unstable

@@ -1,4 +1,4 @@
-!> The verdict on a machine of an input file at another speed, and the force on the ground.
+!> Prints the verdict on the machine of an input file at another speed, and the force on the ground.
 program verdict
   use gestell, only: dp, error_type, machine_type, response_type, solution_type
   implicit none (type, external)

@@ -1,4 +1,4 @@
-!> Sweeps by many processes (ranks) of MPI, on one machine or many that share a file system.
+!> Computes sweeps with many MPI processes (ranks) on one machine, or on several that share a file system.
 program main
   use gestell_run_command_line, only: command_line, options_type, parse
   use gestell_run_console, only: tell
@@ -45,12 +45,12 @@ program main
   end if
   flush (output_unit)
   call mpi_finalize()
-  ! All ranks end with the same code, that of gestell.
+  ! All ranks end with the same exit code, which is that of gestell.
   if (code /= 0) stop code, quiet=.true.
 
 contains
 
-  !> Error: what one process does was asked for.
+  !> Fails if the options request work that a single process does.
   subroutine refuse(options, error)
     type(options_type), intent(in) :: options
     type(error_type), allocatable, intent(out) :: error

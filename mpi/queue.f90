@@ -1,5 +1,5 @@
-!> Who computes what: a number in the memory of rank 0, which every rank reads and raises by one, so that no rank is kept
-!> for giving out work.
+!> Distributes work over MPI ranks by a counter in the memory of rank 0. Each rank reads and increments the counter itself, so that
+!> no rank is occupied with distributing work.
 module queue
   use mpi_f08, only: mpi_address_kind, mpi_any_source, mpi_any_tag, mpi_barrier, mpi_comm_world, mpi_info_null, mpi_integer8, &
     & mpi_iprobe, mpi_lock_exclusive, mpi_mode_nocheck, mpi_request, mpi_rget_accumulate, mpi_status_ignore, mpi_sum, &
@@ -12,15 +12,16 @@ module queue
 
   public :: open_queue
 
-  !> Numbers 1 ... length, each of which one rank gets. A rank asks for its next number before it works on the one it has:
-  !> where the network cannot reach into the memory of rank 0 by itself, the answer comes when rank 0 calls MPI the next
-  !> time, at the latest after the tile that it has in hands.
+  !> Hands out the numbers 1 ... length, each to one rank. A rank requests its next number before it works on the current one, which
+  !> hides the delay: if the network cannot access the memory of rank 0 directly, the answer arrives only when rank 0 next calls
+  !> MPI, at the latest after its current tile.
   type, public :: queue_type
     private
     type(mpi_win) :: window
     type(mpi_request) :: request
     integer :: length = 0
-    !> What is added, and what was there before: pointers, for MPI reads and writes them behind the compiler's back.
+    !> Increment of the counter, and its value before the increment. Pointers, because MPI accesses them without the compiler's
+    !> knowledge.
     integer(int64), pointer :: step => null(), before => null()
   contains
     procedure :: ask
@@ -34,7 +35,7 @@ module queue
 
 contains
 
-  !> All ranks open it together.
+  !> Creates the queue; all ranks must call this together.
   subroutine open_queue(queue, length)
     type(queue_type), intent(out) :: queue
     integer, intent(in) :: length
@@ -56,14 +57,14 @@ contains
     call mpi_win_lock_all(mpi_mode_nocheck, queue%window)
   end subroutine open_queue
 
-  !> Asks for a number; `answer` brings it.
+  !> Requests a number; `answer` returns it.
   subroutine ask(self)
     class(queue_type), intent(inout) :: self
 
     call take(self, 1)
   end subroutine ask
 
-  !> The number that was asked for, 0 if there are no more.
+  !> Waits for the requested number; 0 if none are left.
   integer function answer(self) result(number)
     class(queue_type), intent(inout) :: self
 
@@ -72,7 +73,7 @@ contains
     if (self%before < self%length) number = int(self%before) + 1
   end function answer
 
-  !> Nobody gets any more numbers. What was asked for before is to be answered.
+  !> Stops the queue: no rank gets further numbers. Call `answer` for an open request first.
   subroutine stop_all(self)
     class(queue_type), intent(inout) :: self
 
@@ -80,9 +81,9 @@ contains
     call mpi_wait(self%request, mpi_status_ignore)
   end subroutine stop_all
 
-  !> Takes so many numbers at once. MPI_Fetch_and_op would need MPI_Win_flush, which asks rank 0 a second time. The probes
-  !> let rank 0 answer the others: what it does to its own memory need not look at the network. One look may bring a question,
-  !> the next one sends the answer.
+  !> Requests several numbers at once. MPI_Fetch_and_op would need MPI_Win_flush, which contacts rank 0 a second time. The probes
+  !> let rank 0 answer other ranks, because its access to its own memory need not serve the network. One probe may receive a
+  !> request, and the next one sends the answer.
   subroutine take(queue, numbers)
     class(queue_type), intent(inout) :: queue
     integer, intent(in) :: numbers
@@ -97,7 +98,7 @@ contains
       & mpi_sum, queue%window, queue%request)
   end subroutine take
 
-  !> All ranks close it together.
+  !> Frees the queue; all ranks must call this together.
   subroutine close_queue(self)
     class(queue_type), intent(inout) :: self
 

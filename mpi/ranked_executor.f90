@@ -1,4 +1,4 @@
-!> Work that is spread over the ranks of MPI. Rank 0 tells and writes.
+!> Distributes the work of a task over MPI ranks. Rank 0 prints and writes the files.
 module ranked_executor
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_input_wording, only: counted
@@ -9,6 +9,7 @@ module ranked_executor
   implicit none (type, external)
   private
 
+  !> An executor that uses all MPI ranks.
   type, extends(executor_type), public :: ranked_executor_type
   contains
     procedure :: spread
@@ -22,8 +23,8 @@ module ranked_executor
 
 contains
 
-  !> Each rank computes those of the pieces that the queue gives to it, and keeps what it finds where all ranks can read it. Error:
-  !> that of the first piece, in the order of `pieces`, that failed.
+  !> Computes pieces of work on all ranks. Each rank takes pieces from the queue and stores its results where all ranks can read
+  !> them. Fails with the error of the first failed piece, in the order of `pieces`.
   subroutine spread(self, work, pieces, error, points)
     class(ranked_executor_type), intent(inout) :: self
     class(work_type), intent(inout) :: work
@@ -43,7 +44,7 @@ contains
       last = k
       call work%compute(pieces(k), error)
       if (.not. allocated(error)) cycle
-      ! A piece that this rank has asked for since comes after this one: no error before this one is missed.
+      ! The piece that this rank has already requested comes later in the order. Its error, if any, would not be the first.
       k = queue%answer()
       call queue%stop_all()
       exit
@@ -54,10 +55,12 @@ contains
     end associate
   end subroutine spread
 
+  !> True for the rank that prints and writes.
   logical function leads()
     leads = own_rank() == 0
   end function leads
 
+  !> True for each of the numbers 1 ... `count` that this rank handles.
   function share_of(count) result(mine)
     integer, intent(in) :: count
     logical :: mine(count)
@@ -66,12 +69,14 @@ contains
     mine(1 + own_rank()::number_of_ranks()) = .true.
   end function share_of
 
+  !> Gives all ranks the error of the lowest rank that has one.
   subroutine share_error(error)
     type(error_type), allocatable, intent(inout) :: error
 
     call share_first_error(error)
   end subroutine share_error
 
+  !> Fails if the ranks have read different input files. `content` is a hash of the input.
   subroutine compare(content, name, error)
     integer(int64), intent(in) :: content
     character(len=*), intent(in) :: name
@@ -80,6 +85,7 @@ contains
     if (.not. same_everywhere(content)) call fatal_error(error, name // ": is not the same file for all ranks", invalid_input)
   end subroutine compare
 
+  !> The line of the report that says how many ranks computed.
   function workers() result(line)
     character(len=:), allocatable :: line
 

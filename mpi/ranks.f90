@@ -1,4 +1,4 @@
-!> What the ranks tell each other.
+!> Communication between MPI ranks.
 module ranks
   use gestell_base_error, only: error_type, fatal_error
   use mpi_f08, only: mpi_2integer, mpi_allreduce, mpi_bcast, mpi_character, mpi_comm_rank, mpi_comm_size, mpi_comm_world, &
@@ -19,8 +19,8 @@ contains
     call mpi_comm_size(mpi_comm_world, number_of_ranks)
   end function number_of_ranks
 
-  !> The error of one rank becomes that of all: of those that have one, the rank with the least `order`, its own number by
-  !> default.
+  !> Gives all ranks the same error: that of the rank with the smallest `order` among the ranks with an error. By default `order` is
+  !> the rank's number.
   subroutine share_error(error, order)
     type(error_type), allocatable, intent(inout) :: error
     integer, intent(in), optional :: order
@@ -47,14 +47,14 @@ contains
     error%unwritten = about(3) == 1
   end subroutine share_error
 
-  !> A mark that one rank sets is set for all.
+  !> Sets each mark on all ranks that is set on at least one rank.
   subroutine share_marks(marks)
     logical, contiguous, intent(inout) :: marks(:)
 
     call mpi_allreduce(mpi_in_place, marks, size(marks), mpi_logical, mpi_lor, mpi_comm_world)
   end subroutine share_marks
 
-  !> Whether all ranks have the same number.
+  !> True if all ranks have the same number.
   logical function same_everywhere(number)
     integer(int64), intent(in) :: number
     integer(int64) :: least, greatest

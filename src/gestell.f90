@@ -1,6 +1,6 @@
-!> The library's front door: a machine in the language of input files, or a system of your own; what is found, by names.
-!> Numbers go in with the units of the input and come out in SI units; tables say the units of their columns. Nothing is
-!> printed, no state is kept. `gestell_door_numerics` has all that stands behind it.
+!> The library's public interface: a machine described in the language of input files, or a linear periodic system of your own, and
+!> its results by name. Input uses the units of the input file; results are in SI units, and each table states the units of its
+!> columns. Nothing is printed and no state is kept. `gestell_door_numerics` exports the numerical procedures behind this interface.
 module gestell
   use gestell_base_error, only: error_type, failed_computation, impossible_mechanism, invalid_input, wrong_usage
   use gestell_base_kinds, only: dp

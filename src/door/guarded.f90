@@ -1,4 +1,5 @@
-!> A user's system under watch: says what is wrong with its coefficients, by their names, before many calls are spent on them.
+!> Wraps a user's system and checks its coefficients while they are used. Errors in them are reported by name before many calls are
+!> wasted.
 module gestell_door_guarded
   use gestell_base_error, only: error_type, failed_computation, fatal_error, resonance
   use gestell_base_kinds, only: dp
@@ -15,10 +16,13 @@ module gestell_door_guarded
 
   public :: explain_failure, guard
 
-  !> Calls of the coefficients and of the load so far, and what was found to be wrong.
+  !> Number of calls of the coefficients and the load so far, and the reason why the system is faulty.
   type, public :: watch_type
+    !> Coefficients and load count separately, once for each time
     integer :: calls = 0
+    !> True if the coefficients have been examined
     logical :: examined = .false.
+    !> Message about the fault; unallocated if none has been found
     character(len=:), allocatable :: reason
   end type watch_type
 
@@ -42,18 +46,19 @@ module gestell_door_guarded
     procedure :: coupled => coupled_first_order
   end type guarded_first_order_type
 
-  !> After so many calls the coefficients are examined: what is smooth is solved by then, or is fast against the period.
+  !> The coefficients are examined after this many calls. By then a smooth system is solved unless it changes rapidly within the
+  !> period.
   integer, parameter :: many_calls = 60000
-  !> A free motion that advances by more than this within the period (rad) suggests that the period is in another unit.
+  !> Phase advance of a free motion within the period (rad) above which the period is probably given in another unit.
   real(dp), parameter :: absurd_advance = 1.0e5_dp
-  !> Times at which the mass matrix is looked at; a determinant below this part of the greatest counts as zero; to what a phase is
-  !> found at which it vanishes.
+  !> Number of intervals of the period in the search for a singular mass matrix; a determinant below this fraction of the largest
+  !> one counts as zero; accuracy of the phase at which it vanishes.
   integer, parameter :: mass_points = 512
   real(dp), parameter :: no_mass = 1.0e-12_dp, precision_of_phase = 5.0e-10_dp
 
 contains
 
-  !> `system` under watch; both targets have to outlive it.
+  !> Wraps `system` so that `watch` observes it. Both targets must outlive `guarded`.
   subroutine guard(system, watch, guarded)
     class(periodic_system), intent(in), target :: system
     type(watch_type), intent(inout), target :: watch
@@ -77,7 +82,8 @@ contains
     call guarded%inherit(system)
   end subroutine guard
 
-  !> Gives a failure the name of what is wrong with the system; what was found to be wrong is one, whatever came of it.
+  !> Explains a failure by a fault of the system, if it has one. A fault that `watch` has found becomes the error even if the
+  !> computation succeeded.
   subroutine explain_failure(system, watch, error)
     class(periodic_system), intent(in) :: system
     type(watch_type), intent(inout) :: watch
@@ -93,7 +99,7 @@ contains
     call fatal_error(error, watch%reason, failed_computation)
   end subroutine explain_failure
 
-  !> Looks at the coefficients after many calls, once.
+  !> Searches the coefficients once for roughness, a singular mass matrix and a wrong unit of the period.
   subroutine examine(system, watch)
     class(periodic_system), intent(in) :: system
     type(watch_type), intent(inout) :: watch
@@ -104,6 +110,7 @@ contains
     if (.not. allocated(watch%reason)) call find_absurd_period(system, watch)
   end subroutine examine
 
+  !> Records a fault if the fastest free motion advances too far within the period.
   subroutine find_absurd_period(system, watch)
     class(periodic_system), intent(in) :: system
     type(watch_type), intent(inout) :: watch
@@ -117,7 +124,7 @@ contains
       & // concise(survey%fastest, 2) // " rad in it (is it in the unit of time of the coefficients?)"
   end subroutine find_absurd_period
 
-  !> Finds a time at which det M changes its sign or vanishes.
+  !> Searches for a time at which det M vanishes or changes its sign, and records it as a fault.
   subroutine find_singular_mass(system, watch)
     class(periodic_system), intent(in) :: system
     type(watch_type), intent(inout) :: watch
@@ -128,7 +135,7 @@ contains
 
     select type (system)
     class is (second_order_system)
-      ! Rows are divided by their greatest elements, for a product of many small masses underflows.
+      ! Rows are divided by their largest elements, because a product of many small masses underflows.
       greatest = 0
       do k = 0, mass_points
         call system%matrices(real(k, dp) / mass_points * system%period, m, b, c)
@@ -162,7 +169,7 @@ contains
     end select
   end subroutine find_singular_mass
 
-  !> det M with rows divided by `greatest`, from its LU factors.
+  !> Determinant of M with its rows divided by `greatest`, computed from the LU factors.
   real(dp) function mass_determinant(system, phase, greatest) result(determinant)
     class(second_order_system), intent(in) :: system
     real(dp), intent(in) :: phase, greatest(:)
@@ -179,8 +186,8 @@ contains
     end do
   end function mass_determinant
 
-  !> Notes values that are no numbers, and examines the coefficients when many calls are spent. `given_up`: the search for a
-  !> solution is of no use.
+  !> Records values that are not finite, and examines the coefficients after many calls. `given_up` is true if the system is faulty,
+  !> so that continuing is useless.
   subroutine take(system, watch, phases, values, names, given_up)
     class(periodic_system), intent(in) :: system
     type(watch_type), intent(inout) :: watch
@@ -243,7 +250,7 @@ contains
       end if
     end if
     if (.not. given_up) return
-    ! A system that is soon solved.
+    ! From now on return a trivial system, which is solved quickly.
     m = 0
     do i = 1, size(m, 2)
       m(:, i, i) = 1

@@ -1,4 +1,4 @@
-!> A machine as programs hold it: in the language of input files, or built in code.
+!> A machine for use in programs: read from an input file or a text, or built in code.
 module gestell_door_machine
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -15,22 +15,23 @@ module gestell_door_machine
   implicit none (type, external)
   private
 
-  !> What an input file says (doc/input.md). Paths, keys and units are those of the language, as in --set: `drive.speed_rpm` is in
-  !> 1/min, whatever the units of the results. What several threads call at the same time is done one after the other: gfortran 12
-  !> keeps the lengths of texts that functions give in static memory, whatever the flags.
+  !> A machine as an input file describes it (doc/input.md). Paths, keys and units are those of the input and of --set:
+  !> `drive.speed_rpm` is in 1/min, whatever the units of the results. Simultaneous calls from several threads are executed one
+  !> after the other, because gfortran 12 keeps the lengths of texts returned by functions in static memory.
   type, public :: machine_type
     private
-    !> Without groups: there is no machine yet.
+    !> The input; without groups if no machine has been read yet
     type(document_type) :: document
     type(schema_type), allocatable :: schema
-    !> Groups that were added since and are not yet in the document: the first `waiting` of these. So to add n groups costs n steps.
+    !> Groups that were added but are not yet in the document: the first `waiting` elements. Adding n groups one by one thus takes
+    !> time proportional to n
     type(group_type), allocatable :: added(:)
     integer :: waiting = 0
-    !> How many groups of each name of the schema there are; allocated where some were added.
+    !> Number of groups of each name in the schema; unallocated unless groups were added
     integer, allocatable :: counts(:)
-    !> Whether the document has been checked since it was changed.
+    !> True if the document has been checked since its last change
     logical :: checked = .false.
-    !> What was set.
+    !> Values set after reading, as PATH=VALUE
     type(setting_type), allocatable :: settings(:)
   contains
     procedure :: read => read_file
@@ -43,14 +44,14 @@ module gestell_door_machine
     procedure :: solve
   end type machine_type
 
-  !> Stands in messages for the name of a file.
+  !> Replaces the name of a file in messages.
   character(len=*), parameter :: text_name = "text"
-  !> Whole numbers below it are set without point and exponent, as keys of whole numbers want them.
+  !> Integers below this limit are written without decimal point and exponent, as integer keys require.
   real(dp), parameter :: longest_whole = 1.0e15_dp
 
 contains
 
-  !> Takes the machine of an input file. Error: it cannot be read, or has no sense; the message points into it.
+  !> Reads the machine from an input file. Fails if the file cannot be read or is invalid; the message names the line.
   subroutine read_file(self, file, error)
     class(machine_type), intent(out) :: self
     character(len=*), intent(in) :: file
@@ -63,7 +64,7 @@ contains
     !$omp end critical (gestell_door)
   end subroutine read_file
 
-  !> Takes the machine of a text in the same language, its lines ended by new_line('a'). Error: it makes no sense.
+  !> Reads the machine from a text in the same language, with lines separated by new_line('a'). Fails if the text is invalid.
   subroutine parse(self, text, error)
     class(machine_type), intent(out) :: self
     character(len=*), intent(in) :: text
@@ -76,7 +77,7 @@ contains
     !$omp end critical (gestell_door)
   end subroutine parse
 
-  !> Takes a document. Error: it says what the language does not know, or lacks what it needs.
+  !> Checks a document and stores it. Fails if it contains unknown groups or keys or lacks required ones.
   subroutine accept(self, document, error)
     class(machine_type), intent(inout) :: self
     type(document_type), intent(inout) :: document
@@ -90,8 +91,8 @@ contains
     allocate(self%settings(0))
   end subroutine accept
 
-  !> Adds groups, "&joint name='B', type='RRR', ... /", to a machine, or to none: so it is built in code. What is missing is told
-  !> when it is solved. Error: they make no sense; the machine stays as it was.
+  !> Adds groups such as "&joint name='B', type='RRR', ... /" to a machine or to an empty one, so that programs can build machines
+  !> in code. Missing groups are reported only by `solve`. Fails if the groups are invalid; the machine then stays unchanged.
   subroutine add(self, groups, error)
     class(machine_type), intent(inout) :: self
     character(len=*), intent(in) :: groups
@@ -102,6 +103,7 @@ contains
     !$omp end critical (gestell_door)
   end subroutine add
 
+  !> Appends parsed groups to the waiting ones; see `add`.
   subroutine append(self, groups, error)
     class(machine_type), intent(inout) :: self
     character(len=*), intent(in) :: groups
@@ -137,7 +139,7 @@ contains
     self%checked = .false.
   end subroutine append
 
-  !> Counts groups by their names, which the schema has.
+  !> Adds groups to the counts of their names. The schema must contain the names.
   subroutine count_names(self, groups)
     class(machine_type), intent(inout) :: self
     type(group_type), intent(in) :: groups(:)
@@ -149,7 +151,7 @@ contains
     end do
   end subroutine count_names
 
-  !> The document with all groups that were added. Error: there is no machine yet.
+  !> Returns the document including all added groups. Fails if there is no machine yet.
   subroutine put_together(self, document, error)
     class(machine_type), intent(in) :: self
     type(document_type), intent(out) :: document
@@ -177,7 +179,7 @@ contains
     call normalise(document, self%schema, error)
   end subroutine put_together
 
-  !> Gives a path a number, to all its digits. Error: there is no such path, or the number makes no sense there.
+  !> Sets a number at a path with all its digits. Fails if the path does not exist or the number is not allowed there.
   subroutine set_number(self, path, value, error)
     class(machine_type), intent(inout) :: self
     character(len=*), intent(in) :: path
@@ -193,7 +195,8 @@ contains
     call self%set_text(path, trim(adjustl(digits)), error)
   end subroutine set_number
 
-  !> Gives a path what would stand behind the sign of equality of --set. Errors: as of numbers.
+  !> Sets a path to a text as --set would take it behind the equals sign. Fails if the path does not exist or the value is not
+  !> allowed there.
   subroutine set_text(self, path, value, error)
     class(machine_type), intent(inout) :: self
     character(len=*), intent(in) :: path, value
@@ -215,7 +218,7 @@ contains
     !$omp end critical (gestell_door)
   end subroutine set_text
 
-  !> Keeps what was set last to a path.
+  !> Records the last value of a path for the file headings.
   subroutine remember(self, path, value)
     class(machine_type), intent(inout) :: self
     character(len=*), intent(in) :: path, value
@@ -232,7 +235,8 @@ contains
     self%settings = [self%settings, setting]
   end subroutine remember
 
-  !> The numbers that a path names, as they were given. Error: there is no such path, or no number there.
+  !> Returns the numbers at a path as they were given, in the units of the input. Fails if the path does not exist or holds no
+  !> number.
   subroutine get(self, path, values, error)
     class(machine_type), intent(in) :: self
     character(len=*), intent(in) :: path
@@ -246,14 +250,15 @@ contains
     !$omp end critical (gestell_door)
   end subroutine get
 
-  !> Does what the input orders, or these `tasks` (as they would be typed, "stability, response"), to a relative `tolerance` in
-  !> place of the input's. Nothing is written and nothing printed. Errors: the input makes no sense; an impossible mechanism; a
-  !> computation that fails.
+  !> Solves the machine. Nothing is printed or written. Fails if the input is invalid, the mechanism cannot be assembled, or a
+  !> computation fails.
   subroutine solve(self, solution, error, tasks, tolerance)
     class(machine_type), intent(in) :: self
     type(solution_type), intent(out) :: solution
     type(error_type), allocatable, intent(out) :: error
+    !> Tasks as in the input file, for example "stability, response"; absent: those of the input
     character(len=*), intent(in), optional :: tasks
+    !> Relative tolerance; absent: that of the input
     real(dp), intent(in), optional :: tolerance
     type(document_type) :: document
     !$ integer :: status
@@ -265,7 +270,7 @@ contains
       & tolerance, error)
     if (.not. (allocated(error) .or. self%checked)) call check_document(document, self%schema, error)
     if (.not. allocated(error)) call solve_document(document, self%schema, self%settings, solution, error)
-    ! Threads do not survive fork, and a child that has inherited a team would wait for its threads for ever. So none is kept.
+    ! Threads do not survive fork: a child that inherits a thread team would wait for it forever. Therefore no team is kept.
     !$ status = omp_pause_resource_all(omp_pause_soft)
     !$omp end critical (gestell_door)
   end subroutine solve

@@ -1,5 +1,5 @@
-!> All numerics of the library by one name, for programs that build machines in code or solve systems of their own: what
-!> doc/library.md tells of, re-exported.
+!> Exports the numerical procedures of the library in one module, for programs that build machines in code or solve their own
+!> systems. doc/library.md describes them.
 module gestell_door_numerics
   use gestell_base_verdict, only: verdict_failed => failed_number, verdict_impossible => impossible_number, &
     & verdict_stable => stable_number, verdict_type, verdict_undamped => undamped_number, &

@@ -1,4 +1,4 @@
-!> Whether coefficients are smooth functions of time, and where they are not.
+!> Tests whether coefficients are smooth functions of time, and finds the time of a jump or kink.
 module gestell_door_roughness
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
@@ -9,21 +9,22 @@ module gestell_door_roughness
 
   public :: describe_roughness, rows
 
-  !> Names of what second-order systems are made of.
+  !> Names of the coefficients of a second-order system in messages.
   character(len=24), parameter, public :: watched(4) = [character(len=24) :: "the mass matrix M", "the damping matrix B", &
     & "the stiffness matrix C", "the load h"]
 
-  !> Equidistant times, and how many are taken at once.
+  !> Number of equidistant times sampled, and number of times in one call.
   integer, parameter :: points = 4096, block = 64
-  !> Bounds on the ratio of the fourth differences over twice the spacing to those over the spacing: 16 if the function is smooth,
-  !> 1 at a jump, 2 at a kink, 4 at a jump of the curvature.
+  !> Bounds on a ratio of fourth differences: those over twice the spacing divided by those over the spacing. The ratio is 16 for a
+  !> smooth function, 1 at a jump, 2 at a kink and 4 at a jump of the curvature.
   real(dp), parameter :: smooth = 8, curved = 2.9_dp, bent = 1.45_dp
-  !> At so many times differences are great beside a few jumps; at more, everywhere.
+  !> A few jumps give large differences at no more than this many times; more of them mean that the function is rough everywhere.
   integer, parameter :: few_places = 40
 
 contains
 
-  !> For each phase the sum of a matrix's elements with weights of their own, shape of the matrices (phases, f, f).
+  !> Weighted sum of each matrix's elements. `a` has shape (phases, f, f); every element has its own weight so that changes do not
+  !> cancel.
   pure function rows(a) result(sums)
     real(dp), intent(in) :: a(:, :, :)
     real(dp) :: sums(size(a, 1))
@@ -38,7 +39,8 @@ contains
     end do
   end function rows
 
-  !> In a sentence where which of them is not smooth; unallocated: all are. `calls` are counted on.
+  !> Describes in a sentence which coefficient is not smooth and where; unallocated if all are smooth. Adds the number of
+  !> evaluations to `calls`.
   subroutine describe_roughness(system, calls, sentence)
     class(periodic_system), intent(in) :: system
     integer, intent(inout) :: calls
@@ -55,7 +57,8 @@ contains
     end do
   end subroutine describe_roughness
 
-  !> Sums over the elements of each coefficient, shape (phases, coefficients).
+  !> Computes weighted sums over the elements of each coefficient, shape (phases, coefficients), and returns the coefficients'
+  !> names.
   subroutine sample_sums(system, phases, values, names)
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: phases(:)
@@ -98,8 +101,8 @@ contains
     end do
   end subroutine sample_sums
 
-  !> Finds the roughest place by fourth differences, away from the declared breaks, and looks there with ever smaller spacing: a
-  !> smooth function may be sharp, or swing so fast that the first look does not resolve it.
+  !> Finds the roughest place of a coefficient by fourth differences, away from the declared breaks. It then samples around that
+  !> place with decreasing spacing, because a smooth function may have sharp peaks or oscillate too fast for the first sampling.
   subroutine find_rough_place(system, which, name, values, calls, sentence)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: which
@@ -107,7 +110,7 @@ contains
     real(dp), intent(in) :: values(:)
     integer, intent(inout) :: calls
     character(len=:), allocatable, intent(out) :: sentence
-    !> Closer looks, each at so many times, with a quarter of the spacing.
+    !> Number of refinements, each with a quarter of the previous spacing, and number of times sampled in each.
     integer, parameter :: looks = 5, closer = 65
     real(dp), allocatable :: near(:), around(:, :)
     real(dp) :: ratio, spacing, place
@@ -142,8 +145,8 @@ contains
 
   contains
 
-    !> Sizes of the fourth differences, how much greater over twice the spacing they are, and where they are greatest. Phases begin
-    !> at `from`. What is rounding is smooth.
+    !> Computes the magnitudes of the fourth differences, the ratio defined above and the phase of the largest difference. The first
+    !> sample is at phase `from`. Differences of the size of rounding errors count as smooth.
     subroutine take_differences(y, from, sizes, ratio, place)
       real(dp), intent(in) :: y(:), from
       real(dp), allocatable, intent(out) :: sizes(:)

@@ -1,4 +1,4 @@
-!> What was found of a machine, by names: verdict, multipliers, vibrations, tables.
+!> Results of a machine by name: verdict, multipliers, vibrations, tables, report and files.
 module gestell_door_solution
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_verdict, only: verdict_length
@@ -26,12 +26,12 @@ module gestell_door_solution
 
   public :: solve_document
 
-  !> What was asked for; see `verdict`, `multipliers`, `response`, `table`.
+  !> The results of the requested tasks. See `verdict`, `multipliers`, `response`, `table`, `report` and `write`.
   type, public :: solution_type
     private
     type(context_type) :: context
     type(result_type), public :: result
-    !> The report, once it was asked for.
+    !> The report; unallocated until it is first requested
     character(len=:), allocatable :: told
   contains
     procedure :: verdict
@@ -42,22 +42,24 @@ module gestell_door_solution
     procedure :: write => write_files
   end type solution_type
 
-  !> A quantity over the period: peak and rms with bounds on their errors, amplitudes of its harmonics, the orders 1, 2, ... where
-  !> it is one turn of the drive, and its history at equidistant times from 0 to T, both included.
+  !> Vibration of a quantity over one period T.
   type, public :: response_type
+    !> Name and SI unit of the quantity
     character(len=:), allocatable :: name, unit
+    !> Maximum of the magnitude and root mean square, with bounds on their errors
     real(dp) :: peak = 0, peak_error = 0, rms = 0, rms_error = 0
+    !> Amplitudes of the harmonics 1, 2, ... of the period, and values at equidistant times from 0 to T, both included
     real(dp), allocatable :: amplitudes(:), history(:)
   end type response_type
 
 contains
 
-  !> Runs the tasks of a checked document; `settings`: what of it was set from outside. Where all are about the input's own machine
-  !> the report, which costs more than the verdict, waits until it is asked for.
-  !> Errors: the machine makes no sense or cannot turn; nothing could be computed.
+  !> Runs the tasks of a checked document. Writing the report costs more than the verdict, so it is postponed until requested if all
+  !> tasks concern the input's own machine. Fails if the machine is invalid or cannot turn, or if nothing could be computed.
   subroutine solve_document(document, schema, settings, solution, error)
     type(document_type), intent(in) :: document
     type(schema_type), intent(in) :: schema
+    !> Values set after reading, as PATH=VALUE, for the file headings
     type(setting_type), intent(in) :: settings(:)
     type(solution_type), intent(out) :: solution
     type(error_type), allocatable, intent(out) :: error
@@ -66,10 +68,11 @@ contains
     if (.not. allocated(error)) call solution%context%entitle(document%file, settings)
   end subroutine solve_document
 
-  !> `reports`: what people read is wanted too. Errors: as above.
+  !> Runs the tasks of a document. Errors as in `solve_document`.
   subroutine solve_tasks(document, schema, reports, context, result, error)
     type(document_type), intent(in) :: document
     type(schema_type), intent(in) :: schema
+    !> True to write the report too
     logical, intent(in) :: reports
     type(context_type), intent(out) :: context
     type(result_type), intent(out) :: result
@@ -94,7 +97,7 @@ contains
     end if
   end subroutine solve_tasks
 
-  !> What the program would tell people. Errors: as when it was solved.
+  !> Returns the report that the program would print. Fails if the postponed computation of the report fails.
   subroutine report(self, lines, error)
     class(solution_type), intent(inout) :: self
     character(len=:), allocatable, intent(out) :: lines
@@ -121,12 +124,14 @@ contains
     !$omp end critical (gestell_door)
   end subroutine report
 
-  !> Writes the program's files into `folder`: tables and the scripts of their pictures; with `pictures` these too, by gnuplot.
-  !> Errors: they cannot be written; there is no gnuplot, and all but the pictures is written.
+  !> Writes the program's files into `folder`: tables and scripts for their pictures. Fails if they cannot be written, or if
+  !> pictures are requested and gnuplot is missing; in that case all other files are written.
   subroutine write_files(self, folder, error, pictures)
     class(solution_type), intent(in) :: self
+    !> Folder for the files; created if necessary
     character(len=*), intent(in) :: folder
     type(error_type), allocatable, intent(out) :: error
+    !> True to draw the pictures with gnuplot; default false
     logical, intent(in), optional :: pictures
 
     type(staging_type) :: staging
@@ -152,15 +157,16 @@ contains
     !$omp end critical (gestell_door)
   end subroutine write_files
 
-  !> The worst of all verdicts: stable, undamped, undecided, unstable; empty where nothing was asked for that has a verdict.
+  !> The worst verdict of all tasks: stable, undamped, undecided, unstable or a reason why no vibration exists; blank if no task
+  !> judges stability.
   pure character(len=verdict_length) function verdict(self)
     class(solution_type), intent(in) :: self
 
     verdict = self%result%worst%word()
   end function verdict
 
-  !> The multipliers of the input's own machine, the largest first, and bounds on their errors, absolute; not allocated where no
-  !> task needed them.
+  !> Returns the multipliers of the input's own machine in descending magnitude, and absolute bounds on their errors. Both are
+  !> unallocated if no task computed multipliers.
   pure subroutine multipliers(self, rho, errors)
     class(solution_type), intent(in) :: self
     complex(dp), allocatable, intent(out) :: rho(:)
@@ -171,9 +177,10 @@ contains
     errors = abs(rho) * self%context%analysis%multipliers%error
   end subroutine multipliers
 
-  !> The vibration of a quantity (doc/input.md, Quantities). Errors: there is none of that name; no task has computed the vibration.
+  !> Returns the vibration of a quantity. Fails if the name is unknown or no task has computed the vibration.
   subroutine response(self, name, found, error)
     class(solution_type), intent(inout), target :: self
+    !> Name of the quantity as in doc/input.md, for example f or probe(outlet).v
     character(len=*), intent(in) :: name
     type(response_type), intent(out) :: found
     type(error_type), allocatable, intent(out) :: error
@@ -205,7 +212,8 @@ contains
     !$omp end critical (gestell_door)
   end subroutine response
 
-  !> The vibration with `rows` of its motion at least. Error: it cannot be computed.
+  !> Makes sure that the vibration is stored with at least `rows` rows of its motion, computing it again if necessary. Fails if it
+  !> cannot be computed.
   subroutine hold(solution, rows, error)
     type(solution_type), intent(inout), target :: solution
     integer, intent(in) :: rows
@@ -226,7 +234,7 @@ contains
     end associate
   end subroutine hold
 
-  !> The table of that name. Error: there is none.
+  !> Returns the table with this name. Fails if it does not exist.
   subroutine table(self, name, found, error)
     class(solution_type), intent(in) :: self
     character(len=*), intent(in) :: name

@@ -1,4 +1,4 @@
-!> Any linear system with periodic coefficients, of a user's own: multipliers, verdict, periodic motion.
+!> Solves a user's own linear system with periodic coefficients: multipliers, verdict, periodic motion.
 module gestell_door_system
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -14,15 +14,16 @@ module gestell_door_system
 
   public :: solve_system
 
-  !> What is known of it.
+  !> Results of a linear periodic system.
   type, public :: motion_type
-    !> stable, unstable or undecided (that nothing damps a system of a user's own is not known).
+    !> stable, unstable or undecided. It is never undamped, because nothing is known about the damping of a user's system.
     character(len=9) :: verdict = ""
-    !> Multipliers, the largest first, and bounds on their errors; shapes (states). Characteristic exponents ln(rho) / T.
+    !> Multipliers in descending magnitude, and characteristic exponents ln(rho) / T (1/s), shapes (states)
     complex(dp), allocatable :: multipliers(:), exponents(:)
+    !> Absolute bounds on the errors of the multipliers, shape (states)
     real(dp), allocatable :: errors(:)
-    !> The periodic motion at equidistant times from 0 to T, both included, shape (states, points + 1), and bounds on its error that
-    !> hold at all times, shape (states); not allocated where it was not asked for.
+    !> Periodic motion at equidistant times from 0 to T, both included, shape (states, points + 1), and bounds on its error that
+    !> hold at all these times, shape (states). Unallocated unless requested
     real(dp), allocatable :: x(:, :), x_error(:)
   end type motion_type
 
@@ -30,15 +31,19 @@ module gestell_door_system
 
 contains
 
-  !> `system` extends `second_order_system` (M q'' + B q' + C q = h) or `periodic_system` (x' = P x + f). `points`: intervals of the
-  !> periodic motion. Errors: a system that makes no sense; a tolerance out of range or out of reach; coefficients that are not
-  !> finite or not smooth, a singular mass matrix, a period that is far too long, each within 100,000 calls of the coefficients;
-  !> resonance, where a motion is asked for; then the multipliers are there.
+  !> Solves a linear periodic system. Fails if the system is invalid, the tolerance is out of range or cannot be reached, the
+  !> coefficients are not finite or not smooth, the mass matrix is singular, or the period is far too long. Faults of the
+  !> coefficients are found within 100,000 calls. Also fails if a motion is requested at an undamped resonance; the multipliers are
+  !> returned nevertheless.
   subroutine solve_system(system, motion, error, tolerance, points)
+    !> Extends `second_order_system` (M q'' + B q' + C q = h) or `periodic_system` (x' = P x + f)
     class(periodic_system), intent(in) :: system
+    !> Multipliers, verdict and, if requested, the periodic motion
     type(motion_type), intent(out) :: motion
     type(error_type), allocatable, intent(out) :: error
+    !> Relative tolerance of the multipliers and the motion
     real(dp), intent(in), optional :: tolerance
+    !> Number of intervals of the periodic motion, 1 to 1,000,000; absent: no motion is computed
     integer, intent(in), optional :: points
     class(periodic_system), allocatable :: guarded
     type(watch_type), target :: watch

@@ -1,4 +1,4 @@
-!> The command line: options and the input's name.
+!> Parses the command line: options and the name of the input file. The text of --help comes from the same table of options.
 module gestell_run_command_line
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_input_namelist_number, only: read_integer
@@ -10,16 +10,16 @@ module gestell_run_command_line
 
   public :: command_line, help_text, parse
 
-  !> A word of the command line.
+  !> A word of the command line
   type, public :: word_type
     character(len=:), allocatable :: text
   end type word_type
 
-  !> An option. Parsing and --help, and with it the completion of the shell, follow from its record.
+  !> Describes an option. Parsing, --help and the shell completion all use this record.
   type :: option_type
     character(len=2) :: short
     character(len=18) :: long
-    !> What --help calls its value: blank if it takes none, in brackets if the value may be missing.
+    !> Name of the option's value in --help: blank if it takes none, in brackets if the value is optional
     character(len=10) :: value
     character(len=160) :: meaning
   end type option_type
@@ -48,7 +48,7 @@ module gestell_run_command_line
     &   // "groups: all groups"), &
     & option_type("-V", "--version", "", "the version")]
 
-  !> Two options that exclude each other, and why if that is not plain.
+  !> Two options that exclude each other; `reason` is empty if it is obvious
   type :: conflict_type
     character(len=10) :: one
     character(len=18) :: other
@@ -64,14 +64,17 @@ module gestell_run_command_line
     & conflict_type("--one-line", "--report"), conflict_type("--check", "--json"), conflict_type("--part", "--json"), &
     & conflict_type("--one-line", "--json")]
 
+  !> The options of one run.
   type, public :: options_type
+    !> Name of the input file; unallocated if none is given
     character(len=:), allocatable :: input
-    !> Unallocated: named after the input.
+    !> Folder for the results; unallocated: named after the input
     character(len=:), allocatable :: output
-    !> The group or key that help is wanted on.
+    !> Group or key that --help explains; unallocated: --help lists the options
     character(len=:), allocatable :: topic
+    !> Values given by --set, as PATH=VALUE
     type(setting_type), allocatable :: settings(:)
-    !> The share of a sweep that is computed: part `part` of `parts`.
+    !> Share of a sweep to compute: part `part` of `parts`
     integer :: part = 1, parts = 1
     logical, private :: given(size(known)) = .false.
   contains
@@ -89,7 +92,7 @@ contains
     has = any(self%given .and. known%long == name)
   end function has
 
-  !> True if files may be published: --check publishes only the pictures of --plot.
+  !> True if the run publishes files. With --check it publishes only the pictures of --plot.
   pure logical function writes_files(self)
     class(options_type), intent(in) :: self
 
@@ -109,7 +112,8 @@ contains
     end do
   end function command_line
 
-  !> The options from the words of a command line. Error: wrong usage.
+  !> Parses the words of a command line. Fails on wrong usage: unknown options, missing values, options that exclude each other, no
+  !> input.
   subroutine parse(words, options, error)
     type(word_type), intent(in) :: words(:)
     type(options_type), intent(out) :: options
@@ -162,7 +166,7 @@ contains
 
       select case (known(k)%long)
       case ("--set")
-        ! of a variable: gfortran 12 does not free what a constructor within a list has allocated
+        ! A variable, because gfortran 12 does not free what a constructor within an array constructor allocates.
         setting%text = value
         options%settings = [options%settings, setting]
       case ("--output")
@@ -173,12 +177,12 @@ contains
       case ("--help")
         if (i == size(words)) cycle
         value = words(i + 1)%text
-        ! an input beside --help is no topic
+        ! a file name behind --help is the input, not a topic
         if (index(value, "-") == 1 .or. index(value, "/") > 0 .or. index(value // " ", ".nml ") > 0) cycle
         options%topic = value
         i = i + 1
       case default
-        ! a switch: that it is there says all
+        ! a switch has no value
       end select
       if (allocated(error)) return
     end do
@@ -192,14 +196,14 @@ contains
     call fatal_error(error, "no input file; usage: gestell [options] input.nml, and gestell --help", wrong_usage)
   end subroutine parse
 
-  !> Which of the known options is written like this; 0: none.
+  !> Index of the option with this short or long name; 0 if there is none.
   pure integer function number_of(word)
     character(len=*), intent(in) :: word
 
     number_of = findloc(len(word) > 0 .and. (known%long == word .or. known%short == word), .true., dim=1)
   end function number_of
 
-  !> The share of --part i/n.
+  !> Reads the value i/n of --part.
   subroutine read_part(value, options, error)
     character(len=*), intent(in) :: value
     type(options_type), intent(inout) :: options

@@ -1,5 +1,5 @@
-!> Words for people: on standard output unless it is to be silent, and kept for the page that holds the whole report; notes and
-!> errors on standard error.
+!> Prints the report on standard output, and notes and errors on standard error. It also keeps the report for the HTML page
+!> (--report).
 module gestell_run_console
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_files, only: last_reason, write_whole
@@ -12,11 +12,13 @@ module gestell_run_console
 
   public :: print_out, tell
 
+  !> Prints a report while a run proceeds.
   type, extends(listener_type), public :: console_type
-    !> Nothing is printed, what is said is kept all the same; another process tells notes.
+    !> `silent`: keep the report but print nothing; `aside`: print no notes, because another process prints them
     logical :: silent = .false., aside = .false.
+    !> The report so far
     character(len=:), allocatable :: said
-    !> What went wrong with standard output. What is said after that is kept alone: the files are written all the same.
+    !> Failure of standard output, after which nothing more is printed. The report is still kept and the files are still written.
     type(error_type), allocatable :: error
   contains
     procedure :: hear
@@ -27,7 +29,7 @@ module gestell_run_console
 
 contains
 
-  !> Says what of the report was not yet said, and notes.
+  !> Prints the new part of the report and the new notes.
   subroutine hear(self, result)
     class(console_type), intent(inout) :: self
     type(result_type), intent(inout) :: result
@@ -43,7 +45,7 @@ contains
     call self%say(result%rest())
   end subroutine hear
 
-  !> Says complete lines.
+  !> Prints complete lines and keeps them.
   subroutine say(self, words)
     class(console_type), intent(inout) :: self
     character(len=*), intent(in) :: words
@@ -53,7 +55,7 @@ contains
     if (.not. (self%silent .or. allocated(self%error))) call print_out(printable(words), self%error)
   end subroutine say
 
-  !> Writes to standard output. Error: not all of it can be written.
+  !> Writes to standard output. Fails if not everything can be written.
   subroutine print_out(words, error)
     character(len=*), intent(in) :: words
     type(error_type), allocatable, intent(out) :: error
@@ -65,7 +67,7 @@ contains
     error%unwritten = .true.
   end subroutine print_out
 
-  !> Writes one line to standard error; where that fails there is nobody to tell.
+  !> Writes one line to standard error. A failure is ignored: there is no other place to report it.
   subroutine tell(words)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: line

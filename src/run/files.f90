@@ -1,4 +1,4 @@
-!> What a run has found, in the forms that the options ask for.
+!> Writes the results of a run in the forms that the options request: tables, pictures, results.json, an HTML page or one CSV line.
 module gestell_run_files
   use gestell_base_error, only: error_type
   use gestell_input_schema_path, only: position_of_equals
@@ -22,13 +22,16 @@ module gestell_run_files
 
 contains
 
-  !> Writes what was found as the options ask for it: on one line, or as tables, pictures and page. `closing`: what is to be said
-  !> when the files are published. `error` may come in with the first failure of the tasks.
+  !> Writes the results in the forms that the options request. `error` may hold the first failure of the tasks on entry.
   subroutine write_files(options, context, result, console, closing, error)
+    !> Command line of the run
     type(options_type), intent(in) :: options
+    !> Machine, file headings and the staging folder that receives the files
     type(context_type), intent(in) :: context
     type(result_type), intent(inout) :: result
+    !> The report for the HTML page
     type(console_type), intent(inout) :: console
+    !> Lines to print once the files are published
     character(len=:), allocatable, intent(inout) :: closing
     type(error_type), allocatable, intent(inout) :: error
     type(error_type), allocatable :: unwritten, undrawn
@@ -64,12 +67,12 @@ contains
     if (options%has("--report") .and. .not. options%has("--check")) call write_page(context, result, console%said, error)
   end subroutine write_files
 
-  !> results.json, or the same on standard output that is quiet otherwise; `failure`: what could not be computed, if anything.
-  !> Error: it cannot be written.
+  !> Writes results.json, or with --quiet the same JSON text to standard output. Fails if it cannot be written.
   subroutine write_json(options, context, result, failure, error)
     type(options_type), intent(in) :: options
     type(context_type), intent(in) :: context
     type(result_type), intent(in) :: result
+    !> Message about a failed computation; empty if nothing failed
     character(len=*), intent(in) :: failure
     type(error_type), allocatable, intent(out) :: error
     type(output_type) :: output
@@ -83,7 +86,8 @@ contains
     call output%complete(error)
   end subroutine write_json
 
-  !> The line of the machine, or those of a sweep, behind what was set by --set. Error: they cannot be written.
+  !> Prints the machine's CSV line, or one line for each case of a sweep, preceded by columns for the values of --set. Fails if
+  !> standard output cannot be written.
   subroutine print_brief(options, result, error)
     type(options_type), intent(in) :: options
     type(result_type), intent(inout) :: result

@@ -1,4 +1,4 @@
-!> The input file of a run: what it orders, and whether that fits the options.
+!> Reads the input file of a run and checks that its tasks fit the options.
 module gestell_run_input
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_input_namelist, only: read_document
@@ -19,7 +19,7 @@ module gestell_run_input
 
 contains
 
-  !> The input, with what is set from outside. Errors: as of the files' readers.
+  !> Reads the input file and applies the values of --set. Fails if the file cannot be read or the input is invalid.
   subroutine read_input(options, tasks, configuration, error)
     type(options_type), intent(in) :: options
     type(any_task_type), allocatable, intent(out) :: tasks(:)
@@ -41,10 +41,12 @@ contains
     call read_tasks(doc, schema, tasks, configuration, error)
   end subroutine read_input
 
-  !> What the options ask of the input's tasks; `together`: several processes are to do them. Error: wrong usage.
+  !> Checks that the tasks can do what the options request. Fails with wrong usage if they cannot.
   subroutine check_options(options, tasks, together, error)
     type(options_type), intent(in) :: options
+    !> All tasks of the input, requested or not
     type(any_task_type), intent(in) :: tasks(:)
+    !> True if several processes (MPI ranks) work on the tasks
     logical, intent(in) :: together
     type(error_type), allocatable, intent(out) :: error
     logical, dimension(size(tasks)) :: ordered, shared, brief, judges
@@ -66,9 +68,10 @@ contains
     end if
   end subroutine check_options
 
-  !> Error: what the tasks can leave in `folder` would replace the file `path` that was read.
+  !> Fails if a result file in `folder` would replace the input file `path`.
   subroutine check_folder(tasks, folder, path, error)
     type(any_task_type), intent(in) :: tasks(:)
+    !> `folder`: folder for the results; `path`: full path of the input file
     character(len=*), intent(in) :: folder, path
     type(error_type), allocatable, intent(out) :: error
     character(len=longest_table), allocatable :: tables(:)
@@ -82,7 +85,7 @@ contains
     call spare_input(folder, result_files(tables), path, error)
   end subroutine check_folder
 
-  !> "'a', 'b' or 'c'".
+  !> Joins the names of the chosen tasks as in "'a', 'b' or 'c'".
   pure function one_of(tasks, chosen) result(words)
     type(any_task_type), intent(in) :: tasks(:)
     logical, intent(in) :: chosen(:)
@@ -98,7 +101,7 @@ contains
     end do
   end function one_of
 
-  !> The folder for the results: as ordered, or the input's name without folders and ending.
+  !> Folder for the results: the value of --output, or the input's name without folders and ending.
   pure function folder_name(options) result(folder)
     type(options_type), intent(in) :: options
     character(len=:), allocatable :: folder

@@ -1,4 +1,4 @@
-!> What the system may do to the program: limits, signals, closed streams.
+!> Protects the program from limits and signals of the operating system: stack size, file size, closed streams.
 module gestell_run_process
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_text, only: text
@@ -11,13 +11,13 @@ module gestell_run_process
 
   public :: check_stacks, prepare_process
 
-  !> struct rlimit of POSIX; a negative number: there is no limit.
+  !> struct rlimit of POSIX; a negative number means that there is no limit.
   type, bind(c) :: limit_type
     integer(c_long) :: current, most
   end type limit_type
 
   interface
-    !> POSIX signal; a handler is an address, or one of a few small numbers.
+    !> POSIX signal. `handler` is an address or a small number such as SIG_IGN.
     integer(c_intptr_t) function c_signal(number, handler) bind(c, name="signal")
       import :: c_int, c_intptr_t
       implicit none (type, external)
@@ -34,20 +34,20 @@ module gestell_run_process
     end function c_getrlimit
   end interface
 
-  !> SIGXFSZ and SIGPIPE, and SIG_IGN.
+  !> SIGXFSZ and SIGPIPE; SIG_IGN.
   integer(c_int), parameter :: file_too_large = 25, closed_pipe = 13
   integer(c_intptr_t), parameter :: ignore = 1
   integer(c_int), parameter :: standard_error = 2
-  !> RLIMIT_STACK; kilobytes that the program needs and usually has, those that a thread needs: about twice of what the
-  !> tests were seen to take.
+  !> RLIMIT_STACK; stack (kB) that the program needs, usual stack size, stack that a thread needs. The needs are about twice the
+  !> largest use observed in the tests.
   integer(c_int), parameter :: of_stack = 3
   integer, parameter :: least_stack = 256, usual_stack = 8192, least_of_threads = 256
 
 contains
 
-  !> Makes of signals that would kill the program failures of the call that it can tell: a file that grows beyond the limit
-  !> (ulimit -f) fails as on a full disk, what nobody reads any more cannot be written. Standard streams that are closed are
-  !> opened so that no result file takes their numbers: writing to them fails.
+  !> Turns signals that would kill the program into failures of the system call, which the program can report: a file beyond the
+  !> limit of ulimit -f, or a pipe that nobody reads. Closed standard streams are opened on /dev/null for reading, so that no result
+  !> file gets their numbers; writing to them then fails.
   subroutine prepare_process()
     integer(c_intptr_t) :: before
     integer(c_int) :: handle
@@ -61,8 +61,8 @@ contains
     call unlock_file(handle)
   end subroutine prepare_process
 
-  !> Error: a stack is too small, with which the program would end in a signal somewhere. Threads get what OMP_STACKSIZE says,
-  !> else what the program has.
+  !> Fails if a stack is too small; the program would otherwise crash with a signal. The stack of threads is given by OMP_STACKSIZE,
+  !> or by the program's limit if that variable is not set.
   subroutine check_stacks(error)
     type(error_type), allocatable, intent(out) :: error
     type(limit_type) :: limit
@@ -80,8 +80,8 @@ contains
       & // " kB, " // text(least_of_threads) // " kB are needed", wrong_usage)
   end subroutine check_stacks
 
-  !> The size that a variable of the environment tells as OpenMP has it: a number and B, K, M or G, K without; -1 where it
-  !> tells none or more than can matter.
+  !> Size in kB that an environment variable specifies in OpenMP's format: a number followed by B, K, M or G (K if omitted). Returns
+  !> -1 if the variable is unset or invalid, or if its unit is M or G and hence large enough.
   integer function kilobytes(name)
     character(len=*), intent(in) :: name
     character(len=32) :: value

@@ -1,4 +1,4 @@
-!> A run of the program: from the words of its command line to its exit code, and what it does with an input file.
+!> Executes a run of the program: from the words of the command line to the exit code.
 module gestell_run
   use gestell_run_command_line, only: help_text, options_type, parse, word_type
   use gestell_run_console, only: console_type, print_out, tell
@@ -22,14 +22,15 @@ module gestell_run
 
   public :: execute, run
 
-  !> Exit code of a run with --fail-if-unstable whose verdict is not stable.
+  !> Exit code of a run with --fail-if-unstable that finds a verdict other than stable.
   integer, parameter, public :: not_stable = 10
 
   character, parameter :: newline = new_line("a")
 
 contains
 
-  !> Does what the words ask for; an error becomes one line on standard error. `executor`: who does the work.
+  !> Executes a command line. An error is printed as one line on standard error. `executor` distributes the work; by default it uses
+  !> the threads of this process.
   subroutine execute(words, code, executor)
     type(word_type), intent(in) :: words(:)
     integer, intent(out) :: code
@@ -57,13 +58,16 @@ contains
     code = error%code
   end subroutine execute
 
-  !> Reads, computes, reports and writes what the options and the input ask for. `code` is 0 or `not_stable`. The files are
-  !> published together, in the end; where the computation failed, those of what was computed before. `executor`: who does the
-  !> work; of several processes all call this, and one of them tells and writes. Error: the same for all.
+  !> Reads the input, runs its tasks, prints the report and writes the files. All files are published together at the end; after a
+  !> failed computation, those of the tasks that succeeded. With several processes all call this procedure, and one of them prints
+  !> and writes.
   subroutine run(options, code, error, executor)
     type(options_type), intent(in) :: options
+    !> 0, or `not_stable` (see there)
     integer, intent(out) :: code
+    !> The failure, identical in all processes
     type(error_type), allocatable, intent(out) :: error
+    !> Distributes the work; by default over the threads of this process
     class(executor_type), allocatable, intent(inout), optional :: executor
     type(any_task_type), allocatable :: tasks(:)
     type(context_type) :: context
@@ -124,7 +128,7 @@ contains
     if (allocated(error)) return
     if (options%has("--fail-if-unstable") .and. .not. result%all_stable) code = not_stable
     if (.not. allocated(result%failure)) return
-    ! The verdict stands even where the vibration could not be computed.
+    ! The verdict is valid even if the vibration could not be computed.
     if (code == not_stable) then
       call tell("note: " // result%failure%message)
     else
@@ -132,7 +136,7 @@ contains
     end if
   end subroutine run
 
-  !> What the tasks are run with.
+  !> Prepares the context in which the tasks run, and the empty result.
   subroutine prepare(options, context, result)
     type(options_type), intent(in) :: options
     type(context_type), intent(inout) :: context
@@ -153,7 +157,7 @@ contains
     call result%begin(options%has("--verbose"))
   end subroutine prepare
 
-  !> What --check tells and draws.
+  !> Executes --check: reports the mechanism and the tasks without computing them, and draws the mechanism with --plot.
   subroutine check_only(options, tasks, context, result, error)
     type(options_type), intent(in) :: options
     type(any_task_type), intent(inout) :: tasks(:)
@@ -175,7 +179,7 @@ contains
     call result%say(newline // "The input is sound; nothing more was computed (--check)." // newline)
   end subroutine check_only
 
-  !> Publishes the files, none where one could not be written.
+  !> Publishes the files; none is published if one of them could not be written.
   subroutine settle(staging, tasks, result, error)
     type(staging_type), intent(inout) :: staging
     type(any_task_type), intent(inout) :: tasks(:)

@@ -1,4 +1,4 @@
-!> A line on the terminal that says how far the work is; nothing where standard error is no terminal.
+!> Shows progress in a line on the terminal. Nothing is shown if standard error is not a terminal.
 module gestell_run_terminal
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
@@ -20,13 +20,14 @@ module gestell_run_terminal
 
   integer(c_int), parameter :: standard_error = 2
 
-  !> Points done of many, with their rate.
+  !> Shows how many points of a computation are done, at which rate, and how long the rest will take.
   type, extends(progress_type), public :: terminal_type
     private
-    !> Whether there is a terminal; whether a line of points stands there.
+    !> `shown`: standard error is a terminal; `stands`: the terminal currently shows a progress line
     logical :: shown = .false., stands = .false.
+    !> Number of points in total and done so far
     integer(int64) :: all = 0, done = 0
-    !> Seconds: of the start, and of the last line.
+    !> Time of the start and of the last update (s)
     real(dp) :: begin = 0, last = 0
   contains
     procedure :: start
@@ -36,12 +37,12 @@ module gestell_run_terminal
   end type terminal_type
 
   integer, parameter :: bar = 30, widest = 79
-  !> Seconds between two lines.
+  !> Minimum time between two updates (s).
   real(dp), parameter :: pause = 0.1_dp
 
 contains
 
-  !> Shows `part`, from 0 to 1, instead of what it showed before; at 1 the line disappears.
+  !> Shows a bar for the fraction `part` (0 to 1) of an activity; at 1 the line disappears.
   subroutine show_part(doing, part)
     character(len=*), intent(in) :: doing
     real(dp), intent(in) :: part
@@ -54,7 +55,7 @@ contains
     end if
   end subroutine show_part
 
-  !> Begins with `all` points to come.
+  !> Starts counting with `all` points still to do.
   subroutine start(self, all)
     class(terminal_type), intent(inout) :: self
     integer(int64), intent(in) :: all
@@ -67,7 +68,7 @@ contains
     self%last = self%begin
   end subroutine start
 
-  !> So many points more are done.
+  !> Counts further points as done and updates the line.
   subroutine add(self, points)
     class(terminal_type), intent(inout) :: self
     integer(int64), intent(in) :: points
@@ -83,14 +84,14 @@ contains
       & // concise(rate, 3) // " points/s, " // duration(real(self%all - self%done, dp) / rate) // " left")
   end subroutine add
 
-  !> Removes the line.
+  !> Removes the progress line.
   subroutine clear(self)
     class(terminal_type), intent(inout) :: self
 
     if (self%stands) call show("")
   end subroutine clear
 
-  !> Replaces the line by `words`.
+  !> Replaces the progress line by `words`.
   subroutine show(words)
     character(len=*), intent(in) :: words
     logical :: done
@@ -107,7 +108,7 @@ contains
     words = "[" // repeat("#", done) // repeat(".", bar - done) // "]"
   end function bar_of
 
-  !> Seconds as 59 s, 59:59 or 59:59:59.
+  !> Formats a duration (s) as 59 s, 59:59 or 59:59:59.
   pure function duration(seconds) result(words)
     real(dp), intent(in) :: seconds
     character(len=:), allocatable :: words

@@ -1,4 +1,4 @@
-!> What the functions for C are made of: handles, texts, errors.
+!> Helpers of the C interface: handles, texts, errors.
 module gestell_door_c_handle
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_null_char, c_ptr
@@ -7,14 +7,14 @@ module gestell_door_c_handle
 
   public :: code_of, give_count, give_text, no_handle, too_small
 
-  !> What is behind a handle of an error: the last that was reported to it.
+  !> Object behind an error handle of C; it holds the last error reported to this handle.
   type, public :: c_error_type
     type(error_type), allocatable :: error
   end type c_error_type
 
 contains
 
-  !> The code of `error`, 0 where there is none, and the error itself behind its `handle`, which may be null.
+  !> Returns the code of `error` (0 for success) and moves the error to the object behind `handle`, which may be null.
   integer(c_int) function code_of(error, handle) result(code)
     type(error_type), allocatable, intent(inout) :: error
     type(c_ptr), intent(in) :: handle
@@ -27,7 +27,7 @@ contains
     call move_alloc(error, kept%error)
   end function code_of
 
-  !> Refuses a null pointer: `what` it should have been.
+  !> Reports that a pointer is null; `what` names what it should point to.
   pure subroutine no_handle(what, error)
     character(len=*), intent(in) :: what
     type(error_type), allocatable, intent(out) :: error
@@ -35,7 +35,7 @@ contains
     call fatal_error(error, what // " is a null pointer", wrong_usage)
   end subroutine no_handle
 
-  !> Gives a number that is asked for, unless there is an error. Error: nobody takes it.
+  !> Returns a count to C, 0 if there is an error. Fails if C passed a null pointer for it.
   pure subroutine give_count(found, error, count)
     integer, intent(in) :: found
     type(error_type), allocatable, intent(inout) :: error
@@ -49,7 +49,7 @@ contains
     if (.not. allocated(error)) count = int(found, c_int)
   end subroutine give_count
 
-  !> Refuses an array of `given` elements where there are `needed` ones.
+  !> Reports that an array has `given` elements but needs `needed`.
   pure subroutine too_small(what, given, needed, error)
     character(len=*), intent(in) :: what
     integer, intent(in) :: given, needed
@@ -60,7 +60,8 @@ contains
     call fatal_error(error, what // trim(numbers), wrong_usage)
   end subroutine too_small
 
-  !> Puts `text` with a zero behind it into the `size` characters at `pointer`. Error: they are too few, or none.
+  !> Copies `text` and a terminating zero to `pointer`, which has room for `size` characters. Fails if the room is too small or the
+  !> pointer is null.
   subroutine give_text(text, size, pointer, error)
     character(len=*), intent(in) :: text
     integer(c_int), intent(in) :: size

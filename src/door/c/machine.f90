@@ -1,5 +1,5 @@
-!> Machines for C (include/gestell.h). Every function gives the code of its error, 0 where there is none, and takes a null handle
-!> for what it is: an error.
+!> Machines for C (include/gestell.h). Every function returns the code of its error, 0 for success. A null handle is reported as an
+!> error.
 module gestell_door_c_machine
   use gestell_base_error, only: error_type
   use gestell_base_files, only: copy_text
@@ -44,7 +44,7 @@ contains
     handle = c_null_ptr
   end subroutine delete_error
 
-  !> Its code; the message as far as there is room for it.
+  !> Returns the code of the last error and copies its message, shortened to the given size.
   integer(c_int) function error_text(handle, size, text) result(code) bind(c, name="gestell_get_error")
     type(c_ptr), value :: handle, text
     integer(c_int), value :: size
@@ -178,7 +178,8 @@ contains
     if (.not. allocated(values)) allocate(values(0))
   end subroutine find_values
 
-  !> `tasks` null: those of the input. `found` becomes the handle of a new solution, null where there is none.
+  !> Solves a machine. If `tasks` is null, the tasks of the input are executed. `found` returns the handle of a new solution, or
+  !> null after an error.
   integer(c_int) function solve_machine(handle, tasks, found, failure) result(code) bind(c, name="gestell_solve")
     type(c_ptr), value :: handle, tasks, failure
     type(c_ptr), intent(out), optional :: found
@@ -200,7 +201,7 @@ contains
     end if
     if (.not. allocated(error)) then
       allocate(solution)
-      ! without `names`, which is not allocated then: the tasks of the input
+      ! `names` is unallocated if C passed no tasks, which makes the argument absent
       call machine%solve(solution, error, names)
       if (allocated(error)) then
         deallocate(solution)
@@ -211,7 +212,8 @@ contains
     code = code_of(error, failure)
   end function solve_machine
 
-  !> The machine and the text behind two pointers; `what` the text is. Error: one of them is null.
+  !> Finds the machine behind a handle and copies the text behind `pointer`; `what` names the text in messages. Fails if one of them
+  !> is null.
   subroutine take(handle, machine, pointer, what, text, error)
     type(c_ptr), intent(in) :: handle, pointer
     type(machine_type), pointer, intent(out) :: machine

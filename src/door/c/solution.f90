@@ -25,7 +25,7 @@ contains
     handle = c_null_ptr
   end subroutine delete_solution
 
-  !> The characters of a text, the zero at its end counted.
+  !> Size of a text in bytes, including the terminating zero.
   integer(c_int) function size_text(handle, what, size, failure) result(code) bind(c, name="gestell_size_text")
     type(c_ptr), value :: handle, what, failure
     integer(c_int), intent(out), optional :: size
@@ -48,7 +48,7 @@ contains
     code = code_of(error, failure)
   end function get_text
 
-  !> "verdict", "report" or "failure": what could not be computed beside the verdict.
+  !> Finds a text of a solution: "verdict", "report", or "failure" (message about results that could not be computed).
   subroutine find_text(handle, what, text, error)
     type(c_ptr), intent(in) :: handle, what
     character(len=:), allocatable, intent(out) :: text
@@ -124,7 +124,7 @@ contains
     if (.not. allocated(rho)) allocate(rho(0))
   end subroutine find_multipliers
 
-  !> How many orders and points there are of the vibration of `quantity`, and its unit, which takes `size` characters.
+  !> Returns the numbers of orders and points of the vibration of `quantity`, and its unit, for which C provides `size` characters.
   integer(c_int) function describe_response(handle, quantity, orders, points, size, unit, failure) result(code) &
     & bind(c, name="gestell_describe_response")
     type(c_ptr), value :: handle, quantity, unit, failure
@@ -141,7 +141,8 @@ contains
     code = code_of(error, failure)
   end function describe_response
 
-  !> `numbers`, 4 of them: peak, rms, and bounds on their errors. `amplitudes` and `history` may be null.
+  !> Returns the vibration of a quantity. `numbers` receives 4 values: peak, rms and bounds on their errors. `amplitudes` and
+  !> `history` may be null.
   integer(c_int) function get_response(handle, quantity, numbers, orders, amplitudes, points, history, failure) result(code) &
     & bind(c, name="gestell_get_response")
     type(c_ptr), value :: handle, quantity, numbers, amplitudes, history, failure
@@ -186,7 +187,7 @@ contains
     if (.not. allocated(error)) call solution%response(name, response, error)
   end subroutine find_response
 
-  !> Writes the program's files; the `pictures` too unless that is 0.
+  !> Writes the program's files, and the pictures too unless `pictures` is 0.
   integer(c_int) function write_files(handle, folder, pictures, failure) result(code) bind(c, name="gestell_write")
     type(c_ptr), value :: handle, folder, failure
     integer(c_int), value :: pictures
@@ -199,7 +200,8 @@ contains
     code = code_of(error, failure)
   end function write_files
 
-  !> The solution and the name behind two pointers; `what` the name is of. Error: one of them is null.
+  !> Finds the solution behind a handle and copies the name behind `pointer`; `what` describes the name in messages. Fails if one of
+  !> them is null.
   subroutine take_solution(handle, pointer, what, solution, name, error)
     type(c_ptr), intent(in) :: handle, pointer
     character(len=*), intent(in) :: what
@@ -216,7 +218,7 @@ contains
     end if
   end subroutine take_solution
 
-  !> The solution behind its handle. Error: that is null.
+  !> Finds the solution behind a handle. Fails if the handle is null.
   subroutine find_solution(handle, solution, error)
     type(c_ptr), intent(in) :: handle
     type(solution_type), pointer, intent(out) :: solution

@@ -1,4 +1,4 @@
-!> Systems of a user's own for C (include/gestell.h).
+!> Solves a user's own system for C (include/gestell.h).
 module gestell_door_c_system
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -12,7 +12,7 @@ module gestell_door_c_system
   public :: solve_called
 
   abstract interface
-    !> M, B, C, shapes (f, f), row after row, and h, shape (f), at time t.
+    !> C function that fills M, B, C, shapes (f, f), row by row, and h, shape (f), at time t.
     subroutine coefficients(t, f, m, b, c, h, data) bind(c)
       import :: c_double, c_int, c_ptr
       implicit none (type, external)
@@ -22,7 +22,7 @@ module gestell_door_c_system
     end subroutine coefficients
   end interface
 
-  !> Coefficients that a function gives.
+  !> A second-order system whose coefficients come from a C function
   type, extends(second_order_system) :: called_type
     procedure(coefficients), pointer, nopass :: give => null()
     type(c_ptr) :: data
@@ -32,13 +32,14 @@ module gestell_door_c_system
     procedure :: sample_second_order
   end type called_type
 
-  !> Degrees of freedom for which there is memory and patience.
+  !> Maximum number of degrees of freedom; more would take too much memory and time.
   integer, parameter :: most = 1000
 
 contains
 
-  !> M q'' + B q' + C q = h with f degrees of freedom. `multipliers`: 2 f real parts, 2 f imaginary parts, 2 f bounds. `motion`,
-  !> unless null: (points + 1) times (q, q'), each 2 f numbers, at equidistant times of a period, then 2 f bounds on their errors.
+  !> Solves M q'' + B q' + C q = h with f degrees of freedom. `multipliers` receives 2 f real parts, 2 f imaginary parts and 2 f
+  !> error bounds. `motion`, unless null, receives (q, q') at points + 1 equidistant times of the period, 2 f numbers each, then 2 f
+  !> bounds on their errors.
   integer(c_int) function solve_called(f, period, give, data, tolerance, size, verdict, multipliers, points, motion, failure) &
     & result(code) bind(c, name="gestell_solve_system")
     integer(c_int), value :: f, size, points
@@ -101,7 +102,7 @@ contains
     h = given
   end subroutine load
 
-  !> One call for each phase gives all of them.
+  !> Computes all four coefficients by one call of the C function for each phase.
   subroutine sample_second_order(self, phases, m, b, c, h)
     class(called_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)

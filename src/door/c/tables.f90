@@ -1,4 +1,4 @@
-!> Tables of a solution for C (include/gestell.h): which there are, their columns, the values of these.
+!> Tables of a solution for C (include/gestell.h): their names, columns and values.
 module gestell_door_c_tables
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_text, only: text
@@ -12,7 +12,7 @@ module gestell_door_c_tables
 
   public :: count_tables, describe_column, get_integers, get_numbers, get_words, name_table, shape_table
 
-  !> What a column holds.
+  !> Kinds of a column's values.
   integer, parameter :: numbers_kind = 0, integers_kind = 1, words_kind = 2
 
 contains
@@ -31,7 +31,7 @@ contains
     code = code_of(error, failure)
   end function count_tables
 
-  !> The name of table `index`, from 0 on.
+  !> Returns the name of table `index`; tables count from 0.
   integer(c_int) function name_table(handle, index, size, name, failure) result(code) bind(c, name="gestell_name_table")
     type(c_ptr), value :: handle, name, failure
     integer(c_int), value :: index, size
@@ -67,8 +67,8 @@ contains
     code = code_of(error, failure)
   end function shape_table
 
-  !> Column `index` of a table, from 0 on: its name, the unit, the name of the column with its error, each into `size` characters,
-  !> what it holds, and of words how many characters they have at most.
+  !> Describes column `index` of a table; columns count from 0. Its key, its unit and the key of the column with its error each take
+  !> `size` characters. `kind` is the kind of its values, and `width` the length of its longest word.
   integer(c_int) function describe_column(handle, name, index, size, key, unit, error_key, kind, width, failure) result(code) &
     & bind(c, name="gestell_describe_column")
     type(c_ptr), value :: handle, name, key, unit, error_key, failure
@@ -96,7 +96,7 @@ contains
     code = code_of(error, failure)
   end function describe_column
 
-  !> The numbers of a column, whole ones too, `rows` of them.
+  !> Copies the `rows` real numbers of a column.
   integer(c_int) function get_numbers(handle, name, index, rows, values, failure) result(code) bind(c, name="gestell_get_numbers")
     type(c_ptr), value :: handle, name, values, failure
     integer(c_int), value :: index, rows
@@ -112,7 +112,7 @@ contains
     code = code_of(error, failure)
   end function get_numbers
 
-  !> The whole numbers of a column, `rows` of them; where one is not known it is -huge.
+  !> Copies the `rows` integers of a column; -huge marks an unknown one.
   integer(c_int) function get_integers(handle, name, index, rows, values, failure) result(code) &
     & bind(c, name="gestell_get_integers")
     type(c_ptr), value :: handle, name, values, failure
@@ -129,7 +129,7 @@ contains
     code = code_of(error, failure)
   end function get_integers
 
-  !> The words of a column, `rows` of them with `width` characters each, zeros behind them. Error: one is longer.
+  !> Copies the `rows` words of a column into `width` characters each, padded with zeros. Fails if a word is longer.
   integer(c_int) function get_words(handle, name, index, rows, width, values, failure) result(code) &
     & bind(c, name="gestell_get_words")
     type(c_ptr), value :: handle, name, values, failure
@@ -160,7 +160,7 @@ contains
     code = code_of(error, failure)
   end function get_words
 
-  !> Characters of the longest word of a column, at least 1.
+  !> Length of the longest word of a column, at least 1.
   integer function room_for_words(column, rows) result(longest)
     type(column_type), intent(in) :: column
     integer, intent(in) :: rows
@@ -174,8 +174,8 @@ contains
     !$omp end critical (gestell_door)
   end function room_for_words
 
-  !> The column whose `rows` values of this `kind` are wanted at `values`. Error: as of `find_column`; a null pointer, another
-  !> number of rows, no values of this kind.
+  !> Finds a column whose values of this `kind` are requested. Fails if the column does not exist, the pointer is null, `rows`
+  !> differs from the number of rows, or the column holds another kind of values.
   subroutine find_values(handle, name, index, rows, values, kind, column, error)
     type(c_ptr), intent(in) :: handle, name, values
     integer(c_int), intent(in) :: index, rows
