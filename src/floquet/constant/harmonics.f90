@@ -1,5 +1,5 @@
-!> The periodic motion of M q'' + B q' + C q = h(t) with constant M, B, C and a load of period T = 2 pi / w, harmonic by
-!> harmonic:
+!> Computes the periodic motion of M q'' + B q' + C q = h(t) with constant M, B, C and a load of period T = 2 pi / w, harmonic by
+!> harmonic (section "Averaged coefficients" of doc/theory.md):
 !>
 !>     h = sum Re(h_m exp(i m w t)),   Z_m q_m = h_m,   Z_m = C + i m w B - (m w)^2 M,   m = 0, 1, 2, ...
 module gestell_floquet_constant_harmonics
@@ -14,41 +14,44 @@ module gestell_floquet_constant_harmonics
 
   public :: solve_harmonics
 
+  !> Complex amplitudes of the periodic motion. n is the number of states.
   type, public :: spectrum_type
-    !> x_m = (q_m, i m w q_m) for m = 0, 1, ..., shape (n, harmonics).
+    !> Amplitudes x_m = (q_m, i m w q_m) for m = 0, 1, ..., shape (n, 0:harmonics), in the units of the states.
     complex(dp), allocatable :: x(:, :)
     !> Bound on the error of x(t) at any t, shape (n).
     real(dp), allocatable :: error(:)
-    !> The most by which a relative error of M, B or C is amplified in a harmonic.
+    !> Maximum factor by which a harmonic amplifies a relative error of M, B or C.
     real(dp) :: condition = 0
-    !> Samples of the load.
+    !> Number of evaluations of the load.
     integer :: evaluations = 0
   contains
     procedure :: motion
   end type spectrum_type
 
-  !> M, B, C, bounds on their errors, in units that balance them, and the fundamental frequency.
+  !> Coefficients M, B, C and bounds on their errors dM, dB, dC, in balanced units; fundamental frequency (rad/s).
   type :: coefficients_type
     real(dp), allocatable, dimension(:, :) :: m, b, c, dm, db, dc
     real(dp) :: frequency = 0
   end type coefficients_type
 
-  !> The estimate of an error, times this, is called a bound.
+  !> Factor from the estimate of an error to its bound.
   real(dp), parameter :: safety = 4
-  !> More samples than this are not taken.
+  !> Maximum number of samples of the load.
   integer, parameter :: most_points = 2**14
 
 contains
 
-  !> The motion of `system`; `scale`: units of its states, `values`: eigenvalues of P.
+  !> Computes the periodic motion of `system` and bounds on its error.
   !>
-  !> The samples are doubled until that changes nothing but roundings. The error bound has four parts: what errors of M,
-  !> B, C and roundings of h do to the q_m, the last change of all harmonics together, the new ones included, and what
-  !> a load as weak as in the upper third of the orders does where a free vibration lies beyond the highest of them.
-  !> Error: Z_m is singular within the errors.
+  !> The number of samples is doubled until the harmonics change by rounding only. The error bound has four parts. Two are the
+  !> effects of the errors of M, B, C and of rounding in h. The third is the last change of all harmonics, new ones included. The
+  !> fourth concerns free vibrations above the highest harmonic: it is the effect of a load as large as in the upper third of the
+  !> harmonics. Fails if Z_m is singular within its error (resonance, or no spring against the mean load).
   subroutine solve_harmonics(system, scale, values, spectrum, error)
     type(averaged_system), intent(in) :: system
+    !> Units of the states, shape (n)
     real(dp), intent(in) :: scale(:)
+    !> Eigenvalues of P (1/s), shape (n)
     complex(dp), intent(in) :: values(:)
     type(spectrum_type), intent(out) :: spectrum
     type(error_type), allocatable, intent(out) :: error
@@ -90,15 +93,15 @@ contains
     end do
     units = [scale(:f), scale(:f)]
     spectrum%error = spectrum%error * units
-    ! The highest order that is more than nothing beside the greatest.
+    ! Drop the highest harmonics that are negligible beside the largest amplitude.
     do last = ubound(x, 2), 1, -1
       if (any(abs(x(:, last)) > 1.0e-3_dp * epsilon(1.0_dp) * greatest)) exit
     end do
     allocate(spectrum%x(n, 0:last), source=x(:, :last) * spread(units, 2, last + 1))
   end subroutine solve_harmonics
 
-  !> Positions in units of `scale`, forces in their reciprocals: symmetric matrices stay so. The arithmetic's own errors
-  !> count as errors of the coefficients.
+  !> Converts the coefficients to balanced units: positions in units of `scale`, forces in their reciprocals, so that symmetric
+  !> matrices stay symmetric. Rounding errors of the arithmetic count as errors of the coefficients.
   pure function in_units(system, scale) result(coefficients)
     type(averaged_system), intent(in) :: system
     real(dp), intent(in) :: scale(:)
@@ -118,8 +121,8 @@ contains
     coefficients%frequency = 2 * pi / system%period
   end function in_units
 
-  !> h_m, shape (f, 0:points / 2 - 1), from `points` samples, and a bound on the error of each by the samples' roundings,
-  !> shape (f); forces in units of 1 / `scale`.
+  !> Computes the amplitudes h_m of the load, shape (f, 0:points / 2 - 1), from `points` samples, in units of 1 / `scale`.
+  !> `rounding`, shape (f), bounds the error of each amplitude due to rounding of the samples.
   subroutine load_harmonics(system, points, scale, h, rounding)
     type(averaged_system), intent(in) :: system
     integer, intent(in) :: points
@@ -141,12 +144,13 @@ contains
       h(i, :) = 2 * y(:size(h, 2)) / points
     end do
     h(:, 0) = h(:, 0) / 2
-    ! As much is claimed of every order: of what cancels in the load the orders together have no more.
+    ! Every order gets the same bound.
     allocate(rounding(f), source=2 * max(system%rounding + 4 * epsilon(1.0_dp), system%load_rounding / 4) &
       & * maxval(norm2(samples, dim=2)))
   end subroutine load_harmonics
 
-  !> All harmonics; `bound`: of the errors by those of the coefficients and by the `rounding` of h, all orders together.
+  !> Solves for all harmonics `x`. `bound` bounds the error of their sum due to the errors of the coefficients and the `rounding` of
+  !> h.
   subroutine solve_all(coefficients, h, rounding, x, bound, condition, error)
     type(coefficients_type), intent(in) :: coefficients
     complex(dp), intent(in) :: h(:, 0:)
@@ -179,7 +183,7 @@ contains
     end do
   end subroutine solve_all
 
-  !> Z_k^-1 and a bound on the error of the elements of Z_k. Error: with such an error Z_k may be singular.
+  !> Computes Z_k^-1 and a bound on the errors of the elements of Z_k. Fails if Z_k may be singular within this error.
   subroutine invert(coefficients, k, inverted, dz, error)
     type(coefficients_type), intent(in) :: coefficients
     real(dp), intent(in) :: k
@@ -206,14 +210,14 @@ contains
     error%cause = resonance
   end subroutine invert
 
-  !> Greatest sum of a row.
+  !> Maximum row sum, for a matrix without negative elements.
   pure real(dp) function norm(a)
     real(dp), intent(in) :: a(:, :)
 
     norm = maxval(sum(a, dim=2))
   end function norm
 
-  !> x(t) at `phases` t / T, shape (n, points).
+  !> Computes x(t) at the phases t / T; shape (n, points).
   pure subroutine motion(self, phases, x)
     class(spectrum_type), intent(in) :: self
     real(dp), intent(in) :: phases(:)
@@ -223,7 +227,7 @@ contains
 
     turn(0) = 1
     do i = 1, size(phases)
-      ! Powers by halves: roundings grow with the logarithm of the order.
+      ! Build powers from lower ones by halving: rounding grows with the logarithm of the order.
       if (size(turn) > 1) turn(1) = exp(cmplx(0, 2 * pi * phases(i), dp))
       do k = 2, ubound(turn, 1)
         half = k / 2
