@@ -1,5 +1,6 @@
-!> Systems with constant coefficients and a periodic load, M q'' + B q' + C q = h(t), in closed form: multipliers
-!> exp(lambda T), the periodic motion harmonic by harmonic (gestell_floquet_constant_harmonics). Nothing is integrated.
+!> Solves systems with constant coefficients and a periodic load, M q'' + B q' + C q = h(t), in closed form ("Averaged coefficients"
+!> in doc/theory.md). The multipliers are exp(lambda T); the periodic motion follows harmonic by harmonic
+!> (gestell_floquet_constant_harmonics). Nothing is integrated.
 module gestell_floquet_solution_constant
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp, pi
@@ -17,15 +18,17 @@ module gestell_floquet_solution_constant
 
   public :: solve_constant
 
+  !> Closed-form solution of a system with constant coefficients and n states.
   type, extends(part_solution_type), public :: constant_type
+    !> Period T (s)
     real(dp) :: period = 0
-    !> Eigenvalues lambda of P (1/s), radii of their discs, their conditions, shape (n), and eigenvectors, shape (n, n);
-    !> conditions and vectors in balanced units.
+    !> Eigenvalues lambda of P (1/s), shape (n), and eigenvectors in balanced units, shape (n, n).
     complex(dp), allocatable :: values(:), vectors(:, :)
+    !> Radii of the discs about the eigenvalues (1/s), and condition numbers in balanced units; shapes (n).
     real(dp), allocatable :: radius(:), condition(:)
-    !> T (sum of lambda - tr P).
+    !> Defect T (sum of lambda - tr P), zero but for rounding.
     real(dp) :: trace_defect = 0
-    !> The periodic motion, where it was asked for, or why there is none.
+    !> Periodic motion, if requested; or the error that explains why no periodic motion exists.
     type(spectrum_type), allocatable :: spectrum
     type(error_type), allocatable :: resonance
   contains
@@ -38,8 +41,8 @@ module gestell_floquet_solution_constant
 
 contains
 
-  !> Eigenvalues, and if `forced` the periodic motion. Errors: M is singular; LAPACK found no eigenvalues. A resonance is
-  !> an error of the periodic motion alone.
+  !> Computes the eigenvalues, and the periodic motion if `forced` is true. Resonance is stored in `constant%resonance`: it concerns
+  !> only the periodic motion. Errors: M is singular; LAPACK finds no eigenvalues.
   subroutine solve_constant(system, forced, constant, error)
     type(averaged_system), intent(in) :: system
     logical, intent(in) :: forced
@@ -78,7 +81,7 @@ contains
     if (allocated(constant%resonance)) deallocate(constant%spectrum)
   end subroutine solve_constant
 
-  !> Bound on the norm, in units of `scale`, of the error of P by that of the coefficients, to first order:
+  !> Bound on the norm, in units of `scale`, of the error of P due to the errors of the coefficients. It is of first order:
   !> d(M^-1 C) = M^-1 (dC - dM M^-1 C).
   real(dp) function error_of(system, p, scale) result(norm)
     type(averaged_system), intent(in) :: system
@@ -99,8 +102,8 @@ contains
     norm = norm2(lower * spread(scale, 1, f) / spread(scale(f + 1:), 2, 2 * f))
   end function error_of
 
-  !> An error d of lambda changes rho by the factor exp(d T), so
-  !> |d| T is the error of ln |rho| and of the argument, however small |rho| is.
+  !> Implements `multipliers` of part_solution_type. An error d of lambda multiplies rho by exp(d T). So |d| T bounds the error of
+  !> ln |rho| and of the argument, however small |rho| is.
   subroutine take_multipliers(self, vectors, multipliers, error)
     class(constant_type), intent(in) :: self
     logical, intent(in) :: vectors
@@ -123,7 +126,7 @@ contains
     call arrange(multipliers)
   end subroutine take_multipliers
 
-  !> ln(exp(x) - 1) for x > 0, without loss of digits.
+  !> ln(exp(x) - 1) for x > 0, without loss of digits for small x and without overflow.
   elemental real(dp) function log_growth(x)
     real(dp), intent(in) :: x
 
@@ -134,7 +137,7 @@ contains
     end if
   end function log_growth
 
-  !> The error bounds hold at all times of the period.
+  !> Implements `start` of part_solution_type. Its error bounds hold at all times of the period.
   subroutine take_start(self, solution, error)
     class(constant_type), intent(in) :: self
     type(periodic_solution_type), intent(out) :: solution
@@ -151,6 +154,7 @@ contains
     solution%condition = self%spectrum%condition
   end subroutine take_start
 
+  !> Implements `follow` of part_solution_type.
   subroutine take_motion(self, system, x0, phases, x, error)
     class(constant_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
@@ -163,6 +167,7 @@ contains
     call self%spectrum%motion(phases, x)
   end subroutine take_motion
 
+  !> Implements `errors` of part_solution_type: the bounds on the harmonics hold at all times.
   subroutine take_errors(self, system, phases, x, errors, error, disturbance)
     class(constant_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
@@ -177,6 +182,7 @@ contains
     allocate(errors%rounding, source=self%spectrum%error)
   end subroutine take_errors
 
+  !> Implements `liouville_defect` of part_solution_type.
   subroutine take_liouville_defect(self, system, defect, error)
     class(constant_type), intent(in) :: self
     class(periodic_system), intent(in) :: system

@@ -1,4 +1,4 @@
-!> Floquet's solution from the factors of a monodromy matrix.
+!> Solves a system by the factors of its monodromy matrix ("Factors" in doc/theory.md).
 module gestell_floquet_solution_factored
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -18,13 +18,15 @@ module gestell_floquet_solution_factored
 
   public :: solve_factored
 
+  !> Solution by factors.
   type, extends(part_solution_type), public :: factored_type
+    !> Factors of the monodromy matrix
     type(factors_type) :: factors
-    !> Their multipliers and eigenvectors, or why there are none.
+    !> Multipliers and eigenvectors of the factors; or the error that explains why they could not be computed.
     type(spectrum_type) :: spectrum
     type(error_type), allocatable :: failure
-    !> The periodic motion at the starts of the segments, in balanced units, shape (n, K); unallocated: of a system without forcing,
-    !> or in resonance.
+    !> Periodic motion at the starts of the K segments, in balanced units, shape (n, K). Unallocated for a system without forcing
+    !> and in resonance.
     real(dp), allocatable :: starts(:, :)
   contains
     procedure :: multipliers => take_multipliers
@@ -36,15 +38,16 @@ module gestell_floquet_solution_factored
 
 contains
 
-  !> The factors of `system` to `accuracy`, and their spectrum; if `forced` also what the periodic motion needs.
-  !> `surveyed`: the survey of the system, where there is one already. Errors: those of `solve_factors`. Where they have no spectrum
-  !> that is an error of multipliers and periodic motion.
+  !> Computes the factors of `system` to the requested accuracy, and their spectrum. A failure to compute the spectrum is stored in
+  !> `factored%failure`; multipliers and periodic motion then return it as their error. Errors: those of `solve_factors`.
   subroutine solve_factored(system, accuracy, forced, factored, error, surveyed)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
+    !> True: compute also what the periodic motion needs
     logical, intent(in) :: forced
     type(factored_type), intent(out) :: factored
     type(error_type), allocatable, intent(out) :: error
+    !> Survey of the system, if the caller has it
     type(survey_type), intent(in), optional :: surveyed
     integer :: i
 
@@ -67,6 +70,7 @@ contains
     end associate
   end subroutine solve_factored
 
+  !> Implements `multipliers` of part_solution_type.
   subroutine take_multipliers(self, vectors, multipliers, error)
     class(factored_type), intent(in) :: self
     logical, intent(in) :: vectors
@@ -86,7 +90,7 @@ contains
     call arrange(multipliers)
   end subroutine take_multipliers
 
-  !> Error: the factors have no spectrum; resonance within the errors.
+  !> Fails if the factors have no spectrum or a multiplier equals 1 within the errors (resonance).
   subroutine check_starts(self, error)
     class(factored_type), intent(in) :: self
     type(error_type), allocatable, intent(out) :: error
@@ -98,6 +102,7 @@ contains
     end if
   end subroutine check_starts
 
+  !> Implements `start` of part_solution_type.
   subroutine take_start(self, solution, error)
     class(factored_type), intent(in) :: self
     type(periodic_solution_type), intent(out) :: solution
@@ -123,7 +128,7 @@ contains
     solution%condition = maxval(self%spectrum%condition / self%spectrum%distance)
   end subroutine take_start
 
-  !> Anew from its own start in each segment.
+  !> Implements `follow` of part_solution_type. Each segment is integrated from its own start, which keeps growing modes small.
   subroutine take_motion(self, system, x0, phases, x, error)
     class(factored_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
@@ -157,6 +162,7 @@ contains
     end associate
   end subroutine take_motion
 
+  !> Implements `errors` of part_solution_type.
   subroutine take_errors(self, system, phases, x, errors, error, disturbance)
     class(factored_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
@@ -183,10 +189,11 @@ contains
     own = (relative_rounding(system, comparison%steps, self%phase_advance) + system%load_rounding) * comparison%size / count
     if (present(disturbance)) own = own + disturbance / minval(self%scale) / count
     call accumulate(self%factors, self%spectrum, own, at_starts)
-    ! The motion is followed from each start.
+    ! Pass z twice: the motion starts anew in each segment.
     call take_differences(comparison, self%scale, z, z, at_starts, own, errors)
   end subroutine take_errors
 
+  !> Implements `liouville_defect` of part_solution_type.
   subroutine take_liouville_defect(self, system, defect, error)
     class(factored_type), intent(in) :: self
     class(periodic_system), intent(in) :: system

@@ -1,4 +1,4 @@
-!> Floquet's solution by integration over the period.
+!> Solves a system by integration over the period: the monodromy matrix and the forced motion.
 module gestell_floquet_solution_integrated
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -16,7 +16,9 @@ module gestell_floquet_solution_integrated
 
   public :: integrate
 
+  !> Solution by integration.
   type, extends(part_solution_type), public :: integrated_type
+    !> Monodromy matrix and forced motion over the period
     type(monodromy_type) :: monodromy
   contains
     procedure :: multipliers => take_multipliers
@@ -28,14 +30,15 @@ module gestell_floquet_solution_integrated
 
 contains
 
-  !> Phi(T), and x_p(T) if `forced`, to `accuracy`; `surveyed`: the survey of the system, where there is one already. Errors:
-  !> those of `solve_monodromy`.
+  !> Computes Phi(T) to the requested accuracy. Errors: those of `solve_monodromy`.
   subroutine integrate(system, accuracy, forced, integrated, error, surveyed)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
+    !> True: compute x_p(T) too
     logical, intent(in) :: forced
     type(integrated_type), intent(out) :: integrated
     type(error_type), allocatable, intent(out) :: error
+    !> Survey of the system, if the caller has it
     type(survey_type), intent(in), optional :: surveyed
 
     call solve_monodromy(system, accuracy, forced, integrated%monodromy, error, surveyed)
@@ -50,6 +53,7 @@ contains
     end associate
   end subroutine integrate
 
+  !> Implements `multipliers` of part_solution_type.
   subroutine take_multipliers(self, vectors, multipliers, error)
     class(integrated_type), intent(in) :: self
     logical, intent(in) :: vectors
@@ -59,6 +63,7 @@ contains
     call solve_multipliers(self%monodromy, vectors, multipliers, error)
   end subroutine take_multipliers
 
+  !> Implements `start` of part_solution_type.
   subroutine take_start(self, solution, error)
     class(integrated_type), intent(in) :: self
     type(periodic_solution_type), intent(out) :: solution
@@ -67,6 +72,7 @@ contains
     call solve_periodic(self%monodromy, solution, error)
   end subroutine take_start
 
+  !> Implements `follow` of part_solution_type.
   subroutine take_motion(self, system, x0, phases, x, error)
     class(integrated_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
@@ -77,7 +83,7 @@ contains
     call trajectory(system, self%monodromy%method, self%monodromy%nodes, x0, phases, x, error)
   end subroutine take_motion
 
-  !> Error: resonance within the roundings, or overflow.
+  !> Implements `errors` of part_solution_type by (67) of doc/theory.md. Errors: resonance within rounding; overflow.
   subroutine take_errors(self, system, phases, x, errors, error, disturbance)
     class(integrated_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
@@ -117,6 +123,7 @@ contains
     end associate
   end subroutine take_errors
 
+  !> Implements `liouville_defect` of part_solution_type.
   subroutine take_liouville_defect(self, system, defect, error)
     class(integrated_type), intent(in) :: self
     class(periodic_system), intent(in) :: system

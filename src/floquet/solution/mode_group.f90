@@ -1,4 +1,4 @@
-!> One group of modes of a reduction: its map over the period, its multipliers and what it makes of a disturbance.
+!> Solves one group of modes of a reduction: computes its map over the period, its multipliers and its response to a disturbance.
 module gestell_floquet_solution_mode_group
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp, pi
@@ -17,25 +17,29 @@ module gestell_floquet_solution_mode_group
 
   public :: blocks, group_amplification, group_multipliers, least_size, mirror, solve_group, take_rates
 
-  !> One group of modes: over the period its motion is multiplied by exp(shift) Phi.
+  !> Group of m modes whose motion is multiplied by exp(shift) Phi over the period.
   type, public :: group_type
-    !> Columns of the basis, those of the conjugate group (the same for a real group).
+    !> Columns of the basis; columns of the conjugate group, equal to `columns` for a real group. Shapes (m).
     integer, allocatable :: columns(:), conjugates(:)
-    !> The common factor's logarithm, and the rest with a bound on its error; shape (m, m).
+    !> Logarithm of the factor that all modes of the group share.
     complex(dp) :: shift = 0
+    !> Matrix Phi, shape (m, m); unallocated if the group is solved by factors.
     complex(dp), allocatable :: phi(:, :)
+    !> Bound on the error of Phi.
     real(dp) :: error = 0
-    !> Only for more than one mode: the rest as a system of its own, and its solution; where that is by factors there is no Phi.
+    !> The group without the factor exp(shift) as a system of its own, and its solution. Unallocated for a single mode without
+    !> forcing.
     type(sampled_system), allocatable :: system
     class(part_solution_type), allocatable :: solution
   end type group_type
 
 contains
 
-  !> The map of a group, whose columns are given, over the period; `forced`: with the motion that its forcing makes of zero.
-  !> Errors: those of `solve_monodromy`.
+  !> Computes the map over the period of the group whose columns are given. Errors: those of `solve_monodromy`; the modes of a
+  !> complex group differ too much.
   subroutine solve_group(reduction, forced, accuracy, group, error)
     type(reduction_type), intent(in) :: reduction
+    !> True: compute also the motion that the forcing produces from rest
     logical, intent(in) :: forced
     type(accuracy_type), intent(in) :: accuracy
     type(group_type), intent(inout) :: group
@@ -96,7 +100,7 @@ contains
     end if
   end subroutine solve_group
 
-  !> D of a group at all phases, shape (m, m, N), of the `generator` of all, shape (N, n, n).
+  !> Block of a group in the generator D at all phases, shape (m, m, N). `generator` is D of all modes, shape (N, n, n).
   pure function blocks(generator, reduction, group) result(d)
     real(dp), contiguous, intent(in) :: generator(:, :, :)
     type(reduction_type), intent(in) :: reduction
@@ -113,7 +117,8 @@ contains
     end do
   end function blocks
 
-  !> The multipliers of one group, for the period 1; with `vectors` the eigenvectors in the group's columns too.
+  !> Computes the multipliers of one group for the period 1. With `vectors` also computes the eigenvectors as combinations of the
+  !> group's columns.
   subroutine group_multipliers(group, vectors, multipliers, error)
     type(group_type), intent(in) :: group
     logical, intent(in) :: vectors
@@ -136,7 +141,7 @@ contains
       call set_multipliers(rho, right, left, group%error + size(rho) * epsilon(1.0_dp) * norm2(abs(group%phi)), multipliers)
       if (vectors) multipliers%vectors = right
     end if
-    ! Times exp(shift).
+    ! Multiply by exp(shift).
     multipliers%log_abs = multipliers%log_abs + real(group%shift)
     multipliers%arg = multipliers%arg + aimag(group%shift)
     multipliers%arg = multipliers%arg - 2 * pi * anint(multipliers%arg / (2 * pi))
@@ -144,6 +149,7 @@ contains
     multipliers%rho = multiplier(multipliers%exponent)
   end subroutine group_multipliers
 
+  !> Replaces multipliers and eigenvectors by their complex conjugates.
   pure subroutine mirror(multipliers)
     type(multipliers_type), intent(inout) :: multipliers
 
@@ -153,7 +159,8 @@ contains
     if (allocated(multipliers%vectors)) multipliers%vectors = conjg(multipliers%vectors)
   end subroutine mirror
 
-  !> A bound on |(E - Phi)^-1| of a group, by its multipliers. Error: resonance within their errors.
+  !> Computes a bound on |(E - Phi)^-1| of a group from its multipliers. Fails if a multiplier equals 1 within its error
+  !> (resonance).
   subroutine group_amplification(group, amplification, error)
     type(group_type), intent(in) :: group
     real(dp), intent(out) :: amplification
@@ -165,7 +172,7 @@ contains
     amplification = 0
     call group_multipliers(group, .false., multipliers, error)
     if (allocated(error)) return
-    ! |1 - rho|, at the least. Where rho is lost, |rho| is small.
+    ! Lower bounds on |1 - rho|. A multiplier without a correct digit may still be proved to be small.
     allocate(distance(size(multipliers%rho)))
     do k = 1, size(distance)
       associate (z => multipliers%log_abs(k), e => multipliers%error(k))
@@ -185,7 +192,7 @@ contains
     amplification = size(distance) * maxval(multipliers%condition / distance)
   end subroutine group_amplification
 
-  !> The least |D y| / |y| at any phase.
+  !> Lower bound on |D y| / |y| over all y and phases; `d` has the shape (m, m, phases).
   real(dp) function least_size(d)
     complex(dp), intent(in) :: d(:, :, :)
     complex(dp), allocatable :: inverted(:, :)
@@ -207,11 +214,15 @@ contains
     end do
   end function least_size
 
-  !> How a group's motion may change on its way over a period, forward or backward in time: `growth`, the logarithm of how much it
-  !> exceeds what it has at the ends, and `rate`, by which it falls at least at all phases, zero where it does not. In the group's
-  !> own coordinates, or in those of the eigenvectors of its mean D with their `condition`.
+  !> Computes bounds on how the size of a group's motion may change during the period.
+  !>
+  !> The motion is followed forward or backward in time, whichever is better. The bounds hold in the group's own coordinates or in
+  !> those of the eigenvectors of its mean D.
   subroutine take_rates(d, growth, rate, condition)
+    !> Generator D of the group at all phases, shape (m, m, phases)
     complex(dp), intent(in) :: d(:, :, :)
+    !> `growth`: logarithm of the maximum size relative to the ends. `rate`: rate of decay that holds at all phases, or zero.
+    !> `condition`: condition number of the coordinates.
     real(dp), intent(out) :: growth, rate, condition
     type(error_type), allocatable :: error
     complex(dp), allocatable :: values(:), right(:, :), left(:, :), inverted(:, :)
@@ -237,8 +248,9 @@ contains
     end associate
   end subroutine take_rates
 
-  !> The same in the coordinates given. The rates of |y| lie between the eigenvalues of the Hermitian part of D, these in
-  !> Gershgorin's discs. A motion that decays as a whole is followed forward, one that grows backward.
+  !> Computes `growth` and `rate` of `take_rates` in the given coordinates. The rates of |y| lie between the eigenvalues of the
+  !> Hermitian part of D, and these lie in Gershgorin's discs. A motion that decays as a whole is followed forward, one that grows
+  !> backward.
   pure subroutine rates_of(d, growth, rate)
     complex(dp), intent(in) :: d(:, :, :)
     real(dp), intent(out) :: growth, rate

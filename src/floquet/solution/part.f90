@@ -1,5 +1,5 @@
-!> One part of a system that does not act on the others, solved by the cheapest way: by reduction where its vibrations are
-!> fast against the period, by the factors of its map where this loses modes, else by integration over the period.
+!> Solves one part of a system in the cheapest way. Vibrations that are fast against the period are reduced. If the map over the
+!> period loses modes in rounding, its factors are used. All other systems are integrated over the period.
 module gestell_floquet_solution_part
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -21,23 +21,24 @@ module gestell_floquet_solution_part
 
   public :: solve_part, solution_methods
 
-  !> Reduction is tried where the fastest vibration turns by more radians than this within the period.
+  !> Reduction is tried if the fastest vibration turns by more than this angle within the period (rad).
   real(dp), parameter :: large_advance = 700
-  !> And where reduction tells little of the periodic motion, integration up to so many: a tenth of a second.
+  !> Up to this angle (rad) the system is integrated, in about 0.1 s, if reduction gives the periodic motion too inaccurately.
   real(dp), parameter :: most_affordable = 1.0e5_dp
-  !> What reduction is to tell of the periodic motion, relative to it, where integration costs more, and where it costs less.
+  !> Relative accuracy of the periodic motion that reduction must reach: `few_digits` where integration is expensive, `many_digits`
+  !> where it is cheap.
   real(dp), parameter :: few_digits = 1.0e-4_dp, many_digits = 1.0e-5_dp
 
 contains
 
-  !> All names that `accuracy%method` may have: those of the integration methods, and the reduction.
+  !> All valid values of `accuracy%method`: the integration methods and 'reduced'.
   pure function solution_methods() result(names)
     character(len=name_length), allocatable :: names(:)
 
     allocate(names, source=[character(len=name_length) :: method_names(), "reduced"])
   end function solution_methods
 
-  !> Solves a system that does not fall into parts; see gestell_floquet_solution.
+  !> Solves a system that does not fall into parts. Arguments and errors are those of `solve_floquet` (gestell_floquet_solution).
   subroutine solve_part(system, accuracy, forced, solution, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -89,7 +90,7 @@ contains
     if (lost) lost = integrated%monodromy%loses_modes()
     if (integrated%monodromy%broken) lost = .true.
     if (order%steps == 0 .and. lost) then
-      ! Some modes are lost in rounding beside others, or the numbers overflow.
+      ! Some modes are lost in rounding, or numbers overflow.
       if (order%method == "auto" .and. survey%phase_advance <= large_advance) then
         call try_reduction(system, order, forced, survey, reduced, unfit)
         if (allocated(reduced) .and. forced) then
@@ -113,7 +114,8 @@ contains
     end if
   end subroutine solve_part
 
-  !> By the map over the period, or its factors where it loses modes; unallocated: it cannot be found.
+  !> Solves the system by its map over the period, or by the factors of the map if it loses modes. Leaves `solution` unallocated if
+  !> both fail.
   subroutine map_period(system, order, forced, survey, solution)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: order
@@ -136,8 +138,8 @@ contains
     if (.not. allocated(error)) call move_alloc(factored, solution)
   end subroutine map_period
 
-  !> Whether the bound on the error of the periodic motion is below this part of its size: within a group of modes whose rates vary
-  !> over the period it may be worse than the motion by many orders, where factors tell it well.
+  !> True if the bound on the error of the periodic motion is below `part` times the size of the motion. If the rates of a group of
+  !> modes vary over the period, this bound may exceed the motion by orders of magnitude; factors then give a better bound.
   logical function tells_motion(reduced, part)
     type(reduced_type), intent(in) :: reduced
     real(dp), intent(in) :: part
@@ -151,7 +153,7 @@ contains
       & maxval(abs(motion%x0 / reduced%scale)))
   end function tells_motion
 
-  !> By reduction; `unfit`: why not.
+  !> Solves the system by reduction, or explains in `unfit` why reduction does not apply.
   subroutine try_reduction(system, accuracy, forced, survey, reduced, unfit)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy

@@ -1,5 +1,5 @@
-!> What Floquet's theory tells of a system, or of a part of one that does not act on the others: its multipliers, its periodic
-!> motion and how far both can be trusted. How that is found is for those that extend this type.
+!> Declares the solution of a system by Floquet's theory, or of a part that does not interact with the rest: multipliers, periodic
+!> motion and their error bounds. Types that extend `part_solution_type` implement the ways of solution.
 module gestell_floquet_solution_part_solution
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -10,24 +10,26 @@ module gestell_floquet_solution_part_solution
   implicit none (type, external)
   private
 
-  !> What a solution rests on, of one part or over all of them.
+  !> Methods, costs and errors of a solution, for one part or summed over all parts.
   type, public :: evidence_type
-    !> Methods that integrated, separated by commas; 'averaged': closed form. Empty where all was reduced.
+    !> Names of the integration methods, separated by commas; 'averaged' for the closed form. Empty if everything is reduced.
     character(len=:), allocatable :: methods
-    !> Parts that do not act on each other; steps of the integrations over the period; factors of Phi(T) that were kept in
-    !> place of their product; angles of the reductions; evaluations of the coefficients in all.
+    !> Numbers: parts that do not interact; steps of the integrations over the period; factors of Phi(T) if they are kept; phases of
+    !> the reductions; evaluations of the coefficients.
     integer :: parts = 0, steps = 0, factors = 0, angles = 0, evaluations = 0
-    !> Greatest relative error of a part's map.
+    !> Maximum over the parts of the relative error of the map over the period.
     real(dp) :: error = 0
   contains
     procedure :: add
   end type evidence_type
 
+  !> Solution of one part with n states.
   type, abstract, public :: part_solution_type
     !> Units that make the states comparable, shape (n).
     real(dp), allocatable :: scale(:)
-    !> Radians by which the fastest motion that is integrated turns within the period.
+    !> Angle by which the fastest integrated motion turns within the period (rad).
     real(dp) :: phase_advance = 0
+    !> Methods, costs and errors
     type(evidence_type) :: evidence
   contains
     procedure(take_multipliers), deferred :: multipliers
@@ -38,7 +40,7 @@ module gestell_floquet_solution_part_solution
   end type part_solution_type
 
   abstract interface
-    !> All multipliers; with `vectors` the eigenvectors too. Error: LAPACK found no eigenvalues.
+    !> Computes all multipliers, and the eigenvectors if `vectors` is true. Fails if LAPACK finds no eigenvalues.
     subroutine take_multipliers(self, vectors, multipliers, error)
       import :: error_type, multipliers_type, part_solution_type
       implicit none (type, external)
@@ -48,7 +50,8 @@ module gestell_floquet_solution_part_solution
       type(error_type), allocatable, intent(out) :: error
     end subroutine take_multipliers
 
-    !> x(0) of the periodic motion, of a system that was solved with forcing. Error: resonance within the errors.
+    !> Computes x(0) of the periodic motion of a system that was solved with forcing. Fails if a multiplier equals 1 within the
+    !> errors (resonance).
     subroutine take_start(self, solution, error)
       import :: error_type, part_solution_type, periodic_solution_type
       implicit none (type, external)
@@ -57,8 +60,8 @@ module gestell_floquet_solution_part_solution
       type(error_type), allocatable, intent(out) :: error
     end subroutine take_start
 
-    !> The periodic motion that starts with `x0`, shape (n), at `phases` (ascending, in [0, 1]); x has the shape (n, phases).
-    !> Errors: overflow.
+    !> Computes the periodic motion that starts at `x0`, shape (n), at `phases` (ascending, in [0, 1]). `x` has the shape (n,
+    !> phases). Fails if numbers overflow.
     subroutine take_motion(self, system, x0, phases, x, error)
       import :: dp, error_type, part_solution_type, periodic_system
       implicit none (type, external)
@@ -69,8 +72,8 @@ module gestell_floquet_solution_part_solution
       type(error_type), allocatable, intent(out) :: error
     end subroutine take_motion
 
-    !> The errors of the motion `x` that `follow` found at `phases`, shape (n, phases), the first 0 and the last 1.
-    !> `disturbance`: what is unknown of the load, integrated over the period. Errors: overflow; resonance within the errors.
+    !> Computes the errors of the motion `x`, shape (n, phases), that `follow` computed at `phases`. The first phase is 0, the last
+    !> 1. `disturbance` bounds the error of the load, integrated over the period. Errors: overflow; resonance within the errors.
     subroutine take_errors(self, system, phases, x, errors, error, disturbance)
       import :: dp, error_type, part_solution_type, periodic_system, turn_errors_type
       implicit none (type, external)
@@ -82,8 +85,8 @@ module gestell_floquet_solution_part_solution
       real(dp), intent(in), optional :: disturbance
     end subroutine take_errors
 
-    !> The sum of ln |rho| less the integral of tr P, zero by Liouville's theorem. Errors: the coefficients are not finite; LAPACK
-    !> found no eigenvalues.
+    !> Computes sum of ln |rho| - integral of tr P, which is zero by Liouville's theorem. Errors: the coefficients are not finite;
+    !> LAPACK finds no eigenvalues.
     subroutine take_liouville_defect(self, system, defect, error)
       import :: dp, error_type, part_solution_type, periodic_system
       implicit none (type, external)
@@ -96,8 +99,7 @@ module gestell_floquet_solution_part_solution
 
 contains
 
-  !> Adds that of another part: its method, if there is one that is not named already, what it cost, and its error, if that is the
-  !> greatest.
+  !> Adds the evidence of another part: its costs, its method unless it is listed already, and its error if it is the maximum.
   pure subroutine add(self, part)
     class(evidence_type), intent(inout) :: self
     type(evidence_type), intent(in) :: part

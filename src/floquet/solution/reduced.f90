@@ -1,4 +1,4 @@
-!> Floquet's solution of a system that was taken apart into groups of modes (gestell_floquet_reduction).
+!> Solves a system that gestell_floquet_reduction has decoupled into groups of modes ("Reduction" in doc/theory.md).
 module gestell_floquet_solution_reduced
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -21,11 +21,15 @@ module gestell_floquet_solution_reduced
 
   public :: solve_reduced
 
+  !> Solution by reduction to groups of modes.
   type, extends(part_solution_type), public :: reduced_type
+    !> The decoupled groups
     type(reduction_type) :: reduction
-    !> Of two conjugate groups one; the slow group, if there is one, stands first.
+    !> Solutions of the groups, one for each pair of conjugate groups. The slow group, if it exists, comes first.
     type(group_type), allocatable :: groups(:)
+    !> True if a slow group exists
     logical :: has_slow = .false.
+    !> Period T (s)
     real(dp) :: period = 0
   contains
     procedure :: multipliers => take_multipliers
@@ -37,10 +41,11 @@ module gestell_floquet_solution_reduced
 
 contains
 
-  !> The maps of all groups over the period. Errors: those of `solve_monodromy` for groups of several modes.
+  !> Computes the maps of all groups over the period. Errors: those of `solve_monodromy` for groups of several modes.
   subroutine solve_reduced(system, reduction, scale, accuracy, reduced, error)
     class(periodic_system), intent(in) :: system
     type(reduction_type), intent(in) :: reduction
+    !> Units that make the states comparable, shape (n)
     real(dp), intent(in) :: scale(:)
     type(accuracy_type), intent(in) :: accuracy
     type(reduced_type), intent(out) :: reduced
@@ -59,7 +64,7 @@ contains
     do g = 0, size(reduction%modes%group)
       columns = columns_of(reduction%modes%group, g)
       if (size(columns) == 0) cycle
-      ! Of two conjugate groups the first is solved.
+      ! Solve the first of two conjugate groups.
       if (minval(columns) <= minval(reduction%modes%conjugate(columns))) chosen = [chosen, g]
     end do
     allocate(reduced%groups(size(chosen)))
@@ -73,7 +78,7 @@ contains
     end do
   end subroutine solve_reduced
 
-  !> What the groups still do to each other is within the bounds.
+  !> Implements `multipliers` of part_solution_type. The bounds include the remaining coupling between groups.
   subroutine take_multipliers(self, vectors, multipliers, error)
     class(reduced_type), intent(in) :: self
     logical, intent(in) :: vectors
@@ -103,7 +108,7 @@ contains
     call arrange(multipliers)
   end subroutine take_multipliers
 
-  !> That of the slow group, and the response p of the fast ones.
+  !> Implements `start` of part_solution_type: the sum of the slow group's start and the response p of the fast groups.
   subroutine take_start(self, solution, error)
     class(reduced_type), intent(in) :: self
     type(periodic_solution_type), intent(out) :: solution
@@ -133,7 +138,7 @@ contains
     end associate
   end subroutine take_start
 
-  !> What rounding leaves of p, in the units of the states.
+  !> Bound on the rounding error of p, in the units of the states; shape (n).
   pure function rounding_of(reduced) result(rounding)
     class(reduced_type), intent(in) :: reduced
     real(dp) :: rounding(size(reduced%scale))
@@ -143,14 +148,14 @@ contains
     end associate
   end function rounding_of
 
-  !> Bounds on the error of the fast groups' coordinates, shape (n), zero in the slow ones, whose motion is as large as `slow_size`.
-  !> They hold at all times. `condition`: the greatest |(E - Phi)^-1| of a group.
+  !> Computes bounds on the errors of the fast groups' coordinates, valid at all times. `within`, shape (n), is zero for slow
+  !> coordinates. `slow_size` is the maximum of the slow motion; `condition` the maximum of |(E - Phi)^-1| over the groups.
   !>
-  !> What p leaves over, r, disturbs a fast group in two ways. Its harmonics k that the N phases resolve, k < N / 2, meet a
-  !> group with |D| > 2 pi k: at most |r| / (|D| - pi N). Those near resonance, k = |D| / 2 pi, are at most as large as
-  !> the ones that are resolved foretell, when they go on to fall as they do until N / 2, |r| (|r| / |A p|)^(2 k / N - 1),
-  !> and are amplified by |(E - Phi)^-1| and the growth within the period. What decays (or grows) throughout with a rate of at
-  !> least lambda is nowhere greater than |r| / lambda. Error: resonance within the errors.
+  !> The remainder r of the forcing disturbs a fast group in two ways. Harmonics k < N / 2, which the N phases resolve, meet a group
+  !> with |D| > 2 pi k and cause at most |r| / (|D| - pi N). Harmonics near resonance, k = |D| / 2 pi, are extrapolated from the
+  !> resolved ones, which fall until N / 2: they are at most |r| (|r| / |A p|)^(2 k / N - 1). They are amplified by |(E - Phi)^-1|
+  !> and by the growth within the period. A motion that decays (or grows) everywhere at a rate of at least lambda never exceeds |r|
+  !> / lambda. Fails if a multiplier equals 1 within the errors (resonance).
   subroutine fast_errors(reduced, slow_size, within, condition, error)
     class(reduced_type), intent(in) :: reduced
     real(dp), intent(in) :: slow_size
@@ -182,6 +187,7 @@ contains
     end associate
   end subroutine fast_errors
 
+  !> Implements `follow` of part_solution_type.
   subroutine take_motion(self, system, x0, phases, x, error)
     class(reduced_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
@@ -205,6 +211,7 @@ contains
     x = x * spread(self%scale, 2, size(phases))
   end subroutine take_motion
 
+  !> Implements `errors` of part_solution_type.
   subroutine take_errors(self, system, phases, x, errors, error, disturbance)
     class(reduced_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
@@ -246,6 +253,7 @@ contains
     end associate
   end subroutine take_errors
 
+  !> Implements `liouville_defect` of part_solution_type.
   subroutine take_liouville_defect(self, system, defect, error)
     class(reduced_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
@@ -260,7 +268,7 @@ contains
     if (.not. allocated(error)) defect = sum(multipliers%log_abs) - self%reduction%trace
   end subroutine take_liouville_defect
 
-  !> The slow group's motion, shape (m, phases), that starts with the state x0 of all.
+  !> Computes the slow group's motion, shape (m, phases), from the initial state x0 of the whole system.
   subroutine follow_slow(reduced, x0, phases, y, error)
     class(reduced_type), intent(in) :: reduced
     real(dp), intent(in) :: x0(:), phases(:)
@@ -277,7 +285,7 @@ contains
     end associate
   end subroutine follow_slow
 
-  !> The columns of S that belong to the slow group, shape (phases, n, m).
+  !> Computes the slow group's columns of S at `phases`, shape (phases, n, m).
   subroutine slow_shapes(reduced, phases, shapes)
     class(reduced_type), intent(in) :: reduced
     real(dp), intent(in) :: phases(:)

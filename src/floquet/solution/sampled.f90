@@ -1,5 +1,5 @@
-!> Periodic systems given by samples at an even number of equidistant phases, between which they are trigonometric
-!> polynomials.
+!> Defines periodic systems by samples at an even number of equidistant phases. Between the phases the coefficients are
+!> trigonometric polynomials.
 module gestell_floquet_solution_sampled
   use gestell_base_kinds, only: dp
   use gestell_floquet_reduction_trigonometric, only: interpolation
@@ -9,8 +9,9 @@ module gestell_floquet_solution_sampled
 
   public :: complex_system, real_system
 
+  !> Periodic system given by samples at N equidistant phases.
   type, extends(periodic_system), public :: sampled_system
-    !> P, shape (n, n, N), and f, shape (n, N).
+    !> Samples of P, shape (n, n, N), and of f, shape (n, N).
     real(dp), allocatable :: p(:, :, :), f(:, :)
   contains
     procedure :: matrix
@@ -20,7 +21,7 @@ module gestell_floquet_solution_sampled
 
 contains
 
-  !> The system y' = P y + f of period 1; `rounding`: relative error of its map by that of the samples.
+  !> The system y' = P y + f with the period 1. `rounding` is the relative error of its map due to the errors of the samples.
   pure function real_system(p, f, rounding) result(system)
     real(dp), intent(in) :: p(:, :, :), f(:, :), rounding
     type(sampled_system) :: system
@@ -33,7 +34,7 @@ contains
     system%rounding = rounding
   end function real_system
 
-  !> The complex system y' = P y as one of twice as many real states, (Re y, Im y).
+  !> The complex system y' = P y as a real system with twice as many states, (Re y, Im y).
   pure function complex_system(p, rounding) result(system)
     complex(dp), intent(in) :: p(:, :, :)
     real(dp), intent(in) :: rounding
@@ -49,6 +50,7 @@ contains
     system = real_system(doubled, reshape([real(dp) ::], [2 * n, size(p, 3)], [0.0_dp]), rounding)
   end function complex_system
 
+  !> Computes P at the time t; the period is 1.
   subroutine matrix(self, t, p)
     class(sampled_system), intent(in) :: self
     real(dp), intent(in) :: t
@@ -59,6 +61,7 @@ contains
     p = many(:, :, 1)
   end subroutine matrix
 
+  !> Computes f at the time t; the period is 1.
   subroutine forcing(self, t, f)
     class(sampled_system), intent(in) :: self
     real(dp), intent(in) :: t
@@ -67,6 +70,7 @@ contains
     f = matmul(self%f, reshape(interpolation(size(self%f, 2), [t]), [size(self%f, 2)]))
   end subroutine forcing
 
+  !> Computes P, shape (n, n, phases), and f, shape (n, phases), by trigonometric interpolation.
   subroutine sample(self, phases, p, f)
     class(sampled_system), intent(in) :: self
     real(dp), intent(in) :: phases(:)

@@ -1,5 +1,5 @@
-!> Floquet's solution of a periodic system by the cheapest way: parts that do not act on each other apart, vibrations that
-!> are fast against the period by reduction, the others by integration over the period.
+!> Solves a periodic system by Floquet's theory, in the cheapest way ("Floquet numerics" in doc/theory.md). Parts that do not act on
+!> each other are solved separately. Vibrations that are fast against the period are reduced; the others are integrated.
 module gestell_floquet_solution
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
@@ -21,48 +21,56 @@ module gestell_floquet_solution
   public :: checkpoints, evidence, evidence_type, follow, liouville_defect, solve_floquet, solve_multipliers, solve_periodic, &
     & take_errors
 
-  !> All multipliers of a monodromy matrix or of a Floquet solution.
+  !> Computes all multipliers of a monodromy matrix or of a Floquet solution.
   interface solve_multipliers
     procedure multipliers_of_monodromy, multipliers_of_floquet
   end interface solve_multipliers
 
-  !> The start of the periodic motion from a monodromy matrix or a Floquet solution.
+  !> Computes the start of the periodic motion from a monodromy matrix or a Floquet solution.
   interface solve_periodic
     procedure periodic_of_monodromy, periodic_of_floquet
   end interface solve_periodic
 
-  !> The periodic motion over the period.
+  !> Computes the periodic motion over the period.
   interface follow
     procedure follow_monodromy, follow_floquet
   end interface follow
 
-  !> A part of the system: the indices of its states, the part as a system, unallocated where it is the whole, and its solution.
+  !> A part of the system that does not interact with the other parts.
   type, public :: part_type
+    !> Indices of its states
     integer, allocatable :: states(:)
-    !> Whether its multipliers come in pairs rho, 1 / conj(rho).
+    !> True if its multipliers come in pairs rho, 1 / conj(rho).
     logical :: conserves = .false.
+    !> The part as a system; unallocated if the part is the whole system
     class(periodic_system), allocatable :: system
+    !> Solution of the part
     class(part_solution_type), allocatable :: solution
   end type part_type
 
+  !> Floquet solution of a periodic system with n states.
   type, public :: floquet_type
+    !> Period T (s)
     real(dp) :: period = 0
-    !> Whether there is what the periodic motion needs.
+    !> True if the solution contains what the periodic motion needs.
     logical :: forced = .false.
     !> Units that make the states comparable, shape (n).
     real(dp), allocatable :: scale(:)
+    !> Parts that do not interact
     type(part_type), allocatable :: parts(:)
   end type floquet_type
 
 contains
 
-  !> Solves `system` over its period to `accuracy`; with `forced` also what the periodic motion needs. Method `auto` without
-  !> given steps may reduce; `reduced` does nothing else. Where multipliers differ by so much that Phi(T) loses the small
-  !> ones, its factors are kept, unless steps are given.
-  !> Errors: those of `solve_monodromy`; a table `coupled` of another shape; reduction was asked for and does not apply.
+  !> Solves `system` over its period to the requested accuracy.
+  !>
+  !> Method `auto` without given steps may use reduction; method `reduced` uses nothing else. If the multipliers differ so much that
+  !> Phi(T) loses the small ones, the factors of Phi(T) are kept instead, unless steps are given. Errors: those of
+  !> `solve_monodromy`; the table `coupled` has a wrong shape; reduction is requested but does not apply.
   subroutine solve_floquet(system, accuracy, forced, floquet, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
+    !> True: compute also what the periodic motion needs
     logical, intent(in) :: forced
     type(floquet_type), intent(out) :: floquet
     type(error_type), allocatable, intent(out) :: error
@@ -96,7 +104,7 @@ contains
     end do
   end subroutine solve_floquet
 
-  !> What `floquet` rests on; nothing where it was not solved.
+  !> Collects the methods, costs and errors of a solution; empty if `floquet` is not solved.
   subroutine evidence(floquet, found)
     type(floquet_type), intent(in) :: floquet
     type(evidence_type), intent(out) :: found
@@ -110,8 +118,8 @@ contains
     end do
   end subroutine evidence
 
-  !> The sum of ln |rho| less the integral of tr P, zero by Liouville's theorem, of the solution of `system`; of its parts the
-  !> greatest one. Errors: `floquet` was not solved; the coefficients are not finite; LAPACK found no eigenvalues.
+  !> Computes sum of ln |rho| - integral of tr P, which is zero by Liouville's theorem. Of several parts the defect with the largest
+  !> modulus is returned. Errors: `floquet` is not solved; the coefficients are not finite; LAPACK finds no eigenvalues.
   subroutine liouville_defect(system, floquet, defect, error)
     class(periodic_system), intent(in) :: system
     type(floquet_type), intent(in) :: floquet
@@ -138,7 +146,8 @@ contains
     end do
   end subroutine liouville_defect
 
-  !> All multipliers; with `vectors` the eigenvectors too. Errors: `floquet` was not solved; LAPACK found no eigenvalues.
+  !> Computes all multipliers, and the eigenvectors if `vectors` is true. Errors: `floquet` is not solved; LAPACK finds no
+  !> eigenvalues.
   subroutine multipliers_of_floquet(floquet, vectors, multipliers, error)
     type(floquet_type), intent(in) :: floquet
     logical, intent(in) :: vectors
@@ -174,7 +183,7 @@ contains
     call arrange(multipliers)
   end subroutine multipliers_of_floquet
 
-  !> The start of the periodic motion. Errors: `floquet` was not solved with forcing; resonance in one of the parts.
+  !> Computes the start of the periodic motion. Errors: `floquet` was solved without forcing; resonance in one of the parts.
   subroutine periodic_of_floquet(floquet, solution, error)
     type(floquet_type), intent(in) :: floquet
     type(periodic_solution_type), intent(out) :: solution
@@ -191,7 +200,7 @@ contains
       associate (part => floquet%parts(k))
         call part%solution%start(own, error)
         if (allocated(error)) return
-        ! The squares within a norm vanish below sqrt(tiny): so small a motion is known to that only.
+        ! Norms square their elements, and squares underflow below sqrt(tiny): smaller errors cannot be claimed.
         if (any(abs(own%x0) > 0)) own%error = max(own%error, sqrt(tiny(1.0_dp)) * part%solution%scale)
         solution%x0(part%states) = own%x0
         solution%error(part%states) = own%error
@@ -200,13 +209,15 @@ contains
     end do
   end subroutine periodic_of_floquet
 
-  !> The periodic motion at `phases` (ascending, in [0, 1]), shape (n, points). Errors: the phases are not, or `solution` is not
-  !> that of `floquet` and `system`; overflow.
+  !> Computes the periodic motion. Errors: invalid phases; `solution` does not belong to `floquet` and `system`; overflow.
   subroutine follow_floquet(system, floquet, solution, phases, x, error)
     class(periodic_system), intent(in) :: system
     type(floquet_type), intent(in) :: floquet
+    !> Start of the motion
     type(periodic_solution_type), intent(in) :: solution
+    !> Phases t / T, ascending, in [0, 1]
     real(dp), intent(in) :: phases(:)
+    !> States at the phases, shape (n, phases)
     real(dp), allocatable, intent(out) :: x(:, :)
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: y(:, :)
@@ -236,8 +247,8 @@ contains
     end do
   end subroutine follow_floquet
 
-  !> At how many phases the errors of a motion are to be looked at: the fastest error swings like the fastest free vibration that is
-  !> integrated, and is seen at four of them in a swing.
+  !> Number of phases at which the errors of a motion are evaluated. The fastest error oscillates like the fastest free vibration
+  !> that is integrated; four phases per oscillation resolve it.
   pure integer function checkpoints(floquet) result(number)
     type(floquet_type), intent(in) :: floquet
     integer, parameter :: fewest = 40
@@ -251,11 +262,12 @@ contains
     number = max(fewest, ceiling(2 / pi * min(phase_advance, 1.0e6_dp)))
   end function checkpoints
 
-  !> The errors of the motion `x` that `follow` found at `phases`, shape (n, phases), the first 0 and the last 1, or with them among
-  !> more. Errors: overflow; resonance within the errors.
+  !> Computes the errors of a motion that `follow` has computed.
+  !> Errors: overflow; resonance within the errors.
   subroutine take_errors(system, floquet, phases, x, errors, error)
     class(periodic_system), intent(in) :: system
     type(floquet_type), intent(in) :: floquet
+    !> Phases t / T, which include 0 and 1; states at the phases, shape (n, phases)
     real(dp), intent(in) :: phases(:), x(:, :)
     type(turn_errors_type), intent(out) :: errors
     type(error_type), allocatable, intent(out) :: error
@@ -274,7 +286,7 @@ contains
         if (allocated(error)) return
         errors%differences(part%states, :) = own%differences
         errors%rounding(part%states) = own%rounding
-        ! The squares within a norm vanish below sqrt(tiny): so small a motion is known to that only.
+        ! Norms square their elements, and squares underflow below sqrt(tiny): smaller errors cannot be claimed.
         if (any(abs(x(part%states, :)) > 0)) errors%rounding(part%states) = max(own%rounding, &
           & sqrt(tiny(1.0_dp)) * part%solution%scale)
       end associate
