@@ -1,4 +1,4 @@
-!> Analyses one machine at one speed: what was requested, and nothing else.
+!> Analyses one machine at one speed. Only requested results are computed.
 module gestell_study_vibration_analysis
   use gestell_base_error, only: error_type, failed_computation, resonance
   use gestell_base_kinds, only: dp
@@ -22,77 +22,78 @@ module gestell_study_vibration_analysis
 
   public :: analyse, find_modes
 
-  !> What is requested.
+  !> Results requested from `analyse`.
   type, public :: analysis_options
-    !> Multipliers and verdict; the eigenvectors too; the periodic vibration.
+    !> Multipliers and verdict; eigenvectors too; the periodic vibration
     logical :: stability = .true., modes = .false., response = .true.
-    !> Rows of the history over one period, harmonics wanted at least.
+    !> Number of intervals of the history over one period; minimum number of harmonics
     integer :: points = 360, harmonics = 20
-    !> Whether M, B, C are averaged over the turn.
+    !> True if M, B, C are averaged over the turn
     logical :: averaged = .false.
-    !> The frame's model (gestell_study_frame_model).
+    !> The frame's model (gestell_study_frame_model)
     character(len=11) :: model = "exact"
-    !> Whether all vibrations of the exact frame are sought, not only the one that is reported.
+    !> True if all vibrations of the exact frame are sought, not only the reported one
     logical :: all_vibrations = .false.
-    !> Rows of the whole motion that are kept, 0: none (gestell_model_quantity): what forces, probes and power are made of.
+    !> Rows of the motion that are kept, 0: none (gestell_model_quantity); forces, probes and power need them
     integer :: rows = 0
-    !> The verdict, even where nothing of the above asks for it.
+    !> True if the verdict is requested even without the other results
     logical :: verdict = .false.
   contains
     procedure :: vibration
     procedure :: judged
   end type analysis_options
 
-  !> What was asked for; the rest stays unallocated. The multipliers come with every vibration: whether the machine keeps to it
-  !> is a part of what is told of it.
+  !> Requested results; others stay unallocated. Every vibration comes with its multipliers, because its stability belongs to it.
   type, public :: analysis_type
     type(floquet_type) :: floquet
     type(multipliers_type), allocatable :: multipliers
-    !> The frame by its model, and how an exact vibration was found.
+    !> The frame by its model, and the way in which an exact vibration was found
     class(frame_type), allocatable :: frame
     type(newton_type) :: newton
-    !> The exact vibrations that were found, the smallest first, where they are several or were sought.
+    !> The exact vibrations that were found, smallest first, if there are several or if they were sought
     type(several_type), allocatable :: several(:)
     type(vibration_type), allocatable :: vibration
-    !> Where a resonance costs the periodic vibration a digit or more: the multiplier, and its mode once `find_modes` was called.
+    !> If a resonance costs the vibration a digit or more: the multiplier, and its mode after `find_modes`
     type(resonance_type), allocatable :: resonance
-    !> The modes of the vibration, by `find_modes`; none where they cannot be computed.
+    !> The modes of the vibration, set by `find_modes`; empty if they cannot be computed
     type(mode_type), allocatable :: modes(:)
   end type analysis_type
 
-  !> Condition of the periodic vibration that is called near resonance.
+  !> Condition number above which a periodic vibration counts as near resonance.
   real(dp), parameter :: one_digit = 10
-  !> What can be done where the exact frame's vibration was not found, but there is one about rest.
+  !> Advice if no vibration of the exact frame was found although the equations about rest have one.
   character(len=*), parameter :: advice = ": try another speed or more damping, or &model frame='rest' for small motions"
 
 contains
 
-  !> Whether the periodic vibration has to be computed.
+  !> True if the periodic vibration has to be computed.
   pure logical function vibration(self)
     class(analysis_options), intent(in) :: self
 
     vibration = self%response .or. self%rows > 0
   end function vibration
 
-  !> Whether there is to be a verdict.
+  !> True if a verdict has to be computed.
   pure logical function judged(self)
     class(analysis_options), intent(in) :: self
 
     judged = self%stability .or. self%modes .or. self%verdict .or. self%vibration()
   end function judged
 
-  !> Verdict and vibration of a frame. Errors: a frame or tasks that make no sense; those of the parts; where
-  !> the vibration fails, the multipliers are there, and the message names what it resonates with.
+  !> Computes the verdict and the vibration of a frame. Fails if the frame or the options are invalid, or if a part of the solution
+  !> fails. If only the vibration fails, the multipliers are kept, and the message names the resonance.
   subroutine analyse(frame, options, accuracy, analysis, error)
+    !> The frame, not yet settled by a model
     class(frame_type), intent(in) :: frame
     type(analysis_options), intent(in) :: options
     type(accuracy_type), intent(in) :: accuracy
+    !> The requested results
     type(analysis_type), intent(out), target :: analysis
     type(error_type), allocatable, intent(out) :: error
     type(averaged_system), target :: model
     class(periodic_system), pointer :: system
     type(multipliers_type) :: multipliers
-    !> Not allocated: none are kept
+    !> Not allocated if no rows are kept
     integer, allocatable :: rows
     logical :: blamed
 
@@ -128,7 +129,7 @@ contains
     end if
   end subroutine analyse
 
-  !> The vibrations that were met beside the one that is reported, and those that are sought. Errors: as of `list_vibrations`.
+  !> Lists the vibrations found besides the reported one, and searches for more if requested. Fails as `list_vibrations` does.
   subroutine take_several(frame, options, accuracy, analysis, error)
     class(frame_type), intent(in) :: frame
     type(analysis_options), intent(in) :: options
@@ -153,11 +154,13 @@ contains
     call list_vibrations(list, accuracy, options%points, options%harmonics, analysis%several, error)
   end subroutine take_several
 
-  !> Finds the modes of the vibration, and gives a resonance the name of its mode.
+  !> Computes the modes of the vibration, and sets the mode of a resonance.
   subroutine find_modes(frame, averaged, accuracy, analysis)
+    !> The frame, and whether its averaged model was analysed
     class(frame_type), intent(in) :: frame
     logical, intent(in) :: averaged
     type(accuracy_type), intent(in) :: accuracy
+    !> The analysis of the frame; receives the modes
     type(analysis_type), intent(inout) :: analysis
     type(error_type), allocatable :: error
     type(averaged_system) :: model
@@ -176,7 +179,7 @@ contains
     if (allocated(error)) deallocate(analysis%resonance)
   end subroutine find_modes
 
-  !> Explains a missing vibration: a direction that is not held, a resonance about rest, or what to try.
+  !> Adds the reason of a missing vibration to the message: a direction that is not held, a resonance about rest, or advice.
   subroutine explain_at_rest(frame, accuracy, failure)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
@@ -204,7 +207,7 @@ contains
     call explain(frame, accuracy, at_rest, failure)
   end subroutine explain_at_rest
 
-  !> Replaces the message of `failure` if the mounting leaves the frame free in some direction (`blamed`).
+  !> Replaces the message of `failure` if the mounting leaves the frame free in some direction; then `blamed` is true.
   subroutine blame_the_mounting(frame, failure, blamed)
     class(frame_type), intent(in) :: frame
     type(error_type), intent(inout) :: failure
@@ -216,7 +219,7 @@ contains
     if (blamed) failure%message = "there is no periodic vibration: " // directions
   end subroutine blame_the_mounting
 
-  !> Says of a resonance's `failure` what does not hold the frame, or which mode it is.
+  !> Adds the cause of a resonance to the message of `failure`: a direction that is not held, or the mode that resonates.
   subroutine explain(frame, accuracy, analysis, failure)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy

@@ -1,4 +1,4 @@
-!> Directions in which the mounting does not hold the frame.
+!> Finds directions in which the mounting does not hold the frame.
 module gestell_study_vibration_held
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -11,15 +11,15 @@ module gestell_study_vibration_held
 
   public :: unheld
 
-  !> Parts of a vector or of the greatest stiffness that are rounding.
+  !> Rounding error of a stiffness relative to the largest one; elements of a motion below this part of the largest are dropped.
   real(dp), parameter :: rounding = 1.0e-13_dp, small_part = 1.0e-6_dp
 
-  !> Longer than any of the sentences; of texts of other lengths gfortran keeps the length where threads share it.
+  !> Longer than any sentence here. Texts of varying length are avoided: gfortran stores their length where threads share it.
   integer, parameter :: sentence_length = 160
 
 contains
 
-  !> Says in which directions nothing holds the frame about rest; empty where it is held in all.
+  !> Sentence that names the directions in which nothing holds the frame about rest; empty if it is held in all directions.
   function unheld(frame) result(sentence)
     class(frame_type), intent(in) :: frame
     character(len=sentence_length) :: sentence
@@ -51,7 +51,7 @@ contains
     end if
   end function unheld
 
-  !> The one direction in which a frame moves freely, `motion`; `parts`: its elements in units in which they compare.
+  !> Describes the only direction in which the frame moves freely. `parts`: elements of `motion` in comparable units.
   pure function way_of(frame, parts, motion) result(words)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: parts(:), motion(:)

@@ -1,5 +1,5 @@
-!> The whole motion of a frame from its states: accelerations, and the forces of the guides that hold the degrees of freedom
-!> that are not free.
+!> Computes the complete motion of a frame from its states: accelerations, forces of the guides that block degrees of freedom,
+!> and the rows that only the exact frame has (gestell_model_quantity_rows).
 module gestell_study_vibration_motion
   use gestell_base_kinds, only: dp
   use gestell_math_rotation, only: cross, turn_beyond_first_order, turning_matrices
@@ -21,13 +21,13 @@ module gestell_study_vibration_motion
 
   public :: complete_motion, motion_errors, motion_rows, whole_motion
 
-  !> Phases that are sampled at a time.
+  !> Number of phases that are sampled at a time.
   integer, parameter :: block_length = 1024
 
 contains
 
-  !> How many rows the motion of `frame` has down to `last`: velocities, accelerations or guide_forces of the plane's rows. The
-  !> motion of the exact frame always has all its rows.
+  !> Number of rows of the motion of `frame` down to `last`: velocities, accelerations or guide_forces.
+  !> The motion of the exact frame always has all its rows.
   pure integer function motion_rows(frame, last)
     class(frame_type), intent(in) :: frame
     integer, intent(in) :: last
@@ -39,14 +39,17 @@ contains
     end select
   end function motion_rows
 
-  !> The motion at `phases` down to the rows `last` (see `motion_rows`), shape (rows, phases), from the states x of the free
-  !> degrees of freedom. `system`: the frame or its averaged model, whose solution is x.
+  !> Computes the motion at `phases` from the states x of the free degrees of freedom.
   subroutine whole_motion(frame, system, phases, x, last, motion)
     class(frame_type), intent(in) :: frame
+    !> The frame or its averaged model; x is a solution of this system
     class(periodic_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:)
+    !> States, shape (states, phases)
     real(dp), intent(in) :: x(:, :)
+    !> Last rows that are needed (see `motion_rows`)
     integer, intent(in) :: last
+    !> The motion, shape (rows, phases)
     real(dp), allocatable, intent(out) :: motion(:, :)
     integer :: f, from, to, dofs
 
@@ -63,8 +66,8 @@ contains
     if (size(motion, 1) >= rows_of(dofs, guide_forces)) call complete_motion(frame, system, phases, motion)
   end subroutine whole_motion
 
-  !> The rows beyond the accelerations, guides' forces and what the exact frame has, of a `motion`, shape (rows, phases), whose
-  !> first nine are there: it need not be a solution.
+  !> Computes the rows beyond the accelerations: forces of the guides and rows of the exact frame. The positions, velocities and
+  !> accelerations in `motion`, shape (rows, phases), need not be a solution.
   subroutine complete_motion(frame, system, phases, motion)
     class(frame_type), intent(in) :: frame
     class(periodic_system), intent(in) :: system
@@ -86,9 +89,9 @@ contains
     end do
   end subroutine complete_motion
 
-  !> The guides' moments of the exact frame become those about F at rest: the guides' forces act at F as it moves. In space the
-  !> moments rho along the coordinates theta become those along axes in space, T^-1 rho: w = T theta' in the frame's axes, so that
-  !> rho = T^T R^T M, and R = T^T T^-1, where T and T^T commute.
+  !> Moves the guides' moments of the exact frame to F at rest; the guides' forces act at F as it moves. In space the moments rho
+  !> along the coordinates theta become moments T^-1 rho along axes fixed in space: with w = T theta' in the frame's axes, rho = T^T
+  !> R^T M and R = T^T T^-1, where T and T^T commute.
   pure subroutine move_moments(frame, motion)
     class(frame_type), intent(in) :: frame
     real(dp), intent(inout) :: motion(:, :)
@@ -113,9 +116,8 @@ contains
     end do
   end subroutine move_moments
 
-  !> The rows that the exact frame has beyond the others (gestell_model_quantity_rows): of its rotation, of moments and of forces of
-  !> supports what is beyond the linear terms. cos psi - 1 is that of `less_one`: the cosine itself has lost the digits of a small
-  !> rotation.
+  !> Computes the rows that only the exact frame has: the parts of its rotation, of the moments and of the forces of supports beyond
+  !> the linear terms. `less_one` computes cos psi - 1: the difference itself loses the digits of a small rotation.
   subroutine add_turned(frame, x, motion)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: x(:, :)
@@ -157,7 +159,7 @@ contains
     end associate
   end subroutine add_turned
 
-  !> q'' from (23).
+  !> Computes q'' from x' = P x + f (doc/theory.md, equations 20 to 22).
   subroutine add_accelerations(frame, system, phases, x, motion)
     class(frame_type), intent(in) :: frame
     class(periodic_system), intent(in) :: system
@@ -174,7 +176,7 @@ contains
     end do
   end subroutine add_accelerations
 
-  !> The frame with all degrees of freedom free, averaged where `system` is.
+  !> Returns the frame with all degrees of freedom free, averaged if `system` is.
   subroutine free_all(frame, system, whole)
     class(frame_type), intent(in) :: frame
     class(periodic_system), intent(in) :: system
@@ -186,7 +188,7 @@ contains
     allocate(free, source=frame)
     free%free = [(i, i = 1, frame%dofs())]
     free%states = 2 * frame%dofs()
-    ! Also where the vibration is that of the equations about rest guides exert what the exact ones leave.
+    ! The guides exert what the exact equations leave, even if the vibration is a solution of the equations about rest.
     select type (free)
     class is (varied_frame_type)
       free%newton = .true.
@@ -201,8 +203,8 @@ contains
     end select
   end subroutine free_all
 
-  !> What is missing in the equations (1) to (3) of the degrees of freedom that are not free: the guides exert it on the
-  !> ground. `whole` has them all.
+  !> Computes the forces of the guides: the residual of the equations of motion of the blocked degrees of freedom. `whole` has all
+  !> degrees of freedom free.
   subroutine add_guides(frame, whole, phases, motion)
     class(frame_type), intent(in) :: frame
     class(second_order_system), intent(in) :: whole
@@ -223,14 +225,16 @@ contains
     end do
   end subroutine add_guides
 
-  !> How errors of the states, shape (states), show in the rows of the motion, shape (rows), with these two parts of the load: of
-  !> itself as it moves the frame, and of its absolute terms in the guides' forces, where they may cancel. `motion`: the rows at
-  !> some phases, shape (rows, phases).
+  !> Bounds the errors of the rows of the motion that errors of the states cause.
   subroutine motion_errors(frame, system, phases, states, parts, motion, errors)
+    !> The frame or its averaged model
     class(frame_type), intent(in) :: frame
     class(periodic_system), intent(in) :: system
+    !> Errors of the states, shape (states); relative errors of the load as it moves the frame, and of the terms of the load in the
+    !> guides' forces, where they may cancel; the motion at the phases, shape (rows, phases)
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), intent(in) :: states(:), parts(2), motion(:, :)
+    !> Errors of the rows, shape (rows)
     real(dp), intent(out) :: errors(:)
     class(second_order_system), allocatable :: whole
     real(dp), allocatable :: p(:, :, :), load(:, :), m(:, :, :), b(:, :, :), c(:, :, :), h(:, :), terms(:)
@@ -253,7 +257,7 @@ contains
     call free_all(frame, system, whole)
     allocate(m(size(phases), n, n), b(size(phases), n, n), c(size(phases), n, n), h(size(phases), n))
     call whole%sample_second_order(phases, m, b, c, h)
-    ! Beside the force along one axis, rounding is all that a small one along the other is.
+    ! A small force along one axis carries the rounding error of the force along the other axis.
     h(:, 1) = max(abs(h(:, 1)), abs(h(:, 2)))
     h(:, 2) = h(:, 1)
     terms = shaking_terms(frame)
@@ -268,8 +272,8 @@ contains
     if (size(errors) > rows_of(n, guide_forces)) call add_moment_errors(frame, maxval(abs(motion(:4 * n, :)), dim=2), errors)
   end subroutine motion_errors
 
-  !> Adds to the errors of the guides' moments what `move_moments` makes of those of displacements and forces, of rows that are as
-  !> `large`, shape (rows): u x r changes by du x r + u x dr, and T^-1 rho by about theta x rho/2.
+  !> Adds to the errors of the guides' moments those that `move_moments` causes. `large`: maxima of the rows, shape (rows).
+  !> u x r changes by du x r + u x dr, and T^-1 rho by about theta x rho/2.
   pure subroutine add_moment_errors(frame, large, errors)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: large(:)
@@ -290,8 +294,8 @@ contains
       & + sum(large(turns)) * sum(errors(first + turns))
   end subroutine add_moment_errors
 
-  !> Errors of the rows of the exact frame: |ds| <= |dpsi|, |dc| <= |dpsi| and so on, as psi is at most about 1, in space those of
-  !> all rotations; the moments' and the supports' from the linear terms.
+  !> Computes the errors of the rows that only the exact frame has: |ds| <= |dpsi|, |dc| <= |dpsi| and so on, as psi is at most
+  !> about 1; in space the sum over all rotations. Errors of moments and supports follow from the linear terms.
   subroutine add_turned_errors(frame, errors)
     class(frame_type), intent(in) :: frame
     real(dp), intent(inout) :: errors(:)

@@ -1,4 +1,4 @@
-!> Which free vibration is close to an order of the crank: the multiplier nearest to 1, and its mode.
+!> Finds the free vibration that is close to an order of the crank: the multiplier nearest to 1, and its mode.
 module gestell_study_vibration_resonance
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -12,27 +12,28 @@ module gestell_study_vibration_resonance
 
   public :: describe_resonance, find_nearest, is_near, name_resonance
 
+  !> A multiplier near 1, and the natural frequency of its mode.
   type, public :: resonance_type
-    !> Index of the multiplier, and |1 - rho|.
+    !> Index of the multiplier, and |1 - rho|
     integer :: multiplier = 0
     real(dp) :: distance = 0
-    !> Natural frequency of its mode (rad/s), that over 2 pi / T, and the nearest multiple; frequency 0: it does not swing.
+    !> Natural frequency of the mode (rad/s), its ratio to 2 pi / T, and the nearest multiple. The frequency is 0 if the motion does
+    !> not oscillate
     real(dp) :: frequency = 0, ratio = 0
     integer :: order = 0
-    !> Turns of the drive in the period: ratio and order are of the drive's speed times that.
+    !> Turns of the drive in the period: `ratio` and `order` divided by `turns` are multiples of the drive speed
     integer :: turns = 1
   contains
     procedure :: loose
     procedure :: near
   end type resonance_type
 
-  !> A frequency closer than this to an order of the crank, relative to the order and to the distance between two orders, is called
-  !> near.
+  !> A frequency is near an order if it is closer than both of these distances: relative to the order, and absolute in orders.
   real(dp), parameter :: near_order = 0.05_dp, near_spacing = 0.125_dp
 
 contains
 
-  !> The multiplier nearest to 1; its mode has no name yet.
+  !> The multiplier nearest to 1; the frequency of its mode is set by `name_resonance`.
   pure type(resonance_type) function find_nearest(multipliers) result(resonance)
     type(multipliers_type), intent(in) :: multipliers
 
@@ -40,12 +41,14 @@ contains
     resonance%distance = abs(1 - multipliers%rho(resonance%multiplier))
   end function find_nearest
 
-  !> Takes the frequency from the mode to which the multiplier belongs, of the `modes` of the same vibration. A multiplier whose
-  !> mode is lost gets the natural frequency about rest that fits its argument best; error: there is none either.
+  !> Sets the frequency to that of the mode to which the multiplier belongs. If this mode is unknown, the natural frequency about
+  !> rest that fits the argument of the multiplier best is taken. Fails if there are no natural frequencies about rest.
   subroutine name_resonance(resonance, frame, multipliers, modes, error)
+    !> Multiplier found by `find_nearest`; receives frequency, ratio, order and turns
     type(resonance_type), intent(inout) :: resonance
     class(frame_type), intent(in) :: frame
     type(multipliers_type), intent(in) :: multipliers
+    !> The modes of the same vibration
     type(mode_type), intent(in) :: modes(:)
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: frequencies(:), ratios(:)
@@ -67,7 +70,7 @@ contains
     resonance%turns = frame%mechanism%turns
   end subroutine name_resonance
 
-  !> Whether the motion does not swing, or so slowly that nothing is meant to hold the frame in some direction.
+  !> True if the motion does not oscillate, or so slowly that the frame is practically free in some direction.
   pure logical function loose(self)
     class(resonance_type), intent(in) :: self
     real(dp), parameter :: slowest = 1.0e-3_dp
@@ -75,14 +78,14 @@ contains
     loose = self%ratio < slowest
   end function loose
 
-  !> Whether the frequency is near an order of the crank.
+  !> True if the frequency is near an order of the crank.
   pure logical function near(self)
     class(resonance_type), intent(in) :: self
 
     near = is_near(self%ratio, self%order)
   end function near
 
-  !> Whether this multiple of a speed is near a whole one.
+  !> True if `ratio`, a frequency over a speed, is near the multiple `order`.
   elemental logical function is_near(ratio, order)
     real(dp), intent(in) :: ratio
     integer, intent(in) :: order
@@ -90,7 +93,7 @@ contains
     is_near = order > 0 .and. abs(ratio - order) < min(near_order * order, near_spacing)
   end function is_near
 
-  !> In one sentence.
+  !> Describes the resonance in one sentence.
   pure subroutine describe_resonance(resonance, sentence)
     type(resonance_type), intent(in) :: resonance
     character(len=:), allocatable, intent(out) :: sentence

@@ -1,9 +1,9 @@
-!> The periodic vibrations that one machine can make at one speed.
+!> Finds several periodic vibrations of one machine at one speed.
 !>
-!> From each vibration that is known the path over the speed is followed both ways, and from rest the one over the excitation;
-!> each time a path comes back to the machine there is a vibration. The index of a vibration, the sign of det(E - Phi), is -1 with
-!> an odd number of real multipliers above 1, as between two turning points, else 1. From rest, which is alone, on, vibrations
-!> come and go in pairs of both signs, so the indices of all that rest leads to add up to 1.
+!> The path over the speed is followed both ways from every known vibration, and the path over the excitation from rest. Each
+!> crossing of the machine's own speed or excitation is a vibration. The index of a vibration, the sign of det(E - Phi), is -1 if
+!> the number of real multipliers above 1 is odd, as between two turning points, otherwise 1. At rest there is one vibration, of
+!> index 1. Vibrations appear and vanish in pairs of opposite index, so the indices add up to 1 (doc/theory.md, "The vibration").
 module gestell_study_vibration_several
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -23,30 +23,31 @@ module gestell_study_vibration_several
 
   public :: index_sum, list_vibrations, search_vibrations
 
-  !> One of several vibrations.
+  !> One of several vibrations of a machine.
   type, public :: several_type
-    !> True for the one that the rest of the report is about.
+    !> True for the vibration that the rest of the report describes
     logical :: told = .false.
     type(multipliers_type) :: multipliers
-    !> Of the degrees of freedom (m, rad), in the frame's order: the greatest over the turn, a bound on its error, rms.
+    !> Maxima of the degrees of freedom over the turn (m, rad), in the frame's order, bounds on their errors, and rms values
     real(dp), allocatable :: peak(:), peak_error(:), rms(:)
   contains
     procedure :: vibration_index
   end type several_type
 
-  !> How far from the machine's own speed a path may lead, relative to it; the excitation up to which one from rest does.
+  !> Maximum distance of a path from the machine's own speed, relative to it; maximum excitation of the path from rest.
   real(dp), parameter :: furthest_speed = 0.1_dp, furthest_excitation = 3
-  !> The first arc and the greatest, short enough not to leap from one vibration to another.
+  !> First and maximum arc length, short enough not to jump from one vibration to another.
   real(dp), parameter :: short_arc = 0.02_dp, long_arc = 0.2_dp
+  !> Maximum number of points of a path, and of linear systems solved for it.
   integer, parameter :: most_points = 200, most_systems = 500
-  !> Motions that differ by less than this part are the same.
+  !> Motions whose relative difference is smaller are equal.
   real(dp), parameter :: alike = 1.0e-6_dp
-  !> Vibrations that are listed at the most.
+  !> Maximum number of vibrations that are listed.
   integer, parameter :: most_vibrations = 20
 
 contains
 
-  !> Adds to `list`, vibrations of `frame`, what the paths from them and from rest lead to.
+  !> Adds to `list`, vibrations of `frame`, the vibrations on paths from them and from rest.
   subroutine search_vibrations(frame, accuracy, list)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
@@ -61,7 +62,7 @@ contains
     end do
     i = 1
     do while (i <= size(list) .and. size(list) < most_vibrations)
-      ! a copy: the list moves as it grows
+      ! a copy, because the list is reallocated as it grows
       speed = list(i)%speed
       do way = 1, -1, -2
         call walk(frame, machine_path(varied_frame(frame, list(i)%motion), accuracy, speed * [1.0_dp, 1 + furthest_speed]), &
@@ -71,8 +72,8 @@ contains
     end do
   end subroutine search_vibrations
 
-  !> Follows a path from the motion q at lambda = 0 and adds to `list` the vibrations at lambda = `home`, until it is further than
-  !> `furthest` from 0, comes to one that is known, is lost, or the budget is spent.
+  !> Follows a path from the motion q at lambda = 0 and adds to `list` the vibrations at lambda = `home`. The path ends if it is
+  !> farther than `furthest` from 0, reaches a known vibration, is lost, or has used up its points or linear systems.
   subroutine walk(frame, start, q, home, furthest, way, list)
     class(frame_type), intent(in) :: frame
     class(path_family_type), intent(in) :: start
@@ -88,7 +89,7 @@ contains
 
     allocate(family, source=start)
     family%left = most_systems
-    ! Of a path over the speed q is in the units of the machine.
+    ! A path over the speed needs q in the family's units.
     call first_point(family, q / spread(family%units, 1, size(q, 1)), 0.0_dp, way, at, error)
     if (allocated(error)) return
     arc = short_arc
@@ -106,14 +107,14 @@ contains
         & list, known)
       at = next
       if (easy) arc = min(2 * arc, long_arc)
-      ! From a known one over the speed it is the known one's own path.
+      ! A path over the speed that reaches a known vibration is that vibration's own path.
       if (known .and. .not. family%from_rest) return
       if (abs(at%lambda) > furthest .or. family%turn(at%q) > furthest_turn) return
     end do
   end subroutine walk
 
-  !> Whether a path passes lambda = `home` twice on the arc between two points on one side of it: the cubic through lambda and its
-  !> slopes does.
+  !> True if a path passes lambda = `home` twice on the arc between two points on the same side of it, by the cubic through lambda
+  !> and its slopes.
   pure logical function hides_turn(at, next, arc, home)
     type(point_type), intent(in) :: at, next
     real(dp), intent(in) :: arc, home
@@ -129,8 +130,8 @@ contains
     end do
   end function hides_turn
 
-  !> The vibration at lambda = `home` between two points of a path, the second by `arc` after the first, is added to `list`, or
-  !> `known`.
+  !> Adds the vibration at lambda = `home` between two points of a path to `list`, or sets `known` if it is there already.
+  !> `arc`: length from the first point to the second.
   subroutine add_crossing(frame, family, from, to, arc, home, list, known)
     class(frame_type), intent(in) :: frame
     class(path_family_type), intent(inout) :: family
@@ -138,7 +139,7 @@ contains
     real(dp), intent(in) :: arc, home
     type(varied_frame_type), allocatable, intent(inout) :: list(:)
     logical, intent(inout) :: known
-    !> Steps of the secant toward lambda = `home`, so that Newton's method does not come to a neighbour.
+    !> Number of secant steps toward lambda = `home`, so that Newton's method does not converge to a neighbour.
     integer, parameter :: secants = 2
     real(dp), parameter :: least_tolerance = 1.0e-12_dp
     type(varied_frame_type) :: found
@@ -171,7 +172,7 @@ contains
     call family%member(home, found, error)
     if (allocated(error)) return
     call found%move_to(motion_of(family, middle_of(at, next, part)))
-    ! A step further than ordered: the last one counts as the motion's error.
+    ! A tighter tolerance than requested, because the last step counts as the motion's error.
     fine = family%accuracy
     fine%tolerance = max(fine%tolerance / 100, min(fine%tolerance, least_tolerance))
     call iterate(frame, fine, .false., found, steps, error)
@@ -188,6 +189,7 @@ contains
     call move_alloc(longer, list)
   end subroutine add_crossing
 
+  !> True if two motions are equal up to the tolerance `alike`.
   logical function same(one, other, units)
     type(varied_frame_type), intent(in) :: one, other
     real(dp), intent(in) :: units(:)
@@ -200,11 +202,12 @@ contains
     same = size_of(q - r) <= alike * size_of(q)
   end function same
 
-  !> Solves each vibration of `list`, whose first is the one that the rest of the report is about; the smallest first. Errors: as of
-  !> `solve_floquet` and `solve_vibration`.
+  !> Solves each vibration of `list` and sorts them, smallest first. Fails as `solve_floquet` and `solve_vibration` do.
   subroutine list_vibrations(list, accuracy, points, harmonics, several, error)
+    !> The vibrations; the first is the one that the rest of the report describes
     type(varied_frame_type), intent(in) :: list(:)
     type(accuracy_type), intent(in) :: accuracy
+    !> Number of intervals of the history; minimum number of harmonics
     integer, intent(in) :: points, harmonics
     type(several_type), allocatable, intent(out) :: several(:)
     type(error_type), allocatable, intent(out) :: error
@@ -231,7 +234,7 @@ contains
     end do
   end subroutine list_vibrations
 
-  !> 1 or -1, the sign of det(E - Phi).
+  !> Index of the vibration, 1 or -1: the sign of det(E - Phi).
   pure integer function vibration_index(self)
     class(several_type), intent(in) :: self
 
@@ -240,7 +243,7 @@ contains
     end associate
   end function vibration_index
 
-  !> The sum of all indices: 1 if none is missing.
+  !> Sum of all indices: 1 if no vibration is missing.
   pure integer function index_sum(several)
     type(several_type), intent(in) :: several(:)
     integer :: i

@@ -1,4 +1,4 @@
-!> How far the linear equations reach: the frame's motion has to be small.
+!> Judges whether the motion of the frame is small enough for linear equations.
 module gestell_study_vibration_small_motion
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: dof_names, frame_type
@@ -7,18 +7,18 @@ module gestell_study_vibration_small_motion
 
   public :: moved
 
-  !> rad: the cosine of a greater angle is off by more than half a per cent.
+  !> Largest rotation (rad) that counts as small: the cosine of a larger angle differs from 1 by more than half a per cent.
   real(dp), parameter, public :: small_turn = 0.1_dp
-  !> A displacement of F beyond this part of the machine's size changes where its springs act, and what springs are linear there?
+  !> Largest displacement of F that counts as small, relative to the machine's size; larger ones move the points where springs act.
   real(dp), parameter, public :: small_part = 0.1_dp
-  !> Motions so many times as large are great even for the exact frame, whose springs and dampers are linear all the same.
+  !> Motions larger than the limits by this factor are large even for the exact frame, because its springs and dampers stay linear.
   real(dp), parameter :: great = 5
 
-  !> How far a frame moves: the greatest of xi, eta and zeta (m), of the rotations (rad), and the machine's size (m), the greatest
-  !> distance of a support or of O from F; 0: unknown, as of a foundation alone below O.
+  !> Extent of the frame's motion: maximum of xi, eta and zeta (m), maximum of the rotations (rad), and the machine's size (m), the
+  !> largest distance of a support or of O from F. Size 0: unknown, as for a foundation alone below O.
   type, public :: moved_type
     real(dp) :: displacement = 0, turn = 0, size = 0
-    !> The rotation that reaches furthest.
+    !> The coordinate with the largest rotation
     character(len=7) :: rotation = "psi"
   contains
     procedure :: small
@@ -29,7 +29,7 @@ module gestell_study_vibration_small_motion
 
 contains
 
-  !> From the peaks of the degrees of freedom, in the frame's order.
+  !> Extent of the motion from the peaks of the degrees of freedom, in the frame's order.
   pure type(moved_type) function moved(frame, peaks)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: peaks(:)
@@ -50,24 +50,28 @@ contains
     end do
   end function moved
 
+  !> True if both rotation and displacement are small.
   elemental logical function small(self)
     class(moved_type), intent(in) :: self
 
     small = .not. (self%turns_too_far() .or. self%goes_too_far())
   end function small
 
+  !> True if the rotation exceeds `small_turn`.
   elemental logical function turns_too_far(self)
     class(moved_type), intent(in) :: self
 
     turns_too_far = self%turn > small_turn
   end function turns_too_far
 
+  !> True if the displacement exceeds `small_part` of the machine's size.
   elemental logical function goes_too_far(self)
     class(moved_type), intent(in) :: self
 
     goes_too_far = self%size > 0 .and. self%displacement > small_part * self%size
   end function goes_too_far
 
+  !> True if the motion is large even for the exact frame.
   elemental logical function is_great(self)
     class(moved_type), intent(in) :: self
 

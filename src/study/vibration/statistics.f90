@@ -1,4 +1,4 @@
-!> What an engineer reads off a quantity over one period: peak, rms, crest factor, harmonics.
+!> Computes peak, rms, crest factor and harmonics of a quantity over one period.
 module gestell_study_vibration_statistics
   use gestell_math_cosine_sine, only: cosine_sine
   use gestell_base_error, only: error_type, fatal_error, invalid_input
@@ -12,13 +12,14 @@ module gestell_study_vibration_statistics
 
   public :: band_rms, history_of, take_least, take_statistics, top
 
+  !> Statistics of one quantity over one period, in its unit.
   type, public :: statistics_type
-    !> Harmonics, shape (1), of a magnitude those of its components along x and y, shape (2).
+    !> Harmonics, shape (components): 1 for a signed quantity, 2 or 3 for the magnitude of a vector
     type(fourier_type), allocatable :: series(:)
-    !> max |.| over the period, a bound on its error, rms, a bound on the error at any time, and so on that of
-    !> the root.
+    !> Maximum of the absolute value and a bound on its error; rms; bound on the error at any time, which also bounds the error of
+    !> the rms
     real(dp) :: peak = 0, peak_error = 0, rms = 0, error = 0
-    !> Phase of the period, t / T, at the peak: that of the parabola through the highest sample and its neighbours.
+    !> Phase t / T of the peak: vertex of the parabola through the highest sample and its neighbours
     real(dp) :: peak_phase = 0
   contains
     procedure :: crest
@@ -29,14 +30,15 @@ module gestell_study_vibration_statistics
 
 contains
 
-  !> Whether peak, error and rms are numbers.
+  !> True if peak, its error and rms are finite.
   elemental logical function finite(self)
     class(statistics_type), intent(in) :: self
 
     finite = ieee_is_finite(self%peak) .and. ieee_is_finite(self%peak_error) .and. ieee_is_finite(self%rms)
   end function finite
 
-  !> Peak, rms and harmonics of the quantity. Errors: it is none; `vibration` does not hold the rows of the motion that it needs.
+  !> Computes peak, rms and harmonics of the quantity. Fails if `quantity` is not initialised, or if `vibration` does not hold the
+  !> rows of the motion that the quantity needs.
   subroutine take_statistics(vibration, quantity, statistics, error)
     type(vibration_type), intent(in) :: vibration
     type(quantity_type), intent(in) :: quantity
@@ -71,7 +73,8 @@ contains
     statistics%peak_error = statistics%error + between
   end subroutine take_statistics
 
-  !> The least value over the period of a quantity with one component, and a bound on its error. Errors: as of `take_statistics`.
+  !> Computes the minimum over the period of a quantity with one component, and a bound on its error. Fails as `take_statistics`
+  !> does.
   subroutine take_least(vibration, quantity, least, least_error, error)
     type(vibration_type), intent(in) :: vibration
     type(quantity_type), intent(in) :: quantity
@@ -85,13 +88,13 @@ contains
     call take_statistics(vibration, quantity, statistics, error)
     if (allocated(error)) return
     call components(quantity, vibration%motion, samples)
-    ! What is lifted above zero everywhere has its greatest value where it has its greatest size.
+    ! After a shift by the peak the quantity is nowhere negative, so the maximum of its absolute value is its maximum.
     least = statistics%peak - greatest(statistics%peak - samples(:, 1))
     least_error = statistics%peak_error
   end subroutine take_least
 
-  !> max of the size of a vector, from the samples of its components, shape (samples, components), and their series. The square is
-  !> a series of twice the orders: it needs twice the samples where the upper half of the orders counts.
+  !> Maximum of the magnitude of a vector, from the samples of its components, shape (samples, components), and their series.
+  !> The square has twice the orders; if the upper half of the orders matters, it is sampled twice as finely.
   pure real(dp) function greatest_size(series, samples)
     type(fourier_type), intent(in) :: series(:)
     real(dp), intent(in) :: samples(:, :)
@@ -117,7 +120,7 @@ contains
     greatest_size = largest * sqrt(greatest(fine))
   end function greatest_size
 
-  !> A series half way between the n places of its samples.
+  !> Values of a series half way between its n samples.
   pure function half_way(series, n) result(f)
     type(fourier_type), intent(in) :: series
     integer, intent(in) :: n
@@ -139,7 +142,7 @@ contains
     end do
   end function half_way
 
-  !> The series of a weighted sum of the rows that these are the series of.
+  !> Series of a weighted sum of rows, from the series of the rows.
   pure subroutine combine(weights, rows, series)
     real(dp), intent(in) :: weights(:)
     type(fourier_type), intent(in) :: rows(:)
@@ -157,7 +160,7 @@ contains
     series%phase = atan2(aimag(c), real(c))
   end subroutine combine
 
-  !> Where equidistant samples over the period are greatest, in [0, 1).
+  !> Phase in [0, 1) of the maximum of equidistant samples over the period.
   pure real(dp) function top(samples)
     real(dp), intent(in) :: samples(:)
     real(dp) :: before, after, bend
@@ -173,7 +176,7 @@ contains
     top = modulo(top / n, 1.0_dp)
   end function top
 
-  !> The quantity's components at the samples of a motion, shape (samples, 1 or 2).
+  !> Components of the quantity at the samples of a motion, shape (samples, components).
   pure subroutine components(quantity, motion, samples)
     type(quantity_type), intent(in) :: quantity
     real(dp), intent(in) :: motion(:, :)
@@ -183,7 +186,8 @@ contains
     samples = matmul(transpose(motion), quantity%weights(:size(motion, 1), :))
   end subroutine components
 
-  !> The quantity at the times of the history, a magnitude without sign; shape (points + 1). Errors: as of `take_statistics`.
+  !> Computes the quantity at the times of the history, shape (points + 1); the magnitude of a vector. Fails as `take_statistics`
+  !> does.
   pure subroutine history_of(vibration, quantity, history, error)
     type(vibration_type), intent(in) :: vibration
     type(quantity_type), intent(in) :: quantity
@@ -201,7 +205,7 @@ contains
     end if
   end subroutine history_of
 
-  !> Errors: `find_quantity` has not found it; `vibration` does not hold the rows of the motion that it needs.
+  !> Fails if `find_quantity` has not initialised the quantity, or if `vibration` lacks rows of the motion that the quantity needs.
   pure subroutine check_quantity(vibration, quantity, error)
     type(vibration_type), intent(in) :: vibration
     type(quantity_type), intent(in) :: quantity
@@ -214,7 +218,7 @@ contains
     end if
   end subroutine check_quantity
 
-  !> Peak over rms; 0 where nothing moves.
+  !> Crest factor: peak over rms; 0 if nothing moves.
   pure real(dp) function crest(self)
     class(statistics_type), intent(in) :: self
 
@@ -222,8 +226,8 @@ contains
     if (self%rms > 0) crest = self%peak / self%rms
   end function crest
 
-  !> The amplitude of an order from 1 on; of a magnitude, the root of the sum of its components' squares. Orders that the
-  !> samples do not reach are zero.
+  !> Amplitude of an order from 1 on; for a vector, the root of the sum of the squares over its components. Orders that the samples
+  !> do not resolve are zero.
   pure real(dp) function amplitude(self, order)
     class(statistics_type), intent(in) :: self
     integer, intent(in) :: order
@@ -235,7 +239,7 @@ contains
     end do
   end function amplitude
 
-  !> The order of the greatest amplitude; 0 where nothing moves.
+  !> Order with the largest amplitude; 0 if nothing moves.
   pure integer function strongest(self)
     class(statistics_type), intent(in) :: self
     integer :: k
@@ -244,12 +248,13 @@ contains
     if (.not. self%amplitude(strongest) > 0) strongest = 0
   end function strongest
 
-  !> Root of the mean square of the components' orders whose frequency, order / period, lies in `band` (both ends included),
-  !> along each component and in the direction in which it is greatest; of one component both are the same.
-  !> Error: statistics, period and band (Hz, ascending) are not such.
+  !> Computes the rms of the orders whose frequency, order / period, lies in `band`, both ends included.
+  !> Fails if `statistics` is empty, the period is not positive or the band is not ascending.
   pure subroutine band_rms(statistics, period, band, along, greatest_direction, error)
+    !> Period (s) and band (Hz, ascending)
     type(statistics_type), intent(in) :: statistics
     real(dp), intent(in) :: period, band(2)
+    !> Rms of each component, shape (components), and in the direction in which it is largest
     real(dp), intent(out) :: along(:), greatest_direction
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: square(3, 3), unit
@@ -265,7 +270,7 @@ contains
       call fatal_error(error, "a band of frequencies needs statistics, a positive period and two ascending ends", invalid_input)
       return
     end if
-    ! Squares overflow long before their roots do.
+    ! Squares overflow long before their square roots do.
     unit = maxval([(maxval(statistics%series(i)%amplitude), i = 1, n)])
     if (.not. unit > 0) return
     square = 0
@@ -281,13 +286,13 @@ contains
     if (n == 3) then
       greatest_direction = unit * sqrt(greatest_eigenvalue(square))
     else
-      ! The greater eigenvalue of a symmetric 2 x 2 matrix.
+      ! The larger eigenvalue of a symmetric 2 x 2 matrix.
       greatest_direction = unit * sqrt((square(1, 1) + square(2, 2)) / 2 &
         & + hypot((square(1, 1) - square(2, 2)) / 2, square(1, 2)))
     end if
   end subroutine band_rms
 
-  !> Of a symmetric 3 x 3 matrix: its characteristic polynomial's greatest root by the cosine of a third of an angle (O. K. Smith,
+  !> Largest eigenvalue of a symmetric 3 x 3 matrix, by the trigonometric solution of its characteristic equation (O. K. Smith,
   !> Communications of the ACM 4, 1961, 168, doi 10.1145/355578.366316).
   pure real(dp) function greatest_eigenvalue(a) result(greatest_root)
     real(dp), intent(in) :: a(3, 3)

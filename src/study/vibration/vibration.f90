@@ -1,4 +1,4 @@
-!> The periodic vibration of a frame as an engineer reads it: history, forces on the ground, harmonics, peaks.
+!> Computes the periodic vibration of a frame: history, forces on the ground, harmonics, peaks and bounds on their errors.
 module gestell_study_vibration
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_math_series_fourier, only: fourier_series, fourier_type
@@ -19,50 +19,54 @@ module gestell_study_vibration
 
   public :: check_rows, check_times, solve_vibration
 
-  !> Quantities of the vibration in the plane, in this order: xi, eta, psi, their velocities, forces and moment on the ground. In
-  !> space they are twice as many, thrice the degrees of freedom in their order.
+  !> Number of quantities of the vibration in the plane: xi, eta, psi, their velocities, and forces and moment on the ground.
+  !> In space there are 18, for six degrees of freedom in the frame's order.
   integer, parameter, public :: quantities = 9
 
+  !> A periodic vibration of a frame.
   type, public :: vibration_type
-    !> The start of the motion with its evidence; states of the free degrees of freedom only.
+    !> State at the start of the period with its error; free degrees of freedom only
     type(periodic_solution_type) :: start
     !> All quantities at equidistant times from 0 to T, both included; shape (quantities, points + 1).
-    !> Degrees of freedom that are not free rest at zero.
+    !> Blocked degrees of freedom stay at zero
     real(dp), allocatable :: history(:, :)
-    !> Harmonics of every quantity, shape (quantities).
+    !> Harmonics of every quantity, shape (quantities)
     type(fourier_type), allocatable :: series(:)
-    !> max |.| over the period and a bound on its error, rms; shapes (quantities).
+    !> Maximum absolute value over the period, a bound on its error, and rms; shapes (quantities)
     real(dp), allocatable :: peak(:), peak_error(:), rms(:)
-    !> Bounds on the errors of the history, at any time, and of the roots of the mean square; shape (quantities).
+    !> Bounds on the errors of the history at any time, which also bound the errors of the rms; shape (quantities)
     real(dp), allocatable :: error(:)
-    !> |x(T) - x(0)| of the motion that was followed, relative to the greatest |x(t)|, in balanced units.
+    !> |x(T) - x(0)| of the computed motion relative to the maximum of |x(t)|, in balanced units
     real(dp) :: closing_defect = 0
-    !> Where more was ordered: the motion as in gestell_model_quantity at equidistant phases that resolve it, shape (rows,
-    !> samples), at the times of the history, shape (rows, points + 1), their errors, harmonics, shape (rows).
+    !> If rows of the motion were requested (gestell_model_quantity): the motion at equidistant phases that resolve it, shape (rows,
+    !> samples); at the times of the history, shape (rows, points + 1); errors; harmonics, shape (rows)
     real(dp), allocatable :: motion(:, :), motion_history(:, :)
     type(turn_errors_type) :: motion_errors
     type(fourier_type), allocatable :: motion_series(:)
   end type vibration_type
 
-  !> Rows that serve as samples too, at the most.
+  !> Maximum number of points of the history that also serve as samples of the harmonics.
   integer, parameter :: most_shared = 1024
-  !> Samples per period beyond which a vibration is not refined further.
+  !> Number of samples per period beyond which a vibration is not refined further.
   integer, parameter :: most_samples = 2**14
-  !> Harmonics that count as resolved, relative to the greatest; where the quantity itself is less sure this part of its error:
-  !> the steps of a coarse solution leave kinks of that size, which no number of samples resolves.
+  !> Harmonics count as resolved if the highest are below this part of the largest harmonic, or below this part of the quantity's
+  !> error. The steps of a coarse solution leave kinks of the size of its error, which no number of samples resolves.
   real(dp), parameter :: resolved = 1.0e-9_dp, part_of_error = 0.1_dp
 
 contains
 
-  !> The periodic vibration of `system`, a frame or the averaged model of one, at `points` + 1 times, with at least `harmonics`
-  !> harmonics. `floquet` must have been solved with forcing. With `rows` also that many rows of the motion. Errors: as of
-  !> `check_times`; there is no frame; `floquet` is not that of the system, with forcing; resonance; overflow.
+  !> Computes the periodic vibration of `system`, a frame or the averaged model of one.
+  !> Fails as `check_times` does, and if `system` is no frame, `floquet` does not belong to it or has no load, at a resonance, or if
+  !> the vibration overflows.
   subroutine solve_vibration(system, floquet, points, harmonics, vibration, error, rows)
     class(periodic_system), intent(in), target :: system
+    !> Floquet solution of `system` with its load
     type(floquet_type), intent(in) :: floquet
+    !> Number of intervals of the history; minimum number of harmonics
     integer, intent(in) :: points, harmonics
     type(vibration_type), intent(out) :: vibration
     type(error_type), allocatable, intent(out) :: error
+    !> If present, `vibration` also holds so many rows of the motion: `velocities`, `accelerations` or `guide_forces`
     integer, intent(in), optional :: rows
     class(frame_type), pointer :: frame
     real(dp), allocatable :: x(:, :), all(:, :), phases(:)
@@ -84,8 +88,8 @@ contains
       return
     end if
 
-    ! The samples are the rows that were ordered, with as many between them as the harmonics need; for very many rows the
-    ! harmonics have samples of their own.
+    ! The points of the history are samples too, with as many between them as the harmonics need. A history of very many points
+    ! does not share its points with the harmonics.
     samples = max(64, 2 * harmonics + 2, min(4 * frame%least_steps, most_samples))
     if (points <= most_shared) samples = points * ceiling(samples / real(points, dp))
     numbers = 3 * frame%dofs()
@@ -140,7 +144,7 @@ contains
       & "the periodic vibration overflows: it lies, with its error, beyond what double precision holds", failed_computation)
   end subroutine solve_vibration
 
-  !> Errors: points, harmonics or rows of the motion out of range.
+  !> Fails if points, harmonics or rows of the motion are out of range.
   pure subroutine check_times(points, harmonics, error, rows)
     integer, intent(in) :: points, harmonics
     type(error_type), allocatable, intent(out) :: error
@@ -157,7 +161,7 @@ contains
     end if
   end subroutine check_times
 
-  !> Error: the vibration does not hold so many rows of the motion.
+  !> Fails if the vibration does not hold so many rows of the motion.
   pure subroutine check_rows(vibration, rows, error)
     type(vibration_type), intent(in) :: vibration
     integer, intent(in) :: rows
@@ -170,7 +174,7 @@ contains
       & // "its tasks", invalid_input)
   end subroutine check_rows
 
-  !> The longest stride through the samples that leaves so many.
+  !> The largest stride that keeps at least `wanted` of the samples.
   pure integer function stride(samples, wanted)
     integer, intent(in) :: samples, wanted
     integer :: k
@@ -181,7 +185,7 @@ contains
     end do
   end function stride
 
-  !> Errors of the quantities by those of the free states x, shape (n, phases), and the roundings of the mounting's matrices.
+  !> Errors of the quantities, from those of the free states x, shape (states, phases), and rounding of the mounting's matrices.
   pure function quantity_errors(frame, states, x) result(errors)
     class(frame_type), intent(in) :: frame
     type(turn_errors_type), intent(in) :: states
@@ -206,8 +210,8 @@ contains
     errors(2 * n + 1:) = [(states%along(weights(:, i)), i = 1, n)] + matmul(maxval(abs(x), dim=2), rounding)
   end function quantity_errors
 
-  !> Errors of the motion's rows by those of the free states at the same phases: what the differences make of them, beside rest or,
-  !> of the exact frame, beside the motion, and rounding, of the states, the load and the sums.
+  !> Computes the errors of the motion's rows from those of the free states at the same phases. Differences of states are added to
+  !> rest or, for the exact frame, to the motion. Rounding errors come from the states, the load and the sums.
   subroutine take_motion_errors(frame, system, phases, x, rows, states, errors)
     class(frame_type), intent(in) :: frame
     class(periodic_system), intent(in) :: system
@@ -234,15 +238,15 @@ contains
     errors%differences(:, :n) = compared - there
     errors%differences(:, n + 1:) = finer - there
     allocate(errors%rounding(count))
-    ! Of the accelerations' coefficients and load: the model's, of the mechanism's first and second derivatives, which travel
-    ! through several joints, and where forces of links cancel.
+    ! Relative errors of coefficients and load of the accelerations: of the model, of the mechanism's first and second derivatives,
+    ! which accumulate over several joints, and of forces of links that cancel.
     associate (own => 16 * (sums + frame%rounding), model => 16 * (sums + frame%rounding) + frame%load_rounding)
       call motion_errors(frame, system, phases, states%rounding + model * maxval(abs(x), dim=2), [model, own], there, &
         & errors%rounding)
     end associate
   end subroutine take_motion_errors
 
-  !> The harmonics of the motion's rows; those of the states are there already.
+  !> Computes the harmonics of the motion's rows; those of the states are known already.
   pure subroutine take_series(vibration)
     type(vibration_type), intent(inout) :: vibration
     integer :: samples, states, k
@@ -257,8 +261,8 @@ contains
     end do
   end subroutine take_series
 
-  !> Whether the samples resolve the motion's rows beyond the states, accelerations and guides' forces. What is roundoff beside
-  !> the terms that they are sums of counts as resolved, as for states, and no more than what a row misses of closing.
+  !> True if the samples resolve the rows of the motion beyond the states: accelerations and forces of guides. Harmonics below the
+  !> rounding error of the terms of a row, or below the amount by which the row fails to close, count as resolved.
   logical function rows_resolved(frame, system, phases, x, vibration)
     class(frame_type), intent(in) :: frame
     class(periodic_system), intent(in) :: system
@@ -278,9 +282,9 @@ contains
     end associate
   end function rows_resolved
 
-  !> Whether the samples resolve the free states. What is roundoff beside the other states, in balanced units, counts as
-  !> resolved, and no more than what a state misses of closing, `missed`: the free vibrations of that size are no harmonics. The
-  !> forces follow from the states.
+  !> True if the samples resolve the free states; the forces follow from the states. Harmonics below the rounding error of the other
+  !> states, in balanced units, count as resolved. So do harmonics below `missed`, the amount by which a state fails to close:
+  !> free vibrations of this size are no harmonics.
   pure logical function states_resolved(frame, floquet, vibration, missed)
     class(frame_type), intent(in) :: frame
     type(floquet_type), intent(in) :: floquet
@@ -299,7 +303,7 @@ contains
     end associate
   end function states_resolved
 
-  !> Whether the upper orders of a series are nothing beside the greatest, or less than `rounding`, or than its `error`.
+  !> True if the upper orders of a series are negligible: relative to the largest order, below `rounding`, or below its `error`.
   pure logical function is_resolved(series, rounding, error)
     type(fourier_type), intent(in) :: series
     real(dp), intent(in) :: rounding, error
@@ -311,7 +315,7 @@ contains
     end associate
   end function is_resolved
 
-  !> The quantities from the states of the free degrees of freedom, shape (quantities, points).
+  !> All quantities from the states of the free degrees of freedom, shape (quantities, points).
   pure function all_quantities(frame, x) result(all)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: x(:, :)
