@@ -1,4 +1,4 @@
-!> A frame on its mounting, as the equations in the plane and in space both need it.
+!> The part of a frame on its mounting that the equations in the plane and in space share.
 module gestell_model_mounting_mounted
   use gestell_base_kinds, only: dp
   use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type, turned_loads
@@ -8,12 +8,13 @@ module gestell_model_mounting_mounted
   private
 
   type, abstract, extends(second_order_system), public :: mounted_system
-    !> m_F (kg); the crank speed Omega (rad/s), negative: clockwise.
+    !> Mass m_F of the frame (kg); crank speed Omega (rad/s), negative if clockwise.
     real(dp) :: mass = 0, speed = 0
-    !> c_ij (N/m, N, N m) and b_ij (N s/m, N s, N m s) of supports and foundation, and the foundation's part, shape (dofs, dofs).
+    !> Stiffness c_ij (N/m, N, N m) and damping b_ij (N s/m, N s, N m s) of supports and foundation, then those of the foundation
+    !> alone, shapes (dofs, dofs).
     real(dp), allocatable, dimension(:, :) :: stiffness, damping, foundation_stiffness, foundation_damping
     type(support_type), allocatable :: supports(:)
-    !> The degrees of freedom that are free.
+    !> Numbers of the free degrees of freedom.
     integer, allocatable :: free(:)
     type(weights_type) :: weights
   contains
@@ -23,10 +24,11 @@ module gestell_model_mounting_mounted
 
 contains
 
-  !> Puts the frame on `supports` and a foundation with these matrices.
+  !> Puts the frame on supports and a foundation, without static forces.
   pure subroutine put_on(self, supports, stiffness, damping)
     class(mounted_system), intent(inout) :: self
     type(support_type), intent(in) :: supports(:)
+    !> Matrices of the foundation, shape (dofs, dofs)
     real(dp), intent(in) :: stiffness(:, :), damping(:, :)
     integer :: i
 
@@ -40,7 +42,7 @@ contains
     self%damping = damping + damping_matrix(supports, size(damping, 1))
   end subroutine put_on
 
-  !> The mounting becomes stiffer and more damped by these factors.
+  !> Multiplies stiffness and damping of supports and foundation by factors.
   pure subroutine scale_mounting(self, stiffness, damping)
     class(mounted_system), intent(inout) :: self
     real(dp), intent(in) :: stiffness, damping
@@ -56,7 +58,7 @@ contains
     end do
   end subroutine scale_mounting
 
-  !> C about rest of all degrees of freedom, its mean over the turn: the mounting's, the weights' and the static forces'.
+  !> Mean over the turn of C about rest, shape (dofs, dofs): mounting, weights and static forces.
   pure function rest_stiffness(self) result(c)
     class(mounted_system), intent(in) :: self
     real(dp) :: c(size(self%stiffness, 1), size(self%stiffness, 1))
@@ -64,7 +66,7 @@ contains
     c = self%stiffness + self%weights%stiffness(:size(c, 1), :size(c, 1))
   end function rest_stiffness
 
-  !> What the forces on the ground and their moment about F at rest have of q, shape (dofs, dofs).
+  !> Derivative with respect to q of the forces on the ground and their moment about F at rest, shape (dofs, dofs).
   pure function ground_stiffness(self) result(c)
     class(mounted_system), intent(in) :: self
     real(dp) :: c(size(self%stiffness, 1), size(self%stiffness, 1))

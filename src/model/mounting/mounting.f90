@@ -1,8 +1,9 @@
-!> What holds a frame: springs and dampers along axes that stay in space or turn with the frame, as stiffness and damping matrices.
+!> Springs and dampers that hold a frame, along axes that stay in space or turn with the frame, and their stiffness and damping
+!> matrices.
 !>
-!> In space a frame's motion is (u, theta), its displacement along and rotation about xi, eta, zeta. Its degrees of freedom stand in
-!> another order, in which those of the plane come first: xi, eta, psi, zeta, rot_xi, rot_eta. Matrices of shape (dofs, dofs) are of
-!> the first three or of all six in that order.
+!> In space the motion of a frame is (u, theta): displacement along and rotation about xi, eta, zeta. Its degrees of freedom have
+!> another order, in which those of the plane come first: xi, eta, psi, zeta, rot_xi, rot_eta. Matrices of shape (dofs, dofs)
+!> contain the first three or all six in the latter order.
 module gestell_model_mounting
   use gestell_base_kinds, only: dp
   use gestell_math_rotation, only: cross, cross_matrix, outer
@@ -11,19 +12,19 @@ module gestell_model_mounting
 
   public :: damping_matrix, is_rotation, load_matrix, load_rounding, matrix_rounding, stiffness_matrix, support_matrix, turned_loads
 
-  !> Where the degrees of freedom of a frame, in whose order those of the plane come first, stand in (u, theta).
+  !> Position in (u, theta) of each degree of freedom of the frame.
   integer, parameter, public :: in_space(6) = [1, 2, 6, 3, 4, 5]
-  !> Where (u, theta) stand among the frame's degrees of freedom.
+  !> Number of the frame's degree of freedom for each component of (u, theta).
   integer, parameter, public :: in_frame(6) = [1, 2, 4, 5, 6, 3]
 
-  !> Springs and dampers at `position` in the frame's system (m), along the three columns of `axes`, of which in the plane only the
-  !> first two act.
+  !> Springs (N/m) and dampers (N s/m) at `position` in the frame's axes (m), along the three columns of `axes`. In the plane only
+  !> the first two act.
   type, public :: support_type
     real(dp) :: position(3) = 0, stiffness(3) = 0, damping(3) = 0
     real(dp) :: axes(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])
-    !> Whether the axes turn with the frame; else they stay in space.
+    !> True if the axes turn with the frame, false if they stay in space.
     logical :: turning = .false.
-    !> The static force on the ground by the weights (N). It turns with the axes.
+    !> Static force of the weights on the ground (N); it turns with the axes.
     real(dp) :: static(3) = 0
   end type support_type
 
@@ -33,10 +34,13 @@ module gestell_model_mounting
 
 contains
 
-  !> A support with its axes turned about zeta by `angle` (rad). What is missing in vectors of two components is zero.
+  !> A support whose axes are rotated about zeta by `angle` (rad). Vectors of two components are completed by zero.
   pure type(support_type) function support_in_plane(position, stiffness, damping, angle, turning, static) result(support)
+    !> Position in the frame's axes (m); stiffness along each axis (N/m)
     real(dp), intent(in) :: position(:), stiffness(:)
+    !> Damping along each axis (N s/m), angle (rad), static force on the ground (N); each 0 by default
     real(dp), intent(in), optional :: damping(:), angle, static(:)
+    !> True if the axes turn with the frame; default: they stay in space
     logical, intent(in), optional :: turning
 
     support%position(:size(position)) = position
@@ -49,9 +53,11 @@ contains
     support%axes(:2, 2) = [-sin(angle), cos(angle)]
   end function support_in_plane
 
-  !> A support along the columns of `axes`.
+  !> A support with springs and dampers along the columns of `axes`.
   pure type(support_type) function support_in_space(position, stiffness, damping, axes, turning) result(support)
+    !> Position in the frame's axes (m); stiffness (N/m) and damping (N s/m) along each axis; the axes
     real(dp), intent(in) :: position(3), stiffness(3), damping(3), axes(3, 3)
+    !> True if the axes turn with the frame; default: they stay in space
     logical, intent(in), optional :: turning
 
     support%position = position
@@ -61,15 +67,16 @@ contains
     if (present(turning)) support%turning = turning
   end function support_in_space
 
-  !> Whether one of the frame's degrees of freedom turns it.
+  !> True if `dof` is one of the frame's rotations.
   elemental logical function is_rotation(dof)
     integer, intent(in) :: dof
 
     is_rotation = any(in_frame(4:) == dof)
   end function is_rotation
 
-  !> c_ij of all supports, of three degrees of freedom where `dofs` is missing: in the plane with k along x, kb along y at (X, Y)
-  !> and angle 0 c11 = sum k, c22 = sum kb, c13 = -sum k Y, c23 = sum kb X, c33 = sum (k Y^2 + kb X^2) ([1] of the paper).
+  !> Stiffness matrix c_ij of all supports for `dofs` degrees of freedom (default 3). In the plane, with k along x and kb along y at
+  !> (X, Y) and angle 0: c11 = sum k, c22 = sum kb, c13 = -sum k Y, c23 = sum kb X, c33 = sum (k Y^2 + kb X^2), (26) of
+  !> doc/theory.md and [1] of the paper.
   pure function stiffness_matrix(supports, dofs) result(c)
     type(support_type), intent(in) :: supports(:)
     integer, intent(in), optional :: dofs
@@ -84,7 +91,7 @@ contains
     c = of_frame(whole, dofs)
   end function stiffness_matrix
 
-  !> b_ij of all supports, in the same way.
+  !> Damping matrix b_ij of all supports for `dofs` degrees of freedom (default 3).
   pure function damping_matrix(supports, dofs) result(b)
     type(support_type), intent(in) :: supports(:)
     integer, intent(in), optional :: dofs
@@ -99,7 +106,7 @@ contains
     b = of_frame(whole, dofs)
   end function damping_matrix
 
-  !> A matrix of (u, theta) for the first `dofs` degrees of freedom in the frame's order.
+  !> The part of a matrix of (u, theta) for the first `dofs` degrees of freedom, in the frame's order.
   pure function of_frame(whole, dofs) result(c)
     real(dp), intent(in) :: whole(6, 6)
     integer, intent(in), optional :: dofs
@@ -111,8 +118,8 @@ contains
     c = whole(in_space(:n), in_space(:n))
   end function of_frame
 
-  !> Of small motions (u, theta), shape (6, 6): sum of k g g^T, g = (n, p x n), over the axes n of a support with the numbers `k`
-  !> along them, for a small motion q moves the support's head by g . q along n.
+  !> Matrix of one support for small motions (u, theta), shape (6, 6): sum of k g g^T with g = (n, p x n) over its axes n, where `k`
+  !> is the stiffness or damping along each axis. A small motion q moves the support's head by g . q along n.
   pure function support_matrix(support, k) result(c)
     type(support_type), intent(in) :: support
     real(dp), intent(in) :: k(3)
@@ -127,8 +134,8 @@ contains
     end do
   end function support_matrix
 
-  !> What static forces G on the ground that turn with the frame add to c_ij: theta x G against u, and e x G, e = u + theta x p,
-  !> against theta, up to terms of second order.
+  !> Stiffness that static forces G of supports whose axes turn with the frame add to c_ij, to first order: theta x G for u, and e x
+  !> G with e = u + theta x p for theta.
   pure function load_matrix(supports, dofs) result(c)
     type(support_type), intent(in) :: supports(:)
     integer, intent(in) :: dofs
@@ -146,7 +153,8 @@ contains
     c = whole(in_space(:dofs), in_space(:dofs))
   end function load_matrix
 
-  !> How these forces on the ground and their moment about F at rest change with small motions: theta x G, p x (theta x G).
+  !> Derivatives, with respect to small motions, of the static forces G on the ground that turn with the frame, and of their moments
+  !> about F at rest: theta x G and p x (theta x G).
   pure function turned_loads(supports, dofs) result(c)
     type(support_type), intent(in) :: supports(:)
     integer, intent(in) :: dofs
@@ -164,7 +172,7 @@ contains
     c = whole(in_space(:dofs), in_space(:dofs))
   end function turned_loads
 
-  !> Bounds on the roundings of the terms of both.
+  !> Bounds on the rounding errors of the terms of `load_matrix` and `turned_loads`, shape (dofs, dofs).
   pure function load_rounding(supports, dofs) result(c)
     type(support_type), intent(in) :: supports(:)
     integer, intent(in) :: dofs
@@ -184,8 +192,8 @@ contains
     c = whole(in_space(:dofs), in_space(:dofs))
   end function load_rounding
 
-  !> Bounds on the roundings in a mounting's matrix, shape as its. It is a sum of positive semi-definite terms: the sizes of those
-  !> in c_ik sum to sqrt(c_ii c_kk) at most, by Schwarz's inequality, however they cancel there.
+  !> Bounds on the rounding errors of a mounting's matrix, in its shape. The matrix is a sum of positive semidefinite terms. By
+  !> Schwarz's inequality the absolute terms in c_ik sum to at most sqrt(c_ii c_kk), even where the terms themselves cancel.
   pure function matrix_rounding(c) result(rounding)
     real(dp), intent(in) :: c(:, :)
     real(dp) :: rounding(size(c, 1), size(c, 1)), root(size(c, 1))

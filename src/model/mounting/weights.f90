@@ -1,20 +1,22 @@
 !> The weights of a frame and of its moving masses, and the static forces of the supports that carry them.
 !>
-!> Positions are those of the loaded machine at static rest, with the moment S = sum m r of the moving masses about F at its mean
-!> over the turn. Of the weights the motion then feels their moment about F alone, with that of the static forces F_j, which stay in
-!> space while the frame turns under them; those that turn with it are the mounting's. With
+!> Positions are those of the loaded machine at static rest, where the first moment S = sum m r of the moving masses about F equals
+!> its mean over the turn. The motion feels only the moment of the weights about F and that of the static forces F_j. Forces of
+!> supports whose axes stay in space keep their direction while the frame turns under them; those that turn with the frame belong to
+!> gestell_model_mounting. With
 !>
 !>     X = (S - mean S) g^T + Y,   Y = mean S g^T - sum of p_j F_j^T of the F_j that stay in space (on the ground),
 !>
-!> and a(N) = (N_23 - N_32, N_31 - N_13, N_12 - N_21), that is a(b c^T) = b x c, the moment in the frame's axes is
+!> and a(N) = (N_23 - N_32, N_31 - N_13, N_12 - N_21), hence a(b c^T) = b x c, the moment along the frame's axes is (49) of
+!> doc/theory.md,
 !>
 !>     S x R^T g - sum of p_j x R^T F_j = a(X R),   d a(N) = (N^T - tr N 1) dalpha,   N = X R,
 !>
-!> and what is left of all static moments at rest, the foundation and the guides carry along theta's own directions.
+!> The remaining static moment at rest is carried by foundation and guides, along the directions of theta.
 !>
-!> In the plane vectors are complex numbers, a x b = Im(conj(a) b), E = exp(i psi). With R = Y_11 + Y_22 + i (Y_12 - Y_21) and
-!> X = conj(S - mean S) g + R the moment is Im(conj(E) X - R), its derivative with respect to psi -Re(conj(E) X), the potential
-!> Im(R) psi - Re(conj(E) X).
+!> In the plane vectors are complex numbers, a x b = Im(conj(a) b), E = exp(i psi). With R = Y_11 + Y_22 + i (Y_12 - Y_21) and X =
+!> conj(S - mean S) g + R, the moment is Im(conj(E) X - R), its derivative with respect to psi is -Re(conj(E) X), and the potential
+!> is Im(R) psi - Re(conj(E) X): (28) of doc/theory.md.
 module gestell_model_mounting_weights
   use gestell_base_error, only: error_type, fatal_error, impossible_mechanism, invalid_input
   use gestell_base_kinds, only: dp
@@ -28,19 +30,19 @@ module gestell_model_mounting_weights
 
   public :: new_weights
 
-  !> Subject of the error that nothing carries the weights.
+  !> Subject of the errors about weights, such as that nothing carries them.
   character(len=*), parameter, public :: gravity_subject = "gravity"
 
   type, public :: weights_type
-    !> Without, nothing weighs anything.
+    !> False if nothing has weight.
     logical :: act = .false.
-    !> g (m/s^2), the weight of all masses (N), the mean of S over the turn (kg m), Y (N m).
+    !> Acceleration of gravity g (m/s^2), weight of all masses (N), mean of S over the turn (kg m), Y (N m).
     real(dp) :: gravity(3) = 0, weight(3) = 0, mean(3) = 0, rest(3, 3) = 0
-    !> The static moment that foundation and guides carry, a bound on the rounding of static moments (N m).
+    !> Static moment that foundation and guides carry (N m); bound on the rounding errors of static moments (N m).
     real(dp) :: carried(3) = 0, rounding = 0
-    !> The displacement (u, theta) by the weights from where no support carries anything.
+    !> Displacement (u, theta) that the weights cause, measured from unloaded springs (m, rad).
     real(dp) :: sag(6) = 0
-    !> What weights and static forces add to the stiffness about rest, the masses at their mean, in the frame's order.
+    !> Stiffness that weights and static forces add about rest, with S at its mean, in the frame's order of degrees of freedom.
     real(dp) :: stiffness(6, 6) = 0
   contains
     procedure, private :: moment_in_plane, moment_in_space, stiffness_in_plane, stiffness_in_space
@@ -54,13 +56,16 @@ module gestell_model_mounting_weights
 
 contains
 
-  !> Weights by `gravity` (m/s^2) of `mass` (kg) in all, whose moving part has the moment S with this `mean` and at most the size
-  !> `greatest` (kg m), on a mounting with the `stiffness` c_ij, among it that of `supports`, whose static forces are set; `free`:
-  !> the degrees of freedom that are. Errors: no spring carries the weights along one of them; they overflow.
+  !> Computes the static equilibrium under the weights and sets the static forces of the supports. Errors: no spring carries the
+  !> weights along some free degree of freedom; the weights overflow.
   pure subroutine new_weights(weights, gravity, mass, mean, greatest, stiffness, supports, free, error)
     type(weights_type), intent(out) :: weights
+    !> Acceleration of gravity (m/s^2); mass of the whole machine (kg); mean over the turn of S (kg m) and bound on its magnitude;
+    !> stiffness of the whole mounting, shape (dofs, dofs)
     real(dp), intent(in) :: gravity(3), mass, mean(3), greatest, stiffness(:, :)
+    !> Supports whose static forces are set
     type(support_type), intent(inout) :: supports(:)
+    !> Numbers of the free degrees of freedom
     integer, intent(in) :: free(:)
     type(error_type), allocatable, intent(out) :: error
     character(len=*), parameter :: names(6) = [character(len=30) :: "weight along xi", "weight along eta", &
@@ -100,7 +105,7 @@ contains
     weights%rounding = 16 * epsilon(1.0_dp) * sizes(4)
     weights%stiffness = load_matrix(supports, 6)
     associate (c => weights%stiffness)
-      ! theta's own directions are turned by theta/2 from the frame's axes: 1/2 a(Y) x theta makes it symmetric
+      ! the directions of theta are rotated by theta/2 from the frame's axes: 1/2 a(Y) x theta makes the stiffness symmetric
       c(turns, turns) = c(turns, turns) + turn_stiffness(weights%rest) + cross_matrix(weights%carried) / 2
       c(turns, turns) = merge(0.0_dp, c(turns, turns), abs(c(turns, turns)) <= weights%rounding)
     end associate
@@ -109,20 +114,21 @@ contains
     end if
   end subroutine new_weights
 
-  !> g and R in the plane.
+  !> Acceleration of gravity g in the plane as a complex number (m/s^2).
   elemental complex(dp) function gravity_in_plane(self)
     class(weights_type), intent(in) :: self
 
     gravity_in_plane = cmplx(self%gravity(1), self%gravity(2), dp)
   end function gravity_in_plane
 
+  !> R in the plane (N m).
   elemental complex(dp) function rest_in_plane(self)
     class(weights_type), intent(in) :: self
 
     rest_in_plane = cmplx(self%rest(1, 1) + self%rest(2, 2), self%rest(1, 2) - self%rest(2, 1), dp)
   end function rest_in_plane
 
-  !> The moment in the plane on a frame turned by E = `turn`, where the masses' S is `s` (N m).
+  !> Moment in the plane (N m) of weights and static forces on a frame rotated by E = `turn`; `s` is S of the masses (kg m).
   elemental real(dp) function moment_in_plane(self, turn, s) result(moment)
     class(weights_type), intent(in) :: self
     complex(dp), intent(in) :: turn, s
@@ -131,7 +137,7 @@ contains
       & + conjg(less_one(turn)) * self%rest_in_plane())
   end function moment_in_plane
 
-  !> Its decrease with psi (N m).
+  !> Negative derivative of `moment_in_plane` with respect to psi (N m).
   elemental real(dp) function stiffness_in_plane(self, turn, s) result(c)
     class(weights_type), intent(in) :: self
     complex(dp), intent(in) :: turn, s
@@ -140,7 +146,7 @@ contains
       & + self%rest_in_plane()), dp)
   end function stiffness_in_plane
 
-  !> The potential in the plane of weights and static forces (J), psi being the angle of `turn`.
+  !> Potential in the plane (J) of weights and static forces; psi is the angle of `turn`.
   elemental real(dp) function potential(self, turn, psi, s)
     class(weights_type), intent(in) :: self
     complex(dp), intent(in) :: turn, s
@@ -149,7 +155,7 @@ contains
     potential = aimag(self%rest_in_plane()) * psi - self%stiffness_in_plane(turn, s)
   end function potential
 
-  !> The torque on the crank in the plane (N m) that lifts the links, whose S changes with the crank angle by `s_d`.
+  !> Torque on the crank in the plane (N m) that lifts the links; `s_d` is dS/dphi.
   elemental real(dp) function torque(self, turn, s_d)
     class(weights_type), intent(in) :: self
     complex(dp), intent(in) :: turn, s_d
@@ -157,7 +163,8 @@ contains
     torque = -real(conjg(turn * s_d) * self%gravity_in_plane(), dp)
   end function torque
 
-  !> The moment on a frame in space with the axes R = 1 + `turn`, along these, less a(Y) at rest, the masses' S being `s` (N m).
+  !> Moment (N m), along the frame's axes, on a frame in space with the rotation matrix R = 1 + `turn`, minus its value a(Y) at
+  !> rest; `s` is S of the masses (kg m).
   pure function moment_in_space(self, turn, s) result(moment)
     class(weights_type), intent(in) :: self
     real(dp), intent(in) :: turn(3, 3), s(3)
@@ -170,7 +177,7 @@ contains
     end associate
   end function moment_in_space
 
-  !> Its decrease with dalpha, shape (3, 3) (N m).
+  !> Negative derivative of `moment_in_space` with respect to alpha, where dR = R [dalpha] (N m).
   pure function stiffness_in_space(self, rotation, s) result(c)
     class(weights_type), intent(in) :: self
     real(dp), intent(in) :: rotation(3, 3), s(3)
@@ -179,11 +186,12 @@ contains
     c = turn_stiffness(matmul(outer(s - self%mean, self%gravity) + self%rest, rotation))
   end function stiffness_in_space
 
-  !> Adds what of C about rest is periodic, of moments in the frame's axes, to the rows and columns `at` of theta, 0: one that is
-  !> not there; S over the angles, shape (angles, 3): tr N 1 - N^T of N = (S - mean S) g^T.
+  !> Adds the periodic part of C about rest, tr N 1 - N^T with N = (S - mean S) g^T, for moments along the frame's axes.
   pure subroutine add_stiffness(self, at, s, c)
     class(weights_type), intent(in) :: self
+    !> Rows and columns of theta in c; 0 if absent
     integer, intent(in) :: at(3)
+    !> S at the angles (kg m), shape (angles, 3)
     real(dp), contiguous, intent(in) :: s(:, :)
     real(dp), contiguous, intent(inout) :: c(:, :, :)
     integer :: i, k
@@ -199,10 +207,12 @@ contains
     end associate
   end subroutine add_stiffness
 
-  !> Adds the periodic moment (S - mean S) x g to the columns `at` of theta of a load over the angles.
+  !> Adds the periodic moment (S - mean S) x g to the load h.
   pure subroutine add_load(self, at, s, h)
     class(weights_type), intent(in) :: self
+    !> Columns of theta in h; 0 if absent
     integer, intent(in) :: at(3)
+    !> S at the angles (kg m), shape (angles, 3)
     real(dp), contiguous, intent(in) :: s(:, :)
     real(dp), contiguous, intent(inout) :: h(:, :)
     integer :: i, next, last
@@ -216,7 +226,7 @@ contains
     end do
   end subroutine add_load
 
-  !> The static force on the ground (N) of the part of the mounting with the stiffness c of (u, theta), shape (6, 6).
+  !> Static force on the ground (N) of a part of the mounting with stiffness c of (u, theta), shape (6, 6).
   pure function static_force(self, c) result(force)
     class(weights_type), intent(in) :: self
     real(dp), intent(in) :: c(6, 6)
@@ -225,7 +235,7 @@ contains
     force = matmul(c(:3, :), self%sag)
   end function static_force
 
-  !> tr N 1 - N^T.
+  !> Matrix tr N 1 - N^T.
   pure function turn_stiffness(n) result(c)
     real(dp), intent(in) :: n(3, 3)
     real(dp) :: c(3, 3)

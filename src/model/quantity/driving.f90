@@ -1,30 +1,30 @@
-!> The torque that keeps the crank at its constant speed, and where its power goes.
+!> The torque that keeps the crank at constant speed, and the power balance of the drive, for a frame in the plane.
 !>
-!> With S = sum m r about F, r = (xi_0 + x, eta_0 + y), A = sum [m r x r' + J phi'], K = sum [m |r'|^2 + J phi'^2] and the
-!> moment of inertia J(phi) of (9), all functions of the crank angle phi, ' = d/dphi, the kinetic energy is up to terms of
-!> third order in the frame's small motion v = (xi, eta) and psi
+!> Let S = sum m r about F, r = (xi_0 + x, eta_0 + y), A = sum [m r x r' + J phi'], K = sum [m |r'|^2 + J phi'^2], and J(phi) the
+!> moment of inertia of (9). All are functions of the crank angle phi; ' is d/dphi, a dot after a symbol is d/dt. Up to terms of
+!> third order in the frame's small motion v = (xi, eta) and psi, the kinetic energy is
 !>
 !>     T = m |v.|^2 / 2 + v. . [psi. k x S + Omega (S' + psi k x S')] + J psi.^2 / 2 + psi. Omega A + Omega^2 K / 2.
 !>
-!> Its Lagrange equations for v and psi are (1) to (3); that for phi is the driving torque,
+!> Its Lagrange equations for v and psi are (1) to (3). The equation for phi gives the driving torque,
 !>
 !>     M_d = Omega^2 K' / 2 + v.. . (S' + psi k x S') + psi.. A - psi.^2 J' / 2,
 !>
-!> of which the first term is all on a rigid frame. Along a solution of (8) the power balance holds without remainder:
+!> On a rigid frame only the first term remains. Along a solution of (8) the power balance holds exactly:
 !>
 !>     d/dt (T + q^T C_0 q / 2) = M_d Omega - q.^T B_0 q.,
 !>
-!> C_0, B_0 the mounting's matrices. (The part of C_0 that is not symmetric, as no spring has it, takes power beside B_0.) Of the
-!> exact frame s + psi k x s is the vector s turned by psi, k x s its derivative, and the mounting's energy and power are those of
-!> its springs and dampers where they are: the balance is the same. With weights M_d lifts the links too, and the energy has their
+!> where C_0 and B_0 are the matrices of the mounting. An asymmetric part of C_0, which no spring has, dissipates power as B_0 does.
+!> For the exact frame the balance is the same: s + psi k x s becomes the vector s rotated by psi, k x s its derivative, and springs
+!> and dampers are evaluated at their actual positions. With weights M_d also lifts the links, and the energy includes their
 !> potential (gestell_model_mounting_weights), about rest to second order in psi.
 !>
-!> Of a crank that turns evenly in space (gestell_model_mechanism_held) phi = Omega t - p psi in all of this, so
+!> If the crank turns evenly in space (gestell_model_mechanism_held), phi = Omega t - p psi in all these expressions, so
 !>
 !>     M_d = phi.^2 K' / 2 + v.. . (S' + psi k x S') + psi.. (A - p K) - psi.^2 J' / 2,   phi. = Omega - p psi.;
 !>
-!> then the balance has, about rest, a remainder of third order. What crank and flywheel are given is M_d Omega less the part of the
-!> motor's power that the frame's turning takes from it.
+!> Then the balance about rest has a remainder of third order. The power that reaches crank and flywheel is M_d Omega minus the part
+!> of the motor's power that the rotation of the frame takes.
 module gestell_model_quantity_driving
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
@@ -37,23 +37,25 @@ module gestell_model_quantity_driving
 
   public :: drive_power
 
-  !> Rows of what the drive does: torque on the crank (N m, counter-clockwise positive), the torque on a rigid frame, the
-  !> drive's power, that of the dampers (W), the energy of mechanism, frame and springs (J).
+  !> Rows of `power`: torque on the crank (N m, counter-clockwise positive), torque on a rigid frame (N m), power of the drive (W),
+  !> power dissipated by the dampers (W), energy of mechanism, frame and springs (J).
   integer, parameter, public :: torque = 1, rigid_torque = 2, drive_watts = 3, damper_watts = 4, stored_energy = 5, &
     & power_rows = 5
 
 contains
 
-  !> The drive at phases of the turn, shape (power_rows, phases), from the motion there: q, q', q'', shape (9, phases), in space
-  !> (18, phases).
-  !> `known`: the mechanism tells its kinetic energy. With `errors` of the motion's rows also `torque_error`, a bound on what these
-  !> and roundings do to the torque.
+  !> Computes torque, power and energy of the drive at phases of the turn.
   subroutine drive_power(frame, phases, motion, power, known, errors, torque_error)
     class(frame_type), intent(in) :: frame
+    !> Phases of the turn; the motion q, q', q'' there, shape (9, phases), in space (18, phases)
     real(dp), contiguous, intent(in) :: phases(:), motion(:, :)
+    !> Results in the order of the rows above, shape (power_rows, phases)
     real(dp), intent(out) :: power(:, :)
+    !> False if the mechanism has no data on its kinetic energy; `power` is 0 then
     logical, intent(out) :: known
+    !> Error bounds of the rows of `motion`
     real(dp), intent(in), optional :: errors(:)
+    !> Error bound of the torque (N m) due to `errors` and rounding
     real(dp), intent(out), optional :: torque_error
     real(dp), allocatable :: masses(:, :), drive(:, :)
     real(dp) :: spin, spin_d, inertia, inertia_d, inertia_dd, rate, by_turn, by_rate, even, terms

@@ -1,14 +1,15 @@
-!> The torque that keeps the drive of a frame in space at its speed, and where its power goes (gestell_model_space_drive). With the
-!> masses about F, v = R^T u' and w as there, the kinetic energy is
+!> The torque that keeps the drive of a frame in space at its speed, and the power balance of the drive (gestell_model_space_drive);
+!> (50) of doc/theory.md. With the masses about F, v = R^T u' and w, S, J, A, K of gestell_model_space_moving, the kinetic energy is
 !>
 !>     T = m |v|^2/2 + v (w x S + phi' S_1) + w J w/2 + phi' w A + phi'^2 K/2,
 !>
-!> of which M_d = d/dt dT/dphi' - dT/dphi, and along a motion d/dt of T and the mounting's energy is, less what the dampers take,
+!> and the torque M_d = d/dt dT/dphi' - dT/dphi. Along a motion, the rate of T plus the mounting's energy, plus the dissipated
+!> power, is
 !>
 !>     M_d Omega   (motor, outside),      M_d (Omega + c) - M w n   (flywheel: c the mean of w n, M the motor's torque).
 !>
-!> Torque, T, and what holds the frame, are those of the exact kinematics in all models: about rest the balance has a remainder of
-!> third order. With weights the torque lifts the masses.
+!> Torque, T and the mounting follow the exact kinematics in all models, so about rest the balance has a remainder of third order.
+!> With weights the torque also lifts the masses.
 module gestell_model_quantity_driving_in_space
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
@@ -24,19 +25,22 @@ module gestell_model_quantity_driving_in_space
 
   public :: drive_power_in_space
 
-  !> Roundings of each term of the torque, of which the second derivatives of the places have one for each joint.
+  !> Number of rounding errors in each term of the torque; the second derivatives of the positions have one for each joint.
   real(dp), parameter, public :: torque_roundings = 16
 
 contains
 
-  !> At phases of the turn, from the motion there, q, q', q'', shape (18, phases): the torque on the drive's shaft, that on a rigid
-  !> frame (N m), the drive's power, that of the dampers (W), the energy of mechanisms, frame and springs (J), shape (5, phases).
-  !> With `errors` of the motion's rows, shape (18), also `torque_error`, a bound on what these and roundings do to the torque.
+  !> Computes torque, power and energy of the drive of a frame in space at phases of the turn.
   subroutine drive_power_in_space(frame, phases, motion, power, errors, torque_error)
     class(frame_type), intent(in) :: frame
+    !> Phases of the turn; the motion q, q', q'' there, shape (18, phases)
     real(dp), contiguous, intent(in) :: phases(:), motion(:, :)
+    !> Torque on the drive's shaft and on that of a rigid frame (N m), power of the drive and of the dampers (W), energy of
+    !> mechanisms, frame and springs (J), shape (5, phases)
     real(dp), intent(out) :: power(:, :)
+    !> Error bounds of the rows of `motion`, shape (18)
     real(dp), intent(in), optional :: errors(:)
+    !> Error bound of the torque (N m) due to `errors` and rounding
     real(dp), intent(out), optional :: torque_error
     type(driven_type) :: driven
     type(moving_type) :: rigid
@@ -65,7 +69,7 @@ contains
       call find_moving(frame%space%planes, angles(k) - driven%turn%chi(0), driven%moving)
       call find_torque(driven%turn, driven%moving, driven%moved, power(1, k), by_gain, by_rate, by_place)
       power(2, k) = frame%speed**2 * rigid%k(1) / 2 - dot_product(frame%weights%gravity, rigid%s(:, 1))
-      ! beside a flywheel chi' is w n less its mean: phi' + w n = Omega + c
+      ! with a flywheel chi' is w n minus its mean: phi' + w n = Omega + c
       power(3, k) = power(1, k) * (driven%moved%rate + dot_product(driven%turn%b, driven%moved%w)) &
         & - dot_product(driven%moved%motor, driven%moved%w)
       power(4, k) = mounting_power(frame, q(:, 0), q(:, 1))
@@ -82,7 +86,7 @@ contains
 
   contains
 
-    !> The sum of the torque's absolute terms: where those of the links cancel their roundings do not.
+    !> Sum of the absolute terms of the torque (N m). Where the terms of the links cancel, their rounding errors remain.
     pure real(dp) function absolute_terms()
       real(dp) :: of_forces, of_energy
       integer :: i
@@ -100,7 +104,7 @@ contains
       end associate
     end function absolute_terms
 
-    !> What the errors of the motion do to the torque.
+    !> Bound on the error of the torque (N m) due to the errors of the motion.
     pure real(dp) function effect()
       real(dp) :: turning(3, 3, 0:2), of_motion(6, 0:2)
 

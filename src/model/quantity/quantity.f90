@@ -1,5 +1,5 @@
-!> Quantities of the vibration that are linear in the motion, as rows of weights: displacements, velocities and
-!> accelerations of the frame and of its points, forces of single supports and in total, in the plane and in space.
+!> Quantities that are linear in the motion, as weights of its rows: displacements, velocities and accelerations of the frame and of
+!> its points, forces of single supports and in total, in the plane and in space.
 module gestell_model_quantity
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -14,7 +14,7 @@ module gestell_model_quantity
 
   public :: find_quantity, look_up_quantity, point_quantity
 
-  !> The parts of a probe's motion: along x, y, z, the size of the vector, of displacement, velocity and acceleration.
+  !> Components of a probe's motion: along x, y, z and the magnitude of the vector, for displacement, velocity and acceleration.
   character(len=2), parameter, public :: point_parts(12) = [character(len=2) :: "x", "y", "z", "d", "vx", "vy", "vz", "v", &
     & "ax", "ay", "az", "a"]
   character(len=*), parameter :: point_units(0:2) = [character(len=5) :: "m", "m/s", "m/s^2"]
@@ -23,14 +23,16 @@ module gestell_model_quantity
 
 contains
 
-  !> The quantity of that name:
-  !>   xi, eta, psi, in space zeta, rot_xi, rot_eta too, also with _dot, _ddot;
-  !>   forces on the ground .fx, .fy, .f and their moment .m, in space .fz, .mx, .my too, of support(2) (no moments), foundation,
-  !>   guide, total; without a part's name those of supports and foundation together, except f, which is total.f;
-  !>   probe(name).x, .y, .d, .vx, .vy, .v, .ax, .ay, .a, in space .z, .vz, .az too.
-  !> Errors: there is no such quantity; as of the frame's `check`.
+  !> Finds the quantity with the given name:
+  !>   xi, eta, psi, in space also zeta, rot_xi, rot_eta; each also with _dot, _ddot;
+  !>   forces on the ground .fx, .fy, .f and their moment .m, in space also .fz, .mx, .my, of foundation, guide, total, or of a
+  !>   support such as support(2), which has no moments; without a part's name, those of supports and foundation together, except
+  !>   f, which is total.f;
+  !>   probe(name).x, .y, .d, .vx, .vy, .v, .ax, .ay, .a, in space also .z, .vz, .az.
+  !> Errors: there is no quantity with this name; the errors of the frame's `check`.
   subroutine find_quantity(frame, probes, name, quantity, error)
     class(frame_type), intent(in) :: frame
+    !> Measuring points that the name may refer to
     type(probe_type), intent(in) :: probes(:)
     character(len=*), intent(in) :: name
     type(quantity_type), intent(out) :: quantity
@@ -40,7 +42,8 @@ contains
     if (.not. allocated(error)) call look_up_quantity(frame, probes, name, quantity, error)
   end subroutine find_quantity
 
-  !> The same of a frame whose mechanism need not turn: what the name means. Error: there is no such quantity.
+  !> Finds the quantity with the given name without checking that the mechanism can turn. Error: there is no quantity with this
+  !> name.
   pure subroutine look_up_quantity(frame, probes, name, quantity, error)
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)
@@ -89,7 +92,7 @@ contains
 
   contains
 
-    !> These names where the frame is in space, else nothing.
+    !> `names` if the frame is in space, otherwise an empty text.
     pure function of_space(names)
       character(len=*), intent(in) :: names
       character(len=in_space * len(names)) :: of_space
@@ -99,7 +102,7 @@ contains
 
   end subroutine explain
 
-  !> A degree of freedom or its rate or acceleration; none: `quantity` gets no weights.
+  !> Finds a degree of freedom, its rate or its acceleration. If the name is none of these, `quantity` gets no weights.
   pure subroutine find_coordinate(frame, name, quantity)
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: name
@@ -116,8 +119,8 @@ contains
     end do
   end subroutine find_coordinate
 
-  !> The force or moment `name` on the ground of `part`: "" (supports and foundation), guide, total (both), foundation, support(2);
-  !> none: `quantity` gets no weights.
+  !> Finds the force or moment `name` on the ground of `part`: "" (supports and foundation), guide, total (both), foundation, or a
+  !> support such as support(2). If there is none, `quantity` gets no weights.
   pure subroutine find_force(frame, part, name, quantity)
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: part, name
@@ -152,8 +155,8 @@ contains
     quantity%rounding = forces%rounding(:, columns)
   end subroutine find_force
 
-  !> Adds the guides: the forces along the degrees of freedom that are not free. Their rows of moments hold all of the guides'
-  !> moments about F at rest, also where the frame may turn.
+  !> Adds the guides: the forces along the locked degrees of freedom. The rows of moments hold the guides' whole moments about F at
+  !> rest, also about axes about which the frame may turn.
   pure subroutine add_guides(frame, forces)
     class(frame_type), intent(in) :: frame
     type(ground_forces_type), intent(inout) :: forces
@@ -167,7 +170,7 @@ contains
     end do
   end subroutine add_guides
 
-  !> Adds all that holds the frame but the guides.
+  !> Adds supports and foundation.
   pure subroutine add_mounting(frame, forces)
     class(frame_type), intent(in) :: frame
     type(ground_forces_type), intent(inout) :: forces
@@ -185,7 +188,7 @@ contains
     end do
   end subroutine add_mounting
 
-  !> Adds the support of this number.
+  !> Adds support `number`.
   pure subroutine add_support(frame, number, forces)
     class(frame_type), intent(in) :: frame
     integer, intent(in) :: number
@@ -196,7 +199,8 @@ contains
     call add_turned(frame, number, forces)
   end subroutine add_support
 
-  !> Adds the forces and moments about F at rest on the ground of a mounting with stiffness c and damping b, and bounds on these.
+  !> Adds the forces and moments about F at rest on the ground of a mounting with stiffness c and damping b, and bounds on their
+  !> rounding errors.
   pure subroutine add_matrices(c, b, forces)
     real(dp), intent(in) :: c(:, :), b(:, :)
     type(ground_forces_type), intent(inout) :: forces
@@ -209,8 +213,9 @@ contains
     end associate
   end subroutine add_matrices
 
-  !> Adds what the force of a support has by the frame's turn and bounds on its roundings: where its axes stay in space, what its
-  !> head is moved by beyond the linear terms; else its static force turned, and its own rows of the exact frame.
+  !> Adds the part of a support's force that is due to the frame's rotation, and bounds on its rounding errors. If the axes stay in
+  !> space, this is the force of the head's excess displacement. If they turn with the frame, it is the rotated static force plus
+  !> the excess rows of this support.
   pure subroutine add_turned(frame, number, forces)
     class(frame_type), intent(in) :: frame
     integer, intent(in) :: number
@@ -247,11 +252,12 @@ contains
     end do
   end subroutine add_turned
 
-  !> The displacement (part x, y, z, d for the magnitude), velocity (vx, ..., v) or acceleration (ax, ..., a) of a point of the
-  !> `frame`; z in space only. There is no such part: `quantity` gets no weights.
+  !> Finds the displacement (part x, y, z, d for the magnitude), velocity (vx, ..., v) or acceleration (ax, ..., a) of a point of
+  !> the frame; z exists in space only. If there is no such part, `quantity` gets no weights.
   pure subroutine point_quantity(frame, probe, part, quantity)
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probe
+    !> One of `point_parts`
     character(len=*), intent(in) :: part
     type(quantity_type), intent(out) :: quantity
     integer, parameter :: z = 3, whole = 4
@@ -273,8 +279,8 @@ contains
     quantity%dofs = frame%dofs()
   end subroutine point_quantity
 
-  !> How the place of a probe, level 0, its velocity, 1, or acceleration, 2, along x, y and z follows from the motion, shape (rows,
-  !> axes): u + theta x p, what the rotation has beyond that, and its derivatives.
+  !> Weights of a probe's displacement (level 0), velocity (1) or acceleration (2) along x, y and z, shape (rows, axes): u + theta x
+  !> p and the excess of the rotation, or their derivatives.
   pure function point_rows(frame, probe, level) result(along)
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probe

@@ -1,13 +1,16 @@
-!> The motion of a frame as rows of numbers, and quantities as weights of these.
+!> The motion of a frame as rows of numbers. Quantities are weighted sums of these rows.
 !>
-!> The motion of the frame is one column of numbers, for each of its n degrees of freedom q, q', q'', and the forces of the guides
-!> on the ground, which hold the degrees of freedom that are not free. Of the exact frame more follow:
+!> At one phase the motion is a column: q, q', q'' of the n degrees of freedom, then the n forces of the guides on the ground, which
+!> hold the locked degrees of freedom. For the exact frame the nonlinear parts of some functions of q follow. They are called the
+!> excess here: the function minus its linear terms about rest.
 !>
-!> - what its rotation has beyond its linear terms, and the first and second derivatives of that: in the plane s = sin psi - psi and
-!>   c = cos psi - 1, in space the nine numbers of R - 1 - [theta], column by column. With these the motion of all points is linear
-!>   again, x = xi - Y (psi + s) + X c, y = eta + X (psi + s) + Y c, in space u + theta x p + (R - 1 - [theta]) p;
-!> - what the moments of the supports on the ground have beyond their linear terms: one in the plane, three in space;
-!> - what the force of each support whose axes turn with the frame has beyond its linear terms, two components or three.
+!> - The excess of the rotation and its first and second derivatives: in the plane s = sin psi - psi and c = cos psi - 1; in space
+!> the nine elements of R - 1 - [theta], column by column. With these rows the motion of all points is linear: x = xi - Y (psi + s)
+!> + X c and y = eta + X (psi + s) + Y c, in space u + theta x p + (R - 1 - [theta]) p.
+!>
+!> - The excess of the supports' moments on the ground: one row in the plane, three in space.
+!>
+!> - The excess of the force of each support whose axes turn with the frame: two rows in the plane, three in space.
 module gestell_model_quantity_rows
   use gestell_base_kinds, only: dp
   use gestell_base_words, only: word_length
@@ -19,43 +22,44 @@ module gestell_model_quantity_rows
   public :: exact_rows, excess_of_point, excess_row, is_of_probe, moment_rows, new_ground_forces, rotations_of, rows_of, &
     & shifts_of, support_rows
 
-  !> Names of the forces on the ground along the degrees of freedom of the frame, in their order: in the plane the first three.
+  !> Names of the forces and moments on the ground in the frame's order of degrees of freedom; the plane has the first three.
   character(len=2), parameter, public :: force_names(6) = [character(len=2) :: "fx", "fy", "m", "fz", "mx", "my"]
 
-  !> Rows of the motion in the plane: the last of q, q', q'' and the guides' forces.
+  !> Last rows in the plane of q, q', q'' and of the guides' forces.
   integer, parameter, public :: displacements = 3, velocities = 6, accelerations = 9, guide_forces = 12
 
-  !> A measuring point on the frame, in its system (m); the greatest vibration velocity (m/s, rms in the band of frequencies, Hz,
-  !> in any direction) that is allowed, 0: no limit.
+  !> A measuring point on the frame at (`position`, `z`) in the frame's axes (m). `limit` is the maximum permitted vibration
+  !> velocity (m/s, rms within `band` (Hz), in any direction); 0: no limit.
   type, public :: probe_type
     character(len=word_length) :: name = ""
     real(dp) :: position(2) = 0, z = 0, limit = 0, band(2) = [10.0_dp, 1000.0_dp]
   end type probe_type
 
   type, public :: quantity_type
-    !> Of the frame whose motion it is of.
+    !> Number of degrees of freedom of the frame whose motion is weighted.
     integer :: dofs = 3
-    !> As the user names it, and its unit.
+    !> Name as the user writes it, and unit.
     character(len=word_length) :: name = ""
     character(len=8) :: unit = ""
-    !> Shape (rows, 1), or (rows, 2) of a magnitude, in space (rows, 3), whose components along x, y and z the columns give; rows:
-    !> those of the exact frame's motion.
+    !> Weights of the rows of the exact frame's motion, shape (rows, 1). A magnitude has a column for each of its components along
+    !> x, y and, in space, z: shape (rows, 2) or (rows, 3).
     real(dp), allocatable :: weights(:, :)
-    !> Bounds on the weights' roundings, shape as theirs: forces that cancel in the weights do not in these.
+    !> Bounds on the rounding errors of the weights, in their shape. Terms that cancel in the weights lose digits; these bounds
+    !> count their absolute values.
     real(dp), allocatable :: rounding(:, :)
   contains
     procedure :: rows
   end type quantity_type
 
-  !> Forces on the ground and their moments about F at rest, in the frame's order of degrees of freedom: weights of the motion's
-  !> rows, and bounds on the weights' roundings; shapes (rows, dofs).
+  !> Forces on the ground and their moments about F at rest, in the frame's order of degrees of freedom: weights of the rows of the
+  !> motion, and bounds on the rounding errors of these weights; shapes (rows, dofs).
   type, public :: ground_forces_type
     real(dp), allocatable :: weights(:, :), rounding(:, :)
   end type ground_forces_type
 
 contains
 
-  !> Whether a part of the machine, as the user names it, is this probe: probe(NAME).
+  !> True if `part`, as the user writes it, is this probe: probe(NAME).
   pure logical function is_of_probe(part, probe)
     character(len=*), intent(in) :: part
     type(probe_type), intent(in) :: probe
@@ -66,14 +70,14 @@ contains
     if (is_of_probe) is_of_probe = part(:6) == "probe(" .and. part(n:n) == ")" .and. part(7:n - 1) == probe%name
   end function is_of_probe
 
-  !> No forces on the ground yet.
+  !> Forces on the ground with all weights and bounds zero, in the shape for this frame.
   pure type(ground_forces_type) function new_ground_forces(frame) result(forces)
     class(frame_type), intent(in) :: frame
 
     allocate(forces%weights(exact_rows(frame), frame%dofs()), forces%rounding(exact_rows(frame), frame%dofs()), source=0.0_dp)
   end function new_ground_forces
 
-  !> The displacements among a frame's degrees of freedom, along the axes in their order.
+  !> Numbers of the displacements among the frame's degrees of freedom, along the axes in their order.
   pure function shifts_of(frame) result(shifts)
     class(frame_type), intent(in) :: frame
     integer, allocatable :: shifts(:)
@@ -82,7 +86,7 @@ contains
     shifts = pack([(k, k = 1, frame%dofs())], .not. is_rotation([(k, k = 1, frame%dofs())]))
   end function shifts_of
 
-  !> The rotations among them, about the axes in their order.
+  !> Numbers of the rotations among the frame's degrees of freedom, about the axes in their order.
   pure function rotations_of(frame) result(rotations)
     class(frame_type), intent(in) :: frame
     integer, allocatable :: rotations(:)
@@ -91,7 +95,7 @@ contains
     if (frame%dofs() == 6) rotations = in_frame(4:)
   end function rotations_of
 
-  !> The row before the excess of the rotation (`level` 0), of its first (1) or second derivative (2).
+  !> Number of the row before the excess of the rotation (`level` 0), of its first (1) or of its second derivative (2).
   pure integer function excess_row(frame, level)
     class(frame_type), intent(in) :: frame
     integer, intent(in) :: level
@@ -99,7 +103,8 @@ contains
     excess_row = rows_of(frame%dofs(), guide_forces) + level * merge(9, 2, allocated(frame%space))
   end function excess_row
 
-  !> The displacement of the point p by the rows of that excess, shape (rows, axes): s k x p + c p, in space (R - 1 - [theta]) p.
+  !> Weights of the rows of the rotation's excess in the displacement of the point p, shape (rows, axes): s k x p + c p in the
+  !> plane, (R - 1 - [theta]) p in space.
   pure function excess_of_point(frame, p) result(weights)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: p(3)
@@ -116,7 +121,7 @@ contains
     end do
   end function excess_of_point
 
-  !> The rows of the moments' excess.
+  !> Numbers of the rows with the excess of the supports' moments.
   pure function moment_rows(frame) result(rows)
     class(frame_type), intent(in) :: frame
     integer, allocatable :: rows(:)
@@ -125,7 +130,7 @@ contains
     rows = [(excess_row(frame, 3) + k, k = 1, size(rotations_of(frame)))]
   end function moment_rows
 
-  !> The rows of the excess of the force of a support, of that number, whose axes turn.
+  !> Numbers of the rows with the excess of the force of support `number`, whose axes turn with the frame.
   pure function support_rows(frame, number) result(rows)
     class(frame_type), intent(in) :: frame
     integer, intent(in) :: number
@@ -137,7 +142,7 @@ contains
       & + [(k, k = 1, axes)]
   end function support_rows
 
-  !> How many rows the exact frame's motion has.
+  !> Number of rows of the exact frame's motion.
   pure integer function exact_rows(frame)
     class(frame_type), intent(in) :: frame
 
@@ -145,14 +150,15 @@ contains
       & + merge(3, 2, allocated(frame%space)) * count(frame%supports%turning)
   end function exact_rows
 
-  !> Rows of the motion of a frame that has so many degrees of freedom, down to one of those above.
+  !> Number of the last row of a group (`displacements`, ..., `guide_forces`) for a frame with `dofs` degrees of freedom.
   pure integer function rows_of(dofs, last)
     integer, intent(in) :: dofs, last
 
     rows_of = last / 3 * dofs
   end function rows_of
 
-  !> Down to which rows of the motion, of those above, the quantity needs it; the exact frame has all.
+  !> Last group of rows that the quantity needs: `velocities`, `accelerations` or `guide_forces`. The exact frame always has all
+  !> rows.
   pure integer function rows(self)
     class(quantity_type), intent(in) :: self
     integer :: k
