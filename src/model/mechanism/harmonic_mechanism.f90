@@ -1,4 +1,4 @@
-!> A mechanism known by the harmonics of its mass functions: measured data, a vendor's, or what is no linkage.
+!> A mechanism given by the harmonics of its mass functions, from measurements, from a vendor, or because it is not a linkage.
 module gestell_model_mechanism_harmonic_mechanism
   use gestell_math_cosine_sine, only: cosine_sine
   use gestell_base_error, only: error_type, fatal_error, invalid_input
@@ -14,11 +14,12 @@ module gestell_model_mechanism_harmonic_mechanism
 
   public :: new_harmonic_mechanism
 
-  !> a1, a2, a3 and the moment function H = sum [m (x y' - y x') + J phi'] (so a4 = H'), each as its mean, then the
-  !> factors of cos and sin of the crank angle, of twice the crank angle, and so on; shapes 1 + 2 orders.
+  !> Harmonics of a1, a2 (kg m), a3 and the moment function H = sum [m (x y' - y x') + J phi'] (kg m^2), so that a4 = H'. Each array
+  !> holds the mean, then the coefficients of cos and sin of the crank angle, of twice the crank angle, and so on; shape (1 + 2
+  !> orders).
   type, extends(mechanism_type), public :: harmonic_mechanism_type
     real(dp), allocatable :: a1(:), a2(:), a3(:), moment(:)
-    !> K = sum [m (x'^2 + y'^2) + J phi'^2] in the same way, where it is known: only the drive's torque needs it.
+    !> Harmonics of K = sum [m (x'^2 + y'^2) + J phi'^2] in the same order (kg m^2), if known; only the drive's torque needs them.
     real(dp), allocatable :: energy(:)
   contains
     procedure :: mass_functions
@@ -29,13 +30,14 @@ module gestell_model_mechanism_harmonic_mechanism
 
 contains
 
-  !> A mechanism of `mass` (kg) and sum of moments of inertia `inertia` (kg m^2) with these harmonics (kg m, kg m,
-  !> kg m^2, kg m^2, and if given kg m^2). Errors: a negative mass, numbers that are not finite, an even number of
-  !> coefficients, functions that no masses can have.
+  !> Makes a mechanism from harmonics. Errors: mass or inertia is negative; a number is not finite; the number of coefficients is
+  !> even; no masses can have these functions.
   subroutine new_harmonic_mechanism(mechanism, mass, inertia, a1, a2, a3, moment, error, energy)
     type(harmonic_mechanism_type), intent(out) :: mechanism
+    !> Total mass (kg), sum of the moments of inertia (kg m^2); harmonics as in the components of the type
     real(dp), intent(in) :: mass, inertia, a1(:), a2(:), a3(:), moment(:)
     type(error_type), allocatable, intent(out) :: error
+    !> Harmonics of K (kg m^2)
     real(dp), intent(in), optional :: energy(:)
     real(dp), parameter :: rounding = 1.0e-6_dp
     type(mass_functions_type) :: a
@@ -71,7 +73,7 @@ contains
     mechanism%angle_scale = 1.0_dp / max(1, maxval([size(a1), size(a2), size(a3), size(moment)]) / 4)
   end subroutine new_harmonic_mechanism
 
-  !> Error: `new_harmonic_mechanism` has not made it.
+  !> Fails if `new_harmonic_mechanism` has not made the mechanism.
   subroutine check(self, error)
     class(harmonic_mechanism_type), intent(in) :: self
     type(error_type), allocatable, intent(out) :: error
@@ -93,7 +95,7 @@ contains
     a%a4 = moment%d
   end subroutine mass_functions
 
-  !> c0 + sum over k of c_k cos(k phi) + s_k sin(k phi).
+  !> The series c0 + sum over k of c_k cos(k phi) + s_k sin(k phi), with three derivatives.
   pure type(jet) function series(coefficients, phi)
     real(dp), intent(in) :: coefficients(:), phi
     integer :: k
@@ -107,7 +109,7 @@ contains
     end do
   end function series
 
-  !> The same at many crank angles (rad), shape (angles, table_columns), in batches.
+  !> Tabulates the mass functions at crank angles (rad), shape (angles, table_columns), in batches.
   subroutine tabulate(self, angles, table)
     class(harmonic_mechanism_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: angles(:)
@@ -135,7 +137,7 @@ contains
     end do
   end subroutine tabulate
 
-  !> What the drive feels, shape (angles, drive_columns): known where the energy is.
+  !> Tabulates the drive's functions, shape (angles, drive_columns); `known` is true if the harmonics of the energy are given.
   subroutine tabulate_drive(self, angles, table, known)
     class(harmonic_mechanism_type), intent(in) :: self
     real(dp), intent(in) :: angles(:)
@@ -158,7 +160,7 @@ contains
     end do
   end subroutine tabulate_drive
 
-  !> Adds c_k c + s_k s with its derivatives, where the series goes so far.
+  !> Adds harmonic `k`, c_k c + s_k s, with two derivatives, if the series has this harmonic.
   pure subroutine add_harmonic(coefficients, k, c, s, value, d, dd)
     real(dp), intent(in) :: coefficients(:), c(batch), s(batch)
     integer, intent(in) :: k

@@ -1,19 +1,20 @@
-!> Who holds the crank's speed, and the moving masses as the frame then feels them.
+!> Who keeps the crank's speed constant, and the moving masses as the frame then feels them: (39) to (43) of doc/theory.md.
 !>
-!> | held by    | turns evenly                      | the frame feels of the torque M_d on the crank |
-!> |------------|-----------------------------------|------------------------------------------------|
-!> | `motor`    | the crank against the frame: phi  | all of it: the motor stands on the frame       |
-!> | `outside`  | the crank in space: phi + psi     | nothing: what drives it stands beside          |
-!> | `flywheel` | the crank in space: phi + psi     | its mean, the motor's on the frame             |
+!> | held by    | turns evenly                           | moment on the frame due to the torque M_d on the crank  |
+!> |------------|----------------------------------------|---------------------------------------------------------|
+!> | `motor`    | the crank relative to the frame: phi   | all of M_d: the motor stands on the frame               |
+!> | `outside`  | the crank in space: phi + psi          | none: the drive stands beside the frame                 |
+!> | `flywheel` | the crank in space: phi + psi          | mean of M_d, from the motor on the frame                |
 !>
-!> In the last two phi = Omega t - p psi, p = 1, or 1/q where the drive turns q times in a turn of phi. Where the frame turns by
-!> dpsi alone the drive stays, so a mass at r = O + x + i y moves by (i r - p r') dpsi, ' = d/dphi, and not by i r dpsi. With the
-!> moment of the masses S = sum m r about F, A = sum (m r x r' + J phi') and K = sum (m |r'|^2 + J phi'^2) the frame feels
+!> For `outside` and `flywheel` phi = Omega t - p psi, where p = 1, or p = 1/q if the drive turns q times per turn of phi. If only
+!> the frame turns, by dpsi, the drive keeps its position in space. A mass at r = O + x + i y then moves by (i r - p r') dpsi
+!> instead of i r dpsi, where ' = d/dphi. With the first moment of the masses S = sum m r about F, A = sum (m r x r' + J phi') and K
+!> = sum (m |r'|^2 + J phi'^2) the frame feels
 !>
 !>     S_1 = S + i p S',   J_1 = J - 2 p A + p^2 K   in place of S and the moment of inertia J,
 !>
-!> which are sums of the same kind with a1 - p a2', a2 + p a1', a3 - 2 p H + p^2 K in place of a1, a2, a3: (9) to (11) stay. The
-!> load's moment is A' - p K'/2 in place of A' (times -Omega^2), and changes with psi.
+!> These have the form of the original sums, with a1 - p a2', a2 + p a1', a3 - 2 p H + p^2 K in place of a1, a2, a3, so (9) to (11)
+!> stay valid. The moment of the load is A' - p K'/2 in place of A' (times -Omega^2), and depends on psi.
 module gestell_model_mechanism_held
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
@@ -25,12 +26,13 @@ module gestell_model_mechanism_held
   public :: check_held, part_of_turn, tabulate_felt
 
   character(len=8), parameter, public :: holders(3) = [character(len=8) :: "motor", "flywheel", "outside"]
-  !> Subject of the error that a mechanism does not tell what a holder needs.
+  !> Subject of the errors of `check_held`.
   character(len=*), parameter, public :: held_subject = "held_by"
 
 contains
 
-  !> Error: there is no such holder; the mechanism does not tell its energy, or its masses are none.
+  !> Checks who keeps the speed constant. Errors: `held_by` is unknown; the mechanism has no data on its energy; no masses can have
+  !> these functions.
   subroutine check_held(held_by, mechanism, error)
     character(len=*), intent(in) :: held_by
     class(mechanism_type), intent(in) :: mechanism
@@ -59,15 +61,19 @@ contains
     end if
   end subroutine check_held
 
-  !> At crank angles (rad) of a crank that turns `even_in_space`, or else against the frame: the mass functions that the frame
-  !> feels, shape (angles, table_columns), without a4; over -Omega^2 the load, its forces and its moment about the crank's pivot,
-  !> shape (angles, 3), and how its moment about F changes with psi, of the mechanism at `origin` (m), shape (angles).
+  !> Tabulates the mass functions and the load as the frame feels them.
   subroutine tabulate_felt(mechanism, origin, even_in_space, angles, felt, load, slope)
     class(mechanism_type), intent(in) :: mechanism
+    !> Origin of the mechanism seen from F (m)
     real(dp), intent(in) :: origin(2)
+    !> True if the crank turns evenly in space, false if relative to the frame
     logical, intent(in) :: even_in_space
+    !> Crank angles (rad)
     real(dp), contiguous, intent(in) :: angles(:)
+    !> Mass functions, shape (angles, table_columns); a4 is 0 if the crank turns evenly in space
     real(dp), contiguous, intent(out) :: felt(:, :)
+    !> Load divided by -Omega^2, shape (angles, 3): two forces and the moment about the crank's pivot; derivative of the moment
+    !> about F with respect to psi divided by +Omega^2, shape (angles)
     real(dp), contiguous, intent(out), optional :: load(:, :), slope(:)
     real(dp), allocatable :: masses(:, :), drive(:, :)
     real(dp) :: part
@@ -101,7 +107,7 @@ contains
       & - origin(2) * drive(:, a1_ddd))
   end subroutine tabulate_felt
 
-  !> By which part of psi the crank angle falls back, p above; 0 where the crank turns evenly against the frame.
+  !> Part p of psi by which the crank angle lags; 0 if the crank turns evenly relative to the frame.
   pure real(dp) function part_of_turn(mechanism, even_in_space) result(part)
     class(mechanism_type), intent(in) :: mechanism
     logical, intent(in) :: even_in_space
@@ -110,7 +116,8 @@ contains
     if (even_in_space) part = 1.0_dp / mechanism%turns
   end function part_of_turn
 
-  !> a + b, zero where only rounding is left: an unbalance that turns evenly in space is no mass that the frame turns.
+  !> Sum a + b, or zero if only rounding is left. An unbalance that turns evenly in space must not count as a mass that turns with
+  !> the frame.
   elemental real(dp) function total(a, b)
     real(dp), intent(in) :: a, b
 

@@ -1,4 +1,4 @@
-!> The mean moment of a mechanism's masses.
+!> Mean over the turn of the first moment of a mechanism's masses.
 module gestell_model_mechanism_mean_moment
   use gestell_base_kinds, only: dp, pi
   use gestell_model_mechanism, only: a1_v, a2_v, mechanism_type, table_columns
@@ -9,8 +9,8 @@ module gestell_model_mechanism_mean_moment
 
 contains
 
-  !> The mean over the turn of a1 + i a2 and the greatest size of it, by the trapezoidal rule, its points doubled until two
-  !> doublings in a row have changed nothing but roundings.
+  !> Computes the mean over the turn of a1 + i a2 and its maximum magnitude (kg m) by the trapezoidal rule. The number of points is
+  !> doubled until two doublings in a row change only rounding.
   subroutine average_masses(mechanism, mean, greatest)
     class(mechanism_type), intent(in) :: mechanism
     complex(dp), intent(out) :: mean

@@ -1,4 +1,4 @@
-!> What the frame needs to know of a mechanism: its masses as they move with the crank.
+!> What the frame needs to know about a mechanism: sums over its moving masses as functions of the crank angle.
 module gestell_model_mechanism
   use gestell_base_error, only: error_type
   use gestell_math_jet, only: jet
@@ -6,11 +6,11 @@ module gestell_model_mechanism
   implicit none (type, external)
   private
 
-  !> The sums (4) to (7) at a crank angle; derivatives are with respect to the crank angle.
+  !> The sums (4) to (7) of doc/theory.md at a crank angle. Derivatives are with respect to the crank angle.
   type, public :: mass_functions_type
     !> a1 = sum m x, a2 = sum m y (kg m), a3 = sum m (x^2 + y^2) (kg m^2).
     type(jet) :: a1 = jet(), a2 = jet(), a3 = jet()
-    !> a4 = sum [m (x y'' - y x'') + J phi''] (kg m^2); times Omega^2 it is the paper's a4.
+    !> a4 = sum [m (x y'' - y x'') + J phi''] (kg m^2); the paper's a4 is this times Omega^2.
     real(dp) :: a4 = 0
   end type mass_functions_type
 
@@ -18,25 +18,26 @@ module gestell_model_mechanism
   integer, parameter, public :: a1_v = 1, a1_d = 2, a1_dd = 3, a2_v = 4, a2_d = 5, a2_dd = 6, a3_v = 7, a3_d = 8, &
     & a3_dd = 9, a4_v = 10, table_columns = 10
 
-  !> Columns of a table of what the drive feels, shape (angles, drive_columns): H = sum [m (x y' - y x') + J phi'], so that
-  !> a4 = H', and twice the kinetic energy at unit speed, K = sum [m (x'^2 + y'^2) + J phi'^2], with its derivatives (kg m^2). The
-  !> last four, a1''' and a2''' among them, serve a crank that turns evenly in space (gestell_model_mechanism_held).
+  !> Columns of a table of the drive's functions, shape (angles, drive_columns) (kg m^2): H = sum [m (x y' - y x') + J phi'], so
+  !> that a4 = H', and twice the kinetic energy at unit speed, K = sum [m (x'^2 + y'^2) + J phi'^2], with derivatives. The last
+  !> four, among them a1''' and a2''' (kg m), are for a crank that turns evenly in space (gestell_model_mechanism_held).
   integer, parameter, public :: spin_v = 1, energy_v = 2, energy_d = 3, spin_dd = 4, energy_dd = 5, a1_ddd = 6, a2_ddd = 7, &
     & drive_columns = 7
 
-  !> A mechanism that one crank drives. Extend it for what is no linkage.
+  !> A mechanism driven by one crank. Extend this type for a mechanism that is not a linkage.
   type, abstract, public :: mechanism_type
     !> Total mass m_G (kg) and sum of the moments of inertia J_i about the links' centres of mass (kg m^2).
     real(dp) :: mass = 0, inertia = 0
-    !> Crank angle over which the mass functions change noticeably (rad): equal steps should not be much longer.
+    !> Crank angle over which the mass functions change noticeably (rad). Integration steps should not be much longer.
     real(dp) :: angle_scale = 1
-    !> Maxima over the turn of the sums over the links of the absolute terms of a1'' and a2'' (kg m), of a4 and of K' (kg m^2,
-    !> see `energy_d`): what they cancel to is known to their roundings only. Zero: nothing cancels.
+    !> Maxima over the turn of the sums over the links of the absolute terms of a1'' and a2'' (kg m), of a4 and of K' (kg m^2, see
+    !> `energy_d`). Where the terms cancel, only their rounding errors limit the accuracy. Zero: nothing cancels.
     real(dp) :: terms(4) = 0
-    !> Turns of the drive in one of this crank, which turns slower than the drive where a shaft does not turn a whole number of
-    !> times in a turn of that: the period is so many turns, and the orders of the drive's speed are 1/turns, 2/turns, ...
+    !> Number of turns of the drive in one turn of this crank. It exceeds 1 if some shaft does not turn a whole number of times per
+    !> turn of the drive; this crank is then a slower shaft, and the period is `turns` turns of the drive. Orders are multiples
+    !> k/turns of the drive speed.
     integer :: turns = 1
-    !> How often the cranks turn in the period, without sign; not allocated where it is one turn of the drive.
+    !> Number of turns of each crank in the period, without sign; not allocated if the period is one turn of the drive.
     integer, allocatable :: crank_turns(:)
   contains
     procedure(mass_functions_at), deferred :: mass_functions
@@ -49,7 +50,7 @@ module gestell_model_mechanism
   end type mechanism_type
 
   abstract interface
-    !> The mass functions at a crank angle (rad).
+    !> Computes the mass functions at a crank angle (rad).
     subroutine mass_functions_at(self, crank_angle, a)
       import :: mechanism_type, mass_functions_type, dp
       implicit none (type, external)
@@ -61,7 +62,8 @@ module gestell_model_mechanism
 
 contains
 
-  !> The mass functions at many crank angles (rad). Override it where they are cheaper in bulk.
+  !> Tabulates the mass functions at crank angles (rad), shape (angles, table_columns). Override this procedure if many angles are
+  !> cheaper together.
   subroutine tabulate_one_by_one(self, angles, table)
     class(mechanism_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: angles(:)
@@ -78,7 +80,8 @@ contains
     end do
   end subroutine tabulate_one_by_one
 
-  !> What the drive feels at many crank angles (rad), shape (angles, drive_columns). Override it where it is `known`.
+  !> Tabulates the drive's functions at crank angles (rad), shape (angles, drive_columns). By default they are unknown: `known` is
+  !> false.
   subroutine drive_is_unknown(self, angles, table, known)
     class(mechanism_type), intent(in) :: self
     real(dp), intent(in) :: angles(:)
@@ -91,7 +94,7 @@ contains
     known = .false.
   end subroutine drive_is_unknown
 
-  !> Makes the mechanism ready: a frame does so once with its own copy. Error: it cannot turn.
+  !> Prepares the mechanism; a frame does so once with its own copy. Error: the mechanism cannot turn.
   subroutine nothing_to_prepare(self, error)
     class(mechanism_type), intent(inout) :: self
     type(error_type), allocatable, intent(out) :: error
@@ -100,7 +103,7 @@ contains
     end associate
   end subroutine nothing_to_prepare
 
-  !> Whether it can be asked for its mass functions; a mechanism that has to be made or prepared first overrides it.
+  !> Fails if the mechanism is not ready to compute its mass functions. By default every mechanism is ready.
   subroutine nothing_to_check(self, error)
     class(mechanism_type), intent(in) :: self
     type(error_type), allocatable, intent(out) :: error
@@ -110,7 +113,7 @@ contains
     if (allocated(error)) deallocate(error)
   end subroutine nothing_to_check
 
-  !> The distance (m) of a link's centre of mass from the joint that it begins at; negative: there is no such link.
+  !> Distance (m) of a link's centre of mass from the joint at which the link begins; negative if there is no such link.
   pure real(dp) function no_link_offset(self, name) result(offset)
     class(mechanism_type), intent(in) :: self
     character(len=*), intent(in) :: name
@@ -120,8 +123,8 @@ contains
     offset = -1
   end function no_link_offset
 
-  !> The harmonics of the period, up to `highest` times the drive's speed, whose frequencies are multiples of that speed or of a
-  !> crank's: the orders that its shafts excite.
+  !> Orders that the shafts excite: numbers of those harmonics of the period, up to `highest` times the drive speed, whose
+  !> frequencies are multiples of the drive speed or of a crank's speed.
   pure function harmonics(self, highest)
     class(mechanism_type), intent(in) :: self
     integer, intent(in) :: highest

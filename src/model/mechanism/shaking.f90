@@ -1,4 +1,4 @@
-!> Shaking forces: what a mechanism exerts on a frame that stands still.
+!> Shaking forces: the forces that a mechanism exerts on a frame at rest, (53) and (54) of doc/theory.md.
 module gestell_model_mechanism_shaking
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
@@ -11,29 +11,29 @@ module gestell_model_mechanism_shaking
 
   public :: shaking
 
-  !> Over the crank angle phi, each f = mean + sum of amplitude(k) cos(k phi + phase(k)).
+  !> Shaking forces over the crank angle phi. Each component is f = mean + sum of amplitude(k) cos(k phi + phase(k)).
   type, public :: shaking_type
-    !> The forces along x and y (N) and the moment about O (N m).
+    !> Forces along x and y (N) and moment about O (N m).
     type(fourier_type) :: series(3)
-    !> Greatest size over the turn and rms of these, and of the whole force.
+    !> Maximum absolute value over the turn and rms of the three components, and of the magnitude of the force.
     real(dp), dimension(4) :: peak = 0, rms = 0
-    !> The first order of the drive's speed Omega of the force as two vectors fx + i fy that turn, with the crank and against it,
-    !> over Omega^2 (kg m); their arguments hold at the crank angle zero. A mass m at the radius r on the crank has m r and nothing.
+    !> First order of the drive speed Omega of the force fx + i fy, divided by Omega^2 (kg m): the vector that turns with the crank
+    !> and the one that turns against it, at crank angle zero. A mass m at radius r on the crank gives m r and 0.
     complex(dp) :: unbalance(2) = 0
   end type shaking_type
 
 contains
 
-  !> The shaking forces at a speed (rad/s): F = -Omega^2 S'' of the first moment of mass S = (a1, a2), and the moment of the
-  !> same forces about O, -Omega^2 (a4 - T'/2) where the drive's torque does not act on the frame. Errors: the mechanism is not
-  !> made yet; the speed is not finite.
-  !> (Lowen, Berkof, Survey of investigations into the balancing of linkages, J. Mechanisms 3, 1968, 221-231.)
+  !> Computes the shaking forces at a speed (rad/s): the force -Omega^2 S'' of the first moment of mass S = (a1, a2), and its moment
+  !> about O. The moment is -Omega^2 a4, or -Omega^2 (a4 - K'/2) if the drive's torque does not act on the frame. Errors: the
+  !> mechanism has not been made; the speed is not finite. (Lowen, Berkof, Survey of investigations into the balancing of linkages,
+  !> J. Mechanisms 3, 1968, 221-231.)
   subroutine shaking(mechanism, speed, found, error, even_in_space)
     class(mechanism_type), intent(in) :: mechanism
     real(dp), intent(in) :: speed
     type(shaking_type), intent(out) :: found
     type(error_type), allocatable, intent(out) :: error
-    !> Whether the crank turns evenly in space; without, against the frame.
+    !> True if the crank turns evenly in space; default: relative to the frame
     logical, intent(in), optional :: even_in_space
     integer, parameter :: most = 8192
     real(dp), allocatable :: samples(:, :)
@@ -53,7 +53,7 @@ contains
     end if
     corrected = .false.
     if (present(even_in_space)) corrected = even_in_space
-    ! Fewer samples than the mechanism's angle scale asks for could take a high order for a low one.
+    ! With fewer samples than the angle scale requires, a high order could be mistaken for a low one.
     n = max(128, ceiling(min(real(most, dp), 8 * pi / mechanism%angle_scale)))
     do
       if (allocated(samples)) deallocate(samples)
@@ -67,7 +67,7 @@ contains
       do k = 1, 3
         found%series(k) = fourier_series(samples(:, k))
       end do
-      ! what cancels to less than this is rounding, which no samples resolve
+      ! terms that cancel to less than this are rounding, which no number of samples resolves
       if (all([(found%series(k)%tail() < 1.0e-9_dp .or. found%series(k)%greatest_term() <= 1.0e-12_dp * speed**2 &
         & * mechanism%terms(k), k = 1, 3)]) .or. n >= most) exit
       n = 2 * n

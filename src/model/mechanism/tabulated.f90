@@ -1,5 +1,5 @@
-!> A mechanism that remembers its mass functions where they will be asked for again: one table serves every speed,
-!> stiffness, damping and frame.
+!> A mechanism with tables of its mass functions at angles that will be needed again. One table serves every speed, stiffness,
+!> damping and frame.
 module gestell_model_mechanism_tabulated
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -10,12 +10,12 @@ module gestell_model_mechanism_tabulated
   public :: new_tabulated
 
   type :: table_type
-    !> Crank angles (rad) and the mass functions there, shape (angles, table_columns); what the drive feels, shape (angles,
-    !> drive_columns), where it is asked for and known.
+    !> Crank angles (rad); mass functions there, shape (angles, table_columns); the drive's functions, shape (angles,
+    !> drive_columns), if requested and known.
     real(dp), allocatable :: angles(:), values(:, :), drive(:, :)
   end type table_type
 
-  !> Behaves as the mechanism that it was made from; what is asked for at exactly the angles of a table is looked up.
+  !> Behaves as the mechanism from which it was made, but looks values up if exactly the angles of a table are requested.
   type, extends(mechanism_type), public :: tabulated_type
     private
     class(mechanism_type), allocatable :: source
@@ -32,7 +32,7 @@ module gestell_model_mechanism_tabulated
 
 contains
 
-  !> `mechanism` with no tables yet.
+  !> Wraps `mechanism`, without tables yet.
   subroutine new_tabulated(tabulated, mechanism)
     type(tabulated_type), intent(out) :: tabulated
     class(mechanism_type), intent(in) :: mechanism
@@ -42,7 +42,7 @@ contains
     call take_over(tabulated)
   end subroutine new_tabulated
 
-  !> Tabulates the mass functions at these crank angles (rad), in their order, and what the drive feels if that is asked for.
+  !> Tabulates the mass functions at crank angles (rad), in their order, and with `drive` the drive's functions.
   subroutine remember(self, angles, drive)
     class(tabulated_type), intent(inout) :: self
     real(dp), contiguous, intent(in) :: angles(:)
@@ -70,7 +70,7 @@ contains
     call move_alloc(longer, self%tables)
   end subroutine remember
 
-  !> What the drive feels at the angles that were remembered last, shape (angles, drive_columns), where that is known otherwise.
+  !> Sets the drive's functions at the angles of the last table, shape (angles, drive_columns), from another source.
   pure subroutine know_drive(self, drive)
     class(tabulated_type), intent(inout) :: self
     real(dp), intent(in) :: drive(:, :)
@@ -86,7 +86,7 @@ contains
     call self%source%mass_functions(crank_angle, a)
   end subroutine mass_functions
 
-  !> From the table with exactly these angles in this order, if there is one.
+  !> Copies the table with exactly these angles in this order, if there is one; otherwise computes the mass functions.
   subroutine tabulate(self, angles, table)
     class(tabulated_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: angles(:)
@@ -101,7 +101,7 @@ contains
     end if
   end subroutine tabulate
 
-  !> The index of the table with these angles, 0: there is none.
+  !> Number of the table with these angles, 0 if there is none.
   pure integer function index_of(self, angles) result(i)
     class(tabulated_type), intent(in) :: self
     real(dp), intent(in) :: angles(:)

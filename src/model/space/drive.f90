@@ -1,18 +1,18 @@
-!> Who holds the drive's speed in space, and the torque that does it.
+!> Who keeps the speed of the drive constant for a frame in space, and the torque that does it: (50) and (51) of doc/theory.md.
 !>
-!> The drive's angle is phi = Omega t - chi; where it turns q times in a turn of the mechanisms' angle phi, that is Omega t - chi/q,
-!> and of chi and b the q-th part is told. With its shaft's axis n, fixed in the frame, and the frame's angular velocity w in its
-!> own axes,
+!> The angle of the drive relative to the frame is phi = Omega t - chi. If the drive turns q times per turn of the mechanisms' angle
+!> phi, this is Omega t - chi/q, and chi and b below are stored divided by q. The shaft has the axis n, fixed in the frame; w is the
+!> frame's angular velocity along the frame's axes.
 !>
-!> | held by    | chi                                                          | b                   |
-!> |------------|--------------------------------------------------------------|---------------------|
-!> | `motor`    | 0                                                            | 0                   |
-!> | `outside`  | the frame's twist about n: R = swing x twist                 | (n + e)/(1 + n e)   |
-!> | `flywheel` | chi' = w n less its mean: the spin of the shaft is constant  | n                   |
+!> | held by    | chi                                                           | b                   |
+!> |------------|---------------------------------------------------------------|---------------------|
+!> | `motor`    | 0                                                             | 0                   |
+!> | `outside`  | twist of the frame about n: R = swing x twist                 | (n + e)/(1 + n e)   |
+!> | `flywheel` | chi' = w n minus its mean: the spin of the shaft is constant  | n                   |
 !>
-!> e = R^T n, the axis at rest. Where the frame turns by R [dalpha] the torque M_d on the shaft keeps the work b dalpha from it: so
-!> the moments on the frame are less by b M_d, and chi' = w b (less the mean). With the masses of gestell_model_space_moving
-!> and a = R^T u'', u'' less gravity,
+!> Here e = R^T n is the axis at rest. If the frame turns by R [dalpha], phi changes by -b dalpha. The moments on the frame are
+!> therefore reduced by b M_d, where M_d is the torque on the shaft, and chi' = w b (minus its mean for a flywheel). With the masses
+!> of gestell_model_space_moving and a = R^T u'', where u'' is the acceleration minus gravity,
 !>
 !>     M_d = a S_1 + w' A - w J_1 w/2 + phi'' K + phi'^2 K_1/2,   index 1: d/dphi.
 module gestell_model_space_drive
@@ -25,23 +25,24 @@ module gestell_model_space_drive
   public :: add_drive, find_torque, follow_frame, shift_time
 
   type, public :: drive_type
-    !> One of `holders` of gestell_model_mechanism_held; n; what a flywheel has beyond the links (kg m^2).
+    !> Who keeps the speed constant, one of `holders` of gestell_model_mechanism_held; axis n; moment of inertia of the flywheel
+    !> beyond that of the links (kg m^2).
     character(len=8) :: held_by = "motor"
     real(dp) :: axis(3) = [0, 0, 1], flywheel_inertia = 0
-    !> Its turns in one of the mechanisms' angle.
+    !> Number of turns of the drive per turn of the mechanisms' angle.
     integer :: turns = 1
   contains
     procedure :: even_in_space
   end type drive_type
 
-  !> The frame as it moves: R, w, w', a, and phi', phi''; of a flywheel its momentum about the shaft (N m s), beyond the
-  !> links', and the torque of its motor, which stands on the frame (N m).
+  !> The motion of the frame: R, w, w', a, and the rates phi', phi''. With a flywheel also its angular momentum about the shaft
+  !> beyond that of the links (N m s) and the torque of its motor on the frame (N m).
   type, public :: moved_type
     real(dp) :: rotation(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3]), w(3) = 0, w_d(3) = 0, a(3) = 0, rate = 0, gain = 0
     real(dp) :: spin(3) = 0, motor(3) = 0
   end type moved_type
 
-  !> chi, chi', chi'', and their changes: dchi = b dalpha, dchi' = b dalpha' + rate_turn dalpha, dchi'' = b dalpha'' + gain_spin
+  !> chi, chi', chi'' and their derivatives: dchi = b dalpha, dchi' = b dalpha' + rate_turn dalpha, dchi'' = b dalpha'' + gain_spin
   !> dalpha' + gain_turn dalpha; db = bend dalpha.
   type, public :: turn_type
     real(dp) :: chi(0:2) = 0, b(3) = 0, rate_turn(3) = 0, gain_spin(3) = 0, gain_turn(3) = 0, bend(3, 3) = 0
@@ -55,21 +56,22 @@ module gestell_model_space_drive
 
 contains
 
-  !> Whether the drive turns evenly in space, and not against the frame.
+  !> True if the drive turns evenly in space, false if relative to the frame.
   elemental logical function even_in_space(self)
     class(drive_type), intent(in) :: self
 
     even_in_space = self%held_by /= "motor"
   end function even_in_space
 
-  !> A frame at u'' (less gravity) and the rotation vector theta, theta', theta'', shape (3, 0:2), and how the mechanisms' angle of
-  !> mean `speed` (rad/s) follows it. Of a flywheel chi, the mean of w n and the motor's torque are `lag`, all of the drive itself;
-  !> chi is n theta where it is missing.
+  !> Computes the motion of a frame, and how the mechanisms' angle lags.
   pure subroutine follow_frame(drive, speed, u_dd, theta, moved, turn, lag)
     type(drive_type), intent(in) :: drive
+    !> Mean rate of the mechanisms' angle (rad/s); acceleration u'' of F minus gravity (m/s^2); rotation vector theta, theta',
+    !> theta'', shape (3, 0:2)
     real(dp), intent(in) :: speed, u_dd(:), theta(:, 0:)
     type(moved_type), intent(out) :: moved
     type(turn_type), intent(out) :: turn
+    !> With a flywheel, all for the drive itself: chi (rad), mean of w n (rad/s), torque of the motor (N m). Default: chi is n theta
     real(dp), intent(in), optional :: lag(:)
     real(dp) :: turning(3, 3, 0:2)
 
@@ -88,7 +90,7 @@ contains
     moved%gain = -turn%chi(2)
   end subroutine follow_frame
 
-  !> chi of a frame that has turned by theta and is `moved`.
+  !> Computes chi and its derivatives for a frame with rotation vector theta and the motion `moved`.
   pure subroutine find_turn(drive, theta, moved, turn, lag)
     type(drive_type), intent(in) :: drive
     real(dp), intent(in) :: theta(:)
@@ -133,7 +135,8 @@ contains
     end associate
   end subroutine find_turn
 
-  !> M_d (N m), and how it changes with d(u, alpha)'', ' and itself, each of shape (6), where dphi = -dchi.
+  !> Computes the torque M_d (N m) and its derivatives with respect to d(u, alpha)'', d(u, alpha)' and d(u, alpha), each of shape
+  !> (6), where dphi = -dchi.
   pure subroutine find_torque(turn, moving, moved, torque, by_gain, by_rate, by_place)
     type(turn_type), intent(in) :: turn
     type(moving_type), intent(in) :: moving
@@ -158,9 +161,9 @@ contains
     end associate
   end subroutine find_torque
 
-  !> Adds to the left sides r, shape (6), moments along the frame's axes, and their derivatives with respect to d(u, alpha)'', ' and
-  !> itself, shape (6, 6), which are there for a drive whose angle does not depend on the frame, that it turns by chi less, and
-  !> that its torque is no moment on the frame.
+  !> Adds to the left sides r, shape (6), and to their derivatives with respect to d(u, alpha)'', d(u, alpha)' and d(u, alpha),
+  !> shape (6, 6), the effect of a drive that turns evenly in space: its angle lags by chi, and its torque is no moment on the
+  !> frame. Moments are along the frame's axes.
   pure subroutine add_drive(turn, moving, moved, r, m, b, c)
     type(turn_type), intent(in) :: turn
     type(moving_type), intent(in) :: moving
@@ -173,7 +176,7 @@ contains
     call find_torque(turn, moving, moved, torque, by_gain, by_rate, by_place)
     associate (s => moving%s, j => moving%j, a => moving%a, w => moved%w, w_d => moved%w_d, rate => moved%rate, &
       & gain => moved%gain)
-      ! of the left sides with respect to phi'', phi' and phi
+      ! derivatives of the left sides with respect to phi'', phi' and phi
       of_gain = [matmul(moved%rotation, s(:, 1)), a(:, 0)]
       of_rate(:3) = matmul(moved%rotation, 2 * rate * s(:, 2) + 2 * cross(w, s(:, 1)))
       of_rate(4:) = matmul(j(:, :, 1), w) + 2 * rate * a(:, 1) + cross(w, a(:, 0))
@@ -191,12 +194,14 @@ contains
     c(4:, 4:) = c(4:, 4:) - torque * turn%bend
   end subroutine add_drive
 
-  !> Beside a flywheel dchi is n dalpha and what n (w x dalpha) adds up to. Seen at the time t + eta, eta' = n (w x dalpha)/`spin`,
-  !> `spin` the shaft's constant one (rad/s), a changed motion has dchi = n dalpha alone, dq' - eta' q' in place of dq' and
-  !> dq'' - 2 eta' q'' - eta'' q' in place of dq'', q = (u, theta), shape (6, 0:2). Multipliers do not depend on which time they are
-  !> told by. `turning`: T, T', T''.
+  !> Removes the memory of a flywheel from the linearised equations. With a flywheel dchi is n dalpha plus the integral of n (w x
+  !> dalpha). Compare instead a disturbed motion at the shifted time t + eta with eta' = n (w x dalpha)/`spin`. This motion has dchi
+  !> = n dalpha alone, dq' - eta' q' in place of dq', and dq'' - 2 eta' q'' - eta'' q' in place of dq''. The shift of time does not
+  !> change the multipliers.
   pure subroutine shift_time(turn, w_d, spin, turning, q, m, b, c)
     type(turn_type), intent(in) :: turn
+    !> w' (rad/s^2); constant spin of the shaft (rad/s); T, T', T'' with dalpha = T dtheta; q, q', q'' in the order (u, theta),
+    !> shape (6, 0:2); mass matrix
     real(dp), intent(in) :: w_d(3), spin, turning(3, 3, 0:2), q(6, 0:2), m(6, 6)
     real(dp), intent(inout) :: b(6, 6), c(6, 6)
     real(dp) :: shift(6, 0:1), moved(6)

@@ -1,4 +1,4 @@
-!> Potential energy of what holds a frame in space where it is, and the power that it takes, in the plane too.
+!> Potential energy of the mounting of a frame in space and the power that it dissipates; the power also for a frame in the plane.
 module gestell_model_space_energy
   use gestell_base_kinds, only: dp
   use gestell_model_mounting, only: in_frame, in_space
@@ -11,8 +11,8 @@ module gestell_model_space_energy
 
 contains
 
-  !> Potential energy (J) at q of (u, theta), with that of the weights of the masses, whose moment about F is `s` (kg m), up to a
-  !> constant: -tr(R X), X as of gestell_model_mounting_weights.
+  !> Potential energy (J) of mounting and weights at q = (u, theta), up to a constant; `s` is the first moment of the masses about F
+  !> (kg m). The weights contribute -tr(R X), X as in gestell_model_mounting_weights.
   pure real(dp) function mounting_energy(frame, q, s)
     class(mounted_system), intent(in) :: frame
     real(dp), intent(in) :: q(6), s(3)
@@ -24,7 +24,7 @@ contains
     do i = 1, size(frame%supports)
       associate (support => frame%supports(i), p => frame%supports(i)%position)
         d = q(:3) + matmul(turn, p)
-        ! e, and the static force, whose part along the ground's axes is among the weights
+        ! now e; the work of the static force, except its part along u, which cancels against that of the weights
         if (support%turning) d = d + matmul(d, turn)
         mounting_energy = mounting_energy + dot_product(support%stiffness, matmul(d, support%axes)**2) / 2
         if (support%turning) mounting_energy = mounting_energy + dot_product(support%static, d - q(:3))
@@ -35,8 +35,7 @@ contains
       & - sum(transpose(turn) * frame%weights%rest)
   end function mounting_energy
 
-  !> Power that the mounting takes (W) at q and q' of (u, theta): dampers, and the part of the foundation's stiffness that is not
-  !> symmetric.
+  !> Power dissipated by the mounting (W) at q and q' of (u, theta): dampers and the asymmetric part of the foundation's stiffness.
   pure real(dp) function mounting_power(frame, q, v)
     class(mounted_system), intent(in) :: frame
     real(dp), intent(in) :: q(6), v(6)

@@ -1,11 +1,11 @@
-!> The moving masses of planar mechanisms as a frame in space feels them. Of the places r = o + Q (x, y, z) of the links' centres of
-!> mass about F, in the frame's axes, Q the axes of a mechanism, o its origin, and the links' tensors of inertia and angular
-!> velocities,
+!> Sums over the moving masses of planar mechanisms as a frame in space feels them, (45) of doc/theory.md. The centre of mass of a
+!> link is at r = o + Q (x, y, z) about F along the frame's axes, where Q has the axes of its mechanism as columns and o is the
+!> mechanism's origin. With the inertia tensors J_i and angular velocities w_i of the links,
 !>
 !>     S = sum m r,   J = sum [m (|r|^2 1 - r r^T) + J_i],   H = sum [m r x r' + J_i w_i],
 !>
-!> functions of the drive's angle phi, ' = d/dphi. A link of a plane keeps its z; its tensor has the axes along it, across it and
-!> along the normal. Angles go through the joints in batches, as in the plane (gestell_model_linkage).
+!> which are functions of the drive's angle phi, ' = d/dphi. A link keeps its coordinate z; its tensor has principal axes along the
+!> link, across it and along the normal. Angles pass through the joints in batches, as in the plane (gestell_model_linkage).
 module gestell_model_space_masses
   use gestell_base_kinds, only: dp
   use gestell_model_joints_path, only: batch, find_direction, keep, path_type, take_batch
@@ -19,30 +19,30 @@ module gestell_model_space_masses
   !> A linkage in a plane of its own.
   type, public :: plane_type
     type(linkage_type) :: linkage
-    !> Q, whose third column is the normal; o (m).
+    !> Axes Q, whose third column is the normal of the plane; origin o (m).
     real(dp) :: axes(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3]), origin(3) = 0
   end type plane_type
 
-  !> At many angles of the drive: S, S', S'' (kg m), shape (angles, 3, 0:2); J, J' (kg m^2), shape (angles, 3, 3, 0:1); H, H'
+  !> Sums at many angles of the drive: S, S', S'' (kg m), shape (angles, 3, 0:2); J, J' (kg m^2), shape (angles, 3, 3, 0:1); H, H'
   !> (kg m^2), shape (angles, 3, 0:1).
   type, public :: masses_type
     real(dp) :: mass = 0
     real(dp), allocatable :: s(:, :, :), j(:, :, :, :), h(:, :, :)
   end type masses_type
 
-  !> The same of one plane about the origin of its own axes, over a batch. Along the normal S is constant; of J the elements xx, yy,
-  !> zz, xy, xz, yz.
+  !> Sums of one plane about the origin of its own axes, over a batch. S along the normal is constant. J is stored as its elements
+  !> xx, yy, zz, xy, xz, yz.
   type :: flat_type
     real(dp) :: mass = 0, along_normal = 0
     real(dp) :: s(batch, 2, 0:2) = 0, j(batch, 6, 0:1) = 0, h(batch, 3, 0:1) = 0
   end type flat_type
 
-  !> Rows and columns of the six elements.
+  !> Rows and columns of the six elements of J.
   integer, parameter :: of_row(6) = [1, 2, 3, 1, 1, 2], of_column(6) = [1, 2, 3, 2, 3, 3]
 
 contains
 
-  !> No masses, at so many angles.
+  !> Allocates sums of no masses at a number of angles.
   pure subroutine new_masses(angles, masses)
     integer, intent(in) :: angles
     type(masses_type), intent(out) :: masses
@@ -50,12 +50,12 @@ contains
     allocate(masses%s(angles, 3, 0:2), masses%j(angles, 3, 3, 0:1), masses%h(angles, 3, 0:1), source=0.0_dp)
   end subroutine new_masses
 
-  !> All planes at angles of the drive (rad).
+  !> Computes the sums over all planes at angles of the drive (rad).
   pure subroutine sum_planes(planes, angles, masses)
     type(plane_type), intent(in) :: planes(:)
     real(dp), contiguous, intent(in) :: angles(:)
     type(masses_type), intent(out) :: masses
-    !> On the heap: threads have small stacks.
+    !> Allocated on the heap because threads have small stacks.
     type(path_type), allocatable :: at(:)
     type(flat_type), allocatable :: flat
     real(dp) :: some(batch)
@@ -83,7 +83,7 @@ contains
     end do
   end subroutine sum_planes
 
-  !> Adds a link, with all joints on the paths `at`.
+  !> Adds a link; `at` are the paths of all joints.
   pure subroutine add_link(link, at, flat)
     type(link_type), intent(in) :: link
     type(path_type), intent(in) :: at(:)
@@ -92,7 +92,7 @@ contains
     real(dp) :: x, y, vx, vy, ax, ay, cc, ss, cs, change
     integer :: k
 
-    ! of the direction that places the centre of mass, and that of the tensor's axes
+    ! directions that place the centre of mass and the axes of the tensor
     call keep([1.0_dp, 0.0_dp], place)
     call keep(link%axis, u)
     if (link%to > 0) then
@@ -143,7 +143,8 @@ contains
     end associate
   end subroutine add_link
 
-  !> Adds the sums of a plane with these axes at `origin` to those about F, of the angles `first` to `last`: with s = Q S,
+  !> Adds the sums of a plane, for angles number `first` to `last`, to those about F. The plane has the given axes Q and origin o;
+  !> with s = Q S,
   !>
   !>     S + s + m o,   J + Q J Q^T + 2 (o s) 1 - o s^T - s o^T + m (o^2 1 - o o^T),   H + Q H + o x s'.
   pure subroutine place(flat, axes, origin, first, last, masses)

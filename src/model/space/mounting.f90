@@ -1,15 +1,15 @@
-!> What holds a frame in space: springs and dampers along axes that stay in space or turn with the frame.
+!> Forces of springs and dampers on a frame in space, along axes that stay in space or turn with the frame.
 !>
-!> With the frame's displacement u, velocity v, axes R, angular velocity w, the head of a support at p has moved by
+!> With displacement u, velocity v, rotation R and angular velocity w of the frame, the head of a support at p has moved by
 !>
 !>     d = u + (R - 1) p,   d' = v + R (w x p),   F = -K d - B d',   M = p x R^T F,
 !>
-!> forces along axes in space, moments along those of the frame. Axes that turn with it measure displacement and rate in the frame;
-!> with y = R^T (u - p), the way from the support's place at rest to F,
+!> Forces are along axes in space, moments along those of the frame. If the axes of the support turn with the frame, displacement
+!> and rate are measured in the frame. With the vector y = R^T (u - p) from the support's position at rest to F,
 !>
 !>     e = R^T d = p + y,   e' = R^T v - w x y,   f = K e + B e' + G,   F = -R f,   M = y x f,
 !>
-!> where the static force G on the ground turns with the axes (gestell_model_exact_moved_mounting has the plane's).
+!> where the static force G on the ground turns with the axes. For the plane see gestell_model_exact_moved_mounting.
 module gestell_model_space_mounting
   use gestell_base_kinds, only: dp
   use gestell_math_rotation, only: cross, cross_matrix, identity
@@ -21,10 +21,11 @@ module gestell_model_space_mounting
 
 contains
 
-  !> What a support exerts on the ground by the motion, along axes in space (N): -F, less the static G. `turn`: R - 1, so that
-  !> R x = x + turn x.
+  !> Dynamic force of a support on the ground along axes in space (N): -F minus the static force G. `turn` is R - 1, so that R x = x
+  !> + turn x.
   pure function support_force(support, u, v, turn, w) result(force)
     type(support_type), intent(in) :: support
+    !> Displacement (m) and velocity (m/s) of F along axes in space; R - 1; angular velocity along the frame's axes (rad/s)
     real(dp), intent(in) :: u(3), v(3), turn(3, 3), w(3)
     real(dp) :: force(3), d(3), e(3), e_d(3)
 
@@ -42,7 +43,7 @@ contains
     end associate
   end function support_force
 
-  !> K d + B d'.
+  !> Force K d + B d' (N).
   pure function held(support, d, d_d) result(force)
     type(support_type), intent(in) :: support
     real(dp), intent(in) :: d(3), d_d(3)
@@ -51,10 +52,12 @@ contains
     force = matmul(support%axes, support%stiffness * matmul(d, support%axes) + support%damping * matmul(d_d, support%axes))
   end function held
 
-  !> Subtracts force and moment about F of the supports on a frame from r, shape (6), and their derivatives from b and c, shape
-  !> (6, 6), with respect to u; to R = 1 + `turn`, which changes by R [dalpha], so that dw = dalpha' + w x dalpha.
+  !> Subtracts force and moment about F of the supports from the left sides r, shape (6), and their derivatives from b and c, shape
+  !> (6, 6). The derivatives are with respect to the motion of u and of R = 1 + `turn`. R changes by R [dalpha], so that dw =
+  !> dalpha' + w x dalpha.
   pure subroutine add_supports(supports, u, v, turn, w, r, b, c)
     type(support_type), intent(in) :: supports(:)
+    !> As in `support_force`
     real(dp), intent(in) :: u(3), v(3), turn(3, 3), w(3)
     real(dp), intent(inout) :: r(6), b(6, 6), c(6, 6)
     integer :: i
@@ -101,8 +104,8 @@ contains
     end associate
   end subroutine add_in_space
 
-  !> The same of a support whose axes turn with the frame: dy = R^T du + y x dalpha, de' = R^T dv - w x R^T du + y x dalpha' +
-  !> e' x dalpha. Of the static force's moment r gets what it has beyond that at rest.
+  !> Subtracts force, moment and derivatives of a support whose axes turn with the frame: dy = R^T du + y x dalpha, de' = R^T dv - w
+  !> x R^T du + y x dalpha' + e' x dalpha. Only the change of the static force's moment from its value at rest enters r.
   pure subroutine add_in_frame(support, u, v, turn, w, r, b, c)
     type(support_type), intent(in) :: support
     real(dp), intent(in) :: u(3), v(3), turn(3, 3), w(3)
@@ -120,18 +123,18 @@ contains
     f = matmul(k, e) + matmul(d, e_d)
     arm = cross_matrix(y)
     load = cross_matrix(f + support%static)
-    ! of f
+    ! derivatives of f
     by_place = matmul(k, back) - matmul(d, matmul(cross_matrix(w), back))
     by_speed = matmul(d, back)
     by_turn = matmul(k, arm) + matmul(d, cross_matrix(e_d))
     by_spin = matmul(d, arm)
-    ! -F = R f, of which G is carried at rest: d(R f) = R (df + dalpha x f)
+    ! -F = R f, minus G, which balances the weights at rest: d(R f) = R (df + dalpha x f)
     r(:3) = r(:3) + matmul(rotation, f) + matmul(turn, support%static)
     c(:3, :3) = c(:3, :3) + matmul(rotation, by_place)
     b(:3, :3) = b(:3, :3) + matmul(rotation, by_speed)
     c(:3, 4:) = c(:3, 4:) + matmul(rotation, by_turn - load)
     b(:3, 4:) = b(:3, 4:) + matmul(rotation, by_spin)
-    ! -M = f x y, less G x y at rest, where y = -p
+    ! -M = f x y, minus its value G x y at rest, where y = -p
     r(4:) = r(4:) - cross(y, f) - cross(e, support%static)
     c(4:, :3) = c(4:, :3) + matmul(load, back) - matmul(arm, by_place)
     b(4:, :3) = b(4:, :3) - matmul(arm, by_speed)
@@ -139,7 +142,7 @@ contains
     b(4:, 4:) = b(4:, 4:) - matmul(arm, by_spin)
   end subroutine add_in_frame
 
-  !> K or B of a support with the numbers `k` along its axes.
+  !> Matrix K or B of a support with stiffness or damping `k` along its axes.
   pure function matrix(support, k)
     type(support_type), intent(in) :: support
     real(dp), intent(in) :: k(3)

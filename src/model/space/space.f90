@@ -1,9 +1,10 @@
-!> What a frame in space has beyond that of the plane: a rigid body with the moving masses of planar mechanisms, on springs and
-!> dampers.
+!> A frame in space: a rigid body with the moving masses of planar mechanisms, on springs and dampers; (45) to (48) of
+!> doc/theory.md. This module has the parts that a frame in the plane lacks.
 !>
-!> Its own centre of mass F moves by u = (xi, eta, zeta); theta = (rot_xi, rot_eta, psi) is the vector of its rotation R
-!> (gestell_math_rotation), w its angular velocity in its own axes. With S, J, H of the masses, those of the frame in m and J
-!> (gestell_model_space_masses; ' = d/dt), momentum in space and angular momentum in the frame's axes give, for any rotation,
+!> The centre of mass F of the frame moves by u = (xi, eta, zeta). The rotation R has the rotation vector theta = (rot_xi, rot_eta,
+!> psi) (gestell_math_rotation) and the angular velocity w along the frame's axes. S, J, H are sums over the masses
+!> (gestell_model_space_masses); m and J include the frame; ' = d/dt. Momentum in space and angular momentum along the frame's axes
+!> give, for any rotation,
 !>
 !>     m u'' + R g                                          = sum of F_j,   g = S'' + 2 w x S' + w' x S + w x (w x S)
 !>     J w' + J' w + w x (J w) + H' + w x H + S x (R^T u'') = sum of p_j x R^T F_j
@@ -13,8 +14,8 @@
 !>     M = |  m 1   -[S] |   B = B_0 + | 0   -2 [S']    |   C = C_0 + | 0   -[S''] |   h = -(S'', H').
 !>         | [S]     J   |             | 0    J' - [H]  |             | 0    0     |
 !>
-!> and what weights do (gestell_model_mounting_weights). In the plane psi alone turns, S = (a1, a2) about F, and these are (8) to
-!> (12).
+!> plus the terms of the weights (gestell_model_mounting_weights). In the plane only psi turns and S = (a1, a2) about F; then these
+!> are (8) to (12).
 module gestell_model_space
   use gestell_base_kinds, only: dp, pi
   use gestell_math_rotation, only: cross_matrix
@@ -29,17 +30,17 @@ module gestell_model_space
 
   public :: in_frame, in_space, is_rotation
 
-  !> Sums that will be asked for again, at these angles of the drive (rad).
+  !> Sums over the masses at angles of the drive (rad) that will be needed again.
   type :: table_type
     real(dp), allocatable :: angles(:)
     type(masses_type) :: masses
   end type table_type
 
-  !> A frame at rest: the rotation vector and its derivatives.
+  !> Rotation vector of a frame at rest and its derivatives.
   real(dp), parameter :: upright(3, 0:2) = 0
 
   type, public :: space_type
-    !> The tensor of inertia about F (kg m^2); the mechanisms' origin O from F (m).
+    !> Inertia tensor of the frame about F (kg m^2); origin O of the mechanisms seen from F (m).
     real(dp) :: inertia(3, 3) = 0, origin(3) = 0
     type(plane_type), allocatable :: planes(:)
     type(drive_type) :: drive
@@ -56,7 +57,7 @@ module gestell_model_space
 
 contains
 
-  !> Mean S over the turn about F (kg m), the mass of all planes (kg), a bound on the size of S.
+  !> Computes the mean of S about F over the turn (kg m), the mass of all planes (kg), and a bound on the magnitude of S (kg m).
   subroutine average(self, mean, mass, greatest)
     class(space_type), intent(in) :: self
     real(dp), intent(out) :: mean(3), mass, greatest
@@ -78,8 +79,9 @@ contains
     end do
   end subroutine average
 
-  !> Sums the masses at these angles (rad), for all cases with the same mechanisms that ask for exactly these: the speed (but for
-  !> its sign), the frame's mass and inertia and what holds it may change afterwards.
+  !> Tabulates the sums over the masses at `angles` (rad). All cases with these mechanisms that request exactly these angles use the
+  !> table. The magnitude of the speed, the frame's mass and inertia and the mounting may change afterwards; the sign of the speed
+  !> may not.
   pure subroutine remember(self, angles)
     class(space_type), intent(inout) :: self
     real(dp), contiguous, intent(in) :: angles(:)
@@ -95,13 +97,15 @@ contains
     call move_alloc(longer, self%tables)
   end subroutine remember
 
-  !> All masses about F at angles of the drive (rad) that turns at `speed` (rad/s), with the frame's own `mass`, derivatives with
-  !> respect to time; or that turns, at each angle, at the first of `rates` (rad/s) and ever faster by the second (rad/s^2).
+  !> Computes the sums over all masses about F, with derivatives with respect to time.
   pure subroutine masses_at(self, mass, speed, angles, masses, rates)
     class(space_type), intent(in) :: self
+    !> Mass of the frame (kg); speed of the drive (rad/s), unless `rates` are given
     real(dp), intent(in) :: mass, speed
+    !> Angles of the drive (rad)
     real(dp), contiguous, intent(in) :: angles(:)
     type(masses_type), intent(out) :: masses
+    !> Angular velocity (rad/s) and acceleration (rad/s^2) of the drive at each angle, shape (angles, 2)
     real(dp), intent(in), optional :: rates(:, :)
     logical :: known
     integer :: i, k
@@ -142,8 +146,8 @@ contains
     masses%h(:, :, 1) = speed**2 * masses%h(:, :, 1)
   end subroutine masses_at
 
-  !> M, B, C, h about rest at angles of the drive, of the degrees of freedom `free` of a `frame`, shapes (angles, free, free),
-  !> (angles, free).
+  !> Computes M, B, C and h about rest for the degrees of freedom `free` of a frame at angles of the drive (rad), shapes (angles,
+  !> size(free), size(free)) and (angles, size(free)).
   pure subroutine sample_at_rest(self, frame, angles, free, m, b, c, h)
     class(space_type), intent(in) :: self
     class(mounted_system), intent(in) :: frame
@@ -186,7 +190,7 @@ contains
     if (self%drive%even_in_space()) call add_drive_at_rest(self, frame, angles, at, m, b, c, h)
   end subroutine sample_at_rest
 
-  !> Adds to these what a drive that turns evenly in space makes of them.
+  !> Adds to M, B, C and h the effect of a drive that turns evenly in space.
   pure subroutine add_drive_at_rest(self, frame, angles, at, m, b, c, h)
     class(space_type), intent(in) :: self
     class(mounted_system), intent(in) :: frame
@@ -214,8 +218,8 @@ contains
     end do
   end subroutine add_drive_at_rest
 
-  !> The forces and moments about F on the frame at rest without weights, at angles of the drive, which turns at `speed` (rad/s), in
-  !> the order (u, theta), shape (angles, 6).
+  !> Computes forces (N) and moments about F (N m) on the frame at rest, without weights, at angles of the drive, which turns at
+  !> `speed` (rad/s). They are in the order (u, theta), shape (angles, 6).
   pure subroutine shake(self, speed, angles, loads)
     class(space_type), intent(in) :: self
     real(dp), intent(in) :: speed
@@ -238,7 +242,7 @@ contains
     end do
   end subroutine shake
 
-  !> a + b, zero where only rounding is left.
+  !> Sum a + b, or zero if only rounding is left.
   elemental real(dp) function total(a, b)
     real(dp), intent(in) :: a, b
 
@@ -246,8 +250,8 @@ contains
     if (abs(total) <= 8 * epsilon(1.0_dp) * (abs(a) + abs(b))) total = 0
   end function total
 
-  !> At unit speed, the sum of the absolute terms of the mechanisms' forces (kg m) and of their moments (kg m^2): what they cancel
-  !> to is known to their roundings only.
+  !> Sums of the absolute terms of the mechanisms' forces (kg m) and moments (kg m^2) at unit speed. Where the terms cancel, only
+  !> their rounding errors limit the accuracy.
   pure function terms(self)
     class(space_type), intent(in) :: self
     real(dp) :: terms(2), force, reach
@@ -263,8 +267,9 @@ contains
     end do
   end function terms
 
-  !> By how many times the absolute terms of the load exceed it, the greatest over the degrees of freedom `free`, weighted as in the
-  !> kinetic energy of a frame of this `mass` (kg); 0: nothing cancels.
+  !> Cancellation in the load: ratio of its absolute terms to the load, less 1, as maximum over the degrees of freedom `free`
+  !> (dimensionless). 0 means that nothing cancels. Forces and moments are weighted as in the kinetic energy; `mass` (kg) is that of
+  !> the frame.
   pure real(dp) function cancellation(self, mass, free)
     class(space_type), intent(in) :: self
     real(dp), intent(in) :: mass
@@ -291,7 +296,7 @@ contains
     end associate
   end function cancellation
 
-  !> Adds `factor` [a] to these rows and columns of matrices over the angles, 0: one that is not there; a of shape (angles, 3).
+  !> Adds factor [a] to matrices over the angles, for a of shape (angles, 3). Rows and columns that are 0 are absent and skipped.
   pure subroutine add_cross(matrices, factor, a, rows, columns)
     real(dp), contiguous, intent(inout) :: matrices(:, :, :)
     real(dp), intent(in) :: factor
@@ -309,7 +314,7 @@ contains
     end do
   end subroutine add_cross
 
-  !> Adds a, shape (angles, 3, 3), to rows and columns `at`, 0: one that is not there.
+  !> Adds a, shape (angles, 3, 3), to rows and columns `at`; those that are 0 are absent and skipped.
   pure subroutine add_block(matrices, a, at)
     real(dp), contiguous, intent(inout) :: matrices(:, :, :)
     real(dp), contiguous, intent(in) :: a(:, :, :)

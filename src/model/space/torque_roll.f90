@@ -1,12 +1,12 @@
-!> The torque-roll axis: about which a machine that nothing holds turns under a torque about its shaft.
+!> The torque-roll axis: the axis about which an unsupported machine turns under a torque about its shaft.
 !>
-!> With the means of the masses over the turn, m, S and J about F, the shaft's direction e and a torque tau e, momentum and angular
-!> momentum give, c = S/m the centre of mass and J_c = J - m (|c|^2 1 - c c^T),
+!> Let m, S and J be the means over the turn of the masses about F, e the direction of the shaft and tau e a torque. With the centre
+!> of mass c = S/m and J_c = J - m (|c|^2 1 - c c^T), momentum and angular momentum give
 !>
 !>     J_c theta'' = tau e,   u'' = c x theta'':
 !>
-!> an axis through c along J_c^-1 e, which is the shaft's direction only where that is a principal axis. (T. Jeong, R. Singh,
-!> J. Sound Vib. 234, 2000, 85-114, doi 10.1006/jsvi.1999.2860.)
+!> This is an axis through c along J_c^-1 e. It has the direction of the shaft only if that is a principal axis. (T. Jeong, R.
+!> Singh, J. Sound Vib. 234, 2000, 85-114, doi 10.1006/jsvi.1999.2860.)
 module gestell_model_space_torque_roll
   use gestell_base_kinds, only: dp
   use gestell_math_rotation, only: cross
@@ -16,17 +16,17 @@ module gestell_model_space_torque_roll
   public :: find_torque_roll
 
   type, public :: torque_roll_type
-    !> Whether there is one: where J_c has no inverse, or the numbers overflow, there is none.
+    !> True if the axis exists; false if J_c is singular or the numbers overflow.
     logical :: known = .false.
-    !> The axis as a unit vector, the centre of mass from F (m), and the angle between axis and shaft (rad).
+    !> Axis as a unit vector, centre of mass seen from F (m), angle between axis and shaft (rad).
     real(dp) :: axis(3) = 0, center(3) = 0, angle = 0
-    !> The motion (u, theta) at the unit torque, up to a factor.
+    !> Motion (u, theta) under a unit torque, up to a factor.
     real(dp) :: motion(6) = 0
   end type torque_roll_type
 
 contains
 
-  !> Of the mean mass matrix of (u, theta) and the unit vector `shaft`.
+  !> Computes the torque-roll axis from the mean mass matrix of (u, theta) and the unit vector `shaft`.
   pure subroutine find_torque_roll(mass, shaft, found)
     real(dp), intent(in) :: mass(6, 6), shaft(3)
     type(torque_roll_type), intent(out) :: found

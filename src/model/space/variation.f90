@@ -1,11 +1,12 @@
-!> The frame in space varied about a motion that it makes: the exact equations of gestell_model_space and their derivatives.
+!> The frame in space linearised about a motion that it makes: the exact equations of gestell_model_space and their derivatives.
 !>
-!> Changes of R are R [dalpha]; then dw = dalpha' + w x dalpha, dw' = dalpha'' + w' x dalpha + w x dalpha', and
+!> R changes by R [dalpha]. Then dw = dalpha' + w x dalpha, dw' = dalpha'' + w' x dalpha + w x dalpha', and
 !>
 !>     d(R g)      = R (dalpha x g + dg),   dg = 2 dw x S' + dw' x S + dw x (w x S) + w x (dw x S),
 !>     d(R^T u'')  = R^T du'' - dalpha x (R^T u'').
 !>
-!> Of the rotation vector dalpha = T dtheta, dalpha' = T dtheta' + T' dtheta, dalpha'' = T dtheta'' + 2 T' dtheta' + T'' dtheta.
+!> In terms of the rotation vector dalpha = T dtheta, dalpha' = T dtheta' + T' dtheta, dalpha'' = T dtheta'' + 2 T' dtheta' + T''
+!> dtheta.
 module gestell_model_space_variation
   use gestell_base_kinds, only: dp
   use gestell_model_mounting, only: damping_matrix, in_frame, in_space, stiffness_matrix, turned_loads
@@ -23,12 +24,14 @@ module gestell_model_space_variation
 
 contains
 
-  !> r, M, B, C of all six degrees of freedom of a frame, in its order, along a motion q, v, a, shape (angles, 6), shapes
-  !> (angles, 6), (angles, 6, 6). Beside a flywheel `lag`, shape (angles, 3), is as of `follow_frame`.
+  !> Computes the left sides r, shape (angles, 6), and their derivatives M, B, C, shape (angles, 6, 6), along a motion, for all six
+  !> degrees of freedom in the frame's order.
   pure subroutine sample_varied(frame, space, angles, q, v, a, lag, r, m, b, c)
     class(mounted_system), intent(in) :: frame
     type(space_type), intent(in) :: space
+    !> Angles of the drive (rad)
     real(dp), contiguous, intent(in) :: angles(:)
+    !> Motion q, q', q'' at these angles, shapes (angles, 6); with a flywheel `lag` of `follow_frame`, shape (angles, 3)
     real(dp), intent(in) :: q(:, :), v(:, :), a(:, :), lag(:, :)
     real(dp), intent(out) :: r(:, :), m(:, :, :), b(:, :, :), c(:, :, :)
     type(masses_type) :: masses
@@ -56,7 +59,7 @@ contains
     end do
   end subroutine sample_varied
 
-  !> q, q', q'' in the order (u, theta).
+  !> The motion q, q', q'' in the order (u, theta), shape (6, 0:2).
   pure function in_order(q, v, a) result(motion)
     real(dp), intent(in) :: q(:), v(:), a(:)
     real(dp) :: motion(6, 0:2)
@@ -66,7 +69,7 @@ contains
     motion(in_space, 2) = a
   end function in_order
 
-  !> A drive that turns evenly in space along a motion, and the masses where it is then.
+  !> Computes along a motion the state of a drive that turns evenly in space, and the sums over the masses at its angles.
   pure subroutine follow_motion(frame, space, angles, v, a, q, lag, masses, driven)
     class(mounted_system), intent(in) :: frame
     type(space_type), intent(in) :: space
@@ -88,8 +91,9 @@ contains
     call space%masses_at(frame%mass, frame%speed, turned, masses, rates)
   end subroutine follow_motion
 
-  !> Forces on the ground along axes in space and their moments about F at rest, in the frame's order, shape (6, points), of a
-  !> motion q, v, shape (points, 6). Forces act where the heads of the supports are, of those whose axes turn where they rest.
+  !> Forces (N) on the ground along axes in space and their moments about F at rest (N m), in the frame's order, shape (6, points),
+  !> for a motion q, v, shape (points, 6). A force acts at the head of its support, or at the head's position at rest if the axes
+  !> turn with the frame.
   pure function ground_in_space(frame, q, v) result(forces)
     class(mounted_system), intent(in) :: frame
     real(dp), intent(in) :: q(:, :), v(:, :)
@@ -112,7 +116,7 @@ contains
     end do
   end function ground_in_space
 
-  !> The angular velocity in the frame's axes of a motion q, v in the frame's order.
+  !> Angular velocity along the frame's axes (rad/s) for q and v in the frame's order.
   pure function spin_of(q, v) result(w)
     real(dp), intent(in) :: q(6), v(6)
     real(dp) :: w(3)
@@ -120,8 +124,8 @@ contains
     w = matmul(turning_less_one(q(in_frame(4:))), v(in_frame(4:))) + v(in_frame(4:))
   end function spin_of
 
-  !> What the forces on the ground of supports whose axes turn with the frame have beyond their linear terms, three of each (N), at
-  !> q, v in the frame's order.
+  !> Nonlinear part of the forces on the ground (N) of the supports whose axes turn with the frame, three components each, for q and
+  !> v in the frame's order.
   pure function force_excess(frame, q, v) result(excess)
     class(mounted_system), intent(in) :: frame
     real(dp), intent(in) :: q(6), v(6)
@@ -140,16 +144,18 @@ contains
     end do
   end function force_excess
 
-  !> The left sides of the equations of a frame, of the `masses` at number `k` of their angles, at q, q', q'', shape (6, 0:2): shape
-  !> (6), and their derivatives with respect to q'', q' and q, shape (6, 6); all in the order (u, theta). `driven`:
-  !> the drive, where it turns evenly in space.
+  !> Computes the left sides r of the equations of a frame and their derivatives M, B, C with respect to q'', q' and q, all in the
+  !> order (u, theta).
   pure subroutine vary(frame, drive, masses, k, q, r, m, b, c, driven)
     class(mounted_system), intent(in) :: frame
     type(drive_type), intent(in) :: drive
+    !> Sums over the masses, of which those at angle number `k` are used
     type(masses_type), intent(in) :: masses
     integer, intent(in) :: k
+    !> Motion q, q', q'' in the order (u, theta)
     real(dp), intent(in) :: q(6, 0:2)
     real(dp), intent(out) :: r(6), m(6, 6), b(6, 6), c(6, 6)
+    !> State of the drive, if it turns evenly in space
     type(driven_type), intent(in), optional :: driven
     real(dp), dimension(3, 3) :: turn, rotation, back, s, spin, wheel, change
     real(dp), dimension(3, 3, 0:2) :: turning, varied
@@ -185,7 +191,7 @@ contains
     m(:3, 4:) = -matmul(rotation, s)
     m(4:, :3) = matmul(s, back)
     m(4:, 4:) = inertia(:, :, 0)
-    ! dg/dw; and of the moment, J' dw + dw x (J w + H) + w x (J dw)
+    ! derivatives with respect to w: of g, and of the moment, J' dw + dw x (J w + H) + w x (J dw)
     change = -2 * cross_matrix(sums(:, 1)) - cross_matrix(cross(w, sums(:, 0))) - matmul(spin, s)
     wheel = inertia(:, :, 1) - cross_matrix(momentum) + matmul(spin, inertia(:, :, 0))
     b(:3, 4:) = matmul(rotation, change - matmul(s, spin))
@@ -201,8 +207,8 @@ contains
       call add_drive(driven%turn, driven%moving, driven%moved, r, m, b, c)
       r(4:) = r(4:) + driven%moved%motor
     end if
-    ! with respect to dtheta'', dtheta', dtheta, and the moments T^T r along theta's own directions, of which those held may be at
-    ! work; r is less what is left of static moments, which foundation and guides carry
+    ! derivatives with respect to dtheta'', dtheta', dtheta, and moments T^T r along the directions of theta, since some of these
+    ! directions may be locked; r excludes the remaining static moment, which foundation and guides carry
     c(:, 4:) = matmul(m(:, 4:), turning(:, :, 2)) + matmul(b(:, 4:), turning(:, :, 1)) + matmul(c(:, 4:), turning(:, :, 0))
     b(:, 4:) = 2 * matmul(m(:, 4:), turning(:, :, 1)) + matmul(b(:, 4:), turning(:, :, 0))
     m(:, 4:) = matmul(m(:, 4:), turning(:, :, 0))
