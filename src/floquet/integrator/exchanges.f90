@@ -1,5 +1,5 @@
-!> A step of Gauss-Legendre collocation by LAPACK, which exchanges rows: what gestell_floquet_integrator_gauss_steps cannot do in
-!> lanes.
+!> Computes a step of Gauss-Legendre collocation by LAPACK with row exchanges, for steps that gestell_floquet_integrator_gauss_steps
+!> cannot eliminate in lanes.
 module gestell_floquet_integrator_exchanges
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -15,9 +15,9 @@ module gestell_floquet_integrator_exchanges
 
 contains
 
-  !> The maps [A b], or A, shape (states, columns, 1 or 3), of step `k` with exchanges of rows: of the method, of the one embedded
-  !> in it and of the one embedded in that. These have no unknowns in the last node, or in the last two, and mu in the equations
-  !> there:
+  !> Computes the maps [A b], or A, of step `k` with row exchanges, shape (states, columns, 1 or 3): those of the method, of the
+  !> first embedded method and of the second one. Embedded methods have no unknowns u in the last node (in the last two nodes) and
+  !> instead multipliers mu in the equations there:
   !>
   !>     K' u - E mu = R,  E^T u = 0,  E of columns of the unit matrix.
   !>
@@ -92,7 +92,7 @@ contains
     end do
   end subroutine map_with_exchanges
 
-  !> The map, shape (states, columns), of a step that is its own unit of time from its unknowns, shape (unknowns, columns).
+  !> Map of a step, shape (states, columns), from its unknowns, shape (unknowns, columns). Time is in units of the step.
   pure function map_of(tableau, states, u) result(map)
     class(tableau_type), intent(in) :: tableau
     integer, intent(in) :: states

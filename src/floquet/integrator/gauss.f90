@@ -1,5 +1,5 @@
-!> Gauss-Legendre collocation: s stages, order 2 s, stable for every step, symmetric, and for undamped systems symplectic; with six
-!> stages and more fitted to the fastest motion (gestell_floquet_integrator_pace).
+!> Gauss-Legendre collocation with s stages: order 2 s, stable for every step length, symmetric, and symplectic for undamped
+!> systems. With six stages or more it is fitted to the fastest motion (gestell_floquet_integrator_pace).
 module gestell_floquet_integrator_gauss
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -14,18 +14,18 @@ module gestell_floquet_integrator_gauss
 
   public :: gauss
 
-  !> With fewer stages the embedded method says too little of the error: its order is too far below.
+  !> Minimum number of stages for embedded methods: with fewer, their order is too low for an error estimate.
   integer, parameter :: fewest_to_embed = 6
-  !> How far the fastest motion may turn in a step (radians) for `pair`: beyond, the matrices of the embedded methods, which
-  !> elimination meets on its way, are singular now and then, from 6 radians on with an even number of stages, from 11 on
-  !> with an odd one, and rows have to be exchanged.
+  !> Maximum angle (radians) by which the fastest motion may turn in a step of `pair`. Beyond, the matrices of the embedded methods,
+  !> which occur during elimination, are singular now and then, so that rows must be exchanged. This begins at 6 radians with an
+  !> even number of stages and at 11 with an odd number.
   real(dp), parameter :: longest_even = 5.5_dp, longest_odd = 10
 
   type, extends(method_type), public :: gauss_method
     private
-    !> To the fastest motion, where the stages are enough.
+    !> True: fit the method to the fastest motion if it has enough stages.
     logical, public :: fitted = .true.
-    !> Where it is prepared, and with the embedded methods.
+    !> Tableaus of the method without and with embedded methods; allocated by `prepare`
     type(tableau_type), allocatable :: tableau
     type(nested_type), allocatable :: nested
   contains
@@ -39,7 +39,7 @@ module gestell_floquet_integrator_gauss
 
 contains
 
-  !> The method with 2 to 10 stages, named gauss2 to gauss10.
+  !> Returns the method with 2 to 10 stages, named gauss2 to gauss10.
   pure function gauss(stages) result(method)
     integer, intent(in) :: stages
     type(gauss_method) :: method
@@ -56,7 +56,7 @@ contains
 
   contains
 
-    !> (s!)^2 / ((2 s)! (2 s + 1)!), the first term by which the Pade approximation departs from exp.
+    !> (s!)^2 / ((2 s)! (2 s + 1)!), the leading term of the difference between the Pade approximation and exp.
     pure real(dp) function constant(s)
       integer, intent(in) :: s
       integer :: k
@@ -76,7 +76,7 @@ contains
     if (self%lower_order > 0) self%nested = nested_tableau(self%tableau)
   end subroutine prepare
 
-  !> The nodes, those of one stage together.
+  !> Nodes of all steps as phases, the nodes of one stage together.
   pure function phases(self, from, to)
     class(gauss_method), intent(in) :: self
     real(dp), intent(in) :: from(:), to(:)
@@ -85,7 +85,7 @@ contains
     phases = phases_at(self%tableau%c, from, to)
   end function phases
 
-  !> The phases at places `c` of all steps, those at one place together.
+  !> Phases at the positions `c` of all steps, those at one position together.
   pure function phases_at(c, from, to) result(phases)
     real(dp), intent(in) :: c(:), from(:), to(:)
     real(dp) :: phases(size(c) * size(from))

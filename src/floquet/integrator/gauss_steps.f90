@@ -1,23 +1,24 @@
-!> The steps of Gauss-Legendre collocation, each an affine map of the state.
+!> Steps of Gauss-Legendre collocation, each an affine map of the state.
 !>
-!> For M q'' + B q' + C q = g the positions are eliminated: with the start (q, p) of a step of length h, the accelerations
-!> v_i at the nodes c_i and the tableau A, b,
+!> For M q'' + B q' + C q = g the positions are eliminated. With the start (q, p) of a step of length h, the accelerations v_i at
+!> the nodes c_i and the tableau A, b,
 !>
 !>     q'_i = p + h sum_j A_ij v_j,   q_i = q + h c_i p + h^2 sum_j (A A)_ij v_j,
 !>     M_i v_i + h B_i sum_j A_ij v_j + h^2 C_i sum_j (A A)_ij v_j = g_i - B_i p - C_i (q + h c_i p),            (a)
-!>     q + h p + h^2 sum_j (b A)_j v_j,   p + h sum_j b_j v_j   at the end of the step:                          (b)
+!>     q + h p + h^2 sum_j (b A)_j v_j,   p + h sum_j b_j v_j   at the end of the step.                          (b)
 !>
-!> half the unknowns of the slopes, and M is never inverted. x' = P x + f is the same with M = E, B = -P, g = f, p = x, and
-!> neither q nor C. (a) and (b) together are one matrix,
+!> This has half the unknowns of the first-order form, and M is never inverted. For x' = P x + f the same equations hold with M = E,
+!> B = -P, g = f, p = x, without q and C. (a) and (b) together form one matrix,
 !>
 !>     [  K   R ]    rows: (a), with v on the left and q, p, 1 on the right,
-!>     [ -G   S ]    rows: (b), in the same columns,
+!>     [ -G   S ]    rows: (b), in the same columns.
 !>
-!> and the map of the step is what elimination of v leaves in the place of S: S + G K^-1 R. Side by side, each step is its own
-!> unit of time: with h B, h^2 C, h^2 g (h g without positions) and the start (q, h p), (a) and (b) hold with h = 1.
+!> Eliminating v replaces S by the map of the step, S + G K^-1 R. In each step time is measured in units of h: with h B, h^2 C, h^2
+!> g (h g without positions) and the start (q, h p), (a) and (b) hold with h = 1.
 !>
-!> *The embedded methods* (gestell_floquet_integrator_nested) come of the same elimination, in other unknowns and sums of the
-!> equations: before the unknowns of the last two nodes, and before those of the last, are eliminated, the corner holds their maps.
+!> The embedded methods (gestell_floquet_integrator_nested) come from the same elimination, with other unknowns and combined
+!> equations. Before the unknowns of the last two nodes (of the last node) are eliminated, the corner holds the map of an embedded
+!> method.
 module gestell_floquet_integrator_gauss_steps
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -37,17 +38,17 @@ module gestell_floquet_integrator_gauss_steps
 
   public :: fits_lanes, gauss_steps
 
-  !> Numbers that eight steps at once need at most: a panel and the multipliers of their equations, and M, h B and h^2 C of one
-  !> stage below the other.
+  !> Maximum memory for eight steps side by side: a panel, the multipliers of the equations, and M, h B and h^2 C of all stages, one
+  !> stage below the other
   integer, parameter :: of_panel = lanes * width * most_rows, of_multipliers = lanes * most_rows**2, &
     & of_stages = lanes * most_rows * (most_rows / 2)
-  !> Where these begin behind the panel.
+  !> Offsets of the multipliers and of M, h B, h^2 C behind the panel
   integer, parameter :: multipliers = of_panel, mass = multipliers + of_multipliers, damping = mass + of_stages, &
     & stiffness = damping + of_stages
 
 contains
 
-  !> Whether a step with so many stages is small enough to be eliminated in lanes, its last two nodes by themselves.
+  !> True if a step with this number of stages is small enough to be eliminated in lanes, with its last two nodes at the end.
   pure logical function fits_lanes(stages, states, second_order)
     integer, intent(in) :: stages, states
     logical, intent(in) :: second_order
@@ -57,23 +58,29 @@ contains
     fits_lanes = padded(max(stages - 2, 0) * f) + 2 * padded(f) + padded(states) <= most_rows
   end function fits_lanes
 
-  !> Maps of steps of these lengths (time), as `method_type` has them, from the coefficients at `phases`: the nodes of one stage
-  !> together; of a tableau that is to be `fitted` or not. Eight steps at a time; singly, with exchanges of rows, what is fewer
-  !> than eight, too large, or unsafe without. `lower` and `unseen`: by a nested tableau, as `method_type` has them.
+  !> Computes the maps of steps. Eight steps are computed at a time. Steps are computed singly, with row exchanges, if there are
+  !> fewer than eight, if they are too large for lanes, or if elimination without exchanges is unsafe.
   subroutine gauss_steps(tableau, fitted, system, phases, lengths, map, error, lower, unseen)
+    !> The tableau; the call fits it.
     class(tableau_type), intent(inout) :: tableau
+    !> True: fit the tableau to the fastest motion of these steps.
     logical, intent(in) :: fitted
     class(periodic_system), intent(in) :: system
+    !> Nodes of all steps as phases, the nodes of one stage together; lengths of the steps, in the unit of time
     real(dp), contiguous, intent(in) :: phases(:), lengths(:)
+    !> Maps of the steps, as in `method_type`
     real(dp), contiguous, intent(out) :: map(:, :, :)
     type(error_type), allocatable, intent(out) :: error
+    !> Maps by the two embedded methods of a nested tableau, as in `method_type`
     real(dp), contiguous, intent(out), optional :: lower(:, :, :, :)
+    !> Variations between the nodes; those of these steps are added.
     type(unseen_type), intent(inout), optional :: unseen
     type(coefficients_type) :: at
     type(layout_type) :: layout
-    ! On the heap: threads have small stacks. As for the largest of steps: what was as large once the GNU C library keeps.
+    ! On the heap: threads have small stacks. The size is always that of the largest steps, because the GNU C library keeps a block
+    ! for reuse once that size was requested.
     real(dp), allocatable, target :: room(:)
-    ! Of the method, and where asked for of the one embedded in it and of the one embedded in that.
+    ! Maps of the method and, if requested, of its two embedded methods
     real(dp), allocatable :: maps(:, :, :, :)
     real(dp) :: units(system%states), of_step(lanes, size(map, 3)), turn
     logical :: safe(lanes), side_by_side
@@ -105,7 +112,8 @@ contains
           if (allocated(error)) return
         end if
       end do
-      ! Units of the states and of the loads; each step is its own unit of time: positions are over h times velocities.
+      ! Converts units of the states and of the loads. Each step has its own unit of time, so positions are divided by h times
+      ! velocities.
       of_step = 1
       do i = 1, at%states
         of_step(:, i) = units(i)
@@ -125,8 +133,8 @@ contains
     end select
   end subroutine gauss_steps
 
-  !> The maps of the steps `from` to `to`, shape (steps, states, columns), from maps in lanes, the first those of step `first`, in
-  !> these units.
+  !> Copies the maps of the steps `from` to `to`, shape (steps, states, columns), from lanes whose first is step `first`, and
+  !> converts units.
   pure subroutine take(of_step, first, from, to, in_lanes, map)
     integer, intent(in) :: first, from, to
     real(dp), contiguous, intent(in) :: of_step(:, :), in_lanes(:, :, :)
@@ -144,9 +152,9 @@ contains
     end do
   end subroutine take
 
-  !> The maps [A b], or A, shape (lanes, states, columns, 1 or 3), of the steps from `first` on: of the method, of the one embedded
-  !> in it and of the one embedded in that. Panel after panel: first those of the unknowns, then those of the map, in which after
-  !> the unknowns of each embedded method its map stands.
+  !> Computes the maps [A b], or A, of eight steps from `first` on, shape (lanes, states, columns, 1 or 3): those of the method, of
+  !> the first embedded method and of the second one. The panels of the unknowns are eliminated first. In the panels of the map, the
+  !> map of each embedded method is read after its unknowns have been eliminated.
   pure subroutine eliminate_panels(tableau, at, first, layout, panel, l, masses, dampers, springs, maps, safe)
     class(tableau_type), intent(in) :: tableau
     type(coefficients_type), intent(in) :: at

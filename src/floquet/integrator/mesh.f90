@@ -1,4 +1,4 @@
-!> Steps over one period, as phases t / T in [0, 1].
+!> Meshes: the ends of the steps over one period, as phases t / T in [0, 1].
 module gestell_floquet_integrator_mesh
   use gestell_base_kinds, only: dp
   use gestell_system_periodic, only: periodic_system
@@ -9,9 +9,8 @@ module gestell_floquet_integrator_mesh
 
 contains
 
-  !> The ends of about `steps` steps over the period of `system`: equal ones between two breaks of the coefficients,
-  !> each break the end of a step, and each phase of the ascending sequence `marks` too. Shape (0:number of steps), from 0
-  !> to 1.
+  !> Ends of about `steps` steps over the period of `system`. Breaks of the coefficients and the ascending phases `marks` are ends
+  !> of steps. Steps between two of these are equal. Shape (0:number of steps), from 0 to 1.
   pure function mesh(system, steps, marks) result(nodes)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: steps
@@ -29,7 +28,7 @@ contains
 
     if (present(marks)) ends = merged(ends, marks)
 
-    ! The first step of every segment; a segment has one step at least.
+    ! Number of the first step of every segment; a segment has at least one step.
     allocate(first(size(ends)), source=0)
     do k = 2, size(ends)
       first(k) = first(k - 1) + max(1, ceiling(steps * (ends(k) - ends(k - 1)) - sqrt(epsilon(1.0_dp))))
@@ -46,8 +45,9 @@ contains
     end do
   end function mesh
 
-  !> The ends of steps as those between `nodes`, all or some of the mesh of `system`, or shorter, that end at each of the ascending
-  !> `phases` between them too: equal ones between two of these, so that equidistant phases have steps that are equal throughout.
+  !> Ends of steps that are as long as those between `nodes` or shorter. `nodes` is the mesh of `system` or a part of it. The
+  !> ascending `phases` within it and the breaks are ends of steps. Steps between two of these are equal, so equidistant phases have
+  !> equal steps throughout.
   pure function refined(system, nodes, phases)
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: nodes(:), phases(:)
@@ -66,7 +66,7 @@ contains
     length = 1
     after = 1
     do k = 2, size(ends)
-      ! The steps of the mesh that reach over this interval: between breaks they are equal.
+      ! The steps of the mesh that overlap this interval; between breaks they are equal.
       before = min(after, size(nodes) - 1)
       do while (before > 1 .and. nodes(before) > ends(k - 1))
         before = before - 1
@@ -90,7 +90,7 @@ contains
     refined = refined(:length)
   end function refined
 
-  !> The ascending sequence of all numbers of the ascending sequences `a` and `b`; what both hold, once.
+  !> Merges the ascending sequences `a` and `b`. Numbers in both occur once.
   pure function merged(a, b) result(c)
     real(dp), intent(in) :: a(:), b(:)
     real(dp), allocatable :: c(:)

@@ -1,16 +1,19 @@
-!> Gauss-Legendre collocation with the two methods embedded in it, so that one elimination gives the maps of all three.
+!> Gauss-Legendre collocation with two embedded methods, arranged so that a single elimination gives the maps of all three.
 !>
-!> Collocation at Gauss' nodes is Galerkin's method for accelerations v of degree s - 1 whose integrals are taken by Gauss'
-!> quadrature. Galerkin's methods for v of degree s - 2 and s - 3, of order 2 s - 2 and 2 s - 4, have no part of v along
-!> Legendre's P_s-1 (and P_s-2), and residuals along these only. Two nodes of the middle, p and q, come last, and the unknowns
+!> Collocation at the Gauss nodes is a Galerkin method for accelerations v of degree s - 1 whose integrals are computed by Gauss
+!> quadrature. The embedded methods are Galerkin methods for v of degree s - 2 and s - 3, of orders 2 s - 2 and 2 s - 4. Their v has
+!> no part along the Legendre polynomial P_s-1 (and P_s-2), and their residual has only parts along these. Two middle nodes, p and
+!> q, come last. The unknowns there are
 !>
-!>     u_q = v_q - sum over j of e_j v_j,    u_p = v_p - sum over j of e'_j v_j
+!>     u_q = v_q - sum over j of e_j v_j,    u_p = v_p - sum over j of e'_j v_j:
 !>
-!> are what v has there beyond a polynomial of degree s - 2 through all nodes but q, and v beyond one of degree s - 3 through all
-!> but p and q: zero in the embedded methods. With v = X u the matrix K of the equations becomes (B^-1 X^T B) K X, B = diag(b), in
-!> whose first rows residuals along P_s-1 (and P_s-2) are not seen: b_j times these sum to zero against polynomials of less degree.
-!> Its leading parts are the matrices of the embedded methods, so what elimination leaves in the corner before the unknowns of q,
-!> and before those of p and q, are their maps.
+!> u_q is the difference of v_q from a polynomial of degree s - 2 through all nodes except q, and u_p is the difference of v_p from
+!> a polynomial of degree s - 3 through all nodes except p and q. Both vanish in the embedded methods.
+!>
+!> With v = X u the matrix K of the equations becomes (B^-1 X^T B) K X, B = diag(b). Residuals along P_s-1 (and P_s-2) do not appear
+!> in its first rows, because their sums with weights b_j against polynomials of lower degree vanish. Its leading parts are the
+!> matrices of the embedded methods. So the corner holds the map of an embedded method before the unknowns of q, and before those of
+!> p and q, are eliminated.
 module gestell_floquet_integrator_nested
   use gestell_base_kinds, only: dp
   use gestell_floquet_integrator_tableau, only: add_tail, find_legendre, product_of, tableau_type
@@ -19,11 +22,12 @@ module gestell_floquet_integrator_nested
 
   public :: fall_over, left_by_embedded, nested_tableau
 
-  !> The tableau in this order of the nodes, with b X, b A X in the places of b, b A, and once it is fitted A X, A A X in those of
-  !> A, A A. `values`, shape (2, s): the last two rows of X, the slopes in the last two nodes. `sums`, shape (s, 2): how much of
-  !> the last two equations is added to each. `tails`, shape (s, 4): what of values at the nodes makes the rms of their parts along
-  !> P_s-4 to P_s-1. `weights`: b itself.
+  !> Tableau with reordered nodes for the unknowns u, with v = X u. Its components b, ba, a, aa hold b X, b A X and, once it is
+  !> fitted, A X and A A X.
   type, extends(tableau_type), public :: nested_type
+    !> Last two rows of X, the accelerations in the last two nodes, shape (2, s); multiples of the last two equations that are added
+    !> to each equation, shape (s, 2); factors that turn values at the nodes into the rms of their parts along P_s-4 to P_s-1, shape
+    !> (s, 4); the weights b themselves, shape (s)
     real(dp), allocatable :: values(:, :), sums(:, :), tails(:, :), weights(:)
   contains
     procedure :: fit => fit_nested
@@ -31,26 +35,25 @@ module gestell_floquet_integrator_nested
 
 contains
 
-  !> z^2 over e_s / e_(s-1), the phase errors of Gauss' methods with s and with s - 1 stages, of a motion that turns by z in a step.
+  !> z^2 e_(s-1) / e_s with the phase errors e of Gauss' methods with s and s - 1 stages, for a motion that turns by z in a step.
   elemental real(dp) function fall_over(s)
     integer, intent(in) :: s
 
     fall_over = 4 * (4 * real(s, dp)**2 - 1)
   end function fall_over
 
-  !> How much of the phase error of Gauss' methods of their orders the embedded methods leave (derived in
-  !> gestell_floquet_period_pair).
+  !> Phase error of an embedded method relative to Gauss' method of its order (derived in gestell_floquet_period_pair).
   pure real(dp) function left_by_embedded(positions) result(part)
     logical, intent(in) :: positions
 
     part = merge(0.5_dp, 1.0_dp, positions)
   end function left_by_embedded
 
-  !> Of a tableau of four stages at least.
+  !> Returns the nested tableau of a Gauss tableau with at least four stages.
   pure function nested_tableau(rule) result(nested)
     type(tableau_type), intent(in) :: rule
     type(nested_type) :: nested
-    ! b and b A below each other.
+    ! Rows b and b A
     real(dp) :: factors(2, size(rule%c)), p(size(rule%c), 0:size(rule%c) - 1), next(size(rule%c))
     integer :: order(size(rule%c)), s, i, j
 
@@ -59,14 +62,14 @@ contains
     call find_legendre(s - 1, next, p)
     allocate(nested%c(s), nested%weights(s), nested%a(s, s), nested%high(s), nested%next(s))
     allocate(nested%tails(s, 4), nested%values(2, s), nested%sums(s, 2))
-    ! P_s-1, and what P_s-2 is in the equations that do not see P_s-1; each is greatest, b included, at the node that stands for it.
+    ! P_s-1, and the part of P_s-2 in the equations without P_s-1. For each, the node with its largest value, times b, is put last.
     order = [(i, i = 1, s)]
     associate (high => p(:, s - 1), b => nested%weights, v => nested%values)
       call put_last(rule%b * abs(high), order)
       next = p(:, s - 2) - p(order(s), s - 2) / high(order(s)) * high
       call put_last(rule%b * abs(next), order(:s - 1))
 
-      ! Node by node: each section by a list of indices would be a piece of memory.
+      ! Element by element: sections with index lists would allocate memory.
       do i = 1, s
         nested%c(i) = rule%c(order(i))
         b(i) = rule%b(order(i))
@@ -96,7 +99,7 @@ contains
     nested%ba = factors(2, :)
   end function nested_tableau
 
-  !> The method, not the embedded ones, fitted to a motion that turns by `turn` radians in a step: b A X does not change.
+  !> Fits the method, but not the embedded ones, to a motion that turns by `turn` radians in a step. b A X does not change.
   pure subroutine fit_nested(self, turn)
     class(nested_type), intent(inout) :: self
     real(dp), intent(in) :: turn
@@ -108,7 +111,7 @@ contains
     self%aa = product_of(slopes, self%a)
   end subroutine fit_nested
 
-  !> Factors of the slopes in the nodes, shape (rows, s), become those of the unknowns, Z X.
+  !> Transforms factors Z of the accelerations in the nodes, shape (rows, s), to factors of the unknowns, Z X.
   pure subroutine take_unknowns(values, z)
     real(dp), intent(in) :: values(:, :)
     real(dp), intent(inout) :: z(:, :)
@@ -121,7 +124,7 @@ contains
     z(:, s - 1) = z(:, s - 1) + z(:, s) * values(2, s - 1)
   end subroutine take_unknowns
 
-  !> Of the nodes in order the one that has the greatest of these weights becomes the last.
+  !> Moves the node with the largest weight to the end of `order`.
   pure subroutine put_last(weights, order)
     real(dp), intent(in) :: weights(:)
     integer, intent(inout) :: order(:)

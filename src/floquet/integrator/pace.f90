@@ -1,18 +1,18 @@
-!> How fast the fastest motion of a system turns.
+!> Estimates the frequency of the fastest motion of a system.
 !>
-!> In z^2 + 2 d z + k = 0, M z^2 u + B z u + C u = 0, it is the motion of the greatest k: where C is greatest (M^-1 C)^16 is little
-!> but that one. One of its columns is the shape u, one of its rows, times M^-1, what the equations are to be multiplied with, y,
-!> those of the greatest entry on the diagonal, as the sum of these is not small. At other phases the shape is another, but by
-!> two-sided Rayleigh quotients with these two the frequency is wrong by the product of what both miss only (A. M. Ostrowski, Arch.
-!> Rational Mech. Anal. 3 (1959), 325):
+!> Motions satisfy z^2 + 2 d z + k = 0 with M z^2 u + B z u + C u = 0. The fastest motion has the largest k. It dominates (M^-1
+!> C)^16, taken where C is largest. A column of this matrix gives the shape u, and a row, times M^-1, gives the left vector y. The
+!> column and the row of the largest diagonal element are used. At other phases the shape differs. Two-sided Rayleigh quotients with
+!> u and y have only an error of the product of the errors of both (A. M. Ostrowski, Arch. Rational Mech. Anal. 3 (1959), 325):
 !>
 !>     k = y C u / y M u,   2 d = y B u / y M u,   w^2 = -Re z^2 = k - 2 d^2.
 !>
-!> Without positions, x' = P x, u and y are a column and a row of P^16, which the conjugate motions z share. So the t_j = y P^j u
-!> obey t_j+2 = 2 Re z t_j+1 - |z|^2 t_j: two equations for both, and w^2 = |z|^2 - 2 (Re z)^2. In a step of length h a method with
-!> s stages leaves a phase error c (w h)^(2 s + 1), one that is fitted to a motion of frequency v
-!> (gestell_floquet_integrator_tableau) nearly c (w h)^(2 s - 1) (w^2 - v^2) h^2. In a sum over steps nothing is left of these
-!> where
+!> Without positions, x' = P x, u and y are a column and a row of P^16, to which both conjugate motions z contribute. So t_j = y P^j
+!> u satisfies t_j+2 = 2 Re z t_j+1 - |z|^2 t_j. Two such equations give Re z and |z|^2, and w^2 = |z|^2 - 2 (Re z)^2.
+!>
+!> In a step of length h a method with s stages has a phase error c (w h)^(2 s + 1). If it is fitted to a motion of frequency v
+!> (gestell_floquet_integrator_tableau), the error is nearly c (w h)^(2 s - 1) (w^2 - v^2) h^2. The sum of these errors over the
+!> steps is zero for
 !>
 !>     v^2 = sum of w^(2 s + 1) / sum of w^(2 s - 1).
 module gestell_floquet_integrator_pace
@@ -26,8 +26,8 @@ module gestell_floquet_integrator_pace
 
 contains
 
-  !> v, radians in the unit of time, for eight stages, from the coefficients in the first node of each step; 0: the motion does not
-  !> turn, or there is no telling.
+  !> Angular frequency v (radians per unit of time) for eight stages, from the coefficients at the first node of each step. Zero if
+  !> the motion does not oscillate or cannot be determined.
   pure real(dp) function pace_of(at) result(pace)
     type(coefficients_type), intent(in) :: at
     real(dp), dimension(size(at%lengths)) :: square, weight
@@ -43,17 +43,17 @@ contains
     greatest = maxval(square)
     if (.not. greatest > 0) return
     square = max(square / greatest, 0.0_dp)
-    ! Of the squares the powers are halves.
+    ! `square` is w^2, so w^15 is its power of 7.5.
     weight = square**7 * sqrt(square)
     pace = sqrt(greatest * sum(weight * square) / sum(weight))
   end function pace_of
 
-  !> w^2 at every step; zero where M is singular, and where forces that circulate make of two motions one that grows.
+  !> Computes w^2 at every step. Zero where M is singular, or where circulatory forces merge two motions into a growing one.
   pure subroutine square_with_positions(at, square)
     type(coefficients_type), intent(in) :: at
     real(dp), intent(out) :: square(:)
     real(dp), parameter :: least = 1.0e-6_dp
-    ! [M C E], and M^-1 C; columns as `high_power` has them.
+    ! [M C E], later M^-1 C; first index as in `high_power`
     real(dp) :: table(full(at%f), 3 * at%f)
     real(dp), dimension(at%f) :: y, after, before
     real(dp), dimension(full(at%f), at%f) :: a, power
@@ -85,7 +85,7 @@ contains
     power = a
     call high_power(power)
     k = place_of_greatest(power)
-    ! A column u and a row y of a conjugate pair.
+    ! Column u and row y are tested for a complex conjugate pair of k.
     after = matmul(a(:f, :), power(:f, k))
     before = matmul(power(k, :), a(:f, :))
     call find_pair(dot_product(power(k, :), power(:f, k)), dot_product(power(k, :), after), dot_product(before, after), &
@@ -104,7 +104,7 @@ contains
         square = square + both * at%c(:last, i, j)
       end do
     end do
-    ! Where y M u vanishes, by chance or as C does, there is no telling.
+    ! Zero where y M u vanishes: the quotients are then undetermined.
     where (abs(of_mass) > least * maxval(abs(of_mass)))
       square = square / of_mass - (damping / of_mass)**2 / 2
     else where
@@ -112,11 +112,12 @@ contains
     end where
   end subroutine square_with_positions
 
-  !> z^2 = p z - q of the two motions z of which t_j = y A^j u is a sum: t_j+2 = p t_j+1 - q t_j. Zeros: it is little but one.
+  !> Computes p and q with z^2 = p z - q for two motions z from t_j = y A^j u, a sum over both: t_j+2 = p t_j+1 - q t_j. Zeros if
+  !> one motion dominates the sum.
   elemental subroutine find_pair(t_0, t_1, t_2, t_3, p, q)
     real(dp), intent(in) :: t_0, t_1, t_2, t_3
     real(dp), intent(out) :: p, q
-    !> What the determinant is of its terms where a motion turns by a ten thousandth of a radian while it decays.
+    !> Size of the determinant relative to its terms for a decaying motion that turns by a ten-thousandth of a radian
     real(dp), parameter :: least = 1.0e-8_dp
     real(dp) :: det
 
@@ -128,12 +129,12 @@ contains
     q = (t_1 * t_3 - t_2**2) / det
   end subroutine find_pair
 
-  !> The same from B = -P; zero where u is little but one motion that does not turn.
+  !> Computes w^2 at every step from B = -P, without positions. Zero where a single motion that does not oscillate dominates u.
   pure subroutine square_of(b, square)
     real(dp), intent(in) :: b(:, :, :)
     real(dp), intent(out) :: square(:)
     real(dp) :: power(full(size(b, 2)), size(b, 2))
-    ! y P, P u and P P u.
+    ! y P, P u and P P u
     real(dp), dimension(size(square), size(b, 2)) :: before, after, twice
     real(dp), dimension(size(square)) :: p, q
     integer :: n, k, i, j
@@ -168,7 +169,7 @@ contains
     square = q - p**2 / 2
   end subroutine square_of
 
-  !> The place on the diagonal.
+  !> Number of the largest diagonal element in absolute value.
   pure integer function place_of_greatest(a) result(place)
     real(dp), intent(in) :: a(:, :)
     integer :: i
@@ -179,15 +180,15 @@ contains
     end do
   end function place_of_greatest
 
-  !> Rows of so many that count with rows of zeros below them, which are worked on lanes at a time.
+  !> Number of rows rounded up to a multiple of `lanes`. The additional rows are zero; loops process `lanes` rows at a time.
   pure integer function full(rows)
     integer, intent(in) :: rows
 
     full = lanes * ((rows + lanes - 1) / lanes)
   end function full
 
-  !> [M X], with `n` rows that count, becomes [. Y]: Gauss and Jordan's elimination, where row `rows(k)` ends as the row k of
-  !> M^-1 X. (Rows that are exchanged would have to be waited for.)
+  !> Gauss-Jordan elimination of [M X] with `n` rows, plus rows of zeros. Row `rows(k)` becomes row k of M^-1 X. Rows are not
+  !> exchanged in memory: the loops would have to wait for it.
   pure subroutine eliminate(table, n, rows, singular)
     real(dp), contiguous, intent(inout) :: table(:, :)
     integer, intent(in) :: n
@@ -210,7 +211,7 @@ contains
       rows(k) = pivot
       free(pivot) = .false.
       factor = table(:, k) / table(pivot, k)
-      ! Of the row itself its division leaves that.
+      ! With this factor the update divides the pivot row by its pivot.
       factor(pivot) = 1 - 1 / table(pivot, k)
       do j = k + 1, size(table, 2)
         kept = table(pivot, j)
@@ -221,7 +222,7 @@ contains
     end do
   end subroutine eliminate
 
-  !> A^16 in the place of A, in a unit that is near its norm.
+  !> Replaces A by A^16, scaled to a norm of 1.
   pure subroutine high_power(a)
     real(dp), contiguous, intent(inout) :: a(:, :)
     real(dp) :: square(size(a, 1), size(a, 2)), sums(lanes), norm

@@ -1,5 +1,5 @@
-!> The coefficients at the nodes of many steps of collocation, where they go in the equations of eight steps, and what the nodes do
-!> not tell of them.
+!> Samples the coefficients at the nodes of many collocation steps, arranges them for eight steps side by side, and estimates their
+!> variations between the nodes.
 module gestell_floquet_integrator_step_coefficients
   use gestell_math_lanes, only: block, lanes, padded
   use gestell_floquet_integrator_method, only: unseen_type
@@ -13,41 +13,48 @@ module gestell_floquet_integrator_step_coefficients
 
   public :: layout_of, estimate_unseen, sample_coefficients, scale_coefficients
 
-  !> The most rows, unknowns and states, with which steps are eliminated in lanes: ten stages of six degrees of freedom.
+  !> Maximum number of rows (unknowns and states) for elimination in lanes: ten stages of six degrees of freedom
   integer, parameter, public :: most_rows = 72
 
-  !> M, B, C, shape (points, f, f), and g, shape (points, f), at the nodes of all steps, those of one stage together: the
-  !> nodes i of eight steps that follow each other lie side by side. M and C are allocated only with positions.
+  !> M, B, C, shape (points, f, f), and g, shape (points, f), at the nodes of all steps. The points of one stage follow each other,
+  !> so that node i of eight successive steps lies side by side. M and C are allocated only for systems with positions.
   type, public :: coefficients_type
     real(dp), allocatable, dimension(:, :, :) :: m, b, c
     real(dp), allocatable :: g(:, :)
-    !> Lengths of the steps, in time.
+    !> Lengths of the steps, in the unit of time
     real(dp), allocatable :: lengths(:)
-    !> Unknowns at a node; positions and all states of the map.
+    !> Number of unknowns at a node; number of positions; number of states
     integer :: f = 0, positions = 0, states = 0
   end type coefficients_type
 
-  !> Where everything stands. Stages and unknowns at a node; places of unknowns, and rows of all, multiples of a block; columns of
-  !> all. (Arrays of fixed size, as of no more rows: nothing is fetched from the heap for eight steps.)
+  !> Positions of unknowns and states in the equations of a step. The arrays have fixed sizes, so that eight steps need no memory
+  !> from the heap.
   type, bind(C), public :: layout_type
+    !> Number of stages; unknowns at a node; rows of all unknowns; rows in total; columns in total. Numbers of rows are multiples of
+    !> `block`.
     integer(c_int) :: s = 0, f = 0, n = 0, rows = 0, columns = 0
-    !> Where the unknowns of each node begin, less one, and where they end; shape (s + 1).
+    !> Row before the first unknown of each node, and last row of the unknowns; shape (s + 1)
     integer(c_int) :: place(most_rows + 1) = 0
-    !> Of each column of unknowns, shape (n): its node and its place there, 0 where it is no unknown's.
+    !> Node of each column of unknowns, and number of the unknown at this node; 0 for padding; shape (n)
     integer(c_int) :: node(most_rows) = 0, component(most_rows) = 0
+    !> True for a nested tableau
     logical(c_bool) :: nested = .false.
-    !> Of a nested tableau: the slopes in the last two nodes, of the unknowns, and what of the last two equations is added to each.
+    !> For a nested tableau: slopes in the last two nodes by the unknowns; multiples of the last two equations that are added to
+    !> each equation
     real(dp) :: values(2, most_rows) = 0, sums(most_rows, 2) = 0
   end type layout_type
 
 contains
 
-  !> The coefficients, and the units of the states, shape (states), in which they are.
+  !> Samples the coefficients at the nodes.
   subroutine sample_coefficients(system, phases, forced, at, units)
     class(periodic_system), intent(in) :: system
+    !> Nodes of all steps, as phases
     real(dp), contiguous, intent(in) :: phases(:)
+    !> True: sample the loads too
     logical, intent(in) :: forced
     type(coefficients_type), intent(out) :: at
+    !> Units of the states in which the coefficients are returned, shape (states)
     real(dp), contiguous, intent(out) :: units(:)
     real(dp), allocatable :: p(:, :, :), f(:, :)
     integer :: i, j, points
@@ -59,7 +66,7 @@ contains
       at%f = system%states / 2
       at%positions = at%f
       allocate(at%m(points, at%f, at%f), at%b(points, at%f, at%f), at%c(points, at%f, at%f))
-      ! What is not allocated is absent where it is an argument.
+      ! An unallocated variable counts as an absent argument.
       if (forced) allocate(at%g(points, at%f))
       call sample_in_units(system, phases, at%m, at%b, at%c, units(:at%f), at%g)
       units(at%f + 1:) = units(:at%f)
@@ -78,16 +85,18 @@ contains
     end select
   end subroutine sample_coefficients
 
-  !> Adds to `unseen` what the nodes may not tell of the coefficients. A step turns by z = |h^2 C|^1/2 + |h B| radians, and a change
-  !> of z |M| + |h B| + |h^2 C| / z is one of so many radians. What interpolation misses falls, with the number of nodes, as the
-  !> root of what quadrature does: of a part e of all that varies e^2 is left. In these units masses are about 1, and what a load is
-  !> in a time is a change of velocity.
+  !> Adds estimates of the variations between the nodes to `unseen`.
+  !>
+  !> The fastest motion turns by z = |h^2 C|^1/2 + |h B| radians in a step. Changes of the coefficients shift its phase by z |M| +
+  !> |h B| + |h^2 C| / z radians. The interpolation error falls, with the number of nodes, like the square root of the quadrature
+  !> error: if interpolation misses a part e of the variation, quadrature misses e^2. Masses are about 1 in these units, so a load
+  !> times a time is a change of velocity.
   pure subroutine estimate_unseen(nested, at, units, unseen)
     type(nested_type), intent(in) :: nested
     type(coefficients_type), intent(in) :: at
     real(dp), intent(in) :: units(:)
     type(unseen_type), intent(inout) :: unseen
-    ! Of every step: what is missed, what varies within it, the size.
+    ! For each step: part missed by interpolation, variation within the step, size
     real(dp), dimension(size(at%lengths), 3) :: of_m, of_b, of_c, of_g
     real(dp), dimension(size(at%lengths), 2) :: all
     real(dp), dimension(size(at%lengths)) :: h, z
@@ -118,10 +127,13 @@ contains
     end do
   end subroutine estimate_unseen
 
-  !> For each step, shape (steps, 3), from `values` at the nodes, shape (steps, s, count): (1) the estimated rms of their part along
-  !> P_s, beyond rounding, extrapolated from the decay of those along P_s-4 to P_s-1; (2) how much the values differ between the
-  !> first node and the last, one at an end and one in the middle; (3) their size. Quasi-random weights keep components from
-  !> cancelling.
+  !> Estimates for each step, shape (steps, 3), from `values` at the nodes, shape (steps, s, count):
+  !> - (1) the rms of the part along the Legendre polynomial P_s, beyond rounding, extrapolated from the decay of the parts along
+  !> P_s-4 to P_s-1;
+  !> - (2) the difference between the values at the first and the last node in storage, which are an end and a middle one;
+  !> - (3) the size of the values.
+  !>
+  !> Quasi-random weights keep components from cancelling each other.
   pure function misses(nested, steps, count, values)
     type(nested_type), intent(in) :: nested
     integer, intent(in) :: steps, count
@@ -152,7 +164,8 @@ contains
     misses(:, 1) = max(tail(:, 4) * sqrt(min(tail(:, 4) / tail(:, 2), 1.0_dp)) - 8 * epsilon(1.0_dp) * misses(:, 3), 0.0_dp)
   end function misses
 
-  !> Of steps with this tableau. The unknowns of the last two nodes of a nested tableau begin with a block.
+  !> Determines the positions of unknowns and states for steps with this tableau. The unknowns of the last two nodes of a nested
+  !> tableau begin at a multiple of `block`.
   pure subroutine layout_of(tableau, at, layout)
     class(tableau_type), intent(in) :: tableau
     type(coefficients_type), intent(in) :: at
@@ -172,7 +185,7 @@ contains
     end select
     layout%n = layout%place(s + 1)
     layout%rows = layout%n + padded(at%states)
-    ! A column more than threes is treated alone.
+    ! A single column beyond a multiple of three is eliminated alone.
     i = at%states + merge(1, 0, allocated(at%g))
     layout%columns = layout%n + merge(i, padded(i), modulo(i, block) == 1)
     do i = 1, s
@@ -183,11 +196,15 @@ contains
     end do
   end subroutine layout_of
 
-  !> M, h B and h^2 C of the steps from `step` on at the places of their nodes; without positions M is the unit matrix and C zero.
+  !> Computes M, h B and h^2 C of eight steps from `step` on, at the rows of their nodes. Without positions M is the unit matrix and
+  !> C is zero.
   pure subroutine scale_coefficients(at, step, layout, mass, damping, stiffness)
+    !> Coefficients at the nodes of all steps
     type(coefficients_type), intent(in) :: at
+    !> First of the eight steps
     integer, intent(in) :: step
     type(layout_type), intent(in) :: layout
+    !> M, h B and h^2 C; rows that belong to no node are left unchanged.
     real(dp), dimension(lanes, layout%n, layout%f), intent(inout) :: mass, damping, stiffness
     real(dp) :: h(lanes)
     integer :: points, row, lane, i, r, c

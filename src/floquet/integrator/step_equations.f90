@@ -1,4 +1,4 @@
-!> The equations of eight steps of collocation side by side, (a) and (b) of gestell_floquet_integrator_gauss_steps, panel by panel
+!> Sets up equations (a) and (b) of gestell_floquet_integrator_gauss_steps for eight collocation steps side by side, panel by panel
 !> as gestell_math_lanes eliminates them.
 module gestell_floquet_integrator_step_equations
   use gestell_base_processor, only: has_versions, vector_length
@@ -13,9 +13,11 @@ module gestell_floquet_integrator_step_equations
 
 contains
 
-  !> The first columns of a panel, one to three `together`, of unknowns of node `j`, from their columns of M, h B and h^2 C. `a`,
-  !> `aa`: the columns of A and A A for that node. (But for the last two of a nested tableau the nodes follow each other without a
-  !> gap.) Three columns share the factors of the tableau; where there are no three the last one stands for those that are missing.
+  !> Fills the first columns of a panel, one to three `together`, for unknowns of node `j`. `a`, `aa`: the columns of A and A A for
+  !> this node. `mass`, `damping`, `stiffness`: columns of M, h B and h^2 C.
+  !>
+  !> Except for the last two nodes of a nested tableau, the rows of the nodes follow each other without gaps. Three columns share
+  !> the factors of the tableau; if fewer are to be filled, the last one is computed repeatedly.
   pure subroutine fill_here(layout, j, together, a, aa, mass, damping, stiffness, panel, once) bind(C, name="lanes_gestell_fill")
     !$omp declare simd uniform(layout, j, together, a, aa, mass, damping, stiffness, panel) linear(once) simdlen(2) notinbranch
     type(layout_type), intent(in) :: layout
@@ -23,12 +25,12 @@ contains
     real(dp), intent(in) :: a(layout%s), aa(layout%s)
     real(dp), dimension(lanes, layout%n, together), intent(in) :: mass, damping, stiffness
     real(dp), intent(inout) :: panel(lanes, width, layout%rows)
-    ! Elements of the last two equations.
+    ! Elements of the equations of the last two nodes
     real(dp), dimension(lanes, 3) :: next, last
     integer :: s, f, c2, c3, i, r, row, end_row, lane
 
     next = 0
-    ! The second of two: gestell_base_processor.
+    ! The second call of a pair returns (gestell_base_processor).
     if (once > 1) return
     s = layout%s
     f = layout%f
@@ -98,21 +100,25 @@ contains
     end associate
   end subroutine fill_here
 
-  !> The columns from `column` on, unknowns or states and loads, of the steps from `step` on, from M, h B and h^2 C. Places that are
-  !> no unknown's, and rows and columns that are no state's, are padded with zeros and ones.
+  !> Fills columns of a panel from M, h B and h^2 C. Rows and columns that belong to no unknown and no state are padded with zeros
+  !> and ones.
   pure subroutine fill_panel(tableau, at, step, layout, column, columns, panel, mass, damping, stiffness)
+    !> Coefficients at the nodes of all steps
     class(tableau_type), intent(in) :: tableau
     type(coefficients_type), intent(in) :: at
+    !> First of the eight steps; first column; number of columns
     integer, intent(in) :: step, column, columns
     type(layout_type), intent(in) :: layout
+    !> The panel, shape (lanes, width, rows)
     real(dp), intent(inout) :: panel(lanes, width, layout%rows)
+    !> M, h B and h^2 C at the nodes, from `scale_coefficients`
     real(dp), dimension(lanes, layout%n, layout%f), intent(in) :: mass, damping, stiffness
     procedure(fill_here), bind(C, name="_ZGVeN2uuuuuuuuul_lanes_gestell_fill") :: fill_512
     procedure(fill_here), bind(C, name="_ZGVdN2uuuuuuuuul_lanes_gestell_fill") :: fill_256
     integer :: c, here, together, length, row, lane
 
     length = vector_length()
-    ! None but the last three nodes have rows behind them that are no unknown's.
+    ! Only the last three nodes can be followed by rows that belong to no unknown.
     do here = max(1, layout%s - 2), layout%s
       do row = layout%place(here) + layout%f + 1, merge(layout%rows, layout%place(here + 1), here == layout%s)
         panel(:, :, row) = 0
@@ -152,7 +158,7 @@ contains
     end do
   end subroutine fill_panel
 
-  !> Column `c` of a panel, that of a state (without positions C is zero), of the loads after the states, or of nothing.
+  !> Fills column `c` of a panel: the column of a state, of the loads (after the states), or padding. Without positions C is zero.
   pure subroutine fill_state(nodes, at, step, layout, state, c, panel, damping, stiffness)
     real(dp), intent(in) :: nodes(:)
     type(coefficients_type), intent(in) :: at
@@ -164,10 +170,10 @@ contains
     integer :: points, i, k, row, lane
 
     if (state <= layout%rows - layout%n) panel(:, c, layout%n + state) = 1
-    ! A position is moved by its velocity.
+    ! A position changes by its velocity.
     if (state > at%positions .and. state <= at%states .and. at%positions > 0) panel(:, c, layout%n + state - layout%f) = 1
     if (state == at%states + 1 .and. allocated(at%g)) then
-      ! h^2 g, without positions h g.
+      ! h^2 g, or h g without positions
       h = at%lengths(step:step + lanes - 1)
       if (at%positions > 0) h = h**2
       do i = 1, layout%s
@@ -200,7 +206,7 @@ contains
       end do
     end if
     if (.not. layout%nested) return
-    ! The equations of the last two nodes are added to those of the others, and those of the last to those of the one before.
+    ! Adds the equations of the last two nodes to the others, and the last one to the last but one.
     associate (place => layout%place, sums => layout%sums, s => layout%s)
       do k = 1, layout%f
         !GCC$ unroll 1

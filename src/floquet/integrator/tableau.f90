@@ -1,15 +1,17 @@
-!> Coefficients of Gauss-Legendre collocation with any number of stages s, order 2 s, also fitted to a motion.
+!> Coefficients of Gauss-Legendre collocation with s stages, order 2 s, optionally fitted to a motion.
 !>
-!> In Legendre's polynomials A is tridiagonal (E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., Section
-!> IV.5): of P_k-1 and P_k each has the part xi_k in the integral of the other, xi_k^2 = 1 / (4 (4 k^2 - 1)), and the step
-!> multiplies the solution of x' = l x, z = h l, by (1 + Psi / 2) / (1 - Psi / 2) with the continued fraction
+!> In a basis of Legendre polynomials A is tridiagonal (E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed.,
+!> Section IV.5). Its elements couple P_k-1 and P_k by +-xi_k with xi_k^2 = 1 / (4 (4 k^2 - 1)). The step multiplies the solution of
+!> x' = l x, with z = h l, by (1 + Psi / 2) / (1 - Psi / 2) with the continued fraction
 !>
-!>     Psi = z / (1 + xi_1^2 z^2 / (1 + xi_2^2 z^2 / (1 + ... + xi_s-1^2 z^2))),
+!>     Psi = z / (1 + xi_1^2 z^2 / (1 + xi_2^2 z^2 / (1 + ... + xi_s-1^2 z^2))).
 !>
-!> which is that of exp(z) as far as it goes. What it leaves off, the tail g = 1 + xi_s^2 z^2 / (1 + xi_s+1^2 z^2 / (1 + ...)), is
-!> a number for the motion that turns by `turn` radians in a step, z = i turn: with xi_s-1^2 / g for xi_s-1^2 the method follows
-!> that one motion exactly, symmetric and symplectic as it is. Another, which turns by z, has the phase error c_s z^(2 s - 1) (z^2
-!> - turn^2), a slow one more than before, but from six stages on never more than a fifteenth of what that one motion had.
+!> This is the continued fraction of exp(z), truncated. The part cut off, the tail g = 1 + xi_s^2 z^2 / (1 + xi_s+1^2 z^2 / (1 +
+!> ...)), is a number for a motion that turns by `turn` radians in a step, z = i turn. With xi_s-1^2 / g in place of xi_s-1^2 the
+!> method follows this one motion exactly and remains symmetric and symplectic.
+!>
+!> A motion that turns by z has the phase error c_s z^(2 s - 1) (z^2 - turn^2). For slow motions this is more than without fitting.
+!> With six or more stages it is never more than a fifteenth of the unfitted error of the motion to which the method is fitted.
 module gestell_floquet_integrator_tableau
   use gestell_base_kinds, only: dp, pi
   implicit none (type, external)
@@ -17,22 +19,24 @@ module gestell_floquet_integrator_tableau
 
   public :: add_tail, find_legendre, gauss_tableau, product_of
 
-  !> On the unit step: nodes c, weights b of the quadrature, A with A(i, j) = integral of the j-th Lagrange
-  !> polynomial from 0 to c(i), and what integrating twice needs: b A, and A A once it is fitted. Legendre's polynomials of the two
-  !> highest degrees in A, s - 1 and s - 2, at the nodes.
+  !> Tableau on the unit step
   type, public :: tableau_type
+    !> Nodes c and weights b, shape (s); A with A(i, j) = integral of the j-th Lagrange polynomial from 0 to c(i), shape (s, s); A
+    !> A, set by `fit`; b A; Legendre polynomials of degree s - 1 (high) and s - 2 (next) at the nodes, shape (s)
     real(dp), allocatable :: c(:), b(:), a(:, :), aa(:, :), ba(:), high(:), next(:)
   contains
     procedure :: fit => fit_tableau
   end type tableau_type
 
-  !> With fewer stages slow motions would lose more. A polynomial of degree s - 2 or s - 1 is not integrated exactly any more.
+  !> Minimum number of stages for fitting: with fewer, slow motions would lose too much accuracy. A fitted method no longer
+  !> integrates polynomials of degree s - 2 and s - 1 exactly.
   integer, parameter :: fewest_to_fit = 6
 
 contains
 
-  !> The tableau of `stages` stages. Lagrange's polynomial of node j is b_j (2 k + 1) P_k(z_j) along Legendre's P_k, whose integral
-  !> from 0 to c is (P_k+1 - P_k-1) / (2 (2 k + 1)) at z = 2 c - 1, with P_-1 = -1. P_s vanishes at the nodes.
+  !> Returns the tableau with `stages` stages. The Lagrange polynomial of node j has the coefficient b_j (2 k + 1) P_k(z_j) of the
+  !> Legendre polynomial P_k. The integral of P_k from 0 to c is (P_k+1 - P_k-1) / (2 (2 k + 1)) at z = 2 c - 1, with P_-1 = -1. P_s
+  !> vanishes at the nodes.
   pure function gauss_tableau(stages) result(tableau)
     integer, intent(in) :: stages
     type(tableau_type) :: tableau
@@ -56,7 +60,7 @@ contains
     tableau%ba = [(dot_product(tableau%b, tableau%a(:, j)), j = 1, stages)]
   end function gauss_tableau
 
-  !> A tableau of Gauss' fitted to a motion that turns by `turn` radians in a step, where its stages are enough.
+  !> Fits a Gauss tableau to a motion that turns by `turn` radians in a step, if it has enough stages, and computes A A.
   pure subroutine fit_tableau(self, turn)
     class(tableau_type), intent(inout) :: self
     real(dp), intent(in) :: turn
@@ -65,13 +69,14 @@ contains
     self%aa = product_of(self%a, self%a)
   end subroutine fit_tableau
 
-  !> To A, of nodes with weights `b` where Legendre's polynomials P_s-1 and P_s-2 are `high` and `next`, what xi_s-1 is more if the
-  !> tail g of the continued fraction, between 1/2 and 1, is in it. Where the motion turns by more than 2 s radians in a step, which
-  !> no method with s stages follows, g is that of 2 s.
+  !> Adds to A the change of xi_s-1 that includes the tail g, between 1/2 and 1, of the continued fraction. No method with s stages
+  !> follows a motion that turns by more than 2 s radians in a step; for such a motion g is that of 2 s.
   pure subroutine add_tail(high, next, b, turn, a)
+    !> Legendre polynomials P_s-1 and P_s-2 at the nodes, weights of the nodes, shape (s); angle (radians) per step
     real(dp), intent(in) :: high(:), next(:), b(:), turn
+    !> A, shape (s, s)
     real(dp), intent(inout) :: a(:, :)
-    !> Terms that count: each next one falls as (turn / (4 k))^2.
+    !> Number of terms of the tail that matter: each is smaller than the previous one by (turn / (4 k))^2.
     integer, parameter :: terms = 20
     real(dp) :: g, more
     integer :: s, j, k
@@ -87,7 +92,7 @@ contains
     end do
   end subroutine add_tail
 
-  !> Of small matrices.
+  !> Product of two small matrices.
   pure function product_of(a, b) result(product)
     real(dp), intent(in) :: a(:, :), b(:, :)
     real(dp) :: product(size(a, 1), size(b, 2))
@@ -101,9 +106,10 @@ contains
     end do
   end function product_of
 
-  !> The nodes of s stages on [0, 1], ascending, and their weights, by Halley's iteration on Legendre's polynomial P_s, all nodes at
-  !> once, with (1 - z^2) P_s'' = 2 z P_s' - s (s + 1) P_s; `p`: the polynomials of degree 0 to s there. The estimate from which it
-  !> starts (F. G. Tricomi, Ann. Mat. Pura Appl. 31 (1950), 93-97) is good to three digits or more; each iteration trebles them.
+  !> Computes the nodes of s stages on [0, 1], ascending, and their weights, by Halley's iteration on the Legendre polynomial P_s
+  !> for all nodes at once, with (1 - z^2) P_s'' = 2 z P_s' - s (s + 1) P_s. The initial estimate (F. G. Tricomi, Ann. Mat. Pura
+  !> Appl. 31 (1950), 93-97) has three correct digits or more; each iteration triples them. `p`: Legendre polynomials of degree 0 to
+  !> s at the nodes.
   pure subroutine find_nodes(s, c, b, p)
     integer, intent(in) :: s
     real(dp), intent(out) :: c(s), b(s), p(s, 0:s)
@@ -129,7 +135,7 @@ contains
     do i = 1, s / 2
       c(s + 1 - i) = 1 - c(i)
     end do
-    ! All steps would add up what roundings leave of 1: those in the middle take it.
+    ! The weights must sum to 1, because the error would add up over all steps: the middle weights take the rounding error.
     i = s / 2
     if (s > 2 * i) then
       b(i + 1) = 1 - 2 * sum(b(:i))
@@ -138,7 +144,7 @@ contains
     end if
   end subroutine find_nodes
 
-  !> Legendre's polynomials of degree 0 to s at points z, by their recurrence: `p`, shape (points, 0:s).
+  !> Computes the Legendre polynomials of degree 0 to s at points z by their recurrence: `p`, shape (points, 0:s).
   pure subroutine find_legendre(s, z, p)
     integer, intent(in) :: s
     real(dp), contiguous, intent(in) :: z(:)

@@ -1,4 +1,4 @@
-!> The explicit Runge-Kutta method of order 8 with 11 stages, whose nodes are the five of Lobatto's quadrature.
+!> Explicit Runge-Kutta method of order 8 with 11 stages, whose nodes are the five nodes of Lobatto quadrature.
 module gestell_floquet_integrator_comparison_cooper_verner
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -22,12 +22,12 @@ module gestell_floquet_integrator_comparison_cooper_verner
     procedure :: work
   end type cooper_verner_method
 
-  !> The node, of five, that each slope belongs to.
+  !> Node, from 1 to 5, of each slope
   integer, parameter :: node(slopes) = [1, 3, 3, 4, 4, 3, 2, 2, 3, 4, 5]
 
 contains
 
-  !> The method, named explicit8. Where P is constant its step is a polynomial that departs from exp(z) by 2.46e-5 z^9.
+  !> Returns the method, named explicit8. Where P is constant its step is a polynomial that differs from exp(z) by 2.46e-5 z^9.
   pure function cooper_verner() result(method)
     type(cooper_verner_method) :: method
 
@@ -43,7 +43,7 @@ contains
     call cooper_verner_tableau(self%a, self%b)
   end subroutine prepare
 
-  !> A and b of G. J. Cooper and J. H. Verner, SIAM J. Numer. Anal. 9 (1972) 389. The nodes c are the sums of A's rows.
+  !> Coefficients A and b of G. J. Cooper and J. H. Verner, SIAM J. Numer. Anal. 9 (1972) 389. The nodes c are the row sums of A.
   pure subroutine cooper_verner_tableau(a, b)
     real(dp), intent(out) :: a(slopes, slopes), b(slopes)
     real(dp), parameter :: s = sqrt(21.0_dp)
@@ -74,8 +74,8 @@ contains
     work = self%stages * matrix_work(states, second_order) + slopes * (product_work(states) + 40)
   end function work
 
-  !> The slopes for all starts at once, K_i = P_i (E + h sum_j a_ij K_j); in the last column those of the forced motion
-  !> that starts from zero, where f_i comes on top.
+  !> Computes the maps from the slopes for all starts at once, K_i = P_i (E + h sum_j a_ij K_j). The last column is for the forced
+  !> motion that starts from zero; f_i is added to its slopes.
   subroutine maps(self, system, from, to, map, error)
     class(cooper_verner_method), intent(in) :: self
     class(periodic_system), intent(in) :: system
@@ -105,7 +105,7 @@ contains
 
   contains
 
-    !> E, and 0 in the last column, moved along the slopes.
+    !> The starts, E and 0 in the last column, plus the slopes times `along`.
     function started(along) result(x)
       real(dp), intent(in) :: along(:)
       real(dp) :: x(size(slope, 1), size(slope, 2))

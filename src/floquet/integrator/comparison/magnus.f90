@@ -1,4 +1,4 @@
-!> Magnus integrators: the step of x' = P x is the exponential of one matrix, exact where P is constant.
+!> Magnus integrators. The step of x' = P x is the exponential of one matrix, which is exact if P is constant.
 module gestell_floquet_integrator_comparison_magnus
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -23,8 +23,8 @@ module gestell_floquet_integrator_comparison_magnus
 
 contains
 
-  !> Order 4 or 6, named magnus4 and magnus6, on 2 or 3 Gauss nodes. The error constants were measured on Mathieu's
-  !> equation, the paper's machine and a random system with 12 states; they agree within a factor of 5.
+  !> Returns the method of order 4 or 6, named magnus4 or magnus6, with 2 or 3 Gauss nodes. The error constants were measured on
+  !> Mathieu's equation, the paper's machine and a random system with 12 states; they agree within a factor of 5.
   pure function magnus(order) result(method)
     integer, intent(in) :: order
     type(magnus_method) :: method
@@ -52,13 +52,13 @@ contains
 
     integer :: products
 
-    ! Commutators, and what the exponential takes while the fastest motion turns by less than about two radians.
+    ! Products for the commutators, and for the exponential if the fastest motion turns by less than about two radians.
     products = merge(2, 6, self%order == 4) + 7
     work = self%stages * matrix_work(states, second_order) + products * product_work(states + 1)
   end function work
 
-  !> The exponentials, in balanced units. The forced part is the last column of the exponential of [P f; 0 0]; it is
-  !> linear in f, so f is brought to the size 1 / T before. Error: P is not finite.
+  !> Computes the maps as exponentials in balanced units. The forced part is the last column of the exponential of [P f; 0 0]. It is
+  !> linear in f, so f is first scaled to the size 1 / T. Error: P is not finite.
   subroutine maps(self, system, from, to, map, error)
     class(magnus_method), intent(in) :: self
     class(periodic_system), intent(in) :: system
@@ -75,7 +75,7 @@ contains
     s = self%stages
     phases = [((from(k) + self%c(i) * (to(k) - from(k)), i = 1, s), k = 1, size(from))]
     allocate(p(n, n, size(phases)))
-    ! What is not allocated is absent where it is an argument.
+    ! An unallocated variable counts as an absent argument.
     if (forced) allocate(f(n, size(phases)))
     call system%sample(phases, p, f)
     if (.not. all(ieee_is_finite(p))) then
@@ -102,8 +102,8 @@ contains
     end do
   end subroutine maps
 
-  !> The exponent of a step of length `h` (S. Blanes, F. Casas, J. A. Oteo, J. Ros, Physics Reports 470 (2009) 151): of order 4 from
-  !> P at two Gauss nodes, (253), or of order 6 from P at three, with three commutators, (257).
+  !> Exponent of a step of length `h` (S. Blanes, F. Casas, J. A. Oteo, J. Ros, Physics Reports 470 (2009) 151). Order 4 uses P at
+  !> two Gauss nodes, equation (253); order 6 uses P at three nodes and three commutators, equation (257).
   pure function exponent_of(p, h) result(omega)
     real(dp), intent(in) :: p(:, :, :), h
     real(dp), dimension(size(p, 1), size(p, 1)) :: omega, a1, a2, a3, c1, c2
@@ -127,17 +127,18 @@ contains
     c = matmul(a, b) - matmul(b, a)
   end function commutator
 
-  !> exp(A) by scaling and squaring, exp(A) = exp(A / 2^s)^(2^s), with Taylor's polynomial of degree m = 9 or 16, in
-  !> powers of A^r, r = sqrt(m) (M. Paterson, L. Stockmeyer, SIAM J. Comput. 2 (1973) 60). The first term left out is
-  !> below the unit roundoff while the norm is below ((m + 1)! epsilon)**(1 / (m + 1)). Balance A first: its norm is
-  !> what decides, and a norm far above the eigenvalues costs squarings, each of which doubles the roundoff.
+  !> exp(A) by scaling and squaring, exp(A) = exp(A / 2^s)^(2^s), with a Taylor polynomial of degree m = 9 or 16 in powers of A^r, r
+  !> = sqrt(m) (M. Paterson, L. Stockmeyer, SIAM J. Comput. 2 (1973) 60). The truncation error is below the unit roundoff while the
+  !> norm is below ((m + 1)! epsilon)**(1 / (m + 1)).
+  !>
+  !> Balance A first. If its norm is far above its eigenvalues, additional squarings are needed, and each doubles the roundoff.
   pure function expm(a) result(e)
     real(dp), intent(in) :: a(:, :)
     real(dp) :: e(size(a, 1), size(a, 1))
     real(dp), parameter :: inverse_factorial(0:16) = [1.0_dp, 1.0_dp, 5.0e-1_dp, 1 / 6.0_dp, 1 / 24.0_dp, 1 / 120.0_dp, &
       & 1 / 720.0_dp, 1 / 5040.0_dp, 1 / 40320.0_dp, 1 / 362880.0_dp, 1 / 3628800.0_dp, 1 / 39916800.0_dp, &
       & 1 / 479001600.0_dp, 1 / 6227020800.0_dp, 1 / 87178291200.0_dp, 1 / 1307674368000.0_dp, 1 / 20922789888000.0_dp]
-    !> Norms up to which degree 9 and degree 16 do: (10! epsilon)**(1/10), (17! epsilon)**(1/17).
+    !> Norms up to which degree 9 and degree 16 suffice: (10! epsilon)**(1/10), (17! epsilon)**(1/17)
     real(dp), parameter :: reach_9 = 0.123_dp, reach_16 = 0.861_dp
     real(dp) :: power(size(a, 1), size(a, 1), 4), norm
     integer :: squarings, r, i, j, k

@@ -1,4 +1,4 @@
-!> The paper's method: classical Runge-Kutta of order 4, whose step is the matrix (18).
+!> Classical Runge-Kutta method of order 4, the method of the paper. Its step is the matrix (18).
 module gestell_floquet_integrator_comparison_runge_kutta
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -38,8 +38,8 @@ contains
     work = self%stages * matrix_work(states, second_order) + 6 * product_work(states) + 100
   end function work
 
-  !> Maps of the steps, (18) with its factors in the order that x' = P x asks for: the later matrix stands on the left.
-  !> (In the paper they stand in reverse, which is of order 2 only.)
+  !> Computes the maps of the steps by (18), with the factors in the order that x' = P x requires: the later matrix stands on the
+  !> left. The paper has the reverse order, which is accurate to order 2 only.
   subroutine maps(self, system, from, to, map, error)
     class(runge_kutta_method), intent(in) :: self
     class(periodic_system), intent(in) :: system

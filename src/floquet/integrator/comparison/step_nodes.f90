@@ -1,4 +1,4 @@
-!> The coefficients at the nodes of many steps, for methods that use both ends of a step.
+!> Samples the coefficients at the nodes of many steps, for methods that use both ends of a step.
 module gestell_floquet_integrator_comparison_step_nodes
   use gestell_base_kinds, only: dp
   use gestell_system_periodic, only: periodic_system
@@ -7,20 +7,22 @@ module gestell_floquet_integrator_comparison_step_nodes
 
   public :: sample_steps
 
-  !> The ends of a step are taken this far inside of it, in phase: at a break the coefficients are those of the step's
-  !> own side, also after rounding.
+  !> Distance, in phase, of the sampled points from the ends of a step. At a break the coefficients are then those of the step's own
+  !> side, also after rounding.
   real(dp), parameter :: inside = 8 * epsilon(1.0_dp)
 
 contains
 
-  !> P and, where `forced`, f at the positions `c` of every step, `c` ascending from 0 to 1: those of position i in step k are
-  !> p(:, :, at(i, k)) and f(:, at(i, k)). The end that two steps share is evaluated once, unless the coefficients
-  !> jump there.
+  !> Samples P and, if `forced`, f at the positions `c` of every step. An end that two steps share is evaluated once, unless the
+  !> coefficients jump there.
   subroutine sample_steps(system, from, to, c, forced, at, p, f)
     class(periodic_system), intent(in) :: system
+    !> Start and end of each step, as phases; positions in a step, ascending from 0 to 1
     real(dp), intent(in) :: from(:), to(:), c(:)
     logical, intent(in) :: forced
+    !> Position i of step k has p(:, :, at(i, k)) and f(:, at(i, k)).
     integer, intent(out) :: at(:, :)
+    !> P, shape (n, n, points); f, shape (n, points), unallocated unless `forced`
     real(dp), allocatable, intent(out) :: p(:, :, :), f(:, :)
     real(dp) :: phases(size(c) * size(from))
     integer :: last, i, k
@@ -37,7 +39,7 @@ contains
     end do
 
     allocate(p(system%states, system%states, last))
-    ! What is not allocated is absent where it is an argument.
+    ! An unallocated variable counts as an absent argument.
     if (forced) allocate(f(system%states, last))
     call system%sample(phases(:last), p, f)
 
