@@ -1,4 +1,4 @@
-!> Small helpers for the text of messages.
+!> Helpers for the wording of messages.
 module gestell_input_wording
   use gestell_base_text, only: text
   use gestell_base_words, only: continues
@@ -7,12 +7,12 @@ module gestell_input_wording
 
   public :: counted, lower, shown, without_quotes
 
-  !> Longest piece of the user's text that a message repeats.
+  !> Maximum length of the user's text that a message quotes.
   integer, parameter, public :: longest_shown = 60
 
 contains
 
-  !> The user's text fit for one line of a message: shortened between characters of UTF-8, no control characters.
+  !> The user's text prepared for a one-line message: shortened between UTF-8 characters and without control characters.
   pure function shown(text) result(short)
     character(len=*), intent(in) :: text
     character(len=:), allocatable :: short
@@ -33,7 +33,7 @@ contains
     end do
   end function shown
 
-  !> Lower case of the letters a to z.
+  !> Converts the letters A to Z to lower case.
   elemental function lower(text) result(low)
     character(len=*), intent(in) :: text
     character(len=len(text)) :: low
@@ -45,7 +45,7 @@ contains
     end do
   end function lower
 
-  !> A number of things in words, as "1 link", "2 links".
+  !> A number with its noun in singular or plural, such as "1 link" or "2 links".
   pure function counted(number, thing) result(words)
     integer, intent(in) :: number
     character(len=*), intent(in) :: thing
@@ -55,7 +55,7 @@ contains
     if (number /= 1) words = words // "s"
   end function counted
 
-  !> A text without the quotes around it, if it has such.
+  !> A text without its enclosing quotes, if it has any.
   pure function without_quotes(text) result(inner)
     character(len=*), intent(in) :: text
     character(len=:), allocatable :: inner

@@ -1,4 +1,4 @@
-!> Copies of mechanisms: their joints and links under names of their own.
+!> Copies mechanisms (&repeat): their joints and links get names of their own.
 module gestell_input_machine_copies
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type
@@ -11,15 +11,16 @@ module gestell_input_machine_copies
 
   public :: add_copies, list_names
 
-  !> Groups of joints or links, copies among them, and the mechanism each belongs to.
+  !> Joints or links, including copies
   type, public :: members_type
     type(group_type), allocatable :: groups(:)
+    !> Number of the mechanism of each group
     integer, allocatable :: mechanism(:)
   end type members_type
 
 contains
 
-  !> The names of groups, in their order.
+  !> Lists the names of groups in their order.
   pure subroutine list_names(groups, names)
     type(group_type), intent(in) :: groups(:)
     type(dictionary_type), intent(out) :: names
@@ -30,14 +31,18 @@ contains
     end do
   end subroutine list_names
 
-  !> Adds copies of the joints or links of the originals, called PART.name, for each of the `copies`, which are the last of the
-  !> mechanisms; the original's `joints` that they name become those of the copy. Error: a name becomes too long.
+  !> Adds copies of joints or links for each &repeat. A copy of NAME is called PART.NAME; names of joints in its keys are replaced
+  !> by those of their copies. Fails if a name becomes too long.
   subroutine add_copies(members, parts, originals, joints, copies, error)
+    !> Joints or links to which copies are added
     type(members_type), intent(inout) :: members
-    !> Names of all mechanisms, and the number of the first one of each kind
+    !> Names of all mechanisms and copies, the copies last
     character(len=*), intent(in) :: parts(:)
+    !> Number of the mechanism from which each of them was copied, directly or through another copy
     integer, intent(in) :: originals(:)
+    !> Joints of the original mechanisms
     type(members_type), intent(in) :: joints
+    !> The groups &repeat
     type(group_type), intent(in) :: copies(:)
     type(error_type), allocatable, intent(out) :: error
     type(group_type), allocatable :: longer(:)
@@ -66,7 +71,7 @@ contains
     call move_alloc(mechanism, members%mechanism)
   end subroutine add_copies
 
-  !> A joint or link of mechanism `original` becomes one of its copy of the name `part`. Error: a name becomes too long.
+  !> Turns a joint or link of mechanism `original` into that of the copy `part`. Fails if a name becomes too long.
   subroutine rename(member, part, original, joints, names, copy, error)
     type(group_type), intent(inout) :: member
     character(len=*), intent(in) :: part

@@ -1,4 +1,4 @@
-!> The machines that an input file describes when some of its values run.
+!> Families of machines: an input file with some of its values as parameters, for sweeps and sensitivities.
 module gestell_input_machine_family
   use gestell_base_error, only: error_type, impossible_mechanism
   use gestell_base_kinds, only: dp
@@ -23,27 +23,28 @@ module gestell_input_machine_family
 
   public :: new_document_family
 
-  !> A number of the document that a parameter stands for.
+  !> Location of a number in the document that depends on a parameter
   type :: location_type
     integer :: parameter = 0, group = 0, entry = 0, element = 0
   end type location_type
 
-  !> Frames of a document, some of whose numbers are parameters. For one thread at a time, as all that reads documents.
+  !> The frames that a document describes for different values of its parameters. Only one thread at a time may use it, as with
+  !> everything that reads documents.
   type, extends(family_type), public :: document_family_type
     private
-    !> The groups that have to be read again for every member.
+    !> The groups that must be read again for every member
     type(document_type) :: doc
     type(units_type) :: units
-    !> Of all types of joints.
+    !> Definitions of all types of joints
     type(form_type), allocatable :: forms(:)
-    !> What each parameter is called.
+    !> Path of each parameter
     character(len=word_length), allocatable :: paths(:)
-    !> With room for more than are there.
+    !> The first `located` elements are the locations of all parameters
     type(location_type), allocatable :: locations(:)
     integer :: located = 0
-    !> Whether the parameters are changes of the numbers in their locations, relative to what the document says.
+    !> True if a parameter p multiplies the numbers at its locations by 1 + p; false if it replaces them
     logical :: relative = .false.
-    !> Where no parameter touches the mechanism: it, turned once, and why it cannot turn.
+    !> The mechanism, evaluated once, if no parameter changes it; and the reason why it cannot be assembled
     class(mechanism_type), allocatable :: mechanism
     type(error_type), allocatable :: impossible
   contains
@@ -54,17 +55,20 @@ module gestell_input_machine_family
 
 contains
 
-  !> The family of a checked document in which `paths` become parameters: with `start`, any sound value of each, the numbers that
-  !> the paths name. Without `start` each parameter is the relative change of all numbers that its path names: 0 is the document's
-  !> own machine, and numbers that the document does not give stay as they are. Errors: a path that names nothing, or with `start`
-  !> more than one number; a mechanism that makes no sense.
+  !> Makes the values at some paths of a document the parameters of a family. Fails if a path denotes nothing (with `start`: not
+  !> exactly one number), or if the mechanism is invalid.
   subroutine new_document_family(family, doc, schema, units, paths, error, start)
     type(document_family_type), intent(out) :: family
+    !> The checked input
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
+    !> Units of the input
     type(units_type), intent(in) :: units
+    !> Path of each parameter, as for --set
     character(len=*), intent(in) :: paths(:)
     type(error_type), allocatable, intent(out) :: error
+    !> Present: a parameter is the number at its path, and `start` holds any valid value of each. Absent: a parameter is the
+    !> relative change of all numbers at its path; 0 gives the machine of the document, and missing numbers stay missing
     real(dp), intent(in), optional :: start(:)
     integer :: k
     logical :: moves
@@ -97,7 +101,7 @@ contains
     end do
   end subroutine new_document_family
 
-  !> What a group is about.
+  !> Subject of a group; see `group_rule`.
   pure integer function about(schema, group)
     type(schema_type), intent(in) :: schema
     character(len=*), intent(in) :: group
@@ -108,7 +112,8 @@ contains
     if (i > 0) about = schema%groups(i)%about
   end function about
 
-  !> The groups of `doc` from which a member is read; where its mechanisms stand in space is the frame's to know.
+  !> Selects the groups that a member is read from. &mechanism and &repeat are always among them, because a frame in space depends
+  !> on the position of its mechanisms.
   pure subroutine select_groups(doc, schema, mechanism, selected)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
@@ -133,7 +138,7 @@ contains
     end do
   end subroutine select_groups
 
-  !> The locations of the numbers that path `k` names; they are all there.
+  !> Adds the locations of the numbers at path `k`.
   pure subroutine add_locations(family, schema, k, error)
     type(document_family_type), intent(inout) :: family
     type(schema_type), intent(in) :: schema
@@ -192,8 +197,8 @@ contains
     shares_mechanism = allocated(self%mechanism)
   end function shares_mechanism
 
-  !> Whether the parameters make sense; the mechanism is not turned. Error: they do not. It names their values, not those of the
-  !> file.
+  !> Checks the parameters without evaluating the mechanism. Fails if they are invalid; the message quotes the parameters instead of
+  !> the values in the file.
   subroutine check(self, parameters, error)
     class(document_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)
@@ -207,7 +212,7 @@ contains
     if (.not. allocated(error)) call read_drive_and_frame(doc, self%units, data, error)
   end subroutine check
 
-  !> The document with these numbers in their locations; `named`: messages about them name path and number.
+  !> Returns the document with the parameters inserted. With `named`, messages about them quote path and number.
   subroutine set_numbers(self, parameters, named, doc)
     class(document_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)

@@ -1,4 +1,4 @@
-!> Drive, frame and mounting of an input file.
+!> Reads drive, frame and mounts from an input file.
 module gestell_input_machine_frame
   use gestell_base_error, only: error_type
   use gestell_base_key, only: key_type, nonnegative, nonzero, of_angle, of_damping, of_inertia, of_length, of_mass, of_stiffness, &
@@ -60,21 +60,30 @@ module gestell_input_machine_frame
     & key_type("support", "axes", text_key, "whether the axes stay in space or turn with the frame, see below", word="space", &
     &   words="space, frame")]
 
-  !> Drive, frame and mounting in SI, stiffness and damping of the foundation alone; the mechanism is missing.
+  !> Drive, frame and mounts in SI units, without the mechanism.
   type, public :: frame_data_type
+    !> Mass (kg), inertia tensor (kg m^2), origin of the frame (m); stiffness and damping of the foundation alone, without the
+    !> supports (SI, in the order of the frame's degrees of freedom); drive speed (rad/s); gravity (m/s^2); moment of inertia of the
+    !> flywheel (kg m^2)
     real(dp) :: mass = 0, inertia(3, 3) = 0, origin(3) = 0, stiffness(6, 6) = 0, damping(6, 6) = 0, speed = 0, gravity(3) = 0, &
       & flywheel_inertia = 0
+    !> Controls the drive speed: value of the key held_by
     character(len=8) :: held_by = "motor"
+    !> Numbers of the free degrees of freedom, in ascending order
     integer, allocatable :: free(:)
     type(support_type), allocatable :: supports(:)
   end type frame_data_type
 
 contains
 
-  !> Frame, supports, foundation and drive with their mechanism, which is turned once.
+  !> Reads frame, supports, foundation and drive, and builds the frame with its mechanism. Fails if a value is invalid or the
+  !> mechanism cannot be assembled at some crank angle; messages name the line of the part at fault.
   subroutine read_frame(doc, units, mechanism, frame, error)
+    !> The checked input
     type(document_type), intent(in) :: doc
+    !> Units of the input
     type(units_type), intent(in) :: units
+    !> The mechanism, which must have been read before
     class(mechanism_type), intent(in) :: mechanism
     type(frame_type), intent(out) :: frame
     type(error_type), allocatable, intent(out) :: error
@@ -100,7 +109,7 @@ contains
     end if
   end subroutine read_frame
 
-  !> The same of a frame in space. Errors: what is of the plane only.
+  !> Builds a frame that moves in space. Fails if the input contains what exists in the plane only, such as mass functions.
   subroutine read_frame_in_space(doc, units, data, mechanism, frame, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
@@ -137,7 +146,8 @@ contains
     if (.not. allocated(error)) call frame%weigh(data%gravity, error)
   end subroutine read_frame_in_space
 
-  !> All of it but the mechanism.
+  !> Reads everything but the mechanism. Fails if a value is invalid or belongs to a frame in space but the frame moves in its
+  !> plane.
   subroutine read_drive_and_frame(doc, units, data, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
@@ -161,7 +171,7 @@ contains
     if (.not. allocated(error) .and. .not. in_space) call refuse_tilted(doc, error)
   end subroutine read_drive_and_frame
 
-  !> The speed and who holds it.
+  !> Reads the drive speed, the key held_by and the flywheel.
   subroutine read_drive(group, units, data, error)
     type(group_type), intent(in) :: group
     type(units_type), intent(in) :: units
@@ -181,7 +191,8 @@ contains
       & "needs held_by='flywheel'", error)
   end subroutine read_drive
 
-  !> The tensor of inertia. Errors: a moment is not positive; `turning` about xi or eta one value does not do.
+  !> Reads the inertia tensor. Fails if a moment is not positive, or if only one value is given for a frame that can rotate about xi
+  !> or eta (`turning`).
   subroutine read_inertia(group, units, turning, inertia, error)
     type(group_type), intent(in) :: group
     type(units_type), intent(in) :: units
@@ -208,7 +219,7 @@ contains
       call input_error(group, "inertia", "needs 3 values, or 6: the frame turns about xi or eta too", error)
     else if (n == 1) then
       inertia(3, 3) = j(1)
-      ! held, where they stand for what a body must have
+      ! rotation about xi and eta is blocked; these values only complete the tensor of a possible body
       inertia(1, 1) = j(1)
       inertia(2, 2) = j(1)
     else
@@ -216,7 +227,7 @@ contains
     end if
   end subroutine read_inertia
 
-  !> Error: what is turned out of the plane has to be in space.
+  !> Fails if a support or mechanism of a frame in the plane is tilted out of this plane.
   subroutine refuse_tilted(doc, error)
     type(document_type), intent(in) :: doc
     type(error_type), allocatable, intent(out) :: error
@@ -235,7 +246,7 @@ contains
     end do
   end subroutine refuse_tilted
 
-  !> A line on values along zeta of an input without `dof`, whose frame moves in its plane; empty where there is none but zero.
+  !> A note for an input without `dof`, whose frame moves in its plane, if it contains a nonzero value along zeta; otherwise empty.
   function values_out_of_the_plane(doc) result(line)
     type(document_type), intent(in) :: doc
     character(len=:), allocatable :: line
@@ -258,7 +269,7 @@ contains
     end do
   end function values_out_of_the_plane
 
-  !> The supports, along axes in the plane or `in_space`.
+  !> Reads the supports, with their axes in the plane or `in_space`.
   subroutine read_supports(doc, units, in_space, supports, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
@@ -293,7 +304,7 @@ contains
     end do
   end subroutine read_supports
 
-  !> Key `dof`: numbers of the free degrees of freedom, each once, in the order of the matrices; nothing where there is an error.
+  !> Reads the key `dof`: numbers of the free degrees of freedom in ascending order. Reads nothing if `error` is already allocated.
   subroutine read_dof(group, free, error)
     type(group_type), intent(in) :: group
     integer, allocatable, intent(out) :: free(:)

@@ -1,4 +1,4 @@
-!> The groups that describe the machine, with their keys, and the units in which they are typed.
+!> Lists the groups that describe the machine, with their keys, and reads the units of the input.
 module gestell_input_machine_groups
   use gestell_base_error, only: error_type
   use gestell_base_key, only: joined, key_type, quantities, text_key
@@ -32,13 +32,14 @@ module gestell_input_machine_groups
     & group_rule("gravity", "with this group the frame and all moving masses weigh", about=frame_group), &
     & group_rule("probe", "a point of the frame whose motion is told", repeatable=.true.)]
 
-  !> What each quantity of &units is the unit of.
+  !> What the unit of each quantity applies to, for help and manual.
   character(len=*), parameter :: measures(quantities) = [character(len=40) :: "lengths and positions", "masses", &
     & "moments of inertia", "stiffness of supports, c11, c12, c22", "c13, c23 of the foundation", "c33 of the foundation", &
     & "damping of supports, b1, b2", "b3 of the foundation", "angles"]
 
 contains
 
+  !> The schema of all groups that describe the machine.
   function machine_schema() result(schema)
     type(schema_type) :: schema
 
@@ -59,7 +60,7 @@ contains
     end do
   end function unit_keys
 
-  !> The units in use.
+  !> Reads the units of the input.
   subroutine read_units(doc, units, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(out) :: units

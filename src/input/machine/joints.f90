@@ -1,4 +1,4 @@
-!> The joints of an input file, each by its type.
+!> Reads the joints of an input file according to their types.
 module gestell_input_machine_joints
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type
@@ -29,7 +29,7 @@ module gestell_input_machine_joints
 
 contains
 
-  !> The keys of all types of joints, each once, for as many values as any of them takes.
+  !> Keys of all types of joints, each listed once, with the widest range of the number of values.
   function joint_keys() result(keys)
     type(key_type), allocatable :: keys(:)
     type(form_type), allocatable :: forms(:)
@@ -55,7 +55,7 @@ contains
     end do
   end function joint_keys
 
-  !> What documents tell of each type.
+  !> Describes each type of joint and its keys for the manual.
   function joint_variants() result(variants)
     type(variant_type), allocatable :: variants(:)
     type(form_type), allocatable :: forms(:)
@@ -81,10 +81,12 @@ contains
     end do
   end function joint_variants
 
-  !> Which of the forms a joint has. Error: none.
+  !> Finds the definition of a joint's type. Fails if the type is unknown.
   subroutine type_of_joint(group, forms, number, error)
     type(group_type), intent(in) :: group
+    !> Definitions of all types of joints
     type(form_type), intent(in) :: forms(:)
+    !> Index of the type in `forms`
     integer, intent(out) :: number
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: type
@@ -95,15 +97,21 @@ contains
     if (number == 0) call input_error(group, "type", "unknown" // suggestion(type, (forms%name)), error)
   end subroutine type_of_joint
 
-  !> Adds joint `i` of `joints`, whose names are `names`, to the linkage, built on those before it, where its mechanism stands.
-  !> Errors: keys that do not fit the joint's type, joints that are not there (yet), values out of range.
+  !> Reads joint `i` and adds it to the linkage, at the position of its mechanism. Fails if keys do not fit its type, a joint that
+  !> it needs is unknown or comes later, or a value is out of range.
   subroutine read_joint(joints, names, i, forms, units, placement, linkage, error)
+    !> All joints of the input
     type(group_type), intent(in) :: joints(:)
+    !> Their names
     type(dictionary_type), intent(in) :: names
     integer, intent(in) :: i
+    !> Definitions of all types of joints
     type(form_type), intent(in) :: forms(:)
+    !> Units of the input
     type(units_type), intent(in) :: units
+    !> Position of the joint's mechanism
     type(placement_type), intent(in) :: placement
+    !> The linkage with the joints before this one
     type(linkage_type), intent(inout) :: linkage
     type(error_type), allocatable, intent(out) :: error
     class(joint_type), allocatable :: joint
@@ -128,7 +136,7 @@ contains
     end if
   end subroutine read_joint
 
-  !> What joint `i` gives for a key, or its default, into its data: numbers, or earlier joints, different ones.
+  !> Reads the values of one key of joint `i`, or their default, into its data: numbers, or different earlier joints.
   subroutine read_datum(joints, names, i, key, units, data, error)
     type(group_type), intent(in) :: joints(:)
     type(dictionary_type), intent(in) :: names
@@ -168,7 +176,7 @@ contains
     end if
   end subroutine read_datum
 
-  !> Whether the group has all keys that its type of joint needs and none that it does not know.
+  !> Fails if a key that the joint's type needs is missing or a key is given that the type does not have.
   subroutine check_keys(group, form, error)
     type(group_type), intent(in) :: group
     type(form_type), intent(in) :: form
@@ -191,11 +199,15 @@ contains
     end do
   end subroutine check_keys
 
-  !> Whether all `wanted` are among the first `known` of the `joints`, whose names are `names`.
+  !> Fails if a joint that a group refers to is unknown or comes too late.
   subroutine check_known(group, key, wanted, joints, names, known, error)
+    !> `group`: the group that refers to joints; `joints`: all joints of the input
     type(group_type), intent(in) :: group, joints(:)
+    !> `key`: its key that names them; `wanted`: the names
     character(len=*), intent(in) :: key, wanted(:)
+    !> Names of all joints
     type(dictionary_type), intent(in) :: names
+    !> Number of joints, from the first on, that may be referred to
     integer, intent(in) :: known
     type(error_type), allocatable, intent(out) :: error
     integer :: i, number
@@ -219,7 +231,7 @@ contains
     end do
   end subroutine check_known
 
-  !> Whether joint `i` is built on joint `target`, directly or by way of others; not where there is no such joint.
+  !> True if joint `i` is built on joint `target`, directly or through other joints; false if there is no such joint.
   pure logical function builds_on(joints, i, target)
     type(group_type), intent(in) :: joints(:)
     integer, intent(in) :: i, target

@@ -1,4 +1,4 @@
-!> What loads the frame beside its mechanism and supports: foundation and gravity of an input file.
+!> Reads foundation and gravity from an input file.
 module gestell_input_machine_loads
   use gestell_base_error, only: error_type
   use gestell_base_key, only: key_type, nonnegative, of_angle, of_damping_diagonal, of_stiffness_matrix, real_key
@@ -28,12 +28,14 @@ module gestell_input_machine_loads
 
 contains
 
-  !> c_ij and b_ij of the foundation, shape (6, 6), in the frame's order. Errors: the stiffness is not symmetric, or negative in
-  !> some direction; elements of a frame `in_space` where it is none.
+  !> Reads stiffness and damping of the foundation in SI units. Fails if the stiffness is not symmetric or not positive
+  !> semidefinite, or if it has elements that only a frame in space has but the frame moves in its plane.
   subroutine read_foundation(group, units, in_space, stiffness, damping, error)
     type(group_type), intent(in) :: group
     type(units_type), intent(in) :: units
+    !> True if the frame moves in space
     logical, intent(in) :: in_space
+    !> In the order of the frame's degrees of freedom
     real(dp), intent(out) :: stiffness(6, 6), damping(6, 6)
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: b(6)
@@ -67,7 +69,7 @@ contains
     end do
   end subroutine read_foundation
 
-  !> Error: an element that only a frame in space has.
+  !> Fails if an element is given that only a frame in space has.
   subroutine refuse_beyond_plane(group, error)
     type(group_type), intent(in) :: group
     type(error_type), allocatable, intent(out) :: error
@@ -86,8 +88,8 @@ contains
     end do
   end subroutine refuse_beyond_plane
 
-  !> Whether a symmetric matrix is negative in some direction by more than rounding: so are pivots of its elimination, in units that
-  !> make the diagonal 1, with the greatest first.
+  !> True if a symmetric matrix has a negative eigenvalue beyond rounding. Scales the matrix to a unit diagonal and eliminates with
+  !> the largest diagonal element as pivot: a negative pivot reveals a negative eigenvalue.
   pure logical function negative_somewhere(c)
     real(dp), intent(in) :: c(6, 6)
     real(dp), parameter :: rounding = 1.0e-12_dp
@@ -110,20 +112,23 @@ contains
         a(row(i), row(k + 1:)) = a(row(i), row(k + 1:)) - a(row(i), row(k)) / a(row(k), row(k)) * a(row(k), row(k + 1:))
       end do
     end do
-    ! what is left beside a diagonal of zeros must be zero too
+    ! if the remaining diagonal is zero, the other remaining elements must be zero too
     do i = k, 6
       negative_somewhere = negative_somewhere .or. any(abs(a(row(i), row(k:))) > sqrt(rounding))
     end do
   end function negative_somewhere
 
-  !> Gravity (m/s^2) along xi, eta, zeta; without a group there is none. Errors: a vector in the plane, or without length.
+  !> Reads gravity; zero without the group. Fails if a vector is given for a frame in the plane, or if the vector is zero.
   subroutine read_gravity(groups, units, in_space, gravity, error)
+    !> The groups &gravity, none or one
     type(group_type), intent(in) :: groups(:)
     type(units_type), intent(in) :: units
+    !> True if the frame moves in space
     logical, intent(in) :: in_space
+    !> Along xi, eta, zeta (m/s^2)
     real(dp), intent(out) :: gravity(3)
     type(error_type), allocatable, intent(out) :: error
-    !> Along an axis the other component is zero, not its rounding.
+    !> Components below this value are set to zero, so that gravity along one axis has no rounding error along the other.
     real(dp), parameter :: rounding = 4 * epsilon(1.0_dp)
     real(dp) :: acceleration, angle(1)
     integer :: n

@@ -1,4 +1,4 @@
-!> The mechanism of an input file: its joints and links together.
+!> Reads the mechanism of an input file: joints and links, or mass functions.
 module gestell_input_machine_mechanism
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type, fatal_error, invalid_input
@@ -38,7 +38,7 @@ module gestell_input_machine_mechanism
     & key_type("link", "z", real_key, "where the centre of mass is along the plane's normal; only a frame in space feels it", &
     &   unit=of_length, default=0.0_dp), membership_key(2)]
 
-  !> Most coefficients of a mass function: mean, cosines and sines of 500 orders.
+  !> Maximum number of coefficients of a mass function: mean, cosines and sines up to order 500.
   integer, parameter :: most_harmonics = 1001
 
   type(key_type), parameter, public :: mass_function_keys(*) = [ &
@@ -57,13 +57,15 @@ module gestell_input_machine_mechanism
 
 contains
 
-  !> The mechanism of a checked document: by its mass functions where the document gives them, else a linkage. `forms`: those of
-  !> all types of joints, for who reads many.
+  !> Reads the mechanism of a checked document: mass functions if the document contains them, otherwise a linkage. Errors as in
+  !> `read_harmonics` and `read_linkage`.
   subroutine read_mechanism(doc, units, mechanism, error, forms)
     type(document_type), intent(in) :: doc
+    !> Units of the input
     type(units_type), intent(in) :: units
     class(mechanism_type), allocatable, intent(out) :: mechanism
     type(error_type), allocatable, intent(out) :: error
+    !> Definitions of all types of joints; pass them to save time when many mechanisms are read
     type(form_type), intent(in), optional :: forms(:)
     type(form_type), allocatable :: own(:)
     type(linkage_type) :: linkage
@@ -83,7 +85,7 @@ contains
     end if
   end subroutine read_mechanism
 
-  !> Mass functions by harmonics, in SI. Error: joints or links beside them.
+  !> Reads mass functions given by harmonics, in SI units. Fails if the input contains joints or links too.
   subroutine read_harmonics(doc, harmonic, error)
     type(document_type), intent(in) :: doc
     type(harmonic_mechanism_type), intent(out) :: harmonic
@@ -111,7 +113,8 @@ contains
     if (allocated(error)) call in_group(group, error)
   end subroutine read_harmonics
 
-  !> A mean and pairs of cosine and sine; zero where the key is missing or there is an error already.
+  !> Reads a mean followed by pairs of cosine and sine coefficients. Returns zero if the key is missing or `error` is already
+  !> allocated.
   subroutine get_harmonics(group, key, values, error)
     type(group_type), intent(in) :: group
     character(len=*), intent(in) :: key
@@ -125,8 +128,8 @@ contains
       & "is a mean and then pairs of cosine and sine: needs an odd number of values", error)
   end subroutine get_harmonics
 
-  !> The linkage of a checked document: all its mechanisms. Errors: keys that do not fit the joint's type, joints that are not there
-  !> (yet), names given twice, values out of range; as of `read_parts`.
+  !> Reads all mechanisms of a checked document as one linkage. Fails if keys do not fit a joint's type, a joint is unknown or
+  !> listed too late, a name is used twice, or a value is out of range, and as `read_parts` does.
   subroutine read_linkage(doc, units, forms, linkage, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
@@ -183,7 +186,7 @@ contains
     end do
   end subroutine read_linkage
 
-  !> The group whose key `ratio` gears joint `i`: its own, or that of its mechanism or copy.
+  !> The group whose key `ratio` determines the gear ratio of joint `i`: the joint itself, or its mechanism or copy.
   pure function group_of_ratio(doc, joints, i) result(group)
     type(document_type), intent(in) :: doc
     type(members_type), intent(in) :: joints
@@ -200,7 +203,7 @@ contains
     end associate
   end function group_of_ratio
 
-  !> Error: mechanism number `mechanism` has no crank.
+  !> Fails if the mechanism with this number has no crank.
   subroutine check_crank(joints, mechanism, forms, error)
     type(members_type), intent(in) :: joints
     integer, intent(in) :: mechanism
@@ -218,7 +221,7 @@ contains
       & // "one must", invalid_input)
   end subroutine check_crank
 
-  !> A link on any of the joints.
+  !> Reads a link and adds it to the linkage.
   subroutine read_link(group, joints, names, units, placement, linkage, error)
     type(group_type), intent(in) :: group, joints(:)
     type(dictionary_type), intent(in) :: names
@@ -258,7 +261,7 @@ contains
     end associate
   end subroutine read_link
 
-  !> Puts file and line of the joint or link that the error is about in front of its message.
+  !> Puts file and line of the joint or link at fault in front of an error's message.
   subroutine name_line(doc, error)
     type(document_type), intent(in) :: doc
     type(error_type), allocatable, intent(inout) :: error
@@ -267,7 +270,7 @@ contains
     if (.not. allocated(error%subject)) return
     do i = 1, size(doc%groups)
       associate (group => doc%groups(i))
-        ! of a copy, PART.NAME, the line is the original's
+        ! for a joint or link of a copy, named PART.NAME, the line is that of the original
         begin = 0
         if (index(error%subject, group%name // " '") == 1) begin = index(error%subject, "." // name_of(group) // "'")
         if (group%name // " '" // name_of(group) // "'" /= error%subject .and. begin == 0) cycle

@@ -1,4 +1,4 @@
-!> Several mechanisms on one frame: where each stands, how its crank turns with the drive, and copies of it.
+!> Reads the position of each mechanism on the frame, its gear ratio to the drive, and copies of mechanisms.
 module gestell_input_machine_mechanisms
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type
@@ -52,25 +52,31 @@ module gestell_input_machine_mechanisms
 
   type(key_type), parameter :: from_key = key_type("link", "from", text_key, "")
 
-  !> A mechanism or a copy: its name, the first one of its kind, where it stands; in a plane of its own the origin and the axes of
-  !> that, x, y and normal.
+  !> A mechanism or a copy of one
   type :: part_type
+    !> Its name
     character(len=word_length) :: name = ""
+    !> Number of the mechanism from which it was copied; its own number if it is no copy
     integer :: original = 0
+    !> Its position and gear ratio
     type(placement_type) :: placement
+    !> Origin (m), normal and x axis of its plane, along the axes of the frame; x_axis = 0: chosen by `plane_axes`
     real(dp) :: origin(3) = 0, axis(3) = [0.0_dp, 0.0_dp, 1.0_dp], x_axis(3) = 0
+    !> True if it has a plane of its own, tilted against the frame's
     logical :: tilted = .false.
   end type part_type
 
 contains
 
-  !> Joints and links of a checked document, those of copies behind all others, and where their mechanisms stand, shape
-  !> (mechanisms); without &mechanism there is one, at O. Errors: a mechanism that is not there, or without joints; a name that is
-  !> taken; a link that says it belongs where its joint does not.
+  !> Reads joints and links of a checked document, including those of copies. Fails if a mechanism is unknown or has no joints, a
+  !> name is used twice, or a link claims another mechanism than its joint.
   subroutine read_parts(doc, units, joints, links, placements, error)
+    !> Units of the input
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
+    !> In the order of the document, followed by the copies
     type(members_type), intent(out) :: joints, links
+    !> Position of each mechanism; without &mechanism there is one at O
     type(placement_type), allocatable, intent(out) :: placements(:)
     type(error_type), allocatable, intent(out) :: error
     type(group_type), allocatable :: mechanisms(:), copies(:)
@@ -99,12 +105,15 @@ contains
     placements = parts%placement
   end subroutine read_parts
 
-  !> Planes of their own by number: origins from O (m), axes x, y and normal in the frame's, shapes (3, planes), (3, 3, planes);
-  !> the axis of the drive's `shaft`, that of the first mechanism with the ratio 1, 0: there is none. Errors: as of `read_parts`.
+  !> Reads the tilted planes of mechanisms. Errors as in `read_parts`.
   subroutine read_planes(doc, units, origins, axes, shaft, error)
     type(document_type), intent(in) :: doc
+    !> Units of the input
     type(units_type), intent(in) :: units
+    !> Origin of each plane from O (m), shape (3, planes); its x axis, y axis and normal along the frame's axes, shape (3, 3,
+    !> planes)
     real(dp), allocatable, intent(out) :: origins(:, :), axes(:, :, :)
+    !> Axis of the drive: normal of the first mechanism with the ratio 1; 0 if there is none
     real(dp), intent(out) :: shaft(3)
     type(error_type), allocatable, intent(out) :: error
     type(group_type), allocatable :: mechanisms(:), copies(:)
@@ -123,8 +132,7 @@ contains
     end do
   end subroutine read_planes
 
-  !> Mechanisms and copies with their groups. Errors: a name that is missing or taken; a copy of what is not there; axes that are
-  !> none.
+  !> Reads all mechanisms and copies. Fails if a name is missing or used twice, a copy has no original, or an axis has no direction.
   subroutine read_all_parts(doc, units, mechanisms, copies, parts, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
@@ -152,7 +160,7 @@ contains
       if (.not. allocated(error)) call read_copy(copies(i), units, parts(:n + i - 1), parts(max(1, n) + i), error)
       if (allocated(error)) return
     end do
-    ! what stands in a plane of its own has its origin there
+    ! a mechanism in a tilted plane lies at the origin of this plane
     planes = 0
     do i = 1, size(parts)
       associate (placement => parts(i)%placement)
@@ -168,8 +176,8 @@ contains
     end do
   end subroutine read_all_parts
 
-  !> x, y and normal of a plane: of `x_axis` what lies in it, or where that is zero xi turned the shortest way that takes zeta to
-  !> the normal.
+  !> Axes x and y and normal of a plane. x is the projection of `x_axis` on the plane. If `x_axis` is zero, x is xi after the
+  !> shortest rotation from zeta to the normal.
   pure function plane_axes(axis, x_axis) result(axes)
     real(dp), intent(in) :: axis(3), x_axis(3)
     real(dp) :: axes(3, 3), n(3), x(3)
@@ -188,7 +196,7 @@ contains
     axes(:, 3) = n
   end function plane_axes
 
-  !> Adds the group's name to `names`. Error: it is empty, or there already.
+  !> Adds a group's name to `names`. Fails if it is empty or already used.
   subroutine claim_name(group, names, error)
     type(group_type), intent(in) :: group
     type(dictionary_type), intent(inout) :: names
@@ -203,7 +211,8 @@ contains
     end if
   end subroutine claim_name
 
-  !> The keys that are given; the others stay. Errors: axes that are none.
+  !> Reads the given keys on position and gear ratio; the others keep their values. Fails if an axis has no direction or x_axis is
+  !> normal to the plane.
   subroutine read_placement(group, keys, units, part, error)
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: keys(:)
@@ -228,14 +237,14 @@ contains
       call input_error(group, "x_axis", "stands on the plane: nothing of it lies in it", error)
       return
     end if
-    ! the frame's own plane
+    ! it is the frame's own plane
     if (.not. norm2(axes(:, 3) - upright) > 0 .and. .not. norm2(part%x_axis) > 0) part%tilted = .false.
     if (has(group, "angle")) call read(group, keys, "angle", part%placement%angle, error, units)
     if (has(group, "phase")) call read(group, keys, "phase", part%placement%phase, error, units)
     if (has(group, "ratio")) call read_ratio(group, keys, part%placement, error)
   end subroutine read_placement
 
-  !> Reads nothing where there is an error already. Error: the ratio is no fraction.
+  !> Reads a gear ratio. Reads nothing if `error` is already allocated. Fails if the ratio is no admissible fraction.
   subroutine read_ratio(group, keys, placement, error)
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: keys(:)
@@ -252,7 +261,7 @@ contains
     if (.not. known) call input_error(group, "ratio", no_ratio, error)
   end subroutine read_ratio
 
-  !> A copy of one of the mechanisms `before`, or of a copy.
+  !> Reads a copy of one of the mechanisms or copies `before` it.
   subroutine read_copy(group, units, before, copy, error)
     type(group_type), intent(in) :: group
     type(units_type), intent(in) :: units
@@ -277,7 +286,7 @@ contains
     call read_placement(group, repeat_keys, units, copy, error)
   end subroutine read_copy
 
-  !> Joints as they stand in the document, with their mechanisms.
+  !> Assigns the joints of the document to their mechanisms.
   subroutine take_joints(groups, mechanisms, joints, error)
     type(group_type), intent(in) :: groups(:), mechanisms(:)
     type(members_type), intent(out) :: joints
@@ -309,7 +318,7 @@ contains
     end do
   end subroutine take_joints
 
-  !> Links belong where the joint does that they begin at; 0: it is none of these joints.
+  !> Assigns each link to the mechanism of its joint `from`; 0 if this joint is not in the list.
   subroutine take_links(joints, links)
     type(members_type), intent(in) :: joints
     type(members_type), intent(inout) :: links
@@ -328,7 +337,7 @@ contains
     end do
   end subroutine take_links
 
-  !> Error: a link says that it belongs where the joint that it begins at does not. Where there is no such joint it is told later.
+  !> Fails if a link claims another mechanism than its joint `from`. An unknown joint is reported later by `read_link`.
   subroutine check_links(links, names, error)
     type(members_type), intent(inout) :: links
     character(len=*), intent(in) :: names(:)

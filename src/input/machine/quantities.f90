@@ -1,4 +1,4 @@
-!> Probes, and quantities by their names, of an input file.
+!> Reads probes, and the quantities and measures that a task requests by name.
 module gestell_input_machine_quantities
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type
@@ -28,8 +28,9 @@ module gestell_input_machine_quantities
 
 contains
 
-  !> The groups &probe. Errors: a name that is empty, given twice, or has a parenthesis; an empty band.
+  !> Reads the groups &probe. Fails if a name is empty, is used twice or contains a parenthesis, or if a frequency band is empty.
   subroutine read_probes(doc, units, probes, error)
+    !> Units of the input
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
     type(probe_type), allocatable, intent(out) :: probes(:)
@@ -70,13 +71,17 @@ contains
     end do
   end subroutine read_probes
 
-  !> The key `quantities` of the group with these keys, or those that are usual: the force on the ground, with `coordinates` the
-  !> free ones before it, else the velocity of probes with a limit. Error: no such quantity, or one that is named twice.
+  !> Reads the key `quantities` of a group. Without it, the force on the ground is used, together with the free coordinates or the
+  !> velocities of all probes that have a limit. Fails if a quantity is unknown or named twice.
   subroutine read_quantities(doc, keys, frame, probes, coordinates, quantities, error)
     type(document_type), intent(in) :: doc
+    !> Records of the group's keys
     type(key_type), intent(in) :: keys(:)
+    !> The frame whose quantities are requested
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)
+    !> True: the default consists of the free coordinates and the force; false: of the force and the velocities of probes with a
+    !> limit
     logical, intent(in) :: coordinates
     type(quantity_type), allocatable, intent(out) :: quantities(:)
     type(error_type), allocatable, intent(out) :: error
@@ -115,13 +120,16 @@ contains
     end do
   end subroutine read_quantities
 
-  !> What the key `measures` of the group with these keys, or its default, orders of the quantities `names`, each by all that it
-  !> has. Errors: there are none; none of them has a band that is ordered; as of `new_measure`.
+  !> Reads the key `measures` of a group, or its default, and returns these measures for each of the quantities. Quantities without
+  !> a band skip the measure 'band'. Fails if measures are given without quantities, if 'band' is requested but no quantity has one,
+  !> and as `new_measure` does.
   subroutine read_measures(group, keys, frame, probes, names, measures, error)
+    !> Records of the group's keys
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: keys(:)
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)
+    !> Names of the quantities
     character(len=*), intent(in) :: names(:)
     type(measure_type), allocatable, intent(out) :: measures(:)
     type(error_type), allocatable, intent(out) :: error
@@ -147,11 +155,14 @@ contains
       & input_error(group, "measures", "'band' is for velocities of probes, probe(NAME).v, .vx, .vy: none is named", error)
   end subroutine read_measures
 
-  !> The measure that a key names. Error: there is no such measure.
+  !> Reads a key whose value names a measure. Fails if there is no such measure.
   subroutine kind_of_measure(group, keys, name, kind, error)
+    !> Records of the group's keys
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: keys(:)
+    !> Name of the key
     character(len=*), intent(in) :: name
+    !> Index of the measure in `measure_names`
     integer, intent(out) :: kind
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: word

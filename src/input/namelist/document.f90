@@ -1,4 +1,4 @@
-!> The content of an input file: groups with their keys, and where each value came from.
+!> Content of an input file: groups with their keys and values, and the origin of each value.
 module gestell_input_namelist_document
   use gestell_base_kinds, only: dp
   use gestell_base_words, only: word_length
@@ -8,59 +8,64 @@ module gestell_input_namelist_document
   public :: value_type, entry_type, group_type, document_type
   public :: the_group, count_groups, groups_named, indices_named, group_names, name_of, has, find_entry
 
-  !> One value as it was typed.
+  !> A value as typed
   type :: value_type
-    !> Unallocated: this element of a vector is not given.
+    !> Unallocated if this element of a vector or matrix is not given
     character(len=:), allocatable :: text
+    !> True if it was typed in quotes, which `text` does not contain
     logical :: quoted = .false.
-    !> The number that `text` spells, in a document in the schema's form.
+    !> The number that `text` represents; set when the document is normalised
     real(dp) :: number = 0
-    !> Repeat count, as in 3*1.0.
+    !> Repeat count, as in 3*1.0
     integer :: count = 1
-    !> Line of the value's key.
+    !> Line of the value's key in the file
     integer :: line = 0
-    !> Stands in messages in place of file and line where the value is not from the file.
+    !> Replaces file and line in messages if the value does not come from the file
     character(len=:), allocatable :: origin
   end type value_type
 
-  !> A key and its values; in a checked document one entry a key, `values` in Fortran's order of elements.
+  !> A key and its values. A normalised document has one entry for each key, its values ordered column by column
   type :: entry_type
     character(len=:), allocatable :: key
+    !> Line of the key in the file
     integer :: line = 0
-    !> Subscripts as typed; of size zero in a checked document.
+    !> Subscripts as typed; empty in a normalised document
     integer, allocatable :: subscript(:)
     type(value_type), allocatable :: values(:)
-    !> Number of subscripts an element has.
+    !> Number of subscripts of an element
     integer :: rank = 0
-    !> First dimension of a matrix.
+    !> First dimension of a matrix
     integer :: rows = 1
   end type entry_type
 
-  !> One group `&name ... /`.
+  !> One group `&name ... /`
   type :: group_type
     character(len=:), allocatable :: name
+    !> Name of the file in messages
     character(len=:), allocatable :: file
+    !> Line of the group in the file
     integer :: line = 0
-    !> Counts the groups of the same name; zero where it is the only one.
+    !> Number among the groups of the same name; 0 if it is the only one
     integer :: number = 0
     type(entry_type), allocatable :: entries(:)
   end type group_type
 
-  !> All groups of a file, in the file's order.
+  !> All groups of a file in their order
   type :: document_type
+    !> Name of the file in messages
     character(len=:), allocatable :: file
-    !> The full path of the file that was read; not allocated where none was.
+    !> Full path of the file; unallocated if the input was no file
     character(len=:), allocatable :: path
-    !> All that was typed, comments too, where the document is that of a text.
+    !> The complete text with comments, if the document was read from a text
     character(len=:), allocatable :: text
     type(group_type), allocatable :: groups(:)
-    !> Whether the keys are known to follow the schema.
+    !> True if all keys have been checked and merged as the schema requires
     logical :: normalised = .false.
   end type document_type
 
 contains
 
-  !> The group of a name that occurs at most once; an empty one where the file has none.
+  !> Returns the group of this name, or an empty one if the file has none. For names that occur at most once.
   pure function the_group(doc, name) result(group)
     type(document_type), intent(in) :: doc
     character(len=*), intent(in) :: name
@@ -78,8 +83,8 @@ contains
     allocate(group%entries(0))
   end function the_group
 
-  !> How many groups of a name there are. (The size of `groups_named` would leave them to nobody: gfortran 12 does not free what a
-  !> function gives to an expression.)
+  !> Number of groups of this name. It does not use the size of `groups_named`, because gfortran 12 does not free function results
+  !> within an expression.
   pure integer function count_groups(doc, name)
     type(document_type), intent(in) :: doc
     character(len=*), intent(in) :: name
@@ -88,7 +93,7 @@ contains
     count_groups = count([(doc%groups(i)%name == name, i = 1, size(doc%groups))])
   end function count_groups
 
-  !> All groups of a name, in the file's order.
+  !> All groups of this name in the order of the file.
   pure function groups_named(doc, name) result(groups)
     type(document_type), intent(in) :: doc
     character(len=*), intent(in) :: name
@@ -97,14 +102,14 @@ contains
     integer :: i
 
     allocate(at, source=indices_named(doc, name))
-    ! One by one: gfortran 12 does not free what a section by a list of indices has allocated.
+    ! One by one, because gfortran 12 does not free the components of an array section with vector subscripts.
     allocate(groups(size(at)))
     do i = 1, size(at)
       groups(i) = doc%groups(at(i))
     end do
   end function groups_named
 
-  !> The places of all groups of a name, in the file's order.
+  !> Indices of all groups of this name in the order of the file.
   pure function indices_named(doc, name) result(at)
     type(document_type), intent(in) :: doc
     character(len=*), intent(in) :: name
@@ -115,7 +120,7 @@ contains
     at = pack([(i, i = 1, size(doc%groups))], [(doc%groups(i)%name == name, i = 1, size(doc%groups))])
   end function indices_named
 
-  !> The values of the groups' key `name`, blank where a group has none.
+  !> Names of the groups (their key `name`), blank for a group without one.
   pure function group_names(groups) result(names)
     type(group_type), intent(in) :: groups(:)
     character(len=word_length) :: names(size(groups))
@@ -126,7 +131,7 @@ contains
     end do
   end function group_names
 
-  !> Whether a group has a key.
+  !> True if the group contains the key.
   pure logical function has(group, key)
     type(group_type), intent(in) :: group
     character(len=*), intent(in) :: key
@@ -134,7 +139,7 @@ contains
     has = find_entry(group, key) > 0
   end function has
 
-  !> Index of a key's (first) entry in its group, zero where it is missing.
+  !> Index of the first entry of a key in its group; 0 if the key is missing.
   pure integer function find_entry(group, key) result(found)
     type(group_type), intent(in) :: group
     character(len=*), intent(in) :: key
@@ -145,7 +150,7 @@ contains
     found = 0
   end function find_entry
 
-  !> The value of a group's key `name`, empty where it has none.
+  !> Name of the group (its key `name`), empty if it has none.
   pure function name_of(group) result(name)
     type(group_type), intent(in) :: group
     character(len=:), allocatable :: name

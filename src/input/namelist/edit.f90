@@ -1,4 +1,4 @@
-!> Changes in the text of an input file that leave all else as it was typed, comments and spaces too.
+!> Changes values in the text of an input file and keeps everything else, including comments and spaces.
 module gestell_input_namelist_edit
   use gestell_base_text, only: text
   use gestell_input_namelist_document, only: entry_type
@@ -14,7 +14,8 @@ module gestell_input_namelist_edit
 
 contains
 
-  !> A key with its values as they are typed; elements of its own where some are not given.
+  !> Writes an entry as in an input file, as "key=values". If some elements are missing, each given element is written as
+  !> "key(i)=value".
   pure function spelled(entry) result(words)
     type(entry_type), intent(in) :: entry
     character(len=:), allocatable :: words, value
@@ -41,7 +42,7 @@ contains
     words = words(3:)
   end function spelled
 
-  !> A text for between quotes.
+  !> Doubles the quotes in a text that will be quoted.
   pure function doubled(text) result(words)
     character(len=*), intent(in) :: text
     character(len=:), allocatable :: words
@@ -54,12 +55,15 @@ contains
     end do
   end function doubled
 
-  !> Puts `entry` in place of all that group number `group` of the text says of its key, or adds it at the group's end, with a
-  !> `remark` at the end of the line. The text is known to parse.
+  !> Replaces a key's values in one group of the text, or adds the key at the group's end.
   pure subroutine set_entry(text, group, entry, remark)
+    !> Content of an input file, which must be valid
     character(len=:), allocatable, intent(inout) :: text
+    !> Number of the group, counted from 1 over all groups
     integer, intent(in) :: group
+    !> The key and its new values
     type(entry_type), intent(in) :: entry
+    !> Comment added at the end of the line
     character(len=*), intent(in) :: remark
     integer, allocatable :: first(:), last(:)
     character(len=:), allocatable :: comma
@@ -84,7 +88,8 @@ contains
     text = text(:at - 1) // comma // remark // text(at:)
   end subroutine set_entry
 
-  !> From the first to the last character of each entry of this key, commas behind it aside, and the place of the group's end.
+  !> Finds the entries of a key: positions of their first and last characters, without trailing commas. `ending` is the position of
+  !> the group's end.
   pure subroutine find_entries(text, group, key, first, last, ending)
     character(len=*), intent(in) :: text, key
     integer, intent(in) :: group

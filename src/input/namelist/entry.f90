@@ -1,4 +1,4 @@
-!> One key of a namelist group with its values.
+!> Parses one key of a namelist group with its values.
 module gestell_input_namelist_entry
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_input_namelist_document, only: group_type, entry_type, value_type
@@ -14,10 +14,13 @@ module gestell_input_namelist_entry
 
 contains
 
-  !> Takes "key = values" or "key(i) = values". On entry `token` is the key, on return the piece behind the values.
+  !> Parses "key = values" or "key(i) = values".
   pure subroutine parse_entry(scanner, group, token, entry, error)
+    !> Position in the text, behind the key
     type(scanner_type), intent(inout) :: scanner
+    !> Group of the key, for messages
     type(group_type), intent(in) :: group
+    !> On entry the key, on return the token behind the values
     type(token_type), intent(inout) :: token
     type(entry_type), intent(out) :: entry
     type(error_type), allocatable, intent(out) :: error
@@ -46,7 +49,7 @@ contains
     call parse_values(scanner, group, token, entry, error)
   end subroutine parse_entry
 
-  !> Takes the whole numbers of "(i)" or "(i,j)" up to the closing parenthesis.
+  !> Parses the integers of "(i)" or "(i,j)" up to the closing parenthesis.
   pure subroutine parse_subscript(scanner, group, entry, error)
     type(scanner_type), intent(inout) :: scanner
     type(group_type), intent(in) :: group
@@ -70,7 +73,7 @@ contains
       // "(': one or two whole numbers and a ) must follow", error)
   end subroutine parse_subscript
 
-  !> Takes values up to the next key, the end of the group or of the text.
+  !> Parses values up to the next key, the end of the group or the end of the text.
   pure subroutine parse_values(scanner, group, token, entry, error)
     type(scanner_type), intent(inout) :: scanner
     type(group_type), intent(in) :: group
@@ -127,7 +130,7 @@ contains
     if (n == 0) call refuse(group, entry%line, "'" // shown(entry%key) // "' has no value", error)
   end subroutine parse_values
 
-  !> The value that a token spells, with its repeat count.
+  !> Parses the value in a token, with its repeat count.
   pure subroutine parse_value(scanner, group, token, entry, value, error)
     type(scanner_type), intent(inout) :: scanner
     type(group_type), intent(in) :: group
@@ -175,7 +178,7 @@ contains
     call fatal_error(error, location(group%file, line) // label(group) // ": " // message, invalid_input)
   end subroutine refuse
 
-  !> Whether a text can be the name of a group or key: a letter, then letters, digits and underscores.
+  !> True if a text can be the name of a group or key: a letter, followed by letters, digits and underscores.
   pure logical function is_name(text)
     character(len=*), intent(in) :: text
     character(len=*), parameter :: letters = "abcdefghijklmnopqrstuvwxyz"

@@ -1,4 +1,4 @@
-!> One-line messages that point into the user's file.
+!> Words one-line error messages that name file, line, group and key.
 module gestell_input_namelist_message
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_words, only: put_on_one_line
@@ -12,12 +12,13 @@ module gestell_input_namelist_message
 
 contains
 
-  !> Refuses a key's value: "file:line: &group 'name': key = value: message", or "--set path=value: message".
-  !> An empty key speaks of the whole group, `element` of one element of a vector.
+  !> Reports an error of a key's value as "file:line: &group 'name': key = value: message", or as "--set path=value: message".
   pure subroutine input_error(group, key, message, error, element)
     type(group_type), intent(in) :: group
+    !> `key`: name of the key, empty for an error of the whole group; `message`: the explanation
     character(len=*), intent(in) :: key, message
     type(error_type), allocatable, intent(out) :: error
+    !> Index of the element at fault; absent: all values
     integer, intent(in), optional :: element
     integer :: i
 
@@ -32,8 +33,8 @@ contains
     end if
   end subroutine input_error
 
-  !> Puts file, line and group in front of an error's message, in place of the group's name where that leads it already; nothing
-  !> where it points into the file, or at an option, by itself.
+  !> Prefixes an error's message with file, line and group. A leading name of the group is replaced. Messages that already name the
+  !> file or an option stay unchanged.
   subroutine in_group(group, error)
     type(group_type), intent(in) :: group
     type(error_type), allocatable, intent(inout) :: error
@@ -46,12 +47,14 @@ contains
     error%message = location(group%file, group%line) // own // error%message
   end subroutine in_group
 
-  !> Refuses an entry of a group, in the same words.
+  !> Reports an error of an entry in the format of `input_error`.
   pure subroutine refuse_entry(group, entry, message, error, element)
     type(group_type), intent(in) :: group
     type(entry_type), intent(in) :: entry
+    !> The explanation
     character(len=*), intent(in) :: message
     type(error_type), allocatable, intent(out) :: error
+    !> Index of the element at fault; absent: all values
     integer, intent(in), optional :: element
 
     associate (value => entry%values(telling_value(entry, element)))
@@ -64,7 +67,7 @@ contains
     end associate
   end subroutine refuse_entry
 
-  !> The value that tells where an entry stands: the asked element if it is given, else the first one given.
+  !> Index of the value whose line the message states: `element` if it is given, otherwise the first given value.
   pure integer function telling_value(entry, element) result(i)
     type(entry_type), intent(in) :: entry
     integer, intent(in), optional :: element
@@ -80,7 +83,7 @@ contains
     end do
   end function telling_value
 
-  !> "key = values" as the user typed them, those that are given, or "key(2) = value".
+  !> The given values as typed, in the form "key = values", or one element as "key(2) = value".
   pure function typed(entry, element) result(words)
     type(entry_type), intent(in) :: entry
     integer, intent(in), optional :: element
@@ -139,19 +142,19 @@ contains
     if (value%count /= 1) words = text(value%count) // "*" // words
   end function typed_value
 
-  !> "file:line: "; without the line where it is zero.
+  !> "file:line: ", without the line if it is zero.
   pure function location(file, line) result(words)
     character(len=*), intent(in) :: file
     integer, intent(in) :: line
     character(len=:), allocatable :: words
 
-    ! as it stands in messages, where it may be found again
+    ! make the file's name printable, as elsewhere in messages
     call put_on_one_line(file, words)
     if (line > 0) words = words // ":" // text(line)
     words = words // ": "
   end function location
 
-  !> What messages call a group: "&joint 'B'", "&support 2", "&drive".
+  !> Name of a group in messages, such as "&joint 'B'", "&support 2" or "&drive".
   pure function label(group) result(words)
     type(group_type), intent(in) :: group
     character(len=:), allocatable :: words

@@ -1,4 +1,4 @@
-!> Namelist files: text to groups, keys and values, each with its line.
+!> Reads namelist files into groups, keys and values, and records the line of each.
 module gestell_input_namelist
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_files, only: close_file, is_there, last_reason, open_to_read, read_some
@@ -15,14 +15,14 @@ module gestell_input_namelist
 
   public :: read_document, parse_document
 
-  !> Bytes; larger files are no input files.
+  !> Size (bytes) above which a file is refused.
   integer, parameter :: largest = 100000000
-  !> The three bytes some editors put before UTF-8 text.
+  !> The three bytes that some editors put in front of UTF-8 text.
   character(len=*), parameter :: byte_order_mark = char(239) // char(187) // char(191)
 
 contains
 
-  !> Reads a namelist file.
+  !> Reads a namelist file. Fails if it cannot be read or its syntax is wrong.
   subroutine read_document(file, doc, error)
     character(len=*), intent(in) :: file
     type(document_type), intent(out) :: doc
@@ -35,7 +35,7 @@ contains
     doc%path = full_path(file)
   end subroutine read_document
 
-  !> Reads all bytes of a file. Errors: no such file, a directory, not readable, too large.
+  !> Reads all bytes of a file. Fails if it does not exist, is a directory, cannot be read or is too large.
   subroutine read_text(file, content, error)
     character(len=*), intent(in) :: file
     character(len=:), allocatable, intent(out) :: content
@@ -75,8 +75,9 @@ contains
     content = buffer(:length)
   end subroutine read_text
 
-  !> Reads a namelist file's content, its lines divided by new_line('a'); `file` is its name in messages.
+  !> Parses the content of a namelist file. Fails if its syntax is wrong.
   pure subroutine parse_document(text, file, doc, error)
+    !> `text`: content, with lines separated by new_line('a'); `file`: its name in messages
     character(len=*), intent(in) :: text, file
     type(document_type), intent(out) :: doc
     type(error_type), allocatable, intent(out) :: error
@@ -111,7 +112,7 @@ contains
     doc%text = text
   end subroutine parse_document
 
-  !> Goes to the & of the next group or to the end; anything else is refused.
+  !> Moves to the & of the next group or to the end of the text. Fails on anything but blanks and comments before it.
   pure subroutine skip_outside(scanner, file, groups, error)
     type(scanner_type), intent(inout) :: scanner
     character(len=*), intent(in) :: file
@@ -138,7 +139,7 @@ contains
     call fatal_error(error, location(file, token%line) // message, invalid_input)
   end subroutine skip_outside
 
-  !> Takes one group from its & to its /.
+  !> Parses one group from its & to its /.
   pure subroutine parse_group(scanner, file, group, error)
     type(scanner_type), intent(inout) :: scanner
     character(len=*), intent(in) :: file
@@ -173,7 +174,7 @@ contains
       n = n + 1
       call parse_entry(scanner, group, token, entries(n), error)
       if (allocated(error)) return
-      ! from here on messages call the group by its name
+      ! from now on messages identify the group by its name
       if (entries(n)%key == "name" .and. size(group%entries) == 0) group%entries = entries(n:n)
     end do
     if (token%kind == mark .and. token%text == "/") then
@@ -183,7 +184,7 @@ contains
     end if
   end subroutine parse_group
 
-  !> Says why a group does not end with a /.
+  !> Reports why a group does not end with a /.
   pure subroutine refuse_end(scanner, group, token, error)
     type(scanner_type), intent(inout) :: scanner
     type(group_type), intent(in) :: group
@@ -210,7 +211,7 @@ contains
     call fatal_error(error, location(group%file, line) // label(group) // ": " // message, invalid_input)
   end subroutine refuse_end
 
-  !> Refuses an empty text and one with control characters other than tabs and ends of lines.
+  !> Fails on an empty text, and on control characters other than tabs and line ends.
   pure subroutine refuse_rubbish(content, file, error)
     character(len=*), intent(in) :: content, file
     type(error_type), allocatable, intent(out) :: error

@@ -1,4 +1,4 @@
-!> Numbers as a careful user writes them: nothing is guessed.
+!> Reads numbers in strict notation: anything ambiguous is refused.
 module gestell_input_namelist_number
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text_of => text
@@ -8,12 +8,12 @@ module gestell_input_namelist_number
 
   public :: read_real, read_integer, is_digits
 
-  !> Numbers of this decimal exponent and above are refused: the last decade before overflow.
+  !> Numbers of this decimal exponent or above are refused, because the largest of them overflow.
   integer, parameter :: exponent_limit = 308
 
 contains
 
-  !> The real number that `text` spells; `reason` says why it is none and is empty where it is one.
+  !> Reads a real number. `reason` says why the text is not a valid number and is empty on success.
   pure subroutine read_real(text, value, reason)
     character(len=*), intent(in) :: text
     real(dp), intent(out) :: value
@@ -39,7 +39,7 @@ contains
     first = verify(digits, "0.")
     reason = ""
     if (first == 0) return
-    ! decimal exponent of the first digit that counts
+    ! decimal exponent of the first significant digit
     if (first < point) first = first + 1
     if (exponent + point - first >= exponent_limit) then
       reason = "is too large"
@@ -53,7 +53,7 @@ contains
     if (status /= 0) reason = not_a_number(text)
   end subroutine read_real
 
-  !> The integer that `text` spells; `reason` as in `read_real`.
+  !> Reads an integer. `reason` says why the text is not a valid integer and is empty on success.
   pure subroutine read_integer(text, value, reason)
     character(len=*), intent(in) :: text
     integer, intent(out) :: value
@@ -72,7 +72,7 @@ contains
     end if
   end subroutine read_integer
 
-  !> Whether a text has digits and nothing else.
+  !> True if a text consists of digits only and is not empty.
   pure logical function is_digits(text)
     character(len=*), intent(in) :: text
 
@@ -92,7 +92,7 @@ contains
     character(len=*), intent(in) :: text
     integer, intent(out) :: exponent
     logical, intent(out) :: ok
-    !> Large enough for every verdict, small enough for the sums it enters.
+    !> Limit of exponents: beyond all that matter, and small enough for sums without overflow.
     integer, parameter :: enough = 10000000
     character(len=:), allocatable :: digits
     integer :: i

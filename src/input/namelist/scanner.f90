@@ -1,4 +1,4 @@
-!> Cuts the text of an input file into the pieces that a namelist is made of.
+!> Splits the text of an input file into tokens.
 module gestell_input_namelist_scanner
   use gestell_input_wording, only: lower
   implicit none (type, external)
@@ -6,20 +6,21 @@ module gestell_input_namelist_scanner
 
   public :: scanner_type, token_type, next_token, skip_blanks, next_character
 
-  !> A position in a text.
+  !> A position in a text
   type :: scanner_type
     character(len=:), allocatable :: text
     integer :: position = 1
     integer :: line = 1
   end type scanner_type
 
+  !> Kinds of tokens.
   integer, parameter, public :: end_of_text = 0
   integer, parameter, public :: mark = 1
   integer, parameter, public :: bare = 2
   integer, parameter, public :: quoted = 3
   integer, parameter, public :: unclosed_quote = 4
 
-  !> A piece: one of the marks & / = , ( ), a bare word, or a text in quotes (without them).
+  !> A token: one of the marks & / = , ( ), a bare word, or a quoted text (stored without its quotes)
   type :: token_type
     integer :: kind = end_of_text
     character(len=:), allocatable :: text
@@ -30,13 +31,13 @@ module gestell_input_namelist_scanner
   character(len=*), parameter :: quotes = "'"""
   character(len=*), parameter :: blanks = " " // achar(9) // achar(13) // achar(10)
   character(len=*), parameter :: line_ends = achar(13) // achar(10)
-  !> Characters between the parentheses of nan(...).
+  !> Maximum length of the text in the parentheses of nan(...).
   integer, parameter :: longest_payload = 20
   character(len=*), parameter :: word_ends = marks // quotes // blanks // "!"
 
 contains
 
-  !> Takes the next piece.
+  !> Reads the next token.
   pure subroutine next_token(scanner, token)
     type(scanner_type), intent(inout) :: scanner
     type(token_type), intent(out) :: token
@@ -58,7 +59,7 @@ contains
     end if
   end subroutine next_token
 
-  !> The character at the scanner's position, a blank at the end of the text.
+  !> Character at the scanner's position; a blank at the end of the text.
   pure character(len=1) function next_character(scanner) result(c)
     type(scanner_type), intent(in) :: scanner
 
@@ -66,7 +67,7 @@ contains
     if (scanner%position <= len(scanner%text)) c = scanner%text(scanner%position:scanner%position)
   end function next_character
 
-  !> Goes on to the next piece, over blanks, ends of lines and comments.
+  !> Skips blanks, line ends and comments.
   pure subroutine skip_blanks(scanner)
     type(scanner_type), intent(inout) :: scanner
     logical :: comment
@@ -87,7 +88,7 @@ contains
     end do
   end subroutine skip_blanks
 
-  !> A text between quotes on one line; a doubled quote stands for one.
+  !> Reads a quoted text, which must end on its line. A doubled quote stands for one quote.
   pure subroutine take_quoted(scanner, token)
     type(scanner_type), intent(inout) :: scanner
     type(token_type), intent(inout) :: token
@@ -114,7 +115,7 @@ contains
     token%text = undoubled(scanner%text(start:last-1), quote)
   end subroutine take_quoted
 
-  !> A text with one quote for each two.
+  !> Replaces each doubled quote in a text by a single one.
   pure function undoubled(text, quote) result(single)
     character(len=*), intent(in) :: text
     character(len=1), intent(in) :: quote
@@ -132,7 +133,7 @@ contains
     single = single(:n)
   end function undoubled
 
-  !> A word up to the next blank, quote or mark; nan(...) is one word.
+  !> Reads a word up to the next blank, quote or mark; nan(...) counts as one word.
   pure subroutine take_word(scanner, token)
     type(scanner_type), intent(inout) :: scanner
     type(token_type), intent(inout) :: token

@@ -1,4 +1,4 @@
-!> Suggestions for misspelt words.
+!> Suggests corrections of misspelt words.
 module gestell_input_namelist_suggest
   use gestell_input_wording, only: lower
   implicit none (type, external)
@@ -6,12 +6,12 @@ module gestell_input_namelist_suggest
 
   public :: suggestion, nearest_of, listed
 
-  !> Longer words get no suggestion.
+  !> Maximum length of a word that gets suggestions.
   integer, parameter :: longest_word = 64
 
 contains
 
-  !> "; did you mean 'x'?", or where nothing is near "; known: 'a', 'b'".
+  !> The phrase "; did you mean 'x'?", or "; known: 'a', 'b'" if no candidate is similar.
   pure function suggestion(word, candidates) result(text)
     character(len=*), intent(in) :: word
     character(len=*), intent(in) :: candidates(:)
@@ -28,7 +28,7 @@ contains
     end if
   end function suggestion
 
-  !> The candidates in one line, each between `before` and `after`; at most 30 of them.
+  !> Lists up to 30 candidates in one line, each between `before` and `after`.
   pure function listed(candidates, before, after) result(text)
     character(len=*), intent(in) :: candidates(:), before, after
     character(len=:), allocatable :: text
@@ -42,7 +42,7 @@ contains
     if (size(candidates) > 30) text = text // ", ..."
   end function listed
 
-  !> Index of the candidate that a misspelt word most likely means, zero where none is near or two are equally near.
+  !> Index of the candidate most similar to a misspelt word; 0 if none is similar or two are equally similar.
   pure integer function nearest_of(word, candidates) result(best)
     character(len=*), intent(in) :: word
     character(len=*), intent(in) :: candidates(:)
@@ -61,10 +61,10 @@ contains
     end do
   end function nearest_of
 
-  !> Damerau-Levenshtein distance: insertions, deletions, substitutions and swaps of neighbours between a and b.
+  !> Damerau-Levenshtein distance of a and b: number of insertions, deletions, substitutions and swaps of neighbouring letters.
   pure integer function distance(a, b)
     character(len=*), intent(in) :: a, b
-    ! d(i, j): distance of the first i and j letters; row and column -1 are never the least
+    ! d(i, j): distance of the first i and j letters; row and column -1 are never the minimum
     integer :: d(-1:len(a), -1:len(b))
     integer :: i, j, change, swap
 

@@ -1,4 +1,4 @@
-!> A document against the schema.
+!> Checks a document against the schema.
 module gestell_input_schema_check
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_text, only: text
@@ -15,8 +15,8 @@ module gestell_input_schema_check
 
 contains
 
-  !> Refuses everything that the schema does not allow, and what it requires and is missing.
-  !> Afterwards each key has one entry, its values as many as it has elements.
+  !> Fails if a document contains anything that the schema does not allow, or lacks a required group or key. Afterwards each key has
+  !> one entry with one value for each element.
   pure subroutine check_document(doc, schema, error)
     type(document_type), intent(inout) :: doc
     type(schema_type), intent(in) :: schema
@@ -42,13 +42,13 @@ contains
     end do
   end subroutine check_document
 
-  !> Brings a document into the schema's form: known groups and keys only, subscripts and repeat counts resolved,
-  !> values of the right kind. Nothing is asked about what is missing. `before`: how many groups of each name of the
-  !> schema stand before the document's.
+  !> Normalises a document: checks that all groups and keys are known, resolves subscripts and repeat counts, and checks the kinds
+  !> of values. Missing groups and keys are not reported.
   pure subroutine normalise(doc, schema, error, before)
     type(document_type), intent(inout) :: doc
     type(schema_type), intent(in) :: schema
     type(error_type), allocatable, intent(out) :: error
+    !> Number of groups of each name in the schema that precede this document's groups; default 0
     integer, intent(in), optional :: before(:)
     integer :: i
 
@@ -62,7 +62,7 @@ contains
     doc%normalised = .true.
   end subroutine normalise
 
-  !> Counts the groups of each name; unknown ones and forbidden repetitions are refused.
+  !> Numbers the groups of each name. Fails if a group is unknown or is repeated without permission.
   pure subroutine number_groups(doc, schema, error, before)
     type(document_type), intent(inout) :: doc
     type(schema_type), intent(in) :: schema
@@ -97,7 +97,7 @@ contains
     end do
   end subroutine number_groups
 
-  !> Message for a group that the schema does not know.
+  !> Message for a group that the schema does not contain.
   pure function unknown_group(name, schema) result(message)
     character(len=*), intent(in) :: name
     type(schema_type), intent(in) :: schema

@@ -1,4 +1,4 @@
-!> What an input says, as one number: the same for the same groups, keys and values, whatever the layout.
+!> Computes a hash of an input's content, independent of its layout.
 module gestell_input_schema_fingerprint
   use gestell_base_hash, only: hash_start, mix, mix_text
   use gestell_input_namelist_document, only: document_type, find_entry, group_type
@@ -12,8 +12,8 @@ module gestell_input_schema_fingerprint
 
 contains
 
-  !> Hash of a checked document's groups, keys and values, those of --set among them. The order of groups counts only
-  !> within one name, that of keys not at all, numbers by their value.
+  !> Hash of a checked document's groups, keys and values, including those of --set. The order of keys does not matter, the order of
+  !> groups only among groups of the same name. Numbers count by value.
   pure integer(int64) function content_of(doc, schema) result(hash)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema

@@ -1,4 +1,4 @@
-!> What the records of keys tell people: help at a terminal, and the tables of the documents.
+!> Produces help texts for the terminal and tables for the manual from the records of the keys.
 module gestell_input_schema_help
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_key, only: all_words, integer_key, key_type, real_key, text_key, unset
@@ -16,17 +16,18 @@ module gestell_input_schema_help
   public :: entry, help_on
 
   character, parameter :: newline = new_line("a")
-  !> Columns of a terminal.
+  !> Width of the terminal in columns.
   integer, parameter :: widest = 80
-  !> Where explanations begin.
+  !> Column at which explanations begin.
   integer, parameter :: usual_column = 18
 
 contains
 
-  !> Help on a group, a key (GROUP.KEY, or KEY in all groups that have it), on "groups", or the "tables" of all in Markdown. Error:
-  !> there is no such word.
+  !> Returns help on a topic. Fails if the topic does not exist.
   subroutine help_on(schema, topic, text, error)
+    !> All groups and keys of the input
     type(schema_type), intent(in) :: schema
+    !> A group, a key (GROUP.KEY, or KEY for all groups that have it), "groups", or "tables" for all tables in Markdown
     character(len=*), intent(in) :: topic
     character(len=:), allocatable, intent(out) :: text
     type(error_type), allocatable, intent(out) :: error
@@ -66,7 +67,7 @@ contains
     if (message /= "") call fatal_error(error, "--help " // shown(topic) // ": " // message, wrong_usage)
   end subroutine help_on
 
-  !> What a word that names nothing may mean.
+  !> Suggests a group or key for an unknown word.
   pure function near(schema, word) result(hint)
     type(schema_type), intent(in) :: schema
     character(len=*), intent(in) :: word
@@ -79,7 +80,7 @@ contains
     if (i == 0) then
       names = schema%keys%name
       i = nearest_of(word, names)
-      ! keys of one name in two groups are equally near
+      ! a name that occurs in two groups counts as a tie in nearest_of
       if (i == 0) i = findloc([(nearest_of(word, names(i:i)) == 1, i = 1, size(names))], .true., dim=1)
     end if
     if (i > 0) then
@@ -89,7 +90,7 @@ contains
     end if
   end function near
 
-  !> How often a group may stand in a file.
+  !> Wording of how often a group may occur in a file.
   pure function times(schema, group) result(words)
     type(schema_type), intent(in) :: schema
     integer, intent(in) :: group
@@ -100,6 +101,7 @@ contains
     if (schema%groups(group)%repeatable) words = "may repeat"
   end function times
 
+  !> Help on a group: its meaning, keys and variants.
   pure function one_group(schema, group) result(text)
     type(schema_type), intent(in) :: schema
     integer, intent(in) :: group
@@ -121,6 +123,7 @@ contains
     end associate
   end function one_group
 
+  !> Help on a key: its meaning, values, default and use in sweeps.
   pure function one_key(schema, i) result(text)
     type(schema_type), intent(in) :: schema
     integer, intent(in) :: i
@@ -139,7 +142,7 @@ contains
     end associate
   end function one_key
 
-  !> A name with its explanation beside it, in `column`.
+  !> A name with its explanation, which begins in `column`.
   pure function entry(name, words, column) result(text)
     character(len=*), intent(in) :: name, words
     integer, intent(in), optional :: column
@@ -156,7 +159,7 @@ contains
     end if
   end function entry
 
-  !> Words in lines of a terminal, `indent` columns in; without the marks of Markdown.
+  !> Breaks a text into lines of a terminal, indented by `indent` columns, and removes Markdown marks.
   pure function paragraph(words, indent) result(text)
     character(len=*), intent(in) :: words
     integer, intent(in) :: indent
@@ -186,7 +189,7 @@ contains
     text = text // newline
   end function paragraph
 
-  !> The values that a key takes, in words and Markdown.
+  !> Describes the values of a key in Markdown.
   pure function values_of(key) result(words)
     type(key_type), intent(in) :: key
     character(len=:), allocatable :: words
@@ -220,7 +223,7 @@ contains
     words = words // range_of(key)
   end function values_of
 
-  !> The range of a number.
+  !> Describes the range of a number.
   pure function range_of(key) result(words)
     type(key_type), intent(in) :: key
     character(len=:), allocatable :: words
@@ -243,7 +246,7 @@ contains
     end associate
   end function range_of
 
-  !> What stands for a key that is missing.
+  !> Describes the default of a missing key.
   pure function missing(key) result(words)
     type(key_type), intent(in) :: key
     character(len=:), allocatable :: words
@@ -252,7 +255,7 @@ contains
     if (words == "") words = "none, it must be given"
   end function missing
 
-  !> The default in Markdown, empty where there is none.
+  !> The default of a key in Markdown; empty if it has none.
   pure function default_of(key) result(words)
     type(key_type), intent(in) :: key
     character(len=:), allocatable :: words
@@ -271,7 +274,7 @@ contains
     end if
   end function default_of
 
-  !> Words between commas, each in quotes.
+  !> Puts each word of a comma-separated list in quotes.
   pure function quoted(list) result(words)
     character(len=*), intent(in) :: list
     character(len=:), allocatable :: words
@@ -279,7 +282,7 @@ contains
     words = listed(all_words(list), "`'", "'`")
   end function quoted
 
-  !> For every group its heading and its table in Markdown, behind them those of its variants.
+  !> The keys of every group as a table in Markdown, each followed by the table of the group's variants.
   pure function key_tables(schema) result(text)
     type(schema_type), intent(in) :: schema
     character(len=:), allocatable :: text

@@ -1,4 +1,4 @@
-!> Which groups, key and element of a document a path such as support(2).stiffness(1) means.
+!> Resolves a path such as support(2).stiffness(1): finds its groups, key and element in a document.
 module gestell_input_schema_locate
   use gestell_base_error, only: error_type, fatal_error, invalid_input, wrong_usage
   use gestell_input_schema_check, only: unknown_group
@@ -15,21 +15,21 @@ module gestell_input_schema_locate
 
   public :: find_target
 
-  !> What a path means.
+  !> The place that a path denotes
   type, public :: target_type
-    !> Indices of the document's groups; of size zero for a group still to be added.
+    !> Indices of groups in the document; empty if the group must be added first
     integer, allocatable :: groups(:)
     character(len=:), allocatable :: key
-    !> The key's rule in the schema.
+    !> Index of the key's record in the schema
     integer :: rule = 0
-    !> One element of a vector or matrix in Fortran's order; zero: all of them.
+    !> Index of an element of a vector or matrix, counted column by column; 0: all elements
     integer :: element = 0
   end type target_type
 
-  !> A path's parts as written.
+  !> The parts of a path as written
   type :: path_type
     character(len=:), allocatable :: group
-    !> What stands in parentheses behind the group.
+    !> Name or number in parentheses behind the group
     character(len=:), allocatable :: which
     character(len=:), allocatable :: key
     integer, allocatable :: subscript(:)
@@ -37,10 +37,12 @@ module gestell_input_schema_locate
 
 contains
 
-  !> Finds what a path means in a document in the schema's form. Messages begin with `prefix`.
+  !> Finds the place that a path denotes. Fails if the path is malformed or denotes nothing.
   pure subroutine find_target(doc, schema, text, prefix, target, error)
+    !> Normalised document (see `normalise`)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
+    !> `text`: the path; `prefix`: beginning of error messages
     character(len=*), intent(in) :: text, prefix
     type(target_type), intent(out) :: target
     type(error_type), allocatable, intent(out) :: error
@@ -71,7 +73,7 @@ contains
     if (reason /= "") call fatal_error(error, prefix // reason, invalid_input)
   end subroutine find_target
 
-  !> The groups that a path names: by name, by number, or all of them.
+  !> Chooses the groups that a path denotes by name, by number, or all of them. `reason` is empty on success.
   pure subroutine choose_groups(doc, path, repeatable, chosen, reason)
     type(document_type), intent(in) :: doc
     type(path_type), intent(in) :: path
@@ -121,7 +123,7 @@ contains
     end if
   end subroutine choose_groups
 
-  !> Takes a path apart; `reason` says what is wrong with its form.
+  !> Splits a path into its parts. `reason` says what is wrong with its form and is empty on success.
   pure subroutine read_path(text, path, reason)
     character(len=*), intent(in) :: text
     type(path_type), intent(out) :: path

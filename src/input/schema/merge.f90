@@ -1,4 +1,4 @@
-!> The entries of a group in the form the schema gives its keys: one entry a key, one value an element.
+!> Merges the entries of a group so that each key has one entry, with one value for each element.
 module gestell_input_schema_merge
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -16,7 +16,7 @@ module gestell_input_schema_merge
 
 contains
 
-  !> Replaces the entries of a group by one for each key that occurs.
+  !> Merges all entries of a group. Fails if a key is unknown, is given twice or has wrong values.
   pure subroutine merge_entries(group, schema, error)
     type(group_type), intent(inout) :: group
     type(schema_type), intent(in) :: schema
@@ -53,7 +53,7 @@ contains
     group%entries = merged(:n)
   end subroutine merge_entries
 
-  !> Adds what one entry of the file gives to the merged entry of its key.
+  !> Adds one entry of the file to the merged entry of its key.
   pure subroutine merge_entry(group, entry, rule, merged, error)
     type(group_type), intent(in) :: group
     type(entry_type), intent(in) :: entry
@@ -91,10 +91,12 @@ contains
     end if
   end subroutine merge_entry
 
-  !> Values without subscripts, repeat counts resolved, as many as the rule allows.
+  !> Expands an entry without subscripts: resolves repeat counts and checks the number of values.
   pure subroutine expand(group, entry, rule, merged, error)
+    !> Group of the entry, for messages
     type(group_type), intent(in) :: group
     type(entry_type), intent(in) :: entry
+    !> Record of the key
     type(key_type), intent(in) :: rule
     type(entry_type), intent(inout) :: merged
     type(error_type), allocatable, intent(out) :: error
@@ -102,7 +104,7 @@ contains
     real(dp) :: total
     integer :: i, k, n
 
-    ! in real numbers: repeat counts may be as large as they like
+    ! in real numbers, because large repeat counts would overflow an integer
     total = sum(real(entry%values%count, dp))
     if (rule%shorter > 0 .and. all(nint(min(total, 1.0e6_dp)) /= [rule%shorter, rule%most])) then
       call refuse_entry(group, entry, "takes " // text(rule%shorter) // " or " // text(rule%most) // " values, has " &
@@ -125,7 +127,8 @@ contains
     end do
   end subroutine expand
 
-  !> Which element number n of a list of so many values is.
+  !> Position at which element `n` of a list is stored. It differs from n only for the short form of a matrix, which has `total`
+  !> values.
   pure integer function place_of(n, total, rule)
     integer, intent(in) :: n, total
     type(key_type), intent(in) :: rule
@@ -137,10 +140,12 @@ contains
     place_of = 1 + mod(n - 1, rows) + rule%rows * ((n - 1) / rows)
   end function place_of
 
-  !> A merged entry without values.
+  !> Creates a merged entry without values.
   pure subroutine start(entry, rule, n, merged)
+    !> Supplies key and line
     type(entry_type), intent(in) :: entry
     type(key_type), intent(in) :: rule
+    !> Number of elements
     integer, intent(in) :: n
     type(entry_type), intent(inout) :: merged
 
@@ -152,7 +157,8 @@ contains
     allocate(merged%values(n))
   end subroutine start
 
-  !> Shortens a list that was given by subscripts to its last element; gaps are refused, but among those that it always has.
+  !> Cuts a list that was given by subscripts after its last element. Fails if an element before it is missing, except among those
+  !> that the list always has.
   pure subroutine close_list(group, rule, merged, error)
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: rule

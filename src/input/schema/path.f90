@@ -1,4 +1,4 @@
-!> Paths such as joint(B).lengths(1): values set from outside the file.
+!> Sets and returns values of a document by paths such as joint(B).lengths(1).
 module gestell_input_schema_path
   use gestell_base_error, only: error_type, fatal_error, invalid_input, wrong_usage
   use gestell_base_kinds, only: dp
@@ -18,10 +18,11 @@ module gestell_input_schema_path
 
 contains
 
-  !> Carries out "PATH=VALUE" of the command line's --set.
+  !> Executes "PATH=VALUE" of --set. Fails if the path denotes nothing or the value is not allowed.
   pure subroutine set_value(doc, schema, assignment, error)
     type(document_type), intent(inout) :: doc
     type(schema_type), intent(in) :: schema
+    !> "PATH=VALUE" as typed
     character(len=*), intent(in) :: assignment
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: origin
@@ -36,18 +37,19 @@ contains
     end if
   end subroutine set_value
 
-  !> Sets a path to a number, to all its digits.
+  !> Sets a path to a number with all its digits. Errors as in `set_value`.
   pure subroutine set_path_real(doc, schema, path, value, error)
     type(document_type), intent(inout) :: doc
     type(schema_type), intent(in) :: schema
     character(len=*), intent(in) :: path
+    !> The number as typed, in the units of the input
     real(dp), intent(in) :: value
     type(error_type), allocatable, intent(out) :: error
 
     call set_path_text(doc, schema, path, exact(value), error)
   end subroutine set_path_real
 
-  !> Sets a path to what would stand behind the sign of equality of --set.
+  !> Sets a path to a text as it would follow the equals sign of --set. Errors as in `set_value`.
   pure subroutine set_path_text(doc, schema, path, value, error)
     type(document_type), intent(inout) :: doc
     type(schema_type), intent(in) :: schema
@@ -57,7 +59,7 @@ contains
     call assign(doc, schema, path, value, "at " // shown(path) // "=" // shown(trim(value)), error)
   end subroutine set_path_text
 
-  !> The numbers that a path names, in the order of groups and elements.
+  !> Returns the numbers at a path as typed, ordered by groups and elements. Fails if the path denotes nothing or a text.
   pure subroutine get_path(doc, schema, path, values, error)
     type(document_type), intent(inout) :: doc
     type(schema_type), intent(in) :: schema
@@ -90,7 +92,7 @@ contains
     if (size(values) == 0) call fatal_error(error, shown(path) // ": has no value in the input", invalid_input)
   end subroutine get_path
 
-  !> Gives a path a value; `origin` stands in messages about it in place of file and line.
+  !> Sets a path to a value. In error messages `origin` replaces file and line.
   pure subroutine assign(doc, schema, path, text, origin, error)
     type(document_type), intent(inout) :: doc
     type(schema_type), intent(in) :: schema
@@ -122,7 +124,7 @@ contains
     if (allocated(error)) return
     call check_values(group, rule, entry, error)
     if (allocated(error)) return
-    ! nothing is changed unless all can be
+    ! change nothing unless all groups can be changed
     room = minval([(room_in(doc%groups(target%groups(i)), schema%keys(target%rule)), i = 1, size(target%groups))])
     if (size(target%groups) == 0) room = room_in(group, schema%keys(target%rule))
     if (target%element > room) then
@@ -141,7 +143,7 @@ contains
     end do
   end subroutine assign
 
-  !> The greatest element that a key of a group can be given: one behind those that are there, or that it always has.
+  !> Largest element that may be set: the one behind the existing elements, or the last one that the key always has.
   pure integer function room_in(group, rule)
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: rule
@@ -154,8 +156,8 @@ contains
     if (i > 0) room_in = max(room_in, 1 + size(group%entries(i)%values))
   end function room_in
 
-  !> Puts an entry, or its one value as an element that there is room for, into a group. `one`: one value was typed, that of all
-  !> components of a key whose components are `alike`: as many as there are, or as it always has.
+  !> Stores an entry in a group. With `element` > 0 only its first value is stored, as this element. If the key's components are
+  !> `alike` and one value was typed (`one`), all existing or always present components get it.
   pure subroutine put(group, entry, rule, element, one)
     type(group_type), intent(inout) :: group
     type(entry_type), intent(in) :: entry
@@ -195,7 +197,7 @@ contains
     group%entries(i)%values(element) = entry%values(1)
   end subroutine put
 
-  !> The values of a text between commas; a key that takes one text takes it whole.
+  !> Splits a text at commas into values. A key that takes a single text gets the whole text.
   pure subroutine split(text, rule, key, origin, entry, error)
     character(len=*), intent(in) :: text, key, origin
     type(key_type), intent(in) :: rule
@@ -229,7 +231,7 @@ contains
     if (rule%alike .and. n == 1) entry%values%count = rule%most
   end subroutine split
 
-  !> Position of the = that ends a path; one between parentheses belongs to a name.
+  !> Position of the = that ends a path; 0 if there is none. An = in parentheses belongs to a name.
   pure integer function position_of_equals(text) result(i)
     character(len=*), intent(in) :: text
     integer :: depth

@@ -1,4 +1,4 @@
-!> The values of a checked group, by the records of its keys.
+!> Reads the values of a checked group as the records of its keys specify: units, defaults, ranges, allowed words.
 module gestell_input_schema_read
   use gestell_base_error, only: error_type
   use gestell_base_key, only: all_words, find_key, integer_key, key_type, unset
@@ -14,11 +14,11 @@ module gestell_input_schema_read
 
   public :: read, read_place, count_values
 
-  !> call read(group, keys, name, value, error, units, default): the value of a group's key, whose record stands in `keys`.
-  !> Numbers, vectors and matrices come in SI, with `units`, or as typed without. Where the key is missing its default stands
-  !> for it, the one given here first, for vectors and matrices for every element not given. Of a matrix with more rows the
-  !> first ones come. Errors: a value out of range, a word that is not allowed, a key without default that is missing. Where there
-  !> is an error already nothing is read and the error stays, so that a reader asks for errors once, behind its last key.
+  !> call read(group, keys, name, value, error, units, default): reads a key whose record is in `keys`. With `units`, numbers are
+  !> converted to SI; without, they stay as typed. A missing key, or a missing element of a vector or matrix, gets `default`, or
+  !> else the default of the record. If the input has more rows than a matrix `value`, the first rows are read. Fails if a value is
+  !> out of range, a word is not allowed, or a key without default is missing. If `error` is already allocated, nothing is read, so
+  !> that a caller need check for errors only after the last key.
   interface read
     module procedure read_real
     module procedure read_vector
@@ -30,7 +30,7 @@ module gestell_input_schema_read
 
 contains
 
-  !> Number of values that a key has; zero where it is missing.
+  !> Number of values of a key; 0 if the key is missing.
   pure integer function count_values(group, key)
     type(group_type), intent(in) :: group
     character(len=*), intent(in) :: key
@@ -94,17 +94,19 @@ contains
           return
         end if
         value(k) = missing
-        ! defaults are in SI, but for angles
+        ! defaults of the records are in SI, except that angles are in degrees
         if (present(units) .and. abs(missing) > 0) value(k) = usual_units%to_si(key, k, missing)
       end do
     end associate
   end subroutine read_vector
 
-  !> A place in space, m, or what else has a value along each of three axes: of two values the third is 0. Where `alike` one value
-  !> stands for all. Nothing is read where there is an error already.
+  !> Reads a position in space (m) or another quantity with a value for each of three axes. If two values are given, the third one
+  !> is 0. Reads nothing if `error` is already allocated.
   pure subroutine read_place(group, keys, name, units, value, error)
     type(group_type), intent(in) :: group
+    !> Records of the group's keys
     type(key_type), intent(in) :: keys(:)
+    !> Name of the key
     character(len=*), intent(in) :: name
     type(units_type), intent(in) :: units
     real(dp), intent(out) :: value(3)
@@ -136,7 +138,7 @@ contains
     end do
   end subroutine read_matrix
 
-  !> The last element that has a value.
+  !> Index of the last element that has a value; 0 if there is none.
   pure integer function last_given(entry) result(n)
     type(entry_type), intent(in) :: entry
 
@@ -208,7 +210,7 @@ contains
     end associate
   end subroutine read_texts
 
-  !> Whether a text is one of the words that a key takes.
+  !> True if the key accepts this word.
   pure logical function allowed(key, word)
     type(key_type), intent(in) :: key
     character(len=*), intent(in) :: word
@@ -217,7 +219,7 @@ contains
     if (.not. allowed) allowed = index(word, ",") == 0 .and. index(", " // trim(key%words) // ",", ", " // trim(word) // ",") > 0
   end function allowed
 
-  !> Error: the number is out of its key's range.
+  !> Fails if a number is outside the range of its key.
   pure subroutine check_range(group, key, value, element, error)
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: key

@@ -1,4 +1,4 @@
-!> The groups and keys of an input: what is not among them is refused.
+!> Defines the schema: the groups and keys that an input may contain. Everything else is refused.
 module gestell_input_schema
   use gestell_base_key, only: key_type
   implicit none (type, external)
@@ -6,24 +6,30 @@ module gestell_input_schema
 
   public :: find_group_rule, find_key_rule, names_of_keys
 
-  !> What a group is about: the task, the frame with its drive and mounts, the mechanism. Numbers of the last two can run.
+  !> Subject of a group: options of the tasks; frame, drive and mounts; mechanism. Only numbers of the last two may vary in a sweep.
   integer, parameter, public :: option_group = 0, frame_group = 1, mechanism_group = 2
 
-  !> A group in a sentence: must it stand in the file, may it repeat, what is it about.
+  !> Rule of a group
   type, public :: group_rule
+    !> Name without &, and one sentence on its meaning
     character(len=16) :: name
     character(len=160) :: meaning
+    !> True if the file must contain the group; true if it may occur several times
     logical :: required = .false., repeatable = .false.
+    !> option_group, frame_group or mechanism_group
     integer :: about = option_group
   end type group_rule
 
-  !> What a word of a key says of its group: which of the other keys it has, in words.
+  !> Describes one word of a key that selects a variant of its group, such as a joint's type.
   type, public :: variant_type
+    !> Name of the group, of the key and of the word
     character(len=16) :: group, key, name
     character(len=320) :: meaning
+    !> Further keys of this variant, as a list for the manual
     character(len=200) :: keys = ""
   end type variant_type
 
+  !> All groups, keys and variants of the input.
   type, public :: schema_type
     type(group_rule), allocatable :: groups(:)
     type(key_type), allocatable :: keys(:)
@@ -34,7 +40,7 @@ module gestell_input_schema
 
 contains
 
-  !> A further group with its keys.
+  !> Adds a group and its keys.
   pure subroutine add(self, group, keys)
     class(schema_type), intent(inout) :: self
     type(group_rule), intent(in) :: group
@@ -44,7 +50,7 @@ contains
     self%keys = [self%keys, keys]
   end subroutine add
 
-  !> Index of a group's rule, zero where there is no such group.
+  !> Index of a group's rule; 0 if there is no such group.
   pure integer function find_group_rule(schema, name) result(i)
     type(schema_type), intent(in) :: schema
     character(len=*), intent(in) :: name
@@ -52,7 +58,7 @@ contains
     i = findloc(schema%groups%name == name, .true., dim=1)
   end function find_group_rule
 
-  !> Index of a key's rule, zero where the group has no such key.
+  !> Index of a key's record; 0 if the group has no such key.
   pure integer function find_key_rule(schema, group, name) result(i)
     type(schema_type), intent(in) :: schema
     character(len=*), intent(in) :: group, name
@@ -60,7 +66,7 @@ contains
     i = findloc(schema%keys%group == group .and. schema%keys%name == name, .true., dim=1)
   end function find_key_rule
 
-  !> The names of a group's keys.
+  !> Names of the keys of a group.
   pure function names_of_keys(schema, group) result(names)
     type(schema_type), intent(in) :: schema
     character(len=*), intent(in) :: group

@@ -1,4 +1,4 @@
-!> Units that data can be typed in; everything behind the reader is SI and rad.
+!> Converts input values between their units and SI. The rest of the library uses SI units and rad only.
 module gestell_input_schema_units
   use gestell_base_key, only: key_type, of_angle, of_damping, of_damping_diagonal, of_force, of_inertia, of_length, of_mass, &
     & of_moment, of_rotary_damping, of_stiffness, of_stiffness_matrix, quantities
@@ -8,9 +8,10 @@ module gestell_input_schema_units
 
   public :: find_unit, unit_names, unit_symbol
 
-  !> Value in SI = value * factor / divisor. Both are whole numbers where the unit allows it: 7 cm become the number that
-  !> 0.07 stands for, to the last bit.
+  !> A unit: value in SI = value * factor / divisor. Factor and divisor are whole numbers where possible, so that 7 cm and 0.07 m
+  !> give the identical number.
   type, public :: unit_type
+    !> Index of the quantity (`of_length`, ...)
     integer :: quantity = 0
     character(len=12) :: name = ""
     real(dp) :: factor = 1, divisor = 1
@@ -18,7 +19,7 @@ module gestell_input_schema_units
     procedure :: si
   end type unit_type
 
-  !> The units in use, by quantity.
+  !> The unit of each quantity in the input
   type, public :: units_type
     type(unit_type) :: of(quantities) = [unit_type(of_length, "m"), unit_type(of_mass, "kg"), unit_type(of_inertia, "kg m^2"), &
       & unit_type(of_stiffness, "N/m"), unit_type(of_force, "N"), unit_type(of_moment, "N m"), unit_type(of_damping, "N s/m"), &
@@ -27,17 +28,20 @@ module gestell_input_schema_units
     procedure :: to_si
   end type units_type
 
+  !> Units of an input without &units: SI, and deg for angles.
   type(units_type), parameter, public :: usual_units = units_type()
 
-  !> The keys of &units, by quantity.
+  !> Keys of &units, one for each quantity.
   character(len=14), parameter, public :: quantity_names(quantities) = [character(len=14) :: "length", "mass", "inertia", &
     & "stiffness", "force", "moment", "damping", "rotary_damping", "angle"]
 
-  !> Which degrees of freedom of a frame turn it, in its order; the quantities of a stiffness matrix in Fortran's order, and of the
-  !> diagonal of a damping matrix.
+  !> True for the degrees of freedom of a frame that are rotations.
   logical, parameter :: turns(6) = [.false., .false., .true., .false., .true., .true.]
+  !> Indices of the implied loops below only.
   integer :: i, j
+  !> Quantity of each element of a stiffness matrix, column by column.
   integer, parameter :: stiffness_matrix(36) = [((of_stiffness + count([turns(i), turns(j)]), i = 1, 6), j = 1, 6)]
+  !> Quantity of each element on the diagonal of a damping matrix.
   integer, parameter :: damping_diagonal(6) = [(merge(of_rotary_damping, of_damping, turns(i)), i = 1, 6)]
 
   !> All units. 1 kp = 9.80665 N.
@@ -92,7 +96,7 @@ module gestell_input_schema_units
 
 contains
 
-  !> A value in SI.
+  !> Converts a value to SI.
   elemental real(dp) function si(self, value)
     class(unit_type), intent(in) :: self
     real(dp), intent(in) :: value
@@ -100,7 +104,7 @@ contains
     si = value * self%factor / self%divisor
   end function si
 
-  !> The number that a key's `element` stands for, from what is typed.
+  !> Converts a typed number, an `element` of a key's values, to SI.
   pure real(dp) function to_si(self, key, element, typed)
     class(units_type), intent(in) :: self
     type(key_type), intent(in) :: key
@@ -113,7 +117,7 @@ contains
     if (quantity > 0) to_si = self%of(quantity)%si(typed)
   end function to_si
 
-  !> The quantity of one of a key's numbers, 0 where &units does not name its unit.
+  !> Quantity of an element of a key's values; 0 if &units has no unit for it.
   pure integer function quantity_of(key, element) result(quantity)
     type(key_type), intent(in) :: key
     integer, intent(in) :: element
@@ -123,8 +127,8 @@ contains
     if (key%unit == of_damping_diagonal) quantity = damping_diagonal(element)
   end function quantity_of
 
-  !> The unit in which a key's `element` is typed, empty for numbers without one; `element` 0: of all of them, empty where they
-  !> have not the same, or with `in_turn` the different ones.
+  !> Symbol of the unit of an element of a key's values; empty if it has none. With `element` 0 it is the unit of all elements; if
+  !> they differ it is empty, or with `in_turn` a list of their units.
   pure function unit_symbol(key, element, units, in_turn) result(symbol)
     type(key_type), intent(in) :: key
     integer, intent(in) :: element
@@ -143,7 +147,7 @@ contains
       & // ", " // trim(units%of(of_rotary_damping)%name)
   end function unit_symbol
 
-  !> The names of a quantity's units, SI first (for angles: deg).
+  !> Names of the units of a quantity, the SI unit first (deg for angles).
   pure function unit_names(quantity) result(names)
     integer, intent(in) :: quantity
     character(len=12), allocatable :: names(:)
@@ -151,7 +155,7 @@ contains
     allocate(names, source=pack(table%name, table%quantity == quantity))
   end function unit_names
 
-  !> The unit of that name.
+  !> The unit with this name.
   pure type(unit_type) function find_unit(quantity, name)
     integer, intent(in) :: quantity
     character(len=*), intent(in) :: name
