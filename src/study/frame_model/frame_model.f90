@@ -1,4 +1,4 @@
-!> The frame's model: which equations stand for a machine.
+!> Settles a frame on one of three models, that is on the equations that describe its vibration and stability.
 !>
 !> | model       | vibration                        | its stability: multipliers of the equations varied  |
 !> |-------------|----------------------------------|-----------------------------------------------------|
@@ -6,9 +6,9 @@
 !> | first_order | of the equations about rest, (8) | exactly, about that vibration                       |
 !> | rest        | of the equations about rest, (8) | about rest: Nguyen van Khang's                      |
 !>
-!> Each is a linear periodic system whose periodic motion is the vibration, so all that is known of such systems serves all models.
-!> The exact vibration comes from Newton's method (gestell_study_frame_model_newton), from the linear vibration or, where that is
-!> too far away, on a path from rest or from another speed (gestell_study_frame_model_vibration_path).
+!> Each model is a linear periodic system whose periodic motion is the vibration, so one solver of such systems serves all models.
+!> Newton's method computes the exact vibration (gestell_study_frame_model_newton), starting from the linear vibration. If that
+!> start is too far away, a path from rest, another speed or more damping is followed (gestell_study_frame_model_vibration_path).
 module gestell_study_frame_model
   use gestell_base_error, only: error_type, fatal_error, invalid_input, no_convergence, resonance
   use gestell_base_kinds, only: dp
@@ -29,34 +29,37 @@ module gestell_study_frame_model
 
   character(len=11), parameter, public :: frame_models(3) = [character(len=11) :: "exact", "first_order", "rest"]
 
-  !> How the exact vibration was found.
+  !> The way in which the exact vibration was found.
   type, public :: newton_type
-    !> Newton's steps |q_k+1 - q_k|/|q_k+1|, the first from the linear vibration; the last is what is left of the error.
+    !> Newton's steps |q_k+1 - q_k|/|q_k+1|, the first from the linear vibration; the last one estimates the remaining error
     real(dp), allocatable :: steps(:)
-    !> Whether it was found on a path from rest or from another speed.
+    !> True if the vibration was found on a path
     logical :: followed = .false.
-    !> Other vibrations that were met on the way.
+    !> Other vibrations that were found on the way
     type(varied_frame_type), allocatable :: others(:)
   end type newton_type
 
-  !> A first step of Newton's method beyond this tells that the vibration is far enough from the linear one to be one of several.
+  !> If the first step of Newton's method is larger, the vibration may be one of several: it is far from the linear one.
   real(dp), parameter :: notably_nonlinear = 0.02_dp
-  !> A first step from the motion of a frame that differs little is shorter than this part of the motion.
+  !> A motion given as a start is accepted only if all steps from it stay below this part of the motion.
   real(dp), parameter :: beside = 0.3_dp
 
 contains
 
-  !> `frame` by `model`, one of `frame_models`. Errors: there is no such model; as of `solve_floquet` and `solve_periodic`; Newton's
-  !> method finds no vibration.
+  !> Settles `frame` on `model`, one of `frame_models`. Fails if the model does not exist, as `solve_floquet` and `solve_periodic`
+  !> do, or if no vibration is found.
   recursive subroutine settle(frame, model, accuracy, settled, error, newton, near)
+    !> The frame, and the name of the model
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: model
     type(accuracy_type), intent(in) :: accuracy
+    !> The frame by its model: for 'exact' and 'first_order' a varied_frame_type, otherwise a copy
     class(frame_type), allocatable, intent(out) :: settled
     type(error_type), allocatable, intent(out) :: error
+    !> The way in which an exact vibration was found
     type(newton_type), intent(out), optional :: newton
-    !> A motion beside that of the exact frame, where Newton's method begins; the usual ways are taken if that leads far away, for
-    !> it may be to another vibration.
+    !> Start of Newton's method, near the vibration of the exact frame. If Newton's method moves far from it, perhaps to another
+    !> vibration, the usual search is made instead
     type(series_type), intent(in), optional :: near
     type(varied_frame_type), allocatable :: varied
     type(series_type) :: rest
@@ -69,7 +72,7 @@ contains
       allocate(rest%cosine(0:1, frame%dofs()), rest%sine(0:1, frame%dofs()), source=0.0_dp)
       allocate(varied)
       varied = varied_frame(frame, rest)
-      ! What forces do that cancel to their rounding is small, and the same of all models.
+      ! Forces that cancel to their rounding error move the frame so little that all models agree.
       varied%newton = model == "exact" .and. frame%load_rounding < 0.5_dp
       if (varied%newton .and. present(near)) then
         call varied%move_to(near)
@@ -93,8 +96,8 @@ contains
     end select
   end subroutine settle
 
-  !> The same of a family's member, in its place, or with model 'averaged' the frame with M, B, C averaged over the turn; what is no
-  !> frame stays as it is.
+  !> Settles a member of a family in place. The model 'averaged' replaces a frame by its equations with averaged M, B, C.
+  !> Systems that are no frames stay as they are. Fails as `settle` does.
   subroutine settle_member(system, model, accuracy, error)
     class(periodic_system), allocatable, intent(inout) :: system
     character(len=*), intent(in) :: model
@@ -117,8 +120,8 @@ contains
     if (allocated(means)) call move_alloc(means, system)
   end subroutine settle_member
 
-  !> Newton's method from `varied`, the frame about rest; where that fails, on a path. Between two turning points of the vibrations
-  !> over the speed lies one that no machine keeps to: another one, if a path leads to it, is preferred.
+  !> Searches for the vibration by Newton's method from `varied`, the frame about rest, and if that fails, along paths.
+  !> A vibration between two turning points over the speed is one that no machine keeps. If a path leads to another, that is taken.
   subroutine find_vibration(frame, accuracy, varied, error, newton)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
@@ -133,7 +136,7 @@ contains
 
     found = varied
     call iterate(frame, accuracy, .false., found, steps, error)
-    ! Another way may lead to a vibration where the linear one is none, or too large a start.
+    ! Another way may succeed if the linear equations have no vibration or theirs is too large as a start.
     followed = .false.
     if (allocated(error)) followed = any(error%cause == [resonance, no_convergence])
     if (allocated(error) .and. .not. followed) return
@@ -165,7 +168,7 @@ contains
     if (allocated(between)) call move_alloc(between, newton%others)
   end subroutine find_vibration
 
-  !> Whether a multiplier says that the vibration lies between two turning points: it is real and greater than 1.
+  !> True if a real multiplier is greater than 1: then the vibration lies between two turning points.
   logical function between_turns(varied)
     type(varied_frame_type), intent(in) :: varied
     type(floquet_type) :: floquet

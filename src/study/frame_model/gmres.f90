@@ -1,15 +1,17 @@
-!> Generalised minimal residuals: A x = b from products A v alone, for an A that is not far from E (Y. Saad, M. H. Schultz, SIAM J.
-!> Sci. Stat. Comput. 7, 1986, 856-869). Whoever has the products asks for `last`, and gives A times it to `extend`.
+!> GMRES, the generalised minimal residual method: solves A x = b from products A v for an A close to the unit matrix
+!> (Y. Saad, M. H. Schultz, SIAM J. Sci. Stat. Comput. 7, 1986, 856-869). The caller multiplies `last` by A and passes the product
+!> to `extend`.
 module gestell_study_frame_model_gmres
   use gestell_base_kinds, only: dp
   implicit none (type, external)
   private
 
+  !> State of the iteration.
   type, public :: gmres_type
     private
-    !> Products so far.
+    !> Number of products so far
     integer :: products = 0
-    !> Orthonormal vectors; R of A V = V H = (V Q) R with the rotations that make Q; what is left of b, in their units.
+    !> Orthonormal vectors V; R of A V = V H = (V Q) R with the rotations that form Q; the remaining residual of b in the basis V Q
     real(dp), allocatable :: vectors(:, :), r(:, :), cosine(:), sine(:), left(:)
   contains
     procedure :: begin
@@ -20,12 +22,12 @@ module gestell_study_frame_model_gmres
     procedure :: residual
   end type gmres_type
 
-  !> Residual where nothing is solved.
+  !> Residual if there is no solution.
   real(dp), parameter :: none = 1.0e100_dp
 
 contains
 
-  !> `b` with room for so many products.
+  !> Starts the iteration for the right-hand side `b`, with room for `most` products.
   pure subroutine begin(self, b, most)
     class(gmres_type), intent(inout) :: self
     real(dp), intent(in) :: b(:)
@@ -39,7 +41,7 @@ contains
     self%vectors(:, 1) = b / max(length, tiny(length))
   end subroutine begin
 
-  !> The vector whose product is wanted next.
+  !> The vector whose product with A is needed next.
   pure function last(self)
     class(gmres_type), intent(in) :: self
     real(dp) :: last(size(self%vectors, 1))
@@ -47,7 +49,7 @@ contains
     last = self%vectors(:, self%products + 1)
   end function last
 
-  !> Takes A times the last vector, `product`.
+  !> Takes the product of A with the last vector and extends the basis.
   pure subroutine extend(self, product)
     class(gmres_type), intent(inout) :: self
     real(dp), contiguous, intent(in) :: product(:)
@@ -78,7 +80,7 @@ contains
     self%left(m) = self%cosine(m) * self%left(m)
   end subroutine extend
 
-  !> x with the least |b - A x| there is.
+  !> The x in the space of the vectors so far that minimises |b - A x|.
   pure function solution(self) result(x)
     class(gmres_type), intent(in) :: self
     real(dp) :: x(size(self%vectors, 1))
@@ -92,7 +94,7 @@ contains
     end do
   end function solution
 
-  !> |b - A x|/|x|; huge where there is no x.
+  !> |b - A x|/|x|; `none` if there is no solution.
   pure real(dp) function residual(self)
     class(gmres_type), intent(in) :: self
     real(dp) :: size_of_solution
@@ -107,7 +109,7 @@ contains
     end if
   end function residual
 
-  !> |A^-1| as far as it was seen, by 1 + |R^-1 - E|.
+  !> Estimate of |A^-1| from the vectors so far, 1 + |R^-1 - E|.
   pure real(dp) function amplification(self)
     class(gmres_type), intent(in) :: self
     real(dp) :: column(self%products), squares
@@ -124,7 +126,7 @@ contains
     amplification = 1 + sqrt(squares)
   end function amplification
 
-  !> R^-1 y, of the first columns of R.
+  !> R^-1 y with the leading columns of R.
   pure function coefficients(self, y) result(x)
     class(gmres_type), intent(in) :: self
     real(dp), intent(in) :: y(:)
@@ -138,7 +140,7 @@ contains
     end do
   end function coefficients
 
-  !> u . v in four sums, which do not wait for each other.
+  !> u . v in four independent sums, which the processor adds in parallel.
   pure real(dp) function inner(u, v)
     real(dp), contiguous, intent(in) :: u(:), v(:)
     real(dp) :: s1, s2, s3, s4

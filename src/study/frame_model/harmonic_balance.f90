@@ -1,11 +1,11 @@
-!> The periodic motion of M q'' + B q' + C q = h by harmonic balance: the harmonics whose motion satisfies the equations at
-!> equidistant phases. Nothing is integrated, and the coefficients are taken at these phases only.
+!> Solves for the periodic motion of M q'' + B q' + C q = h by harmonic balance: the harmonics satisfy the equations at equidistant
+!> phases. Nothing is integrated, and the coefficients are evaluated at these phases only.
 !>
-!> Harmonic by harmonic the means of M, B, C are solved at once, A_k x_k = h_k. What the coefficients swing
-!> couples the harmonics, and is small: with A^-1 before the equations GMRES takes a few iterations (Y. Saad, M. H. Schultz, SIAM J.
-!> Sci. Stat. Comput. 7, 1986, 856-869), also where a resonance of the means makes one or two of the couplings great. Its residual,
-!> times what it has found the inverse to be worth, is the error of the harmonics that there are. Those that there are not come back
-!> at the phases as lower ones.
+!> The means of M, B, C alone give A_k x_k = h_k, one equation for each harmonic. The periodic parts of the coefficients couple the
+!> harmonics weakly. With A^-1 as preconditioner GMRES needs few iterations (Y. Saad, M. H. Schultz, SIAM J. Sci. Stat. Comput. 7,
+!> 1986, 856-869), even where a resonance of the means makes one or two couplings large. The error of the computed harmonics is
+!> estimated by the residual times an estimate of the norm of the inverse. Harmonics beyond the phases appear as lower ones
+!> (doc/theory.md, equation 37).
 module gestell_study_frame_model_harmonic_balance
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -19,16 +19,17 @@ module gestell_study_frame_model_harmonic_balance
 
   public :: balance_harmonics
 
+  !> A periodic motion by harmonic balance with estimates of its errors.
   type, public :: balance_type
-    !> Of the motion of the degrees of freedom, shape (0:phases - 1, dofs): cosines of the orders below half the phases, then sines.
+    !> Harmonics of the degrees of freedom, shape (0:phases - 1, dofs): cosines of the orders below half the phases, then sines
     real(dp), allocatable :: harmonics(:, :)
-    !> Estimates of its errors, those of the velocities included, by rounding and by what is left of the equations, relative to it.
+    !> Estimates of the relative errors of motion and velocity, by rounding and by the remaining residual and missing harmonics
     real(dp) :: rounding = 0, truncation = 0
-    !> The part of the latter that more phases would take away.
+    !> Part of `truncation` that more phases would reduce
     real(dp) :: left_out = 0
-    !> Units of the states and their turns, kept for systems that differ little; unallocated where none were looked at.
+    !> Units of the states and phase advance, kept for similar systems; its `scale` is unallocated before the first use
     type(survey_type) :: survey
-    !> Those that come before the equations, kept likewise.
+    !> The preconditioner, kept for similar systems
     type(means_type), private :: means
   contains
     procedure :: at_phases
@@ -39,22 +40,27 @@ module gestell_study_frame_model_harmonic_balance
     real(dp), allocatable, dimension(:, :, :) :: m, b, c
   end type coefficients_type
 
-  !> Iterations at the most; how much greater an error may be at a phase than its rms, and by what iterations have not seen yet.
+  !> Maximum number of iterations; safety factor for the ratio of peak to rms error and for directions that the iterations missed;
+  !> minimum number of phases for each of the system's least steps.
   integer, parameter :: most_iterations = 16
   real(dp), parameter :: reserve = 10
   integer, parameter :: phases_in_step = 4
-  !> Where free vibrations turn further (rad) this is no way.
+  !> Largest phase advance of the free vibrations (rad) for which harmonic balance is tried.
   real(dp), parameter :: most_turns = 700
 
 contains
 
-  !> `phases`: a multiple of 2 lanes. `of_motion`: the error that is allowed, relative to the motion. `fits` is false where this is
-  !> no way: coefficients jump, free vibrations turn far, iterations do not converge, harmonics are missing, or no digit is safe.
+  !> Computes the periodic motion, or reports that harmonic balance does not work. The reasons are coefficients that jump, fast free
+  !> vibrations, iterations that do not converge, missing harmonics, or rounding above the allowed error.
   subroutine balance_harmonics(system, phases, of_motion, motion, fits)
+    !> A multiple of twice the number of lanes
     class(second_order_system), intent(in) :: system
     integer, intent(in) :: phases
+    !> Allowed error relative to the motion
     real(dp), intent(in) :: of_motion
+    !> The motion; may hold units and preconditioner of a similar system
     type(balance_type), intent(inout) :: motion
+    !> False if harmonic balance does not work
     logical, intent(out) :: fits
     type(coefficients_type) :: at
     type(error_type), allocatable :: error
@@ -105,7 +111,7 @@ contains
     end associate
   end subroutine balance_harmonics
 
-  !> M, B, C over theta and h at equidistant phases, in these units of the states.
+  !> Samples M, B, C over theta and h at equidistant phases, in the given units of the states.
   subroutine sample(system, phases, units, at, h)
     class(second_order_system), intent(in) :: system
     integer, intent(in) :: phases
@@ -129,7 +135,7 @@ contains
     end do
   end subroutine sample
 
-  !> A^-1 of what the equations make of weighted harmonics `v`, weighted.
+  !> Applies the equations and then A^-1 to weighted harmonics `v`; the result is weighted too.
   pure function applied(means, at, v) result(x)
     type(means_type), intent(in) :: means
     type(coefficients_type), intent(in) :: at
@@ -161,7 +167,7 @@ contains
     x = means%weighted(means%waves%harmonics(load))
   end function applied
 
-  !> Values at the phases of harmonics, both of shape (phases, functions).
+  !> Values of harmonics at the phases; both have shape (phases, functions).
   pure function at_phases(self, harmonics) result(values)
     class(balance_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: harmonics(:, :)

@@ -1,4 +1,4 @@
-!> The means of M, B, C over the turn, harmonic by harmonic: A_k = <C> + i k W <B> - (k W)^2 <M>.
+!> The preconditioner of harmonic balance: the means of M, B, C over the turn give A_k = <C> + i k W <B> - (k W)^2 <M>, W = 2 pi/T.
 module gestell_study_frame_model_harmonic_means
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_choice_survey, only: survey_type
@@ -8,37 +8,40 @@ module gestell_study_frame_model_harmonic_means
 
   public :: solve_means
 
-  !> Over theta and in units of the states.
+  !> Means of the coefficients over theta, in units of the states, and their inverses.
   type, public :: means_type
-    !> Degrees of freedom, and half the phases: orders are those below.
+    !> Number of degrees of freedom, and half the number of phases; the orders are below it
     integer :: f = 0, half = 0
-    !> Of M, B, C, shape (f, f, 3).
+    !> Means of M, B, C, shape (f, f, 3)
     real(dp), allocatable :: coefficients(:, :, :)
-    !> Real and imaginary parts of A_k^-1, shape (0:half - 1, f, f).
+    !> Real and imaginary parts of A_k^-1, shape (0:half - 1, f, f)
     real(dp), allocatable, dimension(:, :, :) :: along, across
-    !> Over a displacement the velocity of order 1; of a motion's rms, shape (0:2 half - 1, f).
+    !> Ratio of the velocity of order 1 to the displacement, shape (f); weights of the harmonics in the rms of motion and velocity,
+    !> shape (0:2 half - 1, f)
     real(dp), allocatable :: of_velocity(:), weights(:, :)
-    !> By the order the size of A_k^-1.
+    !> Norm of A_k^-1 for each order k
     real(dp), allocatable :: gains(:)
-    !> Of errors of a turn: the greatest |(i k W - P)^-1|/T, which (E - Phi(T))^-1 is near a resonance.
+    !> Amplification of errors of a turn: maximum of |(i k W - P)^-1|/T, which approximates (E - Phi(T))^-1 near a resonance
     real(dp) :: amplification = 0
+    !> The Fourier transform at the phases
     type(waves_type) :: waves
   contains
     procedure :: weighted
     procedure :: left_out
   end type means_type
 
-  !> Resonances are looked at up to so many times the order of the fastest free vibration.
+  !> Resonances are considered up to this multiple of the order of the fastest free vibration.
   real(dp), parameter :: beyond_fastest = 1.1_dp
 
 contains
 
-  !> Of coefficients at equidistant phases, shape (phases, f, f), over theta and in the units of the `survey`. `fits`
-  !> is false where an A_k is singular.
+  !> Computes the means and the inverses of A_k.
   pure subroutine solve_means(m, b, c, omega, survey, means, fits)
+    !> Coefficients over theta at equidistant phases in the units of `survey`, shape (phases, f, f); 2 pi/T (rad/s)
     real(dp), intent(in) :: m(:, :, :), b(:, :, :), c(:, :, :), omega
     type(survey_type), intent(in) :: survey
     type(means_type), intent(out) :: means
+    !> False if an A_k is singular
     logical, intent(out) :: fits
     integer :: f, n, furthest, i, k
 
@@ -61,7 +64,7 @@ contains
     call invert_means(means, fits)
   end subroutine solve_means
 
-  !> Inverts A_k, those of the orders that are not there for their size alone. `fits` is false where one is singular.
+  !> Inverts A_k for all orders; for orders beyond the phases only the norms are kept. `fits` is false if an A_k is singular.
   pure subroutine invert_means(means, fits)
     type(means_type), intent(inout) :: means
     logical, intent(out) :: fits
@@ -95,7 +98,7 @@ contains
     end do
   end subroutine invert_means
 
-  !> A_k.
+  !> The matrix A_k.
   pure function operator_of(means, k) result(a)
     type(means_type), intent(in) :: means
     integer, intent(in) :: k
@@ -104,7 +107,7 @@ contains
     a = cmplx(means%coefficients(:, :, 3) - real(k, dp)**2 * means%coefficients(:, :, 1), k * means%coefficients(:, :, 2), dp)
   end function operator_of
 
-  !> By elimination with pivots, in place; `fits` is false where there is no inverse.
+  !> Inverts a matrix in place by Gauss-Jordan elimination with row pivots; `fits` is false if it is singular.
   pure subroutine invert(a, fits)
     complex(dp), contiguous, intent(inout) :: a(:, :)
     logical, intent(out) :: fits
@@ -136,7 +139,7 @@ contains
     end do
   end subroutine invert
 
-  !> A^-1 of harmonics of the load, with the weights.
+  !> A^-1 times harmonics of the load, with the weights of the rms.
   pure function weighted(means, load) result(x)
     class(means_type), intent(in) :: means
     real(dp), intent(in) :: load(0:, :)
@@ -158,9 +161,9 @@ contains
     x = x * means%weights
   end function weighted
 
-  !> What is missed for the harmonics that are not there: that of order k itself and, for n phases do not tell its load from one
-  !> of order n - k, what this does to that one. The load, A_k x_k, is taken to go on falling as it falls over the last two sixths
-  !> of the orders that there are.
+  !> Estimates the error by missing harmonics (doc/theory.md, equation 37). An order k beyond the phases is missed itself, and n
+  !> phases alias its load to the order n - k. The load A_k x_k is assumed to keep decreasing as over the last two sixths of the
+  !> orders.
   pure real(dp) function left_out(means, x)
     class(means_type), intent(in) :: means
     real(dp), intent(in) :: x(0:, :)

@@ -1,4 +1,4 @@
-!> Whether the equations about rest, or to first order, tell the stability of the machine's vibration.
+!> Checks whether a cheaper model of the frame judges the stability of the vibration correctly.
 module gestell_study_frame_model_model_check
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -12,14 +12,14 @@ module gestell_study_frame_model_model_check
 
   public :: check_model
 
-  !> Part of ln rho_max by which the multipliers may miss those about the vibration without a word.
+  !> Difference of ln rho_max, relative to it, up to which a cheaper model counts as correct.
   real(dp), parameter :: negligible = 0.01_dp
 
 contains
 
-  !> `better`: the multipliers about the exact vibration or, where these cannot be told, about that of the equations about rest,
-  !> if they have another verdict than `multipliers`, those of a cheaper model, or ln rho_max differs by more than a hundredth and
-  !> the errors of both; else, and where they cannot be told either, it stays unallocated.
+  !> Compares `multipliers` of a cheaper model with those about the exact vibration, or, if these are unknown, about the vibration
+  !> of the equations about rest. `better` is allocated if the verdicts differ, or if ln rho_max differs by more than one per cent
+  !> plus both errors.
   subroutine check_model(frame, accuracy, multipliers, better)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy

@@ -1,6 +1,6 @@
-!> Newton's method for the periodic vibration of the exact frame, in the space of periodic functions: from q_k to the periodic
-!> motion q_k+1 of the frame varied about q_k (gestell_model_exact_varied_frame). Each step is a quick solution of the system that
-!> tells what q_k lacks, so that its own errors are small beside the step.
+!> Newton's method for the periodic vibration of the exact frame (doc/theory.md, equation 36). In the space of periodic functions
+!> it goes from q_k to the periodic motion q_k+1 of the frame varied about q_k (gestell_model_exact_varied_frame). Each step solves
+!> for the residual of q_k, so the errors of a fast, coarse solver are small against the step.
 module gestell_study_frame_model_newton
   use gestell_base_error, only: error_type, failed_computation, fatal_error, no_convergence
   use gestell_base_kinds, only: dp
@@ -19,62 +19,66 @@ module gestell_study_frame_model_newton
 
   public :: iterate, loosened, next_motion, too_rough, values_of
 
-  !> Accuracy of a vibration that is a start only.
+  !> Accuracy of a vibration that only serves as a start.
   real(dp), parameter, public :: rough = 1.0e-6_dp
-  !> Newton's steps for a vibration.
+  !> Maximum number of Newton's steps.
   integer, parameter :: most_steps = 12
-  !> A step greater than this part of the motion tells that the start was bad, an error that the motion is nothing but error.
+  !> A step above this part of the motion shows that the start was bad; a relative error above `all_error` makes the motion useless.
   real(dp), parameter :: greatest_step = 0.5_dp, all_error = 0.5_dp
-  !> Part of the tolerance that may be left of the steps to come.
+  !> Part of the tolerance that the steps still to come may amount to.
   real(dp), parameter :: part_left = 0.1_dp
-  !> Errors that are allowed of a start and of a step where they are told quickly, relative to them; those of a step that confirms.
+  !> Allowed relative errors of fast solutions: of the start and of a step, and of a step that only confirms.
   real(dp), parameter :: of_step = 1.0e-3_dp, of_last_step = 0.1_dp
-  !> Samples of a motion; harmonics that count as resolved and those that are left out as rounding, relative to the motion.
+  !> Initial, minimum and maximum number of samples of a motion.
   integer, parameter, public :: first_samples = 64
   integer, parameter :: fewest_samples = 48, most_samples = 2**12
-  !> A motion that Newton's method only passes on the way to a vibration gets no more samples than this, unless the step to it is
-  !> small: motions that need more lead astray as a rule.
+  !> Intermediate motions get at most so many samples, unless the step is small. Motions that need more usually lead away from the
+  !> vibration.
   integer, parameter :: most_passed = 512
   real(dp), parameter :: small_step = 0.1_dp
-  !> With more phases integration takes less than harmonic balance.
+  !> With more phases an integration is faster than harmonic balance.
   integer, parameter :: most_balanced = 128
+  !> Harmonics that count as resolved, and harmonics that are dropped as rounding, relative to the motion.
   real(dp), parameter :: resolved = 1.0e-12_dp, noise = 1.0e-14_dp
 
-  !> A periodic motion as it is told by `next_motion`.
+  !> A periodic motion computed by `next_motion`.
   type, public :: next_type
-    !> At equidistant phases, shape (samples, dofs), the series through them, units that make the states comparable.
+    !> The motion at equidistant phases, shape (samples, dofs), and units that make the states comparable, shape (states)
     real(dp), allocatable :: q(:, :), scale(:)
+    !> Fourier series through the samples
     type(series_type) :: series
-    !> Its size in these units; its change from the motion it is told from, and an estimate of its error, relative to it.
+    !> Size of the motion in these units; relative change from the motion before it; estimate of the relative error
     real(dp) :: size = 0, step = 0, error = 0
-    !> What the quick ways keep for the next motion.
+    !> Data that the fast solvers keep for the next motion
     type(balance_type) :: balance
     type(quick_motion_type) :: quick
-    !> What a quick way may have missed, relative to what it told.
+    !> Truncation error of a fast solution, relative to what it solved for
     real(dp) :: truncation = 0
-    !> Whether a quick way did; the error that is allowed of such a motion or step, relative to it.
+    !> True if a fast solver was used; relative error allowed for it
     logical :: quickly = .false.
     real(dp) :: of_step = of_step
-    !> Whether the motion is passed on the way to a vibration: then it may stay unresolved beyond `most_samples_passed`.
+    !> True for an intermediate motion of Newton's method: it may stay unresolved beyond `most_samples_passed`
     logical :: passed = .false.
-    !> Whether the quick ways are the only ones that are worth their cost.
+    !> True if only fast solvers are worth their cost
     logical :: only_quickly = .false.
   end type next_type
 
 contains
 
-  !> Newton's method with the excitation of `varied`, from its motion, or from rest; `varied` becomes the frame varied about the
-  !> vibration that is found, about that of `frame` itself, of the equations about rest, where `linear`. `steps`:
-  !> |q_k+1 - q_k|/|q_k+1|, the first from the linear vibration or from the motion that `varied` had.
-  !> Errors: as of `solve_floquet` and `solve_periodic`; no convergence.
+  !> Newton's method from the motion and with the excitation of `varied`. Fails as `solve_floquet` and `solve_periodic` do, or if
+  !> the method does not converge.
   subroutine iterate(frame, accuracy, linear, varied, steps, error, quickly)
+    !> The frame about rest
     class(frame_type), intent(in), target :: frame
     type(accuracy_type), intent(in) :: accuracy
+    !> True: compute the vibration of the equations about rest
     logical, intent(in) :: linear
+    !> The frame varied about the start, or about rest; becomes the frame varied about the vibration
     type(varied_frame_type), intent(inout) :: varied
+    !> Steps |q_k+1 - q_k|/|q_k+1|, the first from the linear vibration or from the motion of `varied`
     real(dp), allocatable, intent(out) :: steps(:)
     type(error_type), allocatable, intent(out) :: error
-    !> Whether the last step was a quick solution.
+    !> True if the last step was computed by a fast solver
     logical, intent(out), optional :: quickly
     type(accuracy_type) :: order
     type(next_type) :: next
@@ -101,7 +105,7 @@ contains
       else
         lack = varied
         lack%lacking = .true.
-        ! As long as steps are great the motion is no vibration: what is wrong about it says nothing of the machine.
+        ! As long as the steps are large the motion is not a vibration, and its failures say nothing about the machine.
         astray = .not. before < greatest_step
         next%passed = astray
         next%only_quickly = astray .and. k > 1 .and. next%quickly
@@ -116,14 +120,14 @@ contains
       step = next%step
       if (k > 0) steps = [steps, step]
       missed = next%truncation
-      ! What is rounding, within the motion's error, or within the part that is left of the steps, is no part of the series.
+      ! Harmonics are dropped if they are below rounding, the motion's error, or the part of the tolerance left to further steps.
       units = 0
       units(frame%free) = next%scale(:size(frame%free))
       call next%series%trim(units, max(noise, next%error / 100, part_left * accuracy%tolerance / 100, missed * step / 100) &
         & * next%size)
       call varied%move_to(next%series)
-      ! Steps fall at least as the last two did, those of a linear system as quick solutions miss it: what is yet to come. A motion
-      ! that is all error is not told better by another.
+      ! Estimates the steps still to come: steps shrink at least like the last two, those of a linear system by the truncation error
+      ! of the fast solver. If the motion is all error, further steps do not help.
       left = step
       if (step < before) left = step * min(1.0_dp, max(step / before, missed))
       if (linear .and. next%quickly) left = step * missed
@@ -140,19 +144,23 @@ contains
     error%cause = no_convergence
   end subroutine iterate
 
-  !> The periodic motion of `system` at as many equidistant phases as resolve it, at least `samples`. It is solved quickly, so its
-  !> error may be `rough`, unless there is a motion `from` which lacks the periodic motion of the system `lack`. `next` may hold the
-  !> motion of a system that differs little. Where the quick way does not fit the system is solved as all others, to `accuracy`.
-  !> `floquet`: returns the full solution and forces it to be used. Errors: as of `solve_floquet` and `solve_periodic`; no quick way
-  !> fits where no other is allowed.
+  !> Computes the periodic motion of `system` at as many equidistant phases as resolve it. Fast solvers are tried first; where they
+  !> do not work, the system is solved to `accuracy`. Fails as `solve_floquet` and `solve_periodic` do, or if no fast solver works
+  !> and others are not allowed.
   subroutine next_motion(frame, system, accuracy, samples, next, error, from, lack, floquet)
+    !> The frame about rest, and the frame whose motion is computed
     class(frame_type), intent(in) :: frame, system
     type(accuracy_type), intent(in) :: accuracy
+    !> Minimum number of samples
     integer, intent(in) :: samples
+    !> The motion; may hold the motion of a similar system
     type(next_type), intent(inout) :: next
     type(error_type), allocatable, intent(out) :: error
+    !> If both are present, the motion is `from` plus the periodic motion of `lack`, so fast solvers need only be accurate relative
+    !> to the change
     type(series_type), intent(in), optional :: from
     class(second_order_system), intent(in), optional :: lack
+    !> If present, the system is solved in full, and the solution is returned
     type(floquet_type), intent(out), optional :: floquet
     type(floquet_type) :: solved
     real(dp), allocatable :: change(:, :)
@@ -161,11 +169,11 @@ contains
     integer :: n
     logical :: balances
 
-    ! A motion of more orders than half the samples would be read as one of fewer: of order k least_steps is about 2 pi k.
+    ! Fewer samples would alias high orders to low ones: a coefficient of order k makes least_steps about 2 pi k.
     n = max(fewest_samples, min(frame%least_steps / 2, most_samples / 2))
     balances = .not. (present(floquet) .or. next%quick%keeps)
     do
-      ! Multiples of 16 are quickly transformed, and balanced.
+      ! Multiples of 16 transform fast and suit harmonic balance.
       n = 16 * ((max(n, samples) + 15) / 16)
       next%quickly = balances .and. n <= most_balanced
       if (next%quickly) then
@@ -174,7 +182,7 @@ contains
           n = 2 * n
           cycle
         end if
-        ! Beside a resonance next to no damping integration knows its rounding better.
+        ! Near a resonance with almost no damping the integration estimates its rounding error better.
         next%quickly = next%quickly .and. next%error <= max(part_left * accuracy%tolerance, frame%load_rounding)
       end if
       if (.not. next%quickly .and. .not. present(floquet)) call integrate(frame, system, n, next, change, next%quickly, from, lack)
@@ -201,14 +209,14 @@ contains
     if (present(floquet)) floquet = solved
   end subroutine next_motion
 
-  !> Samples beyond which a motion that is only passed is given up: more where the coefficients alone need many.
+  !> Number of samples at which an intermediate motion is given up; larger if the coefficients alone need many samples.
   pure integer function most_samples_passed(frame)
     class(frame_type), intent(in) :: frame
 
     most_samples_passed = max(most_passed, min(2 * frame%least_steps, most_samples))
   end function most_samples_passed
 
-  !> Whether a motion that is only passed is not resolved by as many samples as it may have.
+  !> True if an intermediate motion is not resolved by its maximum number of samples.
   pure logical function too_rough(frame, next)
     class(frame_type), intent(in) :: frame
     type(next_type), intent(in) :: next
@@ -216,7 +224,7 @@ contains
     too_rough = size(next%q, 1) > most_samples_passed(frame) .and. .not. next%error <= rough
   end function too_rough
 
-  !> The motion by harmonic balance, and its `change` from the motion `from` that it is told from; arguments as of `next_motion`.
+  !> Computes the motion and its `change` from `from` by harmonic balance. Arguments as in `next_motion`; `n`: number of phases.
   subroutine balance(frame, system, n, next, change, fits, from, lack)
     class(frame_type), intent(in) :: frame, system
     integer, intent(in) :: n
@@ -254,7 +262,7 @@ contains
     next%series%sine = harmonics(n / 2:, :)
   end subroutine balance
 
-  !> The same by one integration over the turn.
+  !> Computes the motion and its `change` from `from` by one integration over the turn. Arguments as in `next_motion`.
   subroutine integrate(frame, system, n, next, change, fits, from, lack)
     class(frame_type), intent(in) :: frame, system
     integer, intent(in) :: n
@@ -285,7 +293,8 @@ contains
     next%series = series_through(next%q)
   end subroutine integrate
 
-  !> The same of `system` itself by a solution with its evidence, `solved`, unless that is there. Errors: as of `next_motion`.
+  !> Computes the motion of `system` from a full solution with error bounds, `solved`, which is computed if it is not there yet.
+  !> Fails as `next_motion` does.
   subroutine solve_fully(frame, system, accuracy, n, solved, next, error)
     class(frame_type), intent(in) :: frame, system
     type(accuracy_type), intent(in) :: accuracy
@@ -311,8 +320,8 @@ contains
     next%truncation = 0
   end subroutine solve_fully
 
-  !> What errors of the motion that `varied` is about, relative to it, do to the multipliers: of the coefficients' change from those
-  !> about rest this part is unknown. `scale`: balanced units of the states.
+  !> Adds to the rounding of `varied` the effect that the relative error `part` of its motion has on the multipliers. The error acts
+  !> on the difference between the coefficients about the motion and about rest. `scale`: balanced units of the states.
   subroutine add_rounding(frame, scale, part, varied)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: scale(:), part
@@ -332,6 +341,7 @@ contains
     varied%rounding = frame%rounding + merge(unknown, nothing_known, unknown < nothing_known)
   end subroutine add_rounding
 
+  !> The accuracy with a tolerance of at least `tolerance`.
   pure type(accuracy_type) function loosened(accuracy, tolerance)
     type(accuracy_type), intent(in) :: accuracy
     real(dp), intent(in) :: tolerance
@@ -340,7 +350,7 @@ contains
     loosened%tolerance = max(accuracy%tolerance, tolerance)
   end function loosened
 
-  !> A motion at equidistant phases.
+  !> Values of a motion at equidistant phases, shape (samples, dofs).
   function values_of(motion, samples) result(q)
     type(series_type), intent(in) :: motion
     integer, intent(in) :: samples
@@ -350,7 +360,7 @@ contains
     call motion%values([(real(k, dp) / samples, k = 0, samples - 1)], q, v, a)
   end function values_of
 
-  !> The greatest size of a motion, over the units of the states.
+  !> Maximum of a motion over phases and degrees of freedom, in the units `scale` of the states.
   pure real(dp) function size_of(frame, scale, q)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: scale(:), q(:, :)

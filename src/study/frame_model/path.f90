@@ -1,13 +1,12 @@
-!> Periodic vibrations of a family of exact frames over a parameter lambda, followed along their arc.
+!> Follows periodic vibrations of a family of exact frames over a parameter lambda by arc length.
 !>
-!> The path (q, lambda) is followed along its arc (H. B. Keller, 1977), so it goes round turning points, where lambda comes back
-!> and Newton's method with a given lambda ends. The next iterate about a motion q is, to first order in lambda, q_a + lambda q_b,
-!> and the condition
+!> Arc length continuation (H. B. Keller, 1977) passes turning points, where lambda reverses and Newton's method at given lambda
+!> fails. To first order in lambda the next iterate about a motion q is q_a + lambda q_b. The condition
 !>
 !>     <t_q, q - q_p> + t_lambda (lambda - lambda_p) = 0
 !>
-!> on the way from the predicted point (q_p, lambda_p) across the path's tangent (t_q, t_lambda) tells lambda. As Newton's map has
-!> no derivative at a vibration, the tangent there is (q_b, 1).
+!> keeps the correction of the predicted point (q_p, lambda_p) orthogonal to the tangent (t_q, t_lambda) and determines lambda.
+!> The derivative of Newton's map with respect to q vanishes at a vibration, so the tangent there is (q_b, 1).
 module gestell_study_frame_model_path
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -26,22 +25,22 @@ module gestell_study_frame_model_path
 
   public :: advance, between, cubic, first_point, middle_of, motion_of, next_iterate, size_of, units_of
 
-  !> A family of frames varied about motions; motions at equidistant phases, shape (samples, dofs), over `units` (m, rad), in the
-  !> frame's order.
+  !> A family of frames varied about motions. Motions are samples at equidistant phases, shape (samples, dofs), divided by `units`
+  !> (m, rad), in the frame's order.
   type, abstract, public :: path_family_type
     type(accuracy_type) :: accuracy
     real(dp), allocatable :: units(:)
-    !> Whether the equations are linear in lambda, with rest at 0.
+    !> True if the equations are linear in lambda and lambda = 0 is rest
     logical :: from_rest = .false.
-    !> Difference of lambda that tells the change with it, and accuracy of the two motions: beside errors of 1e-8 differences over
-    !> 1e-3 are good for 1e-5.
+    !> Step of lambda for differences, and accuracy of the two motions: errors of 1e-8 over a step of 1e-3 leave differences
+    !> accurate to 1e-5
     real(dp) :: difference = 1.0e-3_dp, precise = 1.0e-8_dp
-    !> A motion whose correction is less than this part of it is close enough; a greatest lambda that there are members for.
+    !> Relative correction below which a motion has converged; largest lambda that has a member
     real(dp) :: close = 1.0e-3_dp, last_lambda = huge(1.0_dp)
-    !> Whether multipliers are wanted on the way; of the linear system that was solved last, as of an iterate_type.
+    !> True if multipliers are computed on the way; angles of the last linear system, as in iterate_type
     logical :: multipliers = .false.
     real(dp), allocatable :: angles(:, :)
-    !> Linear systems that may still be solved: a search has to end.
+    !> Number of linear systems that may still be solved, so that every search ends
     integer :: left = 200
   contains
     procedure(member_at), deferred :: member
@@ -49,16 +48,16 @@ module gestell_study_frame_model_path
     procedure :: turn
   end type path_family_type
 
-  !> The next iterate of Newton's method about a motion; whether it was solved quickly.
+  !> The next iterate of Newton's method about a motion; `quickly` is true if a fast solver was used.
   type, public :: iterate_type
     real(dp), allocatable :: q(:, :)
     logical :: quickly = .true.
-    !> Arguments, ascending, and decays of the multipliers in the upper half plane, where they are wanted; shape (n, 2).
+    !> Arguments, ascending, and |ln abs(rho)| of the multipliers in the upper half plane, if requested; shape (n, 2)
     real(dp), allocatable :: angles(:, :)
   end type iterate_type
 
   abstract interface
-    !> The member at lambda, varied about no motion yet. Error: there is none.
+    !> Returns the member at lambda, not yet varied about a motion. Fails if there is none.
     subroutine member_at(self, lambda, varied, error)
       import :: dp, error_type, path_family_type, varied_frame_type
       implicit none (type, external)
@@ -69,27 +68,28 @@ module gestell_study_frame_model_path
     end subroutine member_at
   end interface
 
-  !> A point of the path with its tangent.
+  !> A point of the path: motion q and lambda, with the tangent (`along`, `rise`).
   type, public :: point_type
     real(dp), allocatable :: q(:, :), along(:, :)
     real(dp) :: lambda = 0, rise = 1
   end type point_type
 
-  !> The first arc, the least, the greatest.
+  !> First, minimum and maximum arc length.
   real(dp), parameter, public :: first_arc = 0.2_dp, least_arc = 1.0e-4_dp, greatest_arc = 0.5_dp
-  !> A frame that turns further (rad) ends a path.
+  !> A rotation of the frame beyond this angle (rad) ends a path.
   real(dp), parameter, public :: furthest_turn = 3
-  !> By what part of it a motion may be corrected, and the least cosine of the angle between tangents.
+  !> Maximum relative correction of a motion; minimum cosine of the angle between consecutive tangents; maximum number of
+  !> corrections.
   real(dp), parameter :: greatest_change = 0.3_dp, least_cosine = 0.8_dp
   integer, parameter :: most_corrections = 6
-  !> Error of an iterate that is told quickly, relative to it.
+  !> Relative error allowed for an iterate of a fast solver.
   real(dp), parameter :: of_iterate = 1.0e-6_dp
-  !> For how many quick solutions one counts that is not quick.
+  !> A full solution costs as much as so many fast ones.
   integer, parameter, public :: slow = 50
 
 contains
 
-  !> Units that make turns of `frame` comparable to displacements, shape (dofs).
+  !> Units that make rotations of `frame` comparable to displacements, shape (dofs).
   pure function units_of(frame) result(units)
     class(frame_type), intent(in) :: frame
     real(dp) :: units(frame%dofs()), mass, inertia
@@ -98,13 +98,13 @@ contains
     units = 1
     mass = frame%mass + frame%mechanism%mass
     inertia = frame%inertia + frame%mechanism%inertia
-    ! of a tensor the mean of its moments, so that the axes do not matter
+    ! for a tensor the mean of its moments, which does not depend on the axes
     if (allocated(frame%space)) inertia = sum([(frame%space%inertia(i, i), i = 1, 3)]) / 3 + frame%mechanism%inertia
     if (.not. (mass > 0 .and. inertia > 0)) return
     where (is_rotation([(i, i = 1, size(units))])) units = sqrt(mass / inertia)
   end function units_of
 
-  !> The furthest turn (rad) in a motion.
+  !> Largest rotation (rad) in a motion.
   pure real(dp) function turn(self, q)
     class(path_family_type), intent(in) :: self
     real(dp), intent(in) :: q(:, :)
@@ -115,10 +115,12 @@ contains
     turn = maxval([(norm2(pack(q(i, :) * self%units, turns)), i = 1, size(q, 1))])
   end function turn
 
-  !> The point at lambda near the motion q with the tangent up or down (`way` = 1 or -1). Error: as of `linearise`.
+  !> Computes the point at `lambda` near the motion q. Fails as `linearise` does.
   subroutine first_point(family, q, lambda, way, at, error)
     class(path_family_type), intent(inout) :: family
+    !> Motion near the vibration; value of lambda
     real(dp), intent(in) :: q(:, :), lambda
+    !> 1: the tangent points to larger lambda, -1: to smaller
     integer, intent(in) :: way
     type(point_type), intent(out) :: at
     type(error_type), allocatable, intent(out) :: error
@@ -134,11 +136,12 @@ contains
     call set_length(at, max(size_of(at%q), size_of(q_b) * merge(1, 0, family%from_rest)))
   end subroutine first_point
 
-  !> From `at` along the path by `arc`. `easy`: few corrections did. Error: too far.
+  !> Follows the path from `at` by the length `arc`. Fails if the correction does not converge or the tangent turns too far.
   subroutine advance(family, at, arc, next, easy, error)
     class(path_family_type), intent(inout) :: family
     type(point_type), intent(in) :: at
     real(dp), intent(in) :: arc
+    !> The new point, and true if at most two corrections were needed
     type(point_type), intent(out) :: next
     logical, intent(out) :: easy
     type(error_type), allocatable, intent(out) :: error
@@ -171,7 +174,7 @@ contains
         next%along = q_b
         next%rise = 1
         call set_length(next, scale)
-        ! On, not back.
+        ! Keep the direction along the path.
         cosine = inner(along, next%along) / scale**2 + at%rise * next%rise
         next%along = sign(1.0_dp, cosine) * next%along
         next%rise = sign(1.0_dp, cosine) * next%rise
@@ -184,7 +187,7 @@ contains
     call fatal_error(error, "the path is lost", failed_computation)
   end subroutine advance
 
-  !> The motion at the part x of the arc between two points, by cubics through both and their tangents.
+  !> Motion at the fraction x of the arc between two points, by the cubic through both points and their tangents.
   function between(x, from, to, arc) result(q)
     real(dp), intent(in) :: x, arc
     type(point_type), intent(in) :: from, to
@@ -195,14 +198,14 @@ contains
     q = cubic(x, resampled(from%q, n), resampled(to%q, n), arc * resampled(from%along, n), arc * resampled(to%along, n))
   end function between
 
-  !> The cubic through a at x = 0 and b at 1, with these slopes.
+  !> The cubic through a at x = 0 and b at x = 1 with these slopes, at x.
   elemental real(dp) function cubic(x, a, b, slope_a, slope_b)
     real(dp), intent(in) :: x, a, b, slope_a, slope_b
 
     cubic = (1 + 2 * x) * (1 - x)**2 * a + x**2 * (3 - 2 * x) * b + x * (1 - x)**2 * slope_a - x**2 * (1 - x) * slope_b
   end function cubic
 
-  !> The tangent gets length 1 where motions count over `scale`.
+  !> Normalises the tangent to length 1, with motions measured relative to `scale`.
   pure subroutine set_length(point, scale)
     type(point_type), intent(inout) :: point
     real(dp), intent(in) :: scale
@@ -213,8 +216,8 @@ contains
     point%rise = point%rise / length
   end subroutine set_length
 
-  !> The next iterate of Newton's method about the motion q is q_a + lambda q_b: exactly from rest, else near `lambda`.
-  !> Error: too many samples; as of `next_motion`.
+  !> Computes the next iterate of Newton's method about the motion q as q_a + lambda q_b. This is exact for a path from rest,
+  !> otherwise valid near `lambda`. Fails if the budget is used up, too many samples are needed, or `next_motion` fails.
   subroutine linearise(family, q, lambda, q_a, q_b, error)
     class(path_family_type), intent(inout) :: family
     real(dp), intent(in) :: q(:, :), lambda
@@ -232,7 +235,7 @@ contains
     if (ends(2) > family%last_lambda) ends(2) = lambda - family%difference
     if (family%from_rest) ends = [0.0_dp, 1.0_dp]
     if (family%from_rest .and. .not. any(abs(q) > 0)) then
-      next(1)%q = q                                                ! without excitation it rests
+      next(1)%q = q                                                ! no excitation: the frame rests
       call next_iterate(family, q, ends(2), size(q, 1), next(2), error)
     else
       call family%solve_both(q, ends, next, error)
@@ -245,7 +248,8 @@ contains
     q_a = q_a - ends(1) * q_b
   end subroutine linearise
 
-  !> The next iterates about q at both lambdas `ends`, the second of no fewer samples than the first. Error: as of `next_iterate`.
+  !> Computes the next iterates about q at both values `ends` of lambda. The second has at least as many samples as the first.
+  !> Fails as `next_iterate` does.
   subroutine solve_both(self, q, ends, next, error)
     class(path_family_type), intent(in) :: self
     real(dp), intent(in) :: q(:, :), ends(2)
@@ -256,7 +260,8 @@ contains
     if (.not. allocated(error)) call next_iterate(self, q, ends(2), size(next(1)%q, 1), next(2), error)
   end subroutine solve_both
 
-  !> The next iterate about q at `lambda`, of as many samples at least. Error: too many samples; as of `next_motion`.
+  !> Computes the next iterate about q at `lambda` with at least `samples` samples. Fails if it needs too many samples, or as
+  !> `next_motion` does.
   subroutine next_iterate(family, q, lambda, samples, next, error)
     class(path_family_type), intent(in) :: family
     real(dp), intent(in) :: q(:, :), lambda
@@ -284,7 +289,7 @@ contains
     if (family%multipliers) next%angles = angles_of(floquet)
   end subroutine next_iterate
 
-  !> As of an iterate_type; none where there are no multipliers.
+  !> Angles of an iterate_type, shape (n, 2); n = 0 if there are no multipliers.
   function angles_of(floquet) result(angles)
     type(floquet_type), intent(in) :: floquet
     real(dp), allocatable :: angles(:, :)
@@ -302,7 +307,7 @@ contains
     end associate
   end function angles_of
 
-  !> The motion at the part `part` of the way between two points, of the samples of the second.
+  !> Motion at the fraction `part` of the way between two points, with the number of samples of the second.
   function middle_of(at, next, part) result(q)
     type(point_type), intent(in) :: at, next
     real(dp), intent(in) :: part
@@ -311,7 +316,7 @@ contains
     q = resampled(at%q, size(next%q, 1)) * (1 - part) + next%q * part
   end function middle_of
 
-  !> A motion of samples over the units as a series.
+  !> Fourier series of a motion given by samples in the family's units.
   pure function motion_of(family, q) result(motion)
     class(path_family_type), intent(in) :: family
     real(dp), intent(in) :: q(:, :)
@@ -320,7 +325,7 @@ contains
     motion = series_through(spread(family%units, 1, size(q, 1)) * q)
   end function motion_of
 
-  !> A motion at more equidistant phases.
+  !> A motion interpolated at more equidistant phases.
   function resampled(q, samples) result(more)
     real(dp), intent(in) :: q(:, :)
     integer, intent(in) :: samples
@@ -333,14 +338,14 @@ contains
     end if
   end function resampled
 
-  !> The mean over the turn of u . v.
+  !> Mean of u . v over the turn.
   pure real(dp) function inner(u, v)
     real(dp), intent(in) :: u(:, :), v(:, :)
 
     inner = sum(u * v) / size(u, 1)
   end function inner
 
-  !> The rms of a motion.
+  !> Rms of a motion.
   pure real(dp) function size_of(q)
     real(dp), intent(in) :: q(:, :)
 

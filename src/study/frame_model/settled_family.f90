@@ -1,4 +1,4 @@
-!> A family whose members are those of another one by a model of the frame.
+!> A family whose members are the members of another family, settled on a model of the frame.
 module gestell_study_frame_model_settled_family
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -9,10 +9,11 @@ module gestell_study_frame_model_settled_family
   implicit none (type, external)
   private
 
+  !> Settles the members of `inner` on `model`.
   type, extends(family_type), public :: settled_family_type
-    !> Gives the members that no model has settled.
+    !> The family of members that are not settled
     class(family_type), allocatable :: inner
-    !> As of `settle_member`.
+    !> Model and accuracy, as for `settle_member`
     character(len=11) :: model = "exact"
     type(accuracy_type) :: accuracy
   contains
@@ -22,6 +23,7 @@ module gestell_study_frame_model_settled_family
 
 contains
 
+  !> Returns the settled member. Fails if the inner family or `settle_member` does.
   subroutine member(self, parameters, system, error)
     class(settled_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)
@@ -32,7 +34,7 @@ contains
     if (.not. allocated(error)) call settle_member(system, trim(self%model), self%accuracy, error)
   end subroutine member
 
-  !> The member before the model. Errors: those of the family within.
+  !> Returns the member of the inner family. Fails if that family does.
   subroutine bare_member(self, parameters, system, error)
     class(settled_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)

@@ -1,11 +1,13 @@
-!> The exact frame's vibration on a path over a parameter lambda from 0 to 1 (gestell_study_frame_model_path):
+!> Finds the vibration of the exact frame on a path over a parameter lambda from 0 to 1 (gestell_study_frame_model_path).
 !>
-!> - the part of the excitation that acts, from rest,
-!> - the speed, from another one,
-!> - damping of the frame against the ground, from so much that the frame all but rests, to none but the machine's own.
+!> The parameter is one of three:
 !>
-!> The last one leads to a vibration wherever the machine has a bounded one for every damping on the way: under great damping there
-!> is one vibration only, so the path cannot come back to its start, and has nowhere to go but on.
+!> - the part of the excitation that acts, starting from rest,
+!> - the speed, starting from another speed,
+!> - damping between frame and ground that is added to the machine's own, from very heavy damping to none.
+!>
+!> The path over damping finds a vibration if the machine has a bounded one for every damping on the way. Under heavy damping there
+!> is only one vibration, so the path cannot return to its start and must go on.
 module gestell_study_frame_model_vibration_path
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
@@ -20,31 +22,33 @@ module gestell_study_frame_model_vibration_path
 
   public :: follow_damping, follow_excitation, follow_speed, machine_path
 
-  !> One machine over the part of its excitation, over the speed, or over damping that is added.
+  !> One machine over a part of its excitation, over its speed, or over added damping.
   type, extends(path_family_type), public :: machine_path_type
+    !> The machine
     type(varied_frame_type) :: varied
-    !> The speeds at lambda = 0 and 1 (rad/s), where lambda is not the excitation.
+    !> Speeds at lambda = 0 and 1 (rad/s); not used over the excitation
     real(dp) :: speeds(2) = 0
-    !> Damping added at lambda = 0 per mass, and per moment of inertia (1/s).
+    !> Damping added at lambda = 0, relative to mass and moment of inertia (1/s)
     real(dp) :: drag = 0
-    !> A lambda beyond this ends the path.
+    !> The path ends at a smaller lambda
     real(dp) :: furthest_back = -1
   contains
     procedure :: member
   end type machine_path_type
 
+  !> Maximum number of points of a path.
   integer, parameter :: most_points = 100
-  !> A motion that is this small beside the greatest ends a path: back at rest.
+  !> A motion below this part of the largest on the path ends it: the path has returned to rest.
   real(dp), parameter :: back_at_rest = 1.0e-4_dp
-  !> Speeds that a path may start from, relative to the ordered one: a machine comes there from slower ones, and beyond a jump its
-  !> vibration is that of faster ones.
+  !> Speeds from which a path may start, relative to the requested speed. A machine usually arrives from slower speeds; beyond a
+  !> jump its vibration is that of faster speeds.
   real(dp), parameter :: other_speeds(*) = [0.97_dp, 1.03_dp, 0.9_dp, 1.1_dp]
 
-  !> Damping that is added: over the crank speed, and over the frequency of the stiffest direction. It falls exponentially, in all
-  !> by exp(fall), so a weakly damped resonance is approached slowly. Linear systems that this may take.
+  !> Initial damping relative to the crank speed and to the frequency of the stiffest direction. It falls as exp(-fall lambda), so
+  !> weakly damped resonances are approached slowly. `most_systems`: maximum number of linear systems on this path.
   real(dp), parameter :: of_speed = 2, of_frequency = 1, fall = 12
   integer, parameter :: most_systems = 500
-  !> More damping than at the start: the path ends at a place where the frame is in equilibrium too.
+  !> A path that returns to more damping than at its start ends at another equilibrium of the frame.
   real(dp), parameter :: back_at_start = -0.1_dp
 
   character(len=*), parameter :: unfound = "no periodic vibration of the exact frame was found, neither from the linear one nor " &
@@ -52,13 +56,13 @@ module gestell_study_frame_model_vibration_path
 
 contains
 
-  !> `varied` becomes `frame` varied about its vibration, the first on the path from rest over the excitation. Error: both ways
-  !> from rest end before.
+  !> Follows the path over the excitation from rest. `varied` becomes `frame` varied about the first vibration found.
+  !> Fails if the paths in both directions end before.
   subroutine follow_excitation(frame, accuracy, varied, steps, error)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
     type(varied_frame_type), intent(inout) :: varied
-    !> As of `iterate`.
+    !> Steps of Newton's method as in `iterate`
     real(dp), allocatable, intent(out) :: steps(:)
     type(error_type), allocatable, intent(out) :: error
     type(machine_path_type) :: family
@@ -73,7 +77,7 @@ contains
     end do
   end subroutine follow_excitation
 
-  !> The same over the speed, from another one.
+  !> Follows paths over the speed from other speeds. Arguments and errors as in `follow_excitation`.
   subroutine follow_speed(frame, accuracy, varied, steps, error)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
@@ -106,7 +110,7 @@ contains
     end do
   end subroutine follow_speed
 
-  !> Follows the vibration from heavy damping down to the machine's own.
+  !> Follows the vibration from heavy damping down to the machine's own. Arguments and errors as in `follow_excitation`.
   subroutine follow_damping(frame, accuracy, varied, steps, error)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
@@ -138,7 +142,7 @@ contains
       & varied, steps, error)
   end subroutine follow_damping
 
-  !> Dampers between the frame's centre and the ground, of this `rate` over masses and moments of inertia (1/s).
+  !> Adds dampers between the frame's centre and the ground, of `rate` times masses and moments of inertia (1/s).
   pure subroutine add_drag(frame, units, rate)
     class(frame_type), intent(inout) :: frame
     real(dp), intent(in) :: units(:), rate
@@ -152,13 +156,14 @@ contains
     end do
   end subroutine add_drag
 
+  !> Mass of frame and mechanism (kg).
   pure real(dp) function whole_mass(frame)
     class(frame_type), intent(in) :: frame
 
     whole_mass = frame%mass + frame%mechanism%mass
   end function whole_mass
 
-  !> The path of the machine that `varied` is about: over the excitation from rest, or over these speeds at lambda = 0 and 1.
+  !> The path of the machine `varied`: over the excitation from rest, or over `speeds` at lambda = 0 and 1.
   function machine_path(varied, accuracy, speeds) result(family)
     type(varied_frame_type), intent(in) :: varied
     type(accuracy_type), intent(in) :: accuracy
@@ -172,7 +177,7 @@ contains
     if (present(speeds)) family%speeds = speeds
   end function machine_path
 
-  !> The machine at `lambda`. Errors: the speed changes its sign; the damping is far greater than at the start of the path.
+  !> Returns the machine at `lambda`. Fails if the speed changes its sign or the damping far exceeds that at the start of the path.
   subroutine member(self, lambda, varied, error)
     class(machine_path_type), intent(in) :: self
     real(dp), intent(in) :: lambda
@@ -195,8 +200,8 @@ contains
     end if
   end subroutine member
 
-  !> The path from the vibration q at lambda = 0, at first up or down (`way` = 1 or -1), to that at lambda = 1, which `varied`
-  !> becomes varied about. Error: it ends before.
+  !> Follows the path from the vibration q at lambda = 0 to lambda = 1; `varied` becomes varied about the vibration there. `way`:
+  !> initial direction of lambda, 1 or -1. Fails if the path ends before.
   subroutine follow_path(family, frame, q, way, varied, steps, error)
     type(machine_path_type), intent(inout) :: family
     class(frame_type), intent(in) :: frame
