@@ -1,4 +1,4 @@
-!> The tables of the task `boundary`: boundary.csv over one or two parameters, and level.csv.
+!> Tables of the task `boundary`: boundary.csv over one or two parameters, and level.csv.
 module gestell_task_boundary_tables
   use gestell_base_text, only: concise, exact
   use gestell_base_verdict, only: state_word
@@ -19,7 +19,8 @@ module gestell_task_boundary_tables
 
 contains
 
-  !> boundary.csv, with a remark for each place that the search left open. With a `level` crossings of that.
+  !> Table boundary.csv, with a remark for each place that the search leaves open. If a `level` is given, the table lists its
+  !> crossings.
   pure type(table_type) function border_table(plan, results, level) result(table)
     type(sweep_plan_type), intent(in) :: plan
     type(border_results_type), intent(in) :: results
@@ -42,7 +43,7 @@ contains
     end if
   end function border_table
 
-  !> Critical values of one parameter, or where it crosses a level.
+  !> Adds the critical values of one parameter, or the crossings of a level.
   pure subroutine add_values(plan, results, of_level, table)
     type(sweep_plan_type), intent(in) :: plan
     type(border_results_type), intent(in) :: results
@@ -86,7 +87,7 @@ contains
     end do
   end subroutine add_values
 
-  !> Curves in the plane of two parameters; those of a level have the state of the machine in place of an argument.
+  !> Adds the curves in the plane of two parameters. Curves of a level have the state of the machine instead of an argument.
   pure subroutine add_curves(plan, results, of_level, table)
     type(sweep_plan_type), intent(in) :: plan
     type(border_results_type), intent(in) :: results
@@ -120,7 +121,7 @@ contains
     end associate
   end subroutine add_curves
 
-  !> level.csv: the number over the parameter, at these points.
+  !> Table level.csv: the measured quantity over the parameter at these points.
   pure type(table_type) function curve_table(plan, points, level) result(table)
     type(sweep_plan_type), intent(in) :: plan
     class(speed_point_type), intent(in) :: points(:)

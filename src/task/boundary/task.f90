@@ -1,5 +1,5 @@
-!> The task `boundary`: borders of stability over one or two parameters; where a quantity is named, where its peak, its rms or its
-!> band crosses a level.
+!> The task `boundary`: stability borders over one or two parameters or, if a quantity is named, the borders at which its peak, rms
+!> or band value crosses a level.
 module gestell_task_boundary_task
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -32,9 +32,9 @@ module gestell_task_boundary_task
 
   type, extends(task_type), public :: boundary_task
     private
-    !> Tolerance of boundaries, relative to the ranges.
+    !> Tolerance of borders relative to the ranges.
     real(dp) :: tolerance = 0
-    !> The level whose crossings are sought; not allocated: borders of stability.
+    !> Level whose crossings are sought; not allocated if stability borders are sought.
     type(level_type), allocatable :: level
   contains
     procedure :: describe
@@ -53,8 +53,8 @@ contains
     self%about = all_machines
   end subroutine describe
 
-  !> Errors: a range that is a point or goes through standstill; too many points to search; a tolerance out of bounds; as of
-  !> `read_level`; a key of a level without a quantity.
+  !> Reads the group &boundary. Errors: an axis has a single value or includes standstill; too many search points; tolerance out of
+  !> range; as in `read_level`; a measure or a level without a quantity.
   subroutine read_boundary(self, configuration, error)
     class(boundary_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -87,8 +87,8 @@ contains
     end if
   end subroutine read_boundary
 
-  !> The quantity, what is measured of it, and the level: of a band that of the probe, where it has a limit. Errors: no such
-  !> quantity, or one without a band; there is no level, or it is out of range.
+  !> Reads the quantity, its measure and the level. The default level of a band is the limit of the probe, if it has one. Errors:
+  !> the quantity does not exist or has no band; the level is missing or out of range.
   subroutine read_level(self, group, configuration, error)
     class(boundary_task), intent(inout) :: self
     type(group_type), intent(in) :: group
@@ -106,7 +106,7 @@ contains
     associate (measure => self%level%measure)
       call new_measure(configuration%frame, configuration%probes, trim(adjustl(name)), kind, measure, reason)
       if (allocated(reason)) then
-        ! A measure without a name has found no such quantity; with one it has found no band.
+        ! If the measure has no name, the quantity does not exist; otherwise the quantity has no band.
         call input_error(group, trim(merge("quantity", "measure ", measure%quantity == "")), reason%message, error)
         return
       end if
@@ -160,7 +160,7 @@ contains
     end associate
   end subroutine run
 
-  !> Borders of stability. Error: the parameters make no sense.
+  !> Finds the stability borders. Fails if the parameters are invalid.
   subroutine solve_stability(self, context, results, error)
     class(boundary_task), intent(in) :: self
     type(context_type), intent(inout), target :: context
@@ -181,8 +181,8 @@ contains
     end associate
   end subroutine solve_stability
 
-  !> Crossings of the level over one parameter; the curves over two, and where there are none, on which side of the level the middle
-  !> of the ranges lies. Error: the parameters make no sense.
+  !> Finds the crossings of the level over one parameter, or its curves over two. If there is no curve, reports the side of the
+  !> level at the centre of the ranges. Fails if the parameters are invalid.
   subroutine solve_level(self, level, context, results, error)
     class(boundary_task), intent(in) :: self
     type(level_type), intent(in) :: level

@@ -1,4 +1,4 @@
-!> The vibrations of the exact frame over one parameter: branches, followed along their arc from end to end of the range.
+!> Vibrations of the exact frame over one parameter: branches, followed along their arc through the whole range.
 module gestell_task_boundary_vibrations
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -21,19 +21,19 @@ module gestell_task_boundary_vibrations
 
   public :: bare_frame, trace_branches
 
-  !> Machines of one parameter, lambda is u of its axis (gestell_task_boundary_line).
+  !> Machines over one parameter. lambda is the coordinate u of its axis (gestell_task_boundary_line).
   type, extends(path_family_type) :: line_path_type
-    !> Gives frames that are not settled by any model.
+    !> Family of frames that are not yet linearised about a vibration.
     class(family_type), pointer :: bare => null()
     type(axis_type) :: axis
-    !> Spreads the work over threads, where several of them may ask for members of the family.
+    !> Spreads the work over threads; several of them may then ask the family for members.
     class(executor_type), pointer :: executor => null()
   contains
     procedure :: member
     procedure :: solve_both
   end type line_path_type
 
-  !> A piece is an iterate about q, at one of the two `ends`.
+  !> Newton iterates about the motion q at the two `ends`; each piece of work is one iterate.
   type, extends(work_type) :: iterates_type
     type(line_path_type) :: family
     real(dp), allocatable :: q(:, :)
@@ -44,32 +44,37 @@ module gestell_task_boundary_vibrations
     procedure :: exchange
   end type iterates_type
 
-  !> Points of a path in its order, the first `count`, with the arc behind each, and the error of lambda at turning points.
+  !> Points of a path in order, of which the first `count` are used; lengths of the arcs that lead to them; errors of lambda at
+  !> turning points.
   type :: trail_type
     integer :: count = 0
     type(point_type), allocatable :: points(:)
     real(dp), allocatable :: arcs(:), errors(:)
-    !> Whether it ends neither at an end of the range nor on a known branch.
+    !> True if the path ends neither at an end of the range nor on a known branch.
     logical :: lost = .true.
   contains
     procedure :: add
   end type trail_type
 
-  !> The first arc, the greatest, the least; maximum number of steps along a path, and of linear systems that it may take.
+  !> Length of the first, the longest and the shortest arc; maximum number of steps along a path and of linear systems to solve for
+  !> it.
   real(dp), parameter :: short_arc = 1.0e-3_dp, long_arc = 0.05_dp, least_arc = 1.0e-9_dp
   integer, parameter :: most_steps = 3000, most_systems = 20000
 
-  !> Words of the progress line.
+  !> Text of the progress line.
   character(len=*), parameter :: following = "following vibrations"
 
 contains
 
-  !> Branches over the range of `axis`: the vibration found at each of `starts`, ascending, unless it lies on a known branch, is
-  !> followed both ways, round turning points, until the path leaves the range, comes to a known branch or is lost.
+  !> Traces the branches over the range of `axis`. The vibration at each of the ascending `starts` is skipped if it lies on a known
+  !> branch. Otherwise it is followed in both directions and around turning points, until the path leaves the range, meets a known
+  !> branch or is lost.
   subroutine trace_branches(bare, axis, options, starts, branches)
+    !> Family of frames that are not yet linearised about a vibration
     class(family_type), intent(in), target :: bare
     type(axis_type), intent(in) :: axis
     type(border_options), intent(in) :: options
+    !> Coordinates u of the parameter, ascending from 0 to 1
     real(dp), intent(in) :: starts(:)
     type(branch_type), allocatable, intent(out) :: branches(:)
     type(line_path_type) :: family
@@ -109,7 +114,8 @@ contains
     if (associated(options%executor)) call options%executor%show(following, 1.0_dp)
   end subroutine trace_branches
 
-  !> Follows the path from q at `start`, up (`way` = 1) or down (-1) at first, to the next of `branches`.
+  !> Follows the path that starts with motion q at `start`, initially upward (`way` = 1) or downward (-1), until it meets one of the
+  !> `branches`.
   subroutine walk(family, q, start, way, branches, trail)
     type(line_path_type), intent(inout) :: family
     real(dp), intent(in) :: q(:, :), start
@@ -125,7 +131,7 @@ contains
 
     call first_point(family, q, start, way, at, error)
     if (allocated(error)) return
-    ! A step adds its end, and a turning point before it.
+    ! Each step adds its end and possibly a turning point before it.
     allocate(trail%points(2 * most_steps + 2), trail%arcs(0), trail%errors(0))
     call trail%add(at, 0.0_dp, 0.0_dp)
     angles = family%angles
@@ -134,7 +140,7 @@ contains
       if (associated(family%executor)) call family%executor%show(following, at%lambda)
       target = merge(1.0_dp, 0.0_dp, at%rise > 0)
       if (abs(target - at%lambda) <= short_arc) then
-        ! The vibration at the end of the range ends the path.
+        ! The path ends with the vibration at the end of the range.
         trail%lost = abs(target - at%lambda) > 0
         if (.not. trail%lost) return
         arc = (target - at%lambda) / at%rise
@@ -155,8 +161,8 @@ contains
       end if
       call move_alloc(angles, before)
       angles = family%angles
-      ! A resonance, where an argument passes zero, may not be passed in one step: if it goes on as on the last arc, each argument
-      ! may change by half of itself, or of the decay, if that is more.
+      ! No step may jump across a resonance, where the argument of a multiplier passes through zero. If the arguments change as on
+      ! the last arc, each may change by half of itself, or by half of the decay if that is larger.
       allowed = huge(allowed)
       if (size(before) == size(angles) .and. size(angles) > 0) allowed = max(arc / 4, minval(0.5_dp &
         & * max(angles(:, 1), angles(:, 2)) * arc / max(abs(angles(:, 1) - before(:, 1)), tiny(arc))))
@@ -171,7 +177,8 @@ contains
     end do
   end subroutine walk
 
-  !> Adds the turning point on the arc between two points, by the secant of lambda's slope. `arc` becomes the rest behind it.
+  !> Adds the turning point on the arc between two points, by the secant method for the zero of d(lambda)/ds. On return `arc` is the
+  !> length of the arc behind the turning point.
   subroutine add_turn(family, from, to, arc, trail)
     type(line_path_type), intent(inout) :: family
     type(point_type), intent(in) :: from, to
@@ -193,7 +200,7 @@ contains
     best%rise = huge(x)
     do k = 1, most_iterations
       x = slope_low / (slope_low - slope_high)
-      ! Where a point cannot be reached the next one is beside it.
+      ! If a point cannot be solved, try the next one beside it.
       if (allocated(error)) x = 0.5_dp + 0.3_dp / k
       x = low + min(max(x, inside), 1 - inside) * (high - low)
       call advance(family, from, x, middle, easy, error)
@@ -230,7 +237,7 @@ contains
     self%errors = [self%errors, error]
   end subroutine add
 
-  !> Adds the branches between the turning points of the path `down`, backward, and `up`.
+  !> Joins the path `down` (reversed) and the path `up`, and adds the branches between their turning points.
   subroutine split(family, down, up, branches)
     type(line_path_type), intent(in) :: family
     type(trail_type), intent(in) :: down, up
@@ -266,8 +273,8 @@ contains
     end do
   end subroutine split
 
-  !> True if lambda turns back at point `k` inside a path: at a turning point, where lambda may turn one point earlier or later; or
-  !> at a point without a turning point beside it.
+  !> True if lambda changes its direction at point `k` inside a path. At a turning point with zero slope the change may appear one
+  !> point earlier or later.
   pure logical function turns_at(whole, k)
     type(trail_type), intent(in) :: whole
     integer, intent(in) :: k
@@ -285,7 +292,7 @@ contains
     turns_at = (flat(0) .and. any(back)) .or. (back(0) .and. .not. any(flat))
   end function turns_at
 
-  !> The part of a path from one point to another, lambda ascending; `lost` are the ends of the whole path.
+  !> Branch between two points of a path, in ascending order of lambda; `lost` refers to the ends of the whole path.
   pure function branch_of(family, whole, first, last, lost) result(branch)
     type(line_path_type), intent(in) :: family
     type(trail_type), intent(in) :: whole
@@ -327,7 +334,7 @@ contains
     varied = varied_frame(frame, rest)
   end subroutine member
 
-  !> The frame at these parameters. Error: the member is no frame, or impossible.
+  !> Makes the frame for these parameters. Errors: the member is not a frame, or it is impossible.
   subroutine bare_frame(bare, parameters, frame, error)
     class(family_type), intent(in) :: bare
     real(dp), intent(in) :: parameters(:)
@@ -345,7 +352,7 @@ contains
     end select
   end subroutine bare_frame
 
-  !> Solves both ends at once; the second again if the first turns out to need more samples.
+  !> Solves the iterates at both ends in parallel. The second is repeated if the first turns out to need more samples.
   subroutine solve_both(self, q, ends, next, error)
     class(line_path_type), intent(in) :: self
     real(dp), intent(in) :: q(:, :), ends(2)

@@ -1,4 +1,4 @@
-!> From the groups of an input file to the machine that they describe, and what all tasks share.
+!> Reads the groups of an input file into the machine and the settings shared by all tasks.
 module gestell_task_common_configuration
   use gestell_base_error, only: error_type, impossible_mechanism
   use gestell_base_kinds, only: dp
@@ -24,25 +24,25 @@ module gestell_task_common_configuration
 
   public :: read_machine, read_plan
 
-  !> The machine that an input file describes, and what all tasks share.
+  !> The machine of an input file, and the settings shared by all tasks.
   type, public :: configuration_type
     character(len=:), allocatable :: title
-    !> What the tasks want of the input's own machine.
+    !> Results that the tasks require of the machine of the input.
     type(analysis_options) :: analysis
     type(accuracy_type) :: accuracy
     type(frame_type) :: frame
     type(probe_type), allocatable :: probes(:)
-    !> Orders of the crank that are looked at over the speed.
+    !> Highest order of the crank considered over the speed.
     integer :: orders = 6
-    !> What runs in a sweep; not allocated where nothing does.
+    !> The sweep; not allocated if nothing is varied.
     type(sweep_plan_type), allocatable :: plan
-    !> The input as it was typed, what it can say, and its units.
+    !> Input as typed, groups and keys that it may contain, and its units.
     type(document_type) :: document
     type(schema_type) :: schema
     type(units_type) :: units
-    !> Hash of all that the input says (`content_of`).
+    !> Hash of the complete input (`content_of`).
     integer(int64) :: content = 0
-    !> Why the machine of the input itself cannot turn, where only others are asked for.
+    !> Reason why the machine of the input cannot turn; only set if no task needs this machine.
     type(error_type), allocatable :: impossible
   contains
     procedure :: model
@@ -54,8 +54,8 @@ module gestell_task_common_configuration
 
 contains
 
-  !> The machine of a checked document, which has been turned once. `own`: a task is about it; where none is, it may be impossible.
-  !> Errors: values out of range, joints that do not fit together (code 2), a mechanism that cannot turn (3).
+  !> Reads the machine of a checked document and turns it once. `own`: true if a task needs this machine; otherwise the machine may
+  !> be impossible. Errors: values out of range; joints that do not fit together (code 2); a mechanism that cannot turn (code 3).
   subroutine read_machine(configuration, own, error)
     type(configuration_type), intent(inout) :: configuration
     logical, intent(in) :: own
@@ -72,14 +72,14 @@ contains
       if (allocated(error)) then
         if (error%code /= impossible_mechanism .or. own) return
         call move_alloc(error, configuration%impossible)
-        ! what quantities there are can be told all the same
+        ! The available quantities can be listed even for an impossible mechanism.
         if (.not. allocated(frame%free)) frame%free = [1, 2, 3]
       end if
       call read_probes(doc, units, configuration%probes, error)
     end associate
   end subroutine read_machine
 
-  !> What runs in the sweep; `over_speed`: the crank's speed has to. Errors: as of the plan.
+  !> Reads the sweep. `over_speed`: true if the speed must be one of its parameters. Errors: as in `read_sweep` and `read_speeds`.
   subroutine read_plan(configuration, over_speed, error)
     type(configuration_type), intent(inout) :: configuration
     logical, intent(in) :: over_speed
@@ -94,7 +94,7 @@ contains
     end associate
   end subroutine read_plan
 
-  !> The model's name for people.
+  !> Name of the frame's model in reports.
   pure function model(self) result(name)
     class(configuration_type), intent(in) :: self
     character(len=:), allocatable :: name
@@ -103,7 +103,7 @@ contains
     if (self%analysis%averaged) name = "averaged"
   end function model
 
-  !> The speeds of the sweep (1/min).
+  !> Speeds of the sweep (1/min), shape (values of the first axis).
   pure function speeds(self)
     class(configuration_type), intent(in) :: self
     real(dp), allocatable :: speeds(:)
@@ -114,7 +114,7 @@ contains
     end associate
   end function speeds
 
-  !> Turns of the drive in a period.
+  !> Number of turns of the drive in a period.
   pure integer function turns(self)
     class(configuration_type), intent(in) :: self
 
@@ -122,7 +122,7 @@ contains
     if (allocated(self%frame%mechanism)) turns = self%frame%mechanism%turns
   end function turns
 
-  !> The harmonics of the period that are looked at, up to `highest` times the speed of the drive.
+  !> Harmonics of the period considered, up to `highest` times the speed of the drive.
   pure function harmonics(self, highest)
     class(configuration_type), intent(in) :: self
     integer, intent(in) :: highest
@@ -136,7 +136,7 @@ contains
     end if
   end function harmonics
 
-  !> Title, model, accuracy and how much of a vibration is told.
+  !> Reads title, model, accuracy and the extent of the results.
   subroutine read_model(configuration, error)
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error

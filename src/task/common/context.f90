@@ -1,4 +1,4 @@
-!> What a task is run with: the machine, what the options ask for, where files go, who does the work.
+!> Environment in which a task runs: the machine, the command-line options, the folder of the files and the executor.
 module gestell_task_common_context
   use gestell_output_head, only: head_type, setting_type
   use gestell_output_result, only: result_type
@@ -15,23 +15,24 @@ module gestell_task_common_context
 
   type, public :: context_type
     type(configuration_type) :: configuration
-    !> What heads tables.
+    !> Header of all tables.
     type(head_type) :: head
-    !> Where the files of the run will stand, and where they are written until then.
+    !> Final folder of the results, and folder in which they are written until the run is complete.
     character(len=:), allocatable :: folder, staging
-    !> Whether people read a report; whether one line is all that is wanted.
+    !> `reports`: true if a report is printed. `one_line`: true if a single line of results is requested.
     logical :: reports = .true., one_line = .false.
-    !> Whether all rows of all tables are wanted when they are written.
+    !> True if all rows of all tables must be kept in memory after they are written.
     logical :: keeps_rows = .false.
-    !> Whether the verdict decides on the exit code.
+    !> True if an unstable machine changes the exit code.
     logical :: fails_if_unstable = .false.
-    !> The share of a sweep that is computed; whether its parts are put together.
+    !> Number of the part of a sweep to compute, and number of parts. `in_parts`: true if the sweep is divided. `merge`: true if its
+    !> finished parts are combined.
     integer :: part = 1, parts = 1
     logical :: in_parts = .false., merge = .false.
     class(executor_type), allocatable :: executor
-    !> What was found of the input's own machine.
+    !> Results for the machine of the input.
     type(analysis_type) :: analysis
-    !> What a task keeps for others.
+    !> Result that a task stores for later tasks.
     class(*), allocatable :: kept
   contains
     procedure :: members
@@ -40,7 +41,8 @@ module gestell_task_common_context
 
 contains
 
-  !> The machines of `family` by the frame's model, or by another one unless that is averaged, as several threads may ask for them.
+  !> Makes `family` accessible to several threads, with each member linearised by the configured model. `model` replaces this model,
+  !> unless the coefficients are averaged.
   subroutine members(self, family, locked, model)
     class(context_type), intent(in) :: self
     class(family_type), intent(in) :: family
@@ -53,7 +55,7 @@ contains
     locked%accuracy = self%configuration%accuracy
   end subroutine members
 
-  !> What heads tables, of the `input` of this name and what was set from outside.
+  !> Fills in the header of all tables from the name of the input and the settings of the command line.
   subroutine entitle(self, input, settings)
     class(context_type), intent(inout) :: self
     character(len=*), intent(in) :: input
@@ -66,7 +68,8 @@ contains
     self%head%settings = settings
   end subroutine entitle
 
-  !> Lets the executor keep what is done where the files are written, and take what an interrupted run has left there.
+  !> Opens the journal in the folder where the files are written. The executor stores finished pieces in it and takes over the
+  !> pieces of an interrupted run.
   subroutine keep_journal(context, result)
     type(context_type), intent(inout) :: context
     type(result_type), intent(inout) :: result

@@ -1,5 +1,5 @@
-!> How the work of a task is spread: over the threads of this process. What spreads it further extends `executor_type`: then several
-!> processes run the same tasks, and share what each of them finds out alone.
+!> Distribution of work over the threads of this process. An extension of `executor_type` may distribute it further: several
+!> processes then run the same tasks and exchange their results.
 module gestell_task_common_executor
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -11,14 +11,14 @@ module gestell_task_common_executor
 
   public :: spread_over
 
-  !> Independent pieces 1, 2, ...
+  !> Work that consists of independent pieces 1, 2, ...
   type, abstract, public :: work_type
   contains
     procedure(compute), deferred :: compute
     procedure :: exchange => exchange_nothing
   end type work_type
 
-  !> Who watches how far the work is.
+  !> Display of the progress.
   type, abstract, public :: progress_type
   contains
     procedure(start), deferred :: start
@@ -28,13 +28,13 @@ module gestell_task_common_executor
   end type progress_type
 
   type, public :: executor_type
-    !> Not allocated: nobody.
+    !> Not allocated: progress is not displayed.
     class(progress_type), allocatable :: progress
-    !> What finished pieces are kept in. Not allocated: nothing is kept.
+    !> Journal of finished pieces; not allocated: nothing is stored.
     type(journal_type), allocatable :: journal
-    !> Whether several processes work together: on the tasks whose pieces they can share.
+    !> True if several processes cooperate; only tasks with shareable pieces run then.
     logical :: together = .false.
-    !> How often work was spread.
+    !> Number of rounds of work so far.
     integer, private :: rounds = 0
   contains
     procedure :: spread
@@ -48,8 +48,8 @@ module gestell_task_common_executor
   end type executor_type
 
   abstract interface
-    !> Computes piece `k` and keeps what it finds, beside others. Whatever is for one thread alone, as reading documents and
-    !> writing files, stands in a section critical (input_and_output).
+    !> Computes piece `k` and stores its result separately from the results of other pieces. Steps for one thread only, like reading
+    !> documents and writing files, belong in a critical section named input_and_output.
     recursive subroutine compute(self, k, error)
       import :: work_type, error_type
       implicit none (type, external)
@@ -58,7 +58,7 @@ module gestell_task_common_executor
       type(error_type), allocatable, intent(out) :: error
     end subroutine compute
 
-    !> Begins with `all` points to come.
+    !> Starts the display with `all` points to compute.
     subroutine start(self, all)
       import :: progress_type, int64
       implicit none (type, external)
@@ -66,7 +66,7 @@ module gestell_task_common_executor
       integer(int64), intent(in) :: all
     end subroutine start
 
-    !> So many points more are done.
+    !> Adds a number of finished points.
     subroutine add(self, points)
       import :: progress_type, int64
       implicit none (type, external)
@@ -80,7 +80,7 @@ module gestell_task_common_executor
       class(progress_type), intent(inout) :: self
     end subroutine clear
 
-    !> What is being done, and which part of it is, from 0 to 1.
+    !> Displays the current activity and the finished fraction (0 to 1).
     subroutine show_part(doing, part)
       import :: dp
       implicit none (type, external)
@@ -91,13 +91,14 @@ module gestell_task_common_executor
 
 contains
 
-  !> Computes these pieces of `work`, those behind one that failed are left out; `points`: how much each of them counts in what is
-  !> shown. Error: that of the first piece, in the order of `pieces`, that failed.
+  !> Computes these pieces of `work` in parallel. If a piece fails, later pieces are skipped. Error: that of the first failed piece
+  !> in the order of `pieces`.
   subroutine spread(self, work, pieces, error, points)
     class(executor_type), intent(inout) :: self
     class(work_type), intent(inout) :: work
     integer, intent(in) :: pieces(:)
     type(error_type), allocatable, intent(out) :: error
+    !> Weight of each piece in the progress display, 1 by default
     integer(int64), intent(in), optional :: points(:)
     type(error_type), allocatable :: own
     type(record_type) :: record
@@ -112,7 +113,7 @@ contains
     self%rounds = self%rounds + 1
     keeps = allocated(self%journal)
     known = .false.
-    ! what an interrupted run has found is read in place of being computed
+    ! Results of an interrupted run are read instead of computed.
     do i = 1, merge(size(pieces), 0, keeps)
       call self%journal%find(self%rounds, pieces(i), words)
       if (size(words) == 0) cycle
@@ -145,8 +146,8 @@ contains
     if (allocated(self%progress)) call self%progress%clear()
   end subroutine spread
 
-  !> Passes the results of piece `k` to the record, or takes them from there (gestell_task_common_record). Nothing: the piece is
-  !> computed again after an interruption.
+  !> Writes the result of piece `k` to the record or reads it from there (gestell_task_common_record). This default does neither, so
+  !> the piece is computed again after an interruption.
   subroutine exchange_nothing(self, k, record)
     class(work_type), intent(inout) :: self
     integer, intent(in) :: k
@@ -156,8 +157,7 @@ contains
     end associate
   end subroutine exchange_nothing
 
-  !> Computes pieces 1 ... `count` of `work`, one after the other where there is no `executor`. Error: that of the first piece
-  !> that failed.
+  !> Computes pieces 1 ... `count` of `work`, one after the other if there is no `executor`. Error: that of the first failed piece.
   subroutine spread_over(work, count, error, executor)
     class(work_type), intent(inout) :: work
     integer, intent(in) :: count
@@ -175,12 +175,12 @@ contains
     end do
   end subroutine spread_over
 
-  !> Whether this process is the one that tells and writes.
+  !> True if this process prints the report and writes the files.
   logical function leads()
     leads = .true.
   end function leads
 
-  !> Which of the numbers 1 ... `count` this process is to look at, where each needs one that does.
+  !> True for the numbers 1 ... `count` that this process must compute if each needs to be computed by one process only.
   function share_of(count) result(mine)
     integer, intent(in) :: count
     logical :: mine(count)
@@ -188,7 +188,7 @@ contains
     mine = .true.
   end function share_of
 
-  !> The error of one process becomes that of all.
+  !> Shares an error of one process with all processes.
   subroutine share_error(error)
     type(error_type), allocatable, intent(inout) :: error
 
@@ -196,7 +196,7 @@ contains
     end associate
   end subroutine share_error
 
-  !> A mark that one process sets is set for all.
+  !> Shares marks: a mark set by one process is set for all.
   subroutine share_marks(marks)
     logical, contiguous, intent(inout) :: marks(:)
 
@@ -204,7 +204,7 @@ contains
     end associate
   end subroutine share_marks
 
-  !> Error: the processes do not have the same `content`, a hash of the input of this name.
+  !> Checks that all processes have an input with the same hash `content`. Error: the inputs differ.
   subroutine compare(content, name, error)
     integer(int64), intent(in) :: content
     character(len=*), intent(in) :: name
@@ -214,14 +214,14 @@ contains
     end associate
   end subroutine compare
 
-  !> Who works, as a line of the report; empty: this process alone.
+  !> Line of the report on the participating processes; empty if there is only this one.
   function workers() result(line)
     character(len=:), allocatable :: line
 
     line = ""
   end function workers
 
-  !> What is being done, and which part of it is, from 0 to 1; at 1 the words disappear.
+  !> Displays the current activity and the finished fraction (0 to 1). At 1 the display is removed.
   subroutine show(self, doing, part)
     class(executor_type), intent(inout) :: self
     character(len=*), intent(in) :: doing

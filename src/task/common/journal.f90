@@ -1,5 +1,5 @@
-!> What a run has computed so far, piece by piece, in a file of its folder: the run that comes after an interruption reads what is
-!> there instead of computing it.
+!> Journal of a run: a file in its folder with the results of all finished pieces of work. After an interruption the next run reads
+!> them instead of computing them again.
 module gestell_task_common_journal
   use gestell_base_files, only: close_file, create_file, file_size, remove_file, rename_file, write_whole
   use gestell_base_hash, only: mix_text
@@ -14,17 +14,17 @@ module gestell_task_common_journal
 
   public :: open_journal
 
-  !> A record is the numbers of a round of work and of a piece in it, and what was found.
+  !> Journal file. Each record has the number of a round of work, the number of a piece in this round, and the result of the piece.
   type, public :: journal_type
-    !> Whether records of an earlier run were of no use.
+    !> True if records of an earlier run could not be used.
     logical :: damaged = .false.
     character(len=:), allocatable, private :: name
     integer(int64), private :: fingerprint = 0
-    !> Records of an earlier run: those of the words from begins(i) to ends(i); the next that is likely to be asked for.
+    !> Records of an earlier run: record i has the words begins(i) to ends(i). `next`: record that is probably requested next.
     integer(int64), allocatable, private :: words(:)
     integer, allocatable, private :: begins(:), ends(:)
     integer, private :: next = 1
-    !> The file, once something is kept; whether it cannot be written.
+    !> File handle, once a record has been written; true if the file cannot be written.
     integer(c_int), private :: handle = -1
     logical, private :: failed = .false.
   contains
@@ -34,8 +34,8 @@ module gestell_task_common_journal
 
 contains
 
-  !> The journal of an input with the hash `content` in `folder`, which no other process uses. What another input or
-  !> version has left is forgotten.
+  !> Opens the journal in `folder`, which no other process uses. `content` is the hash of the input. Records of another input or of
+  !> another version of the program are ignored.
   subroutine open_journal(journal, folder, content)
     type(journal_type), intent(out) :: journal
     character(len=*), intent(in) :: folder
@@ -54,7 +54,7 @@ contains
     do while (first <= size(journal%words))
       call unseal(journal%words, first, fingerprint, record, sound, torn)
       if (sound .and. fingerprint /= journal%fingerprint) exit
-      ! the end of a run that was killed is torn
+      ! A run that was killed may leave an incomplete last record.
       journal%damaged = .not. (sound .or. torn)
       if (.not. sound .or. record(2) <= record(1)) exit
       journal%begins = [journal%begins, record(1)]
@@ -63,7 +63,7 @@ contains
     end do
   end subroutine open_journal
 
-  !> What is kept of a piece; empty: nothing.
+  !> Finds the stored result of a piece; empty if there is none.
   subroutine find(self, round, piece, words)
     class(journal_type), intent(inout) :: self
     integer, intent(in) :: round, piece
@@ -82,7 +82,7 @@ contains
     allocate(words(0))
   end subroutine find
 
-  !> Keeps what a piece found. Where it cannot be written nothing is kept from then on: it is no result.
+  !> Stores the result of a piece. If the file cannot be written, the journal is closed and the run continues without it.
   subroutine keep(self, round, piece, words)
     class(journal_type), intent(inout) :: self
     integer, intent(in) :: round, piece
@@ -99,7 +99,7 @@ contains
     self%handle = -1
   end subroutine keep
 
-  !> Begins the file with what an earlier run has left.
+  !> Creates the file, with the records of an earlier run at its beginning.
   subroutine begin(journal, done)
     class(journal_type), intent(inout) :: journal
     logical, intent(out) :: done

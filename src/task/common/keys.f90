@@ -1,4 +1,4 @@
-!> The keys of the groups that concern several tasks: &case, &model, &accuracy, &response, &resonance.
+!> Keys of the input groups used by several tasks: &case, &model, &accuracy, &response, &resonance.
 module gestell_task_common_keys
   use gestell_base_key, only: integer_key, joined, key_type, range_type, real_key, text_key
   use gestell_base_kinds, only: dp
@@ -46,7 +46,7 @@ module gestell_task_common_keys
 
 contains
 
-  !> The keys of the group &case where these tasks can be ordered.
+  !> Keys of the group &case, with these tasks as permitted values.
   pure function case_keys_of(tasks) result(keys)
     character(len=*), intent(in) :: tasks(:)
     type(key_type) :: keys(size(case_keys))

@@ -1,5 +1,5 @@
-!> A family whose members several threads may ask for. They are made one after the other, as reading documents is for one thread;
-!> each thread settles its own by the frame's model.
+!> Family whose members several threads may request. Members are made one at a time, because documents are read by one thread at a
+!> time; each thread then linearises its own member by the frame's model.
 module gestell_task_common_locked_family
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -21,7 +21,7 @@ contains
     class(periodic_system), allocatable, intent(out) :: system
     type(error_type), allocatable, intent(out) :: error
 
-    ! the same lock as for writing: reading is for one thread
+    ! Use the lock for writing: reading and writing must not overlap.
     !$omp critical (input_and_output)
     call self%settled_family_type%bare_member(parameters, system, error)
     !$omp end critical (input_and_output)

@@ -1,4 +1,4 @@
-!> What a piece of work found, as words: one procedure (`work_type%exchange`) writes and reads them, in the same order.
+!> Results of a piece of work as 64-bit words. One procedure (`work_type%exchange`) both writes and reads them, in the same order.
 module gestell_task_common_record
   use gestell_base_kinds, only: dp
   use gestell_base_verdict, only: verdict_of_ordinal, verdict_type
@@ -7,10 +7,10 @@ module gestell_task_common_record
   private
 
   type, public :: record_type
-    !> Whether `pass` reads; else it writes.
+    !> True if `pass` reads; false if it writes.
     logical :: reads = .false.
     integer(int64), allocatable :: words(:)
-    !> Words that were read; fewer were there than were wanted.
+    !> Number of words read so far; true if fewer words exist than were requested.
     integer, private :: at = 0
     logical, private :: short = .false.
   contains
@@ -23,7 +23,7 @@ module gestell_task_common_record
 
 contains
 
-  !> Begins to write, or to read these words.
+  !> Starts writing or, if `words` is present, reading these words.
   pure subroutine begin(self, words)
     class(record_type), intent(inout) :: self
     integer(int64), intent(in), optional :: words(:)
@@ -35,14 +35,14 @@ contains
     if (present(words)) self%words = words
   end subroutine begin
 
-  !> Whether all was read that was there, and no more.
+  !> True if exactly the existing words were read.
   pure logical function is_complete(self)
     class(record_type), intent(in) :: self
 
     is_complete = .not. self%short .and. self%at == size(self%words)
   end function is_complete
 
-  !> As many words as are allocated; of any kind, made by transfer.
+  !> Writes or reads an array of words of any length. Data of other types are converted by transfer.
   pure subroutine pass_words(self, words)
     class(record_type), intent(inout) :: self
     integer(int64), allocatable, intent(inout) :: words(:)
@@ -106,7 +106,7 @@ contains
     if (size(words) == 1) value = transfer(words, value)
   end subroutine pass_real
 
-  !> Empty where it is not allocated.
+  !> Writes or reads an array; one that is not allocated counts as empty.
   pure subroutine pass_reals(self, values)
     class(record_type), intent(inout) :: self
     real(dp), allocatable, intent(inout) :: values(:)

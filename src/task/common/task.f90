@@ -1,4 +1,4 @@
-!> A task: an answer that the user can order. A new one is a folder beside this file and a line in the registry.
+!> A task: a result that the user can request. A new task is a folder beside this file and an entry in the registry.
 module gestell_task_common_task
   use gestell_base_error, only: error_type
   use gestell_input_schema, only: schema_type
@@ -11,19 +11,21 @@ module gestell_task_common_task
 
   public :: longest_table
 
-  !> What a task is about: the machine of the input, solved; others in the ranges of the sweep; it at all speeds of the sweep; the
-  !> machine of the input as it is read.
+  !> Machines with which a task deals: the solved machine of the input; other machines in the ranges of the sweep; the machine of
+  !> the input at all speeds of the sweep; the machine of the input without a solution.
   integer, parameter, public :: own_machine = 1, all_machines = 2, all_speeds = 3, unsolved_machine = 4
 
   type, abstract, public :: task_type
-    !> As it is ordered; what it is about; whether it has a verdict, a part in what is told on one line, a picture that belongs to
-    !> every run with pictures, pieces that several runs can share.
+    !> Name of the task in the input.
     character(len=11) :: name = ""
-    !> The names of all tables that it can leave: files of other names would not find their way into the folder of results.
+    !> Names of all tables that the task may write. Only these are moved to the folder of results.
     character(len=longest_table), allocatable :: tables(:)
+    !> Machines with which the task deals
     integer :: about = own_machine
+    !> True if the task gives a verdict; contributes to the line of --one-line; draws its picture in every run with pictures; has
+    !> pieces that several runs can share
     logical :: judges = .false., brief = .false., pictured = .false., shared = .false.
-    !> Whether the input orders it; whether an option does, for its picture alone.
+    !> True if the input requests the task; true if an option needs the task for its picture only.
     logical :: ordered = .false., implied = .false.
   contains
     procedure(describe), deferred :: describe
@@ -35,20 +37,20 @@ module gestell_task_common_task
     procedure :: settle => settle_nothing
   end type task_type
 
-  !> Any task.
+  !> Container for a task of any type.
   type, public :: any_task_type
     class(task_type), allocatable :: task
   end type any_task_type
 
   abstract interface
-    !> Sets what the components say of every task of its kind.
+    !> Sets the components that are equal for all tasks of this type.
     pure subroutine describe(self)
       import :: task_type
       implicit none (type, external)
       class(task_type), intent(inout) :: self
     end subroutine describe
 
-    !> Computes, and tells what was found. Error: it could not be computed; what came before it in `result` stands.
+    !> Computes the results of the task and reports them. On error the results already in `result` remain valid.
     subroutine run(self, context, result, error)
       import :: task_type, context_type, result_type, error_type
       implicit none (type, external)
@@ -61,7 +63,7 @@ module gestell_task_common_task
 
 contains
 
-  !> Adds the groups and keys that are the task's own to what an input can say.
+  !> Adds the groups and keys of this task to the schema of the input.
   subroutine extend_nothing(schema)
     type(schema_type), intent(inout) :: schema
 
@@ -69,8 +71,8 @@ contains
     end associate
   end subroutine extend_nothing
 
-  !> Reads the task's own keys, also where it was not ordered, and enters what it needs of the machine. Errors point into the
-  !> input.
+  !> Reads the keys of this task, even if it is not requested, and registers the results of the machine that it needs. Errors refer
+  !> to the input file.
   subroutine read_nothing(self, configuration, error)
     class(task_type), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -80,7 +82,7 @@ contains
     end associate
   end subroutine read_nothing
 
-  !> Looks whether it can do what the options ask for. Error: wrong usage.
+  !> Checks that the task supports the options of the run. Error: wrong usage.
   subroutine prepare_nothing(context, error)
     type(context_type), intent(in) :: context
     type(error_type), allocatable, intent(out) :: error
@@ -89,7 +91,7 @@ contains
     end associate
   end subroutine prepare_nothing
 
-  !> What --check tells of it.
+  !> Lines that --check prints on this task.
   function no_preview(self, configuration) result(lines)
     class(task_type), intent(in) :: self
     type(configuration_type), intent(in) :: configuration
@@ -100,7 +102,7 @@ contains
     end associate
   end function no_preview
 
-  !> What is to be done when all files are published.
+  !> Final steps of the task after all files have been published.
   subroutine settle_nothing(self)
     class(task_type), intent(inout) :: self
 

@@ -1,4 +1,4 @@
-!> The conditions under which a design is run: the speeds of the sweep with all that may differ, and the lines between them.
+!> Operating conditions of a design: the speeds of the sweep combined with all scatter, and the lines between these conditions.
 module gestell_task_design_conditions
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -18,13 +18,17 @@ module gestell_task_design_conditions
 
 contains
 
-  !> Errors: the speed is a parameter of the design, one of `paths`, and runs too; values out of range.
+  !> Reads the operating conditions. Errors: the speed is both varied in the sweep and one of the design parameters `paths`; values
+  !> out of range.
   subroutine read_conditions(configuration, paths, conditions, lines, robust, error)
     type(configuration_type), intent(inout) :: configuration
+    !> Paths of all numbers that the design changes
     character(len=*), intent(in) :: paths(:)
+    !> All combinations of speed and scatter
     type(condition_type), allocatable, intent(out) :: conditions(:)
+    !> Lines through the range of conditions, on which worst cases between the conditions are sought
     type(range_line_type), allocatable, intent(out) :: lines(:)
-    !> Whether anything may differ from what it should be
+    !> True if speed, stiffness or damping has a scatter
     logical, intent(out) :: robust
     type(error_type), allocatable, intent(out) :: error
     type(group_type) :: group
@@ -59,7 +63,7 @@ contains
     call lay_lines(conditions, of_stiffness, of_damping, lines)
   end subroutine read_conditions
 
-  !> The factors at which a number is tried that may differ by a part of it up and down.
+  !> Factors at which a number with a relative scatter is evaluated: nominal value and both limits.
   pure function factors_within(scatter) result(factors)
     real(dp), intent(in) :: scatter
     real(dp), allocatable :: factors(:)
@@ -68,10 +72,11 @@ contains
     if (scatter > 0) factors = [1 - scatter, 1.0_dp, 1 + scatter]
   end function factors_within
 
-  !> Lines over the speed at every corner of the other scatter, and over the stiffness at the least and the greatest speed.
+  !> Lays lines over the speed for each combination of the other factors, and lines over the stiffness at the lowest and highest
+  !> speed.
   subroutine lay_lines(conditions, of_stiffness, of_damping, lines)
     type(condition_type), intent(in) :: conditions(:)
-    !> Factors of stiffness and damping of the mounting
+    !> Factors of the stiffness and damping of the mounting
     real(dp), intent(in) :: of_stiffness(:), of_damping(:)
     type(range_line_type), allocatable, intent(out) :: lines(:)
     type(condition_type) :: start
@@ -105,7 +110,7 @@ contains
     end do
   end subroutine lay_lines
 
-  !> A list in order without repetitions.
+  !> Ascending list without repeated values.
   pure function unlike(list) result(left)
     real(dp), intent(in) :: list(:)
     real(dp), allocatable :: left(:)

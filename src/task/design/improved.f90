@@ -1,4 +1,4 @@
-!> The input file of the machine that a design has found: what was typed, with the numbers that have changed.
+!> Input file of the machine found by a design: the original text with the changed numbers.
 module gestell_task_design_improved
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -14,18 +14,20 @@ module gestell_task_design_improved
 
   public :: improved_text
 
-  !> Of the numbers of a design.
+  !> Significant digits of the numbers of a design.
   integer, parameter, public :: digits = 9
 
   character, parameter :: newline = new_line("a")
 
 contains
 
-  !> The text of the input with all that --set and the design have changed, marked; empty where the input was no text. Error: a path
-  !> cannot be set.
+  !> Writes the text of the input with all changes by --set and by the design, each marked with a comment. The text is empty if the
+  !> input was not a text. Error: a path cannot be set.
   subroutine improved_text(doc, schema, paths, values, text, error)
     type(document_type), intent(in) :: doc
+    !> Groups and keys that the input may contain
     type(schema_type), intent(in) :: schema
+    !> Paths of the changed numbers, and their new values in units of the input
     character(len=*), intent(in) :: paths(:)
     real(dp), intent(in) :: values(:)
     character(len=:), allocatable, intent(out) :: text

@@ -1,11 +1,11 @@
-!> The keys of the groups &design, &objective, &constraint and &robust.
+!> Keys of the input groups &design, &objective, &constraint and &robust.
 module gestell_task_design_keys
   use gestell_base_key, only: integer_key, key_type, positive, range_type, real_key, text_key
   use gestell_base_kinds, only: dp
   implicit none (type, external)
   private
 
-  !> Points of a curve between two objectives at the least, zero aside.
+  !> Minimum number of points of a curve between two objectives, if it is requested.
   integer, parameter, public :: fewest_of_curve = 3
 
   type(key_type), parameter, public :: design_keys(*) = [ &
@@ -34,7 +34,7 @@ module gestell_task_design_keys
     & key_type("constraint", "at_least", real_key, "its least value", otherwise="none"), &
     & key_type("constraint", "equals", real_key, "the value that it is to have", otherwise="none")]
 
-  !> The keys of a limit by its sense (gestell_study_design_goal).
+  !> Key of a limit, indexed by its sense (gestell_study_design_goal).
   character(len=8), parameter, public :: limit_keys(-1:1) = [character(len=8) :: "at_least", "equals", "at_most"]
 
   type(key_type), parameter, public :: robust_keys(*) = [ &

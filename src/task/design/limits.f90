@@ -1,4 +1,4 @@
-!> The limits of a design as the user gives them: which there are, which no machine can meet, which contradict each other.
+!> Limits of a design in the input: reading them, and rejecting those that no machine can meet or that contradict each other.
 module gestell_task_design_limits
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -16,12 +16,12 @@ module gestell_task_design_limits
 
   public :: read_limit, refuse_contradictions, refuse_masses
 
-  !> What a sum of masses may be off, relative to it.
+  !> Relative rounding error allowed in a sum of masses.
   real(dp), parameter :: rounding = 1.0e-9_dp
 
 contains
 
-  !> The limit of a group &constraint. Errors: none, or several; one that no machine can meet.
+  !> Reads the limit of a group &constraint. Errors: no limit or several limits in the group; a limit that no machine can meet.
   subroutine read_limit(group, goal, error)
     type(group_type), intent(in) :: group
     type(goal_type), intent(inout) :: goal
@@ -48,7 +48,7 @@ contains
     end if
   end subroutine read_limit
 
-  !> Refuses a lower limit above an upper one of the same quantity; the peak is at least the rms.
+  !> Rejects a lower limit above an upper limit for the same quantity, considering that the peak is at least the rms.
   subroutine refuse_contradictions(groups, goals, error)
     type(group_type), intent(in) :: groups(:)
     type(goal_type), intent(in) :: goals(:)
@@ -65,7 +65,7 @@ contains
     end do
   end subroutine refuse_contradictions
 
-  !> Whether `low` has to be greater than `high` may be, but cannot be greater.
+  !> True if `low` must reach a value above the limit of `high`, although it can never exceed `high`.
   pure logical function contradict(low, high)
     type(goal_type), intent(in) :: low, high
 
@@ -76,13 +76,15 @@ contains
       & .or. (low%measure%kind == rms_measure .and. high%measure%kind == peak_measure)
   end function contradict
 
-  !> Refuses a limit of the mass that no machine within the ranges meets. The mass is a sum, to which every parameter adds what it
-  !> adds alone.
+  !> Rejects a limit of the mass that no machine within the ranges meets. The mass is a sum to which each parameter contributes
+  !> independently, so its extreme values follow from varying one parameter at a time.
   subroutine refuse_masses(groups, goals, family, start, ranges, error)
+    !> Groups &constraint and their goals
     type(group_type), intent(in) :: groups(:)
     type(goal_type), intent(in) :: goals(:)
+    !> Machines over the parameters of the design
     class(family_type), intent(in) :: family
-    !> Parameters within their ranges, shape (parameters), and the ranges, shape (parameters, 2)
+    !> Parameters within their ranges, shape (parameters); ranges, shape (parameters, 2)
     real(dp), intent(in) :: start(:), ranges(:, :)
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: failure
@@ -117,7 +119,7 @@ contains
 
   contains
 
-    !> Not known: there is no such machine.
+    !> Mass of the machine at parameters x. `known` becomes false if this machine does not exist.
     real(dp) function mass_at(x)
       real(dp), intent(in) :: x(:)
       type(members_type) :: there

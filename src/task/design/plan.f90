@@ -1,4 +1,4 @@
-!> The groups of the task `design`: what may be changed, what is to be small, what is limited.
+!> Input groups of the task `design`: the parameters, the objectives and the limits.
 module gestell_task_design_plan
   use gestell_base_error, only: error_type
   use gestell_base_key, only: key_type
@@ -30,30 +30,30 @@ module gestell_task_design_plan
 
   public :: read_design
 
-  !> Machines of an input whose numbers several paths share.
+  !> Family of machines in which one parameter may set several numbers of the input.
   type, extends(family_type) :: linked_family_type
     type(document_family_type) :: inner
-    !> Which parameter each of the inner family's takes, and by which factor.
+    !> Index of the design parameter that sets each parameter of the inner family.
     integer, allocatable :: owner(:)
   contains
     procedure :: member
   end type linked_family_type
 
   type, public :: design_plan_type
-    !> The parameters' paths, those that take their values with them, all in a row with their `owners`, and their units.
+    !> Paths of the parameters; paths of all numbers that they set, with the indices of their parameters (`owners`); units.
     character(len=word_length), allocatable :: paths(:), all_paths(:)
     integer, allocatable :: owners(:)
     character(len=16), allocatable :: units(:)
     type(linked_family_type) :: family
     type(design_options) :: options
-    !> The values of the file, and those within the ranges.
+    !> Values in the input file; values clipped to the ranges.
     real(dp), allocatable :: base(:), start(:)
-    !> Local searches; points of the curve between two objectives.
+    !> Number of local searches; number of points of the curve between two objectives.
     integer :: starts = 1, curve = 0
     !> Turns of the drive in a period.
     integer :: turns = 1
     logical :: convex = .false., robust = .false.
-    !> The lines through the range of speeds and the scatter.
+    !> Lines through the range of speeds and scatter.
     type(range_line_type), allocatable :: lines(:)
   contains
     procedure :: covers
@@ -72,7 +72,7 @@ contains
     call self%inner%member(parameters(self%owner), system, error)
   end subroutine member
 
-  !> Whether goals may be worst between the conditions that are given.
+  !> True if goals may have their worst values between the given conditions.
   pure logical function covers(self)
     class(design_plan_type), intent(in) :: self
 
@@ -80,8 +80,8 @@ contains
       & .or. any(self%options%constraints%needs_motion()))
   end function covers
 
-  !> The plan of a checked document. Errors: no group &design or &objective; a path that cannot change, or twice; an empty range;
-  !> values that make no sense; goals that there are not; averaged masses.
+  !> Reads the plan of a design from a checked document. Errors: a group &design or &objective is missing; a path cannot be changed
+  !> or occurs twice; a range is empty; values are invalid; a goal does not exist; the coefficients are averaged.
   subroutine read_design(configuration, plan, error)
     type(configuration_type), intent(inout) :: configuration
     type(design_plan_type), intent(out) :: plan
@@ -104,7 +104,7 @@ contains
     if (size(plan%lines) > 0) then
       associate (line => plan%lines(1))
         if (line%start%along == along_speed .and. abs(line%start%speed) > 0) then
-          ! separations are those over the whole range of speeds
+          ! Separations from resonance refer to the whole range of speeds.
           plan%options%constraints%speeds(1) = minval(abs(line%places))
           plan%options%constraints%speeds(2) = maxval(abs(line%places))
         end if
@@ -114,11 +114,11 @@ contains
     plan%options%model = configuration%model()
     plan%options%accuracy = configuration%accuracy
     plan%convex = is_convex(plan%options)
-    ! from a mass of zero its place does not count: one start may stay there
+    ! The position of a zero mass has no influence, so a single start might stay there: a positive lower limit is required.
     if (plan%convex .and. all(plan%options%lower > 0 .or. plan%options%part /= mass_part)) plan%starts = 1
   end subroutine read_design
 
-  !> The groups &design. Errors: none, or too many; paths, ranges and values that make no sense.
+  !> Reads the groups &design. Errors: none or too many; invalid paths, ranges or values.
   subroutine read_parameters(configuration, plan, error)
     type(configuration_type), intent(in) :: configuration
     type(design_plan_type), intent(inout) :: plan
@@ -153,7 +153,7 @@ contains
 
   contains
 
-    !> Parameter number i.
+    !> Reads parameter number i.
     subroutine read_parameter(group)
       type(group_type), intent(in) :: group
       character(len=word_length), allocatable :: with(:)
@@ -169,7 +169,7 @@ contains
         options%part(i) = merge(other_part, part_of(plan%paths(i)), has(group, "with"))
         options%body(i) = findloc([(same_link(plan%paths(k), plan%paths(i)), k = 1, i)], .true., dim=1)
         options%link(i) = 0
-        ! of several mechanisms a group may be several links, and their axes are turned
+        ! With several mechanisms a group may describe several links, and their axes are rotated, so the link is not identified.
         if (options%part(i) /= other_part .and. size(target%groups) > 0 .and. count_groups(doc, "mechanism") == 0) then
           options%link(i) = count([(doc%groups(k)%name == "link", k = 1, target%groups(1))])
         end if
@@ -193,7 +193,7 @@ contains
       plan%start(i) = min(max(plan%base(i), plan%options%lower(i)), plan%options%upper(i))
     end subroutine read_parameter
 
-    !> A path whose number parameter i changes.
+    !> Adds a path whose number parameter i sets.
     subroutine add_path(key, name)
       character(len=*), intent(in) :: key, name
       type(target_type) :: target, both(2)
@@ -215,7 +215,7 @@ contains
 
   end subroutine read_parameters
 
-  !> Which property of a link a path names; `other_part`: none.
+  !> Property of a link that a path names; `other_part` if it names none.
   pure integer function part_of(path) result(part)
     character(len=*), intent(in) :: path
     integer :: closing
@@ -231,7 +231,7 @@ contains
     same_link = one(:index(one, ").")) == other(:index(other, ")."))
   end function same_link
 
-  !> The number of the file at a path; 0 where it gives none.
+  !> Number at a path in the input file; 0 if the file does not give it.
   real(dp) function value_in_file(configuration, path) result(value)
     type(configuration_type), intent(in) :: configuration
     character(len=*), intent(in) :: path
@@ -246,7 +246,7 @@ contains
     if (size(values) > 0) value = values(1)
   end function value_in_file
 
-  !> Tries the ends of every range beside the start. Error: a value that makes no sense.
+  !> Checks both ends of each range, with the other parameters at their start values. Error: a value is invalid.
   subroutine try_values(groups, plan, error)
     type(group_type), intent(in) :: groups(:)
     type(design_plan_type), intent(in) :: plan
@@ -266,7 +266,7 @@ contains
     end do
   end subroutine try_values
 
-  !> The goals of the groups of this name. Errors: no objective; as of `new_goal`, `read_limit` and `refuse_contradictions`.
+  !> Reads the goals of the groups with this name. Errors: no objective; as in `new_goal`, `read_limit` and `refuse_contradictions`.
   subroutine read_goals(configuration, name, keys, goals, error)
     type(configuration_type), intent(in) :: configuration
     character(len=*), intent(in) :: name
@@ -308,7 +308,7 @@ contains
     if (name == "constraint") call refuse_contradictions(groups, goals, error)
   end subroutine read_goals
 
-  !> What stands in any of several groups.
+  !> Reads the keys that may appear in any of several groups.
   subroutine read_choices(doc, plan, error)
     type(document_type), intent(in) :: doc
     type(design_plan_type), intent(inout) :: plan
@@ -333,7 +333,7 @@ contains
     end if
   end subroutine read_choices
 
-  !> The first group that has a key; the first of all where none has it.
+  !> Index of the first group that has a key; 1 if none has it.
   pure integer function having(groups, key)
     type(group_type), intent(in) :: groups(:)
     character(len=*), intent(in) :: key
