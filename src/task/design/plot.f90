@@ -1,4 +1,4 @@
-!> The pictures of a design.
+!> Plots of a design.
 module gestell_task_design_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
@@ -16,7 +16,7 @@ module gestell_task_design_plot
 
 contains
 
-  !> design.gp: where the parameters lie in their ranges, before and after.
+  !> Plot design.gp: positions of the parameters in their ranges before and after the design.
   function plot_parameters(plan) result(figure)
     type(design_plan_type), intent(in) :: plan
     type(figure_type) :: figure
@@ -42,7 +42,7 @@ contains
     figure = new_figure("design", "The parameters of the design within their ranges", lines, width=800, height=160 + 34 * n)
   end function plot_parameters
 
-  !> design_starts.gp: the local optima from all starts, with these `objectives`.
+  !> Plot design_starts.gp: objectives of the local optima from all starts.
   function plot_starts(objectives) result(figure)
     real(dp), intent(in) :: objectives(:)
     type(figure_type) :: figure
@@ -57,7 +57,7 @@ contains
       & width=800, height=400)
   end function plot_starts
 
-  !> design_goals.gp: all of them after the design, in per cent of what they were, with the limits.
+  !> Plot design_goals.gp: all goals after the design in per cent of their values before, with the limits.
   function plot_goals(design) result(figure)
     type(design_type), intent(in) :: design
     type(figure_type) :: figure
@@ -94,13 +94,14 @@ contains
     figure = new_figure("design_goals", "Objectives and limits before and after the design", lines, width=800, height=480)
   end function plot_goals
 
-  !> design_range.gp: the first objective over the speed, before and after.
+  !> Plot design_range.gp: first objective over the speed, before and after the design.
   function plot_range(plan) result(figure)
     type(design_plan_type), intent(in) :: plan
     type(figure_type) :: figure
     character(len=:), allocatable :: lines, style
 
-    ! The corners of a scatter are no curve; the maxima between the given speeds stand behind these in the file.
+    ! With scatter the values form no curve, so they are plotted as points. Maxima between the given speeds follow at the end of the
+    ! file, so the points are sorted by speed (`smooth unique`).
     style = trim(merge("with points                   ", "smooth unique with linespoints", plan%robust))
     lines = "set title heading noenhanced" // newline // "set xlabel 'crank speed (rpm)'; set ylabel " &
       & // quoted(plan%options%objectives(1)%name() // " (" // trim(plan%options%objectives(1)%measure%unit) // ")") &
@@ -111,7 +112,7 @@ contains
     figure = new_figure("design_range", "Before and after the design over the speed", lines, width=800, height=480)
   end function plot_range
 
-  !> design_trade_off.gp: the curve, where the machine stands and where the design does.
+  !> Plot design_trade_off.gp: curve between two objectives, with the machine of the input and the design.
   function plot_curve(design) result(figure)
     type(design_type), intent(in) :: design
     type(figure_type) :: figure

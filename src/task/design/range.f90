@@ -1,10 +1,12 @@
-!> Finds where the goals of a design are worst over the whole range of its speeds and its scatter, between the given speeds too.
+!> Finds the worst values of the goals of a design over the whole range of speeds and scatter, also between the given conditions.
 !>
-!> The range is looked at along lines: over the speed at every corner of the scatter, over the stiffness of the mounting at the
-!> least and the greatest speed. A resonance is a curve on which the speed rises with the stiffness, so it meets one of these lines.
-!> Along a line the means of resonance curves find what lies between the points: the multipliers of neighbours tell where a free
-!> vibration, or a tongue of instability, meets an order; an interval is halved where the straight lines extrapolated from both
-!> sides meet above the greatest value known; each maximum near the greatest is then refined.
+!> The range is searched along lines: over the speed for each combination of the other factors, and over the stiffness of the mounts
+!> at the lowest and the highest speed. On a resonance the speed rises with the stiffness, so each resonance in the range meets one
+!> of these lines.
+!>
+!> Along a line, points are added as for resonance curves. The multipliers at neighbouring points show where a natural frequency, or
+!> a tongue of instability, meets an order of the crank. An interval is halved if the straight lines extrapolated from both sides
+!> meet above the largest known value. Each maximum close to the largest one is then refined.
 module gestell_task_design_range
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: operator(/=), operator(==), stable
@@ -25,41 +27,42 @@ module gestell_task_design_range
 
   public :: survey_machine, survey_range
 
-  !> A line through the range: the condition at its start, which says along what it goes, and the places that are given.
+  !> Line through the range: the condition at its start, which also says what varies along the line, and the given positions on it.
   type, public :: range_line_type
     type(condition_type) :: start
     real(dp), allocatable :: places(:)
   end type range_line_type
 
-  !> The range, as the search for a design looks at it.
+  !> The range in the form that the search for a design uses.
   type, extends(range_type), public :: lines_type
     type(range_line_type), allocatable :: lines(:)
   contains
     procedure :: find_tops
   end type lines_type
 
-  !> What was found in a machine.
+  !> Worst values of the goals of one machine.
   type, public :: survey_type
-    !> By how much each goal exceeds its limit at its worst, and the line on which that is; shapes (goals).
+    !> Largest excess of each goal over its limit, and number of the line on which it occurs; shapes (goals).
     real(dp), allocatable :: excess(:)
     integer, allocatable :: line(:)
-    !> The conditions at all maxima near the worst, and one where there is no vibration, if there is any.
+    !> Conditions at all maxima close to the worst one, and one condition without a stable vibration, if there is any.
     type(condition_type), allocatable :: conditions(:)
+    !> True if all points of all lines have a stable vibration
     logical :: known = .true.
   end type survey_type
 
-  !> A line with its points.
+  !> Line with its computed points.
   type, extends(curve_points_type) :: curve_type
     type(range_line_type) :: line
   end type curve_type
 
-  !> Maxima below the greatest by more than the first part of the goal's size are left out; an interval is halved if its
-  !> extrapolated maximum exceeds its ends by more than the second.
+  !> `near`: maxima lower than the largest one by more than this part of the goal's magnitude are ignored. `room`: an interval is
+  !> halved if its extrapolated maximum exceeds its ends by more than this part.
   real(dp), parameter :: near = 0.25_dp, room = 0.01_dp
-  !> Points closer than this, relative to their places, are one; rounds and points of a line at the most.
+  !> Relative distance below which points count as equal; maximum number of rounds and of points on a line.
   real(dp), parameter :: same = 1.0e-9_dp
   integer, parameter :: most_rounds = 16, most_points = 3000
-  !> What two ways to one value may differ by, relative to it.
+  !> Relative difference allowed between two computations of the same value.
   real(dp), parameter :: agreement = 1.0e-6_dp
 
 contains
@@ -82,14 +85,16 @@ contains
     if (known) call climb_all(members, goals, curves, .false., tops, error, self%enough)
   end subroutine find_tops
 
-  !> The machine at the parameters `x` along all lines. Errors: x or the goals make no sense.
+  !> Surveys the machine with parameters `x` along all lines. Errors: x or the goals are invalid.
   subroutine survey_range(family, options, lines, x, reported, survey, error)
     class(family_type), intent(in) :: family
+    !> Goals, accuracy and model
     type(design_options), intent(in) :: options
     type(range_line_type), intent(in) :: lines(:)
+    !> Parameters of the design, shape (parameters)
     real(dp), intent(in) :: x(:)
-    !> Whether it is to be reported: then the multipliers are the last goal, and every maximum is that of the vibrations which the
-    !> model finds without knowing their neighbours.
+    !> True for a survey that is reported. Stability is then an additional last goal, and each maximum is verified with the
+    !> vibration that the model finds on its own, without starting from a neighbour.
     logical, intent(in) :: reported
     type(survey_type), intent(out) :: survey
     type(error_type), allocatable, intent(out) :: error
@@ -108,7 +113,7 @@ contains
     end if
   end subroutine survey_range
 
-  !> A machine along all lines.
+  !> Surveys a machine along all lines; arguments as in `survey_range`.
   subroutine survey_machine(machine, options, lines, reported, survey, error)
     type(frame_type), intent(in) :: machine
     type(design_options), intent(in) :: options
@@ -155,14 +160,14 @@ contains
     end do
   end subroutine survey_machine
 
-  !> The points of a line: those that are given, and more until none are wanted.
+  !> Computes the points of a line: the given ones, then more until none are needed.
   subroutine look_along(members, goals, line, curve, error, enough)
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goals(:)
     type(range_line_type), intent(in) :: line
     type(curve_type), intent(out) :: curve
     type(error_type), allocatable, intent(out) :: error
-    !> Excess of each goal at which no more points are needed
+    !> Excess of each goal beyond which no more points are needed
     real(dp), intent(in), optional :: enough(:)
     type(speed_point_type), allocatable :: points(:)
     real(dp), allocatable :: wanted(:), new(:)
@@ -191,7 +196,7 @@ contains
     end do
   end subroutine look_along
 
-  !> Whether a goal is at least half of its worst, or the multipliers are a goal.
+  !> True at points where a goal is at least half of its worst value; everywhere if the multipliers are a goal.
   pure function is_high(curve, goals) result(high)
     type(curve_type), intent(in) :: curve
     type(goal_type), intent(in) :: goals(:)
@@ -207,7 +212,7 @@ contains
     end do
   end function is_high
 
-  !> Whether a goal exceeds `enough` at a point.
+  !> True if a goal exceeds `enough` at some point.
   pure logical function is_enough(curve, enough)
     type(curve_type), intent(in) :: curve
     real(dp), intent(in), optional :: enough(:)
@@ -217,7 +222,7 @@ contains
     if (is_enough) is_enough = any([(maxval(excesses(curve, g)) > enough(g), g = 1, size(enough))])
   end function is_enough
 
-  !> The excess of goal number `g` at all points.
+  !> Excess of goal number `g` at all points.
   pure function excesses(curve, g)
     type(curve_type), intent(in) :: curve
     integer, intent(in) :: g
@@ -227,17 +232,17 @@ contains
     excesses = [(curve%points(i)%values(1, g), i = 1, size(excesses))]
   end function excesses
 
-  !> The size of a goal whose excess is this.
+  !> Magnitude of a goal that has this excess.
   pure real(dp) function size_of(goal, excess)
     type(goal_type), intent(in) :: goal
     real(dp), intent(in) :: excess
 
     size_of = max(abs(excess + goal%limit), abs(goal%limit))
-    ! multipliers: what free vibrations grow by, or decay
+    ! For multipliers: their distance from 1, the growth or decay of free vibrations.
     if (goal%about == of_multipliers) size_of = max(abs(excess), abs(goal%limit - 1), sqrt(epsilon(size_of)))
   end function size_of
 
-  !> The middles of intervals where the straight lines through the two points on either side meet above the worst.
+  !> Midpoints of intervals in which the straight lines through the two points on either side meet above the worst value.
   function roomy_places(curve, goal, excess) result(places)
     type(curve_type), intent(in) :: curve
     type(goal_type), intent(in) :: goal
@@ -265,16 +270,16 @@ contains
     end associate
   end function roomy_places
 
-  !> Climbs all maxima of all goals that are near the worst, unless one is more than enough.
+  !> Refines all maxima of all goals that are close to the worst value. No maximum is refined if a goal already exceeds `enough`.
   subroutine climb_all(members, goals, curves, reported, tops, error, enough)
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goals(:)
     type(curve_type), intent(in) :: curves(:)
-    !> As of `survey_range`
+    !> As in `survey_range`
     logical, intent(in) :: reported
     type(top_type), allocatable, intent(out) :: tops(:)
     type(error_type), allocatable, intent(out) :: error
-    !> As of `look_along`
+    !> As in `look_along`
     real(dp), intent(in), optional :: enough(:)
     integer, allocatable :: place(:), found(:, :)
     real(dp) :: worst, least
@@ -285,7 +290,7 @@ contains
       worst = maxval([(maxval(excesses(curves(l), g)), l = 1, size(curves))])
       if (worst <= -huge(worst)) cycle
       least = worst - near * size_of(goals(g), worst)
-      ! of the stability that no limit asks for: the worst, and all that is unstable
+      ! For stability without a limit: the worst point, and all unstable points.
       if (reported .and. g == size(goals)) least = min(worst, 0.0_dp)
       do l = 1, size(curves)
         place = tops_of(excesses(curves(l), g), least)
@@ -302,7 +307,7 @@ contains
     end do
   end subroutine climb_all
 
-  !> The places of the maxima, of at least `least`, of values along a line.
+  !> Indices of the local maxima, not smaller than `least`, among values along a line.
   pure function tops_of(values, least) result(places)
     real(dp), intent(in) :: values(:), least
     integer, allocatable :: places(:)
@@ -314,7 +319,7 @@ contains
     end associate
   end function tops_of
 
-  !> Climbs from point `i` of a curve, which neither neighbour exceeds, to the top there.
+  !> Refines the maximum near point `i` of a curve, a point that neither neighbour exceeds.
   subroutine climb_one(members, goal, curve, i, reported, top, error, skipped)
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goal
@@ -323,7 +328,7 @@ contains
     logical, intent(in) :: reported
     type(top_type), intent(inout) :: top
     type(error_type), allocatable, intent(out) :: error
-    !> Whether the point itself is enough
+    !> True if the point itself suffices and no refinement is needed
     logical, intent(in) :: skipped
     type(speed_point_type) :: point
     type(climb_type) :: climb
@@ -353,7 +358,7 @@ contains
       if (reported) then
         call look(members, [goal], start%moved_to(climb%top), .false., point, error)
         if (allocated(error)) return
-        ! a vibration that was found from its neighbour may be another one
+        ! A vibration found from its neighbour may belong to another branch.
         if (.not. climb%smooth .or. abs(point%values(1, 1) - goal%excess_at(climb%highest)) > agreement &
           & * size_of(goal, point%values(1, 1))) call climb_from(members, goal, start, places, levels, climb, error)
         if (allocated(error)) return

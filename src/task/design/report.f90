@@ -1,4 +1,4 @@
-!> The part of the report on a design.
+!> Section of the report on a design.
 module gestell_task_design_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
@@ -18,18 +18,20 @@ module gestell_task_design_report
   public :: design_headline, limit_state, limit_worth, report_design, worst_of
 
   character, parameter :: newline = new_line("a")
-  !> A gap below which the objective is called the least there is.
+  !> Relative gap below which the objective is called a global minimum.
   real(dp), parameter :: proved = 1.0e-6_dp
-  !> What the worst of a range may exceed the highest of its maxima by, relative to it: these are climbed until a step wins 1e-12.
+  !> Relative amount by which the worst value of a range may exceed its highest maximum. Maxima are refined until a step gains less
+  !> than 1e-12.
   real(dp), parameter :: of_place = 1.0e-7_dp
-  !> What an equality may miss its limit by, relative to it.
+  !> Relative deviation from its limit that is allowed for an equality.
   real(dp), parameter :: equality = 1.0e-6_dp
-  !> What a number of the machine may miss its limit by, relative to it.
+  !> Relative deviation from its limit that is allowed for a property of the machine, since the parameters are written with nine
+  !> digits.
   real(dp), parameter :: written = 1.0e-8_dp
 
 contains
 
-  !> Goal number g at its worst condition: value, error, speed (1/min; 0: the machine's own).
+  !> Goal number g at its worst condition: value, error, speed (1/min; 0 if the machine runs at its own speed).
   pure function worst_of(reported, design, g) result(numbers)
     type(reported_goals_type), intent(in) :: reported
     type(design_type), intent(in) :: design
@@ -43,11 +45,11 @@ contains
     numbers(3) = design%options%conditions(c)%drive_rpm(design%turns)
     if (size(design%options%conditions) > 1 .and. design%goals(g)%about /= of_machine) numbers(2) = numbers(2) + of_place &
       & * abs(numbers(1))
-    ! of a condition where there is no vibration nothing is known
+    ! The error is infinite if there is no vibration at one of the conditions.
     if (.not. all(ieee_is_finite(reported%values(g, :)))) numbers(2) = ieee_value(1.0_dp, ieee_positive_inf)
   end function worst_of
 
-  !> met, violated or undecided.
+  !> State of a limit: met, violated or undecided.
   pure function limit_state(goal, value, error) result(state)
     type(goal_type), intent(in) :: goal
     real(dp), intent(in) :: value, error
@@ -59,7 +61,7 @@ contains
     unknown = error
     if (goal%sense == 0) allowed = equality * goal%scale()
     if (goal%about == of_machine) then
-      ! known to rounding; parameters are written with nine digits
+      ! Properties of the machine are exact to rounding, but the parameters are written with nine digits.
       allowed = max(allowed, error + written * goal%scale())
       unknown = 0
     end if
@@ -68,7 +70,7 @@ contains
     if (goal%excess(value) - unknown > allowed) state = "violated"
   end function limit_state
 
-  !> global, or best of n starts.
+  !> Sentence on the optimality: global, or best of n starts.
   pure function proof_words(design) result(words)
     type(design_type), intent(in) :: design
     character(len=:), allocatable :: words
@@ -87,7 +89,7 @@ contains
     end associate
   end function proof_words
 
-  !> The sentence that is read first, and its state.
+  !> Headline of a design, and its state.
   subroutine design_headline(design, state, words)
     type(design_type), intent(in) :: design
     character(len=:), allocatable, intent(out) :: state, words
@@ -127,7 +129,7 @@ contains
   function report_design(plan, design, after) result(report)
     type(design_plan_type), intent(in) :: plan
     type(design_type), intent(in) :: design
-    !> The verdict on the design
+    !> Verdict on the design
     character(len=*), intent(in) :: after
     character(len=:), allocatable :: report
     type(verdict_type) :: before
@@ -135,7 +137,7 @@ contains
     before = design%before%verdict()
     associate (best => design%found(design%best))
       report = section("DESIGN", after) // "  " // proof_words(design) // newline // "  "
-      ! where limits are not met the search was for less of an excess
+      ! If the limits are not met, the search minimised the largest excess instead of the objective.
       if (best%feasible) report = report // "optimality conditions met to " // concise(best%stationarity, 2) // "; "
       report = report // text(sum(design%found%evaluations)) // " machines solved" // newline // "  the machine is " &
         & // trim(before%word()) // " before, " // after // " after" // newline
@@ -186,7 +188,7 @@ contains
     end if
   end function goal_lines
 
-  !> By how many per cent the objective falls where limit `c` is wider by 1 %; 0 where the limits cannot be met.
+  !> Percentage by which the objective decreases if limit `c` is relaxed by 1 %; 0 if the limits cannot be met.
   pure real(dp) function limit_worth(design, c)
     type(design_type), intent(in) :: design
     integer, intent(in) :: c

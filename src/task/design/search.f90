@@ -1,4 +1,4 @@
-!> The search for a design from several starts, and what it comes to.
+!> Search for a design from several starts, and evaluation of the result.
 module gestell_task_design_search
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -20,12 +20,12 @@ module gestell_task_design_search
   implicit none (type, external)
   private
 
-  !> A conflict of limits that rounding errors may feign.
+  !> Smaller conflicts of limits may be caused by rounding errors.
   real(dp), parameter :: negligible = 1.0e-9_dp
 
   public :: find_curve, find_design, value_of
 
-  !> A point of the curve between two objectives.
+  !> Point of the curve between two objectives.
   type, public :: trade_type
     real(dp) :: values(2) = 0
     real(dp), allocatable :: x(:)
@@ -33,23 +33,23 @@ module gestell_task_design_search
   end type trade_type
 
   type, public :: design_type
-    !> The optima from all starts, and which is the best; 0: there is no machine at any of them.
+    !> Optima from all starts, and number of the best one; 0 if no start has a machine.
     type(optimum_type), allocatable :: found(:)
     integer :: best = 0
-    !> What was asked for, under the conditions that are reported: those that were given, then the maxima between them.
+    !> Goals with the reported conditions: the given ones, then the maxima between them.
     type(design_options) :: options
-    !> What was asked for, over the whole range.
+    !> Goals over the whole range.
     type(design_options) :: over_range
-    !> The parameters, to the digits that are reported.
+    !> Parameters, rounded to the reported digits.
     real(dp), allocatable :: x(:)
-    !> By how much the objective may be above the least, relative to that of the machine of the file.
+    !> Bound on the distance of the objective from the global minimum, relative to the objective of the machine of the input.
     real(dp) :: gap = huge(1.0_dp)
-    !> The part of it by which every machine is proved to exceed one of the limits; 0: nothing is proved.
+    !> Relative amount by which every machine in the ranges provably exceeds at least one limit; 0 if nothing is proved.
     real(dp) :: conflict = 0
-    !> Objectives, then constraints, of the machine of the file and of the design.
+    !> Objectives, then constraints, of the machine of the input and of the design.
     type(goal_type), allocatable :: goals(:)
     type(reported_goals_type) :: before, after
-    !> By what the objective rises where a parameter alone goes back, relative to it.
+    !> Relative increase of the objective if one parameter alone is reset to its original value, shape (parameters).
     real(dp), allocatable :: shares(:)
     type(trade_type), allocatable :: curve(:)
     !> Turns of the drive in a period.
@@ -58,11 +58,12 @@ module gestell_task_design_search
 
 contains
 
-  !> Errors: there is no machine at any of the starts; the goals make no sense.
+  !> Finds the best design and evaluates it. Errors: there is no machine at any of the starts; the goals are invalid.
   subroutine find_design(family, plan, machine, design, error, executor)
+    !> Machines over the parameters of the design
     class(family_type), intent(in), target :: family
     type(design_plan_type), intent(in) :: plan
-    !> That of the file.
+    !> The machine of the input
     type(frame_type), intent(in) :: machine
     type(design_type), intent(out) :: design
     type(error_type), allocatable, intent(out) :: error
@@ -87,9 +88,10 @@ contains
     end do
     if (design%best == 0) return
     if (size(plan%lines) > 0 .and. all(plan%base >= plan%options%lower .and. plan%base <= plan%options%upper)) then
-      ! nothing is worse than the machine of the file
+      ! The result must not be worse than the machine of the input.
       base = design%found(1)
-      ! its numbers may differ where the design has one
+      ! Properties that a parameter sets together (`with`) may differ in the input, so the machine is surveyed as the design makes
+      ! it.
       call survey_range(family, plan%options, plan%lines, plan%base, .false., after, error)
       if (allocated(error)) return
       call judge_by(plan%options, after, base)
@@ -119,7 +121,7 @@ contains
     call find_shares(family, plan, design, error)
   end subroutine find_design
 
-  !> What is proved: of a convex problem; and objectives are never below zero.
+  !> Computes the proved gap: from the duality gap of a convex problem, or from the fact that objectives are never negative.
   subroutine find_gap(plan, design)
     type(design_plan_type), intent(in) :: plan
     type(design_type), intent(inout) :: design
@@ -139,7 +141,7 @@ contains
     end associate
   end subroutine find_gap
 
-  !> Rounds to the digits that are reported, so that the reported numbers give the reported values.
+  !> Number rounded to the reported digits, so that the reported parameters give the reported values.
   real(dp) function rounded(x)
     real(dp), intent(in) :: x
     character(len=:), allocatable :: typed
@@ -148,7 +150,7 @@ contains
     read (typed, *) rounded
   end function rounded
 
-  !> The objective with each parameter alone where it was; NaN where there is no such machine.
+  !> Computes the objective with each parameter alone reset to its original value; NaN if there is no such machine.
   subroutine find_shares(family, plan, design, error)
     class(family_type), intent(in) :: family
     type(design_plan_type), intent(in) :: plan
@@ -167,7 +169,7 @@ contains
     end do
   end subroutine find_shares
 
-  !> The objective at x, NaN where there is none. Error: the goals make no sense.
+  !> Objective at x; NaN if there is no machine. Error: the goals are invalid.
   real(dp) function value_of(family, options, x, error) result(value)
     class(family_type), intent(in) :: family
     type(design_options), intent(in) :: options
@@ -182,8 +184,9 @@ contains
     value = options%combined([(maxval(at%value, at%group == g), g = 1, size(options%objectives))])
   end function value_of
 
-  !> The least of the first objective for levels of the second, from its value where the first is least to its own least: the curve
-  !> on which one of them only falls where the other rises.
+  !> Computes the trade-off curve: the minimum of the first objective for given levels of the second. The levels range from the
+  !> value at the minimum of the first objective to the minimum of the second. Along the curve one objective falls only if the other
+  !> one rises.
   subroutine find_curve(family, plan, design, error)
     class(family_type), intent(in) :: family
     type(design_plan_type), intent(in) :: plan

@@ -1,5 +1,5 @@
-!> The searches for a design from several starts. Optima under the given conditions then become optima over the whole range: each
-!> machine of these searches is looked at along lines through the range (gestell_task_design_range).
+!> Searches for a design from several starts. Optima under the given conditions are then extended to optima over the whole range, by
+!> surveying each machine along lines through the range (gestell_task_design_range).
 module gestell_task_design_starts
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -16,7 +16,7 @@ module gestell_task_design_starts
 
   public :: better, is_there, judge_by, search_starts
 
-  !> A piece is a start.
+  !> Local searches; each piece of work is one start.
   type, extends(work_type) :: starts_type
     class(family_type), pointer :: family => null()
     type(design_plan_type), pointer :: plan => null()
@@ -27,26 +27,26 @@ module gestell_task_design_starts
     procedure :: exchange
   end type starts_type
 
-  !> A piece is an optimum that is to hold over the range.
+  !> Extension of optima to the whole range; each piece of work is one optimum.
   type, extends(starts_type) :: covers_type
   contains
     procedure :: compute => cover
   end type covers_type
 
-  !> So many of the different optima, those that are the best over the range, are improved there.
+  !> Number of distinct optima, the best ones over the range, that are improved over the range.
   integer, parameter :: most_covered = 3
-  !> Searches at the most.
+  !> Maximum number of searches for one optimum.
   integer, parameter :: most_rounds = 4
-  !> Stationarity at which a search has converged: beside a sharp resonance the derivatives are known as well as the place of its
-  !> top, and not to the tolerance of the search.
+  !> Stationarity at which a search has converged. Near a sharp resonance the derivatives are only as accurate as the position of
+  !> its maximum, so the tolerance of the search itself cannot be reached.
   real(dp), parameter :: stationary = 1.0e-5_dp
-  !> The excess, relative to the limit, below which it counts as zero.
+  !> Excess relative to the limit that counts as zero.
   real(dp), parameter :: met = 1.0e-9_dp
 
 contains
 
-  !> The optima from all starts; where there are lines through a range, over that. Errors: there is no machine at any of the starts;
-  !> the goals make no sense.
+  !> Finds the optima from all starts, over the whole range if the plan has lines through one. Errors: there is no machine at any of
+  !> the starts; the goals are invalid.
   subroutine search_starts(family, plan, found, error, executor)
     class(family_type), intent(in), target :: family
     type(design_plan_type), intent(in), target :: plan
@@ -70,7 +70,7 @@ contains
     if (allocated(error)) return
     call move_alloc(work%found, found)
     if (.not. plan%covers()) return
-    ! each optimum once
+    ! Extend each distinct optimum only once.
     first = [(first_of(k), k = 1, plan%starts)]
     distinct = pack([(k, k = 1, plan%starts)], [(first(k) == k .and. is_there(found(k)), k = 1, plan%starts)])
     do k = 1, size(distinct)
@@ -98,7 +98,7 @@ contains
 
   contains
 
-    !> The first start with the same optimum.
+    !> Number of the first start with the same optimum as start n.
     pure integer function first_of(n) result(f)
       integer, intent(in) :: n
       real(dp), parameter :: same = 1.0e-3_dp
@@ -112,9 +112,10 @@ contains
 
   end subroutine search_starts
 
-  !> From an optimum under the order's own conditions to one over all lines; its objective and violation are those of the range.
-  !> Where limits are exceeded a search first brings the greatest excess down. A search looks at the lines that hold the worst of a
-  !> goal; lines that an optimum makes the worst join them (exchange). Errors: as of `survey_range`.
+  !> Extends an optimum under the given conditions to all lines; its objective and violation then refer to the whole range. If
+  !> limits are violated, a first search minimises the largest excess. Each search considers the lines with the worst value of a
+  !> goal. Lines that become the worst at the new optimum are added and the search is repeated (exchange method). Errors: as in
+  !> `survey_range`.
   subroutine cover_range(family, options, lines, optimum, error)
     class(family_type), intent(in) :: family
     type(design_options), intent(in) :: options
@@ -148,7 +149,7 @@ contains
       end if
       if (feasible .and. .not. allocated(error)) call search_from(family, own, (next%x), next, error, stationary)
       if (allocated(error)) then
-        ! there is no vibration at some of the conditions
+        ! There is no vibration at some of the conditions.
         deallocate(error)
         exit
       end if
@@ -164,7 +165,7 @@ contains
     optimum%evaluations = evaluations
   end subroutine cover_range
 
-  !> Objective, violation and whether the limits are met, over the range.
+  !> Sets the objective, the violation and the feasibility of an optimum to the values over the range.
   pure subroutine judge_by(options, survey, optimum)
     type(design_options), intent(in) :: options
     type(survey_type), intent(in) :: survey
@@ -179,7 +180,7 @@ contains
     end associate
   end subroutine judge_by
 
-  !> Limits that are met come before the objective.
+  !> True if `one` is the better optimum. Meeting the limits takes precedence over the objective.
   pure logical function better(one, other)
     type(optimum_type), intent(in) :: one, other
 
@@ -188,7 +189,7 @@ contains
       & one%feasible)
   end function better
 
-  !> Whether there was a machine at the start.
+  !> True if there was a machine at the start.
   pure logical function is_there(optimum)
     type(optimum_type), intent(in) :: optimum
 
@@ -202,7 +203,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     call search_from(self%family, self%plan%options, self%starts(:, k), self%found(k), error)
-    ! there may be no machine at a start: others are to be had
+    ! A start without a machine is no error if there are others.
     if (allocated(error) .and. size(self%found) > 1) then
       if (allocated(self%found(k)%x)) deallocate(self%found(k)%x)
       deallocate(error)

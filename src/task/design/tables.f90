@@ -1,4 +1,4 @@
-!> The tables of a design.
+!> Tables of a design.
 module gestell_task_design_tables
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
@@ -20,7 +20,7 @@ module gestell_task_design_tables
 
 contains
 
-  !> design.csv: a row for every parameter.
+  !> Table design.csv: one row for each parameter.
   type(table_type) function parameter_table(plan, design, verdict) result(table)
     type(design_plan_type), intent(in) :: plan
     type(design_type), intent(in) :: design
@@ -44,7 +44,7 @@ contains
     end associate
   end function parameter_table
 
-  !> design_goals.csv: a row for every objective and limit.
+  !> Table design_goals.csv: one row for each objective and limit.
   type(table_type) function goal_table(design, verdict) result(table)
     type(design_type), intent(in) :: design
     character(len=*), intent(in) :: verdict
@@ -89,7 +89,7 @@ contains
     call table%add("after_speed", rpm, "where it is worst", after(3, :))
   end function goal_table
 
-  !> design_range.csv: a row for every condition.
+  !> Table design_range.csv: one row for each condition.
   type(table_type) function range_table(plan, design, verdict) result(table)
     type(design_plan_type), intent(in) :: plan
     type(design_type), intent(in) :: design
@@ -123,7 +123,7 @@ contains
     end associate
   end function range_table
 
-  !> design_starts.csv: a row for every start.
+  !> Table design_starts.csv: one row for each start.
   type(table_type) function start_table(plan, design, verdict) result(table)
     type(design_plan_type), intent(in) :: plan
     type(design_type), intent(in) :: design
@@ -160,7 +160,7 @@ contains
     end do
   end function start_table
 
-  !> design_trade_off.csv: a row for every point.
+  !> Table design_trade_off.csv: one row for each point of the curve.
   type(table_type) function curve_table(plan, design) result(table)
     type(design_plan_type), intent(in) :: plan
     type(design_type), intent(in) :: design

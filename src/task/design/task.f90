@@ -1,4 +1,4 @@
-!> The task `design`: which counterweight, which mounts, at what price.
+!> The task `design`: changes parameters of the machine, such as counterweights or mounts, to minimise objectives under limits.
 module gestell_task_design_task
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_input_schema, only: group_rule, schema_type
@@ -68,7 +68,7 @@ contains
     type(verdict_type) :: judged
     character(len=:), allocatable :: state, words, improved, verdict
 
-    ! what settles the machines is the search's own
+    ! The search itself determines the vibrations of its machines, so the family gives frames at rest.
     call context%members(self%plan%family, family, "rest")
     call find_design(family, self%plan, context%configuration%frame, design, error, context%executor)
     if (.not. allocated(error) .and. design%best == 0) call fatal_error(error, "there is no machine, or no vibration of one, at " &
@@ -94,7 +94,7 @@ contains
     end associate
   end subroutine run
 
-  !> A design that does not keep to its vibration has the last line.
+  !> Adds the verdict on the design; if it is not stable, with a final line.
   pure subroutine judge(verdict, result)
     type(verdict_type), intent(in) :: verdict
     type(result_type), intent(inout) :: result

@@ -1,4 +1,4 @@
-!> What is wanted of every point of a sweep: engine, columns by their names, and numbers of the vibration by those of quantities.
+!> Columns requested for each point of a sweep: the engine, columns by name, and measured quantities of the vibration by name.
 module gestell_task_range_columns
   use gestell_base_error, only: error_type
   use gestell_base_key, only: find_key
@@ -23,8 +23,8 @@ module gestell_task_range_columns
 
 contains
 
-  !> Engine, columns and measures of the groups &sweep, in any of which they may stand, about this frame, whose mechanism need not
-  !> turn. Errors: other ones in another group; neither a column nor a quantity.
+  !> Reads the engine, the columns and the measures, each of which may be given in any of the groups &sweep. The mechanism of the
+  !> frame need not turn. Errors: the groups request different values; a name is neither a column nor a quantity.
   subroutine read_order(groups, frame, probes, options, error)
     type(group_type), intent(in) :: groups(:)
     class(frame_type), intent(in) :: frame
@@ -49,7 +49,7 @@ contains
       if (allocated(error)) return
       quantities = pack(columns, [(all(fixed_names /= columns(i)), i = 1, size(columns))])
       options%columns = [(any(columns == fixed_names(i)), i = 1, size(fixed_names))]
-      ! no peak is reported of which nobody knows whether the machine keeps to that vibration
+      ! A peak is only reported together with a verdict on the vibration to which it belongs.
       options%verdict_last = .not. options%columns(verdict) .and. (any(options%columns(xi_peak:last_peak)) &
         & .or. size(quantities) > 0)
       options%columns(verdict) = options%columns(verdict) .or. options%verdict_last
@@ -60,7 +60,8 @@ contains
     options%probes = probes
   end subroutine read_order
 
-  !> The group from which a key is read that may stand in either: the first that has it, or the first. Error: the groups differ.
+  !> Finds the group from which to read a key that any of the groups may contain: the first group that has it, or else the first
+  !> group. Error: the groups give different values.
   subroutine find_group(groups, key, group, error)
     type(group_type), intent(in) :: groups(:)
     character(len=*), intent(in) :: key
@@ -86,7 +87,7 @@ contains
     end associate
   end subroutine find_group
 
-  !> Errors: neither a column nor a quantity; a quantity twice.
+  !> Checks the names of the columns. Errors: a name is neither a column nor a quantity; a quantity occurs twice.
   subroutine check_columns(group, frame, probes, columns, error)
     type(group_type), intent(in) :: group
     class(frame_type), intent(in) :: frame

@@ -1,4 +1,4 @@
-!> The groups &sweep of an input file: what runs, from where to where, and what is wanted of every point.
+!> Input groups &sweep: the varied parameters, their ranges, and the results requested for each point.
 module gestell_task_range_plan
   use gestell_base_error, only: error_type, invalid_input
   use gestell_base_kinds, only: dp
@@ -25,31 +25,31 @@ module gestell_task_range_plan
 
   public :: find_number, limit_points, overlap, read_speeds, read_sweep, refuse_standstill
 
-  !> A sweep as it was ordered. Accuracy and model stand in the same `order`, but come from their own groups.
+  !> Plan of a sweep. Accuracy and model are components of `options`, but come from their own input groups.
   type, public :: sweep_plan_type
-    !> What runs, shape (number of axes), as in the head of sweep.csv.
+    !> Paths of the varied parameters, shape (number of axes), as in the header of sweep.csv.
     character(len=:), allocatable :: paths(:)
-    !> In what unit each is typed, empty for numbers without one.
+    !> Units of the parameters in the input; empty for numbers without a unit.
     character(len=16), allocatable :: units(:)
     type(grid_type) :: grid
     type(sweep_options) :: options
-    !> The form of the table: 'csv' or 'npy'.
+    !> Format of the table: 'csv' or 'npy'.
     character(len=:), allocatable :: format
     type(document_family_type) :: family
-    !> The parameters of the input's own machine; size 0 where it is none of the family.
+    !> Parameters of the machine of the input; size 0 if this machine is not a member of the family.
     real(dp), allocatable :: base(:)
   contains
     procedure :: period_varies
   end type sweep_plan_type
 
-  !> Values of an axis that are tried before anything is computed, at the most.
+  !> Maximum number of values of an axis that are checked before the computation.
   integer, parameter :: most_tried = 10000
-  !> Maximum number of points of a sweep: its tiles can be counted.
+  !> Maximum number of points of a sweep. It keeps the number of tiles within the range of default integers.
   integer(int64), parameter :: most_points = 10_int64**11
 
 contains
 
-  !> Whether a ratio runs, and with it after how many turns of the drive all shafts stand as before.
+  !> True if a gear ratio is varied, and with it the number of turns of the drive in a period.
   pure logical function period_varies(self)
     class(sweep_plan_type), intent(in) :: self
     integer :: k
@@ -57,8 +57,8 @@ contains
     period_varies = any([(index(lower(self%paths(k)), ").ratio") > 0, k = 1, size(self%paths))])
   end function period_varies
 
-  !> The sweep of a checked document, about this frame, whose mechanism need not turn. Errors: no group, or more than two; a path
-  !> that cannot run, the same one twice; an empty range; a value that makes no sense; a column that there is not.
+  !> Reads the sweep of a checked document. The mechanism of the frame need not turn. Errors: no group or more than two; a path that
+  !> cannot be varied or occurs twice; an empty range; an invalid value; a column that does not exist.
   subroutine read_sweep(doc, schema, units, frame, probes, plan, error)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
@@ -124,7 +124,7 @@ contains
     call try_values(groups, plan, error)
   end subroutine read_sweep
 
-  !> Error: the grid has more than `most` points.
+  !> Limits the size of a grid. Error: the grid has more than `most` points.
   subroutine limit_points(grid, groups, most, error)
     type(grid_type), intent(in) :: grid
     type(group_type), intent(in) :: groups(:)
@@ -139,7 +139,8 @@ contains
       & // " can be computed", error)
   end subroutine limit_points
 
-  !> What tasks over the speed need of the parameters of `plan`. Errors: another parameter, a range through standstill.
+  !> Checks the parameters of `plan` for tasks over the speed. Errors: a parameter other than the speed; a range that includes
+  !> standstill.
   subroutine read_speeds(doc, plan, error)
     type(document_type), intent(in) :: doc
     type(sweep_plan_type), intent(in) :: plan
@@ -157,7 +158,7 @@ contains
     if (.not. allocated(error)) call refuse_standstill(groups, plan, error)
   end subroutine read_speeds
 
-  !> Error: a range of speeds that is looked at everywhere goes through zero.
+  !> Rejects a range of speeds that includes zero.
   subroutine refuse_standstill(groups, plan, error)
     type(group_type), intent(in) :: groups(:)
     type(sweep_plan_type), intent(in) :: plan
@@ -171,7 +172,7 @@ contains
     end do
   end subroutine refuse_standstill
 
-  !> The values that the document gives the parameters; none where it gives one of them no value, or several.
+  !> Reads the values of the parameters in the document; size 0 if the document gives no value or several values for one of them.
   subroutine read_base(doc, schema, plan)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
@@ -193,7 +194,8 @@ contains
     plan%base = base
   end subroutine read_base
 
-  !> What a path names that the `key` of a group gives. Error: it names no number of the machine that can run.
+  !> Finds the number that a path under the `key` of a group refers to. Error: the path does not refer to a number of the machine
+  !> that can be varied.
   subroutine find_number(doc, schema, group, key, path, target, error)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
@@ -242,7 +244,7 @@ contains
     if (allocated(reason)) call input_error(group, trim(merge("count", "to   ", count == 1)), reason%message, error)
   end subroutine read_axis
 
-  !> Whether two paths name a number in common.
+  !> True if two paths refer to the same number.
   pure logical function overlap(doc, targets)
     type(document_type), intent(in) :: doc
     type(target_type), intent(in) :: targets(2)
@@ -256,12 +258,12 @@ contains
     do k = 1, 2
       chosen(targets(k)%groups, k) = .true.
     end do
-    ! of a group that the file has not there is one
+    ! A group that is missing in the file has a single instance.
     overlap = any(chosen(:, 1) .and. chosen(:, 2)) .or. .not. any(chosen)
   end function overlap
 
-  !> Tries the values of every axis beside the first of the other, and the last ones together. An axis of many is tried here
-  !> and there; what a key allows is mostly a range, and zero, where it is forbidden, is among those that are tried.
+  !> Checks the values of each axis, with the first value of the other axis, and the last values of both together. Long axes are
+  !> only sampled. Since most keys allow a range of values, the ends and zero, which some keys forbid, are always included.
   subroutine try_values(groups, plan, error)
     type(group_type), intent(in) :: groups(:)
     type(sweep_plan_type), intent(in) :: plan
@@ -277,7 +279,7 @@ contains
           & real(axis%count, dp)))
         tried = min(axis%count, most_tried)
         do i = 0, tried
-          ! evenly from end to end, and zero
+          ! Evenly spaced values from end to end, and the value closest to zero.
           chosen = zero
           if (i < tried) chosen = 1 + int(int(i, int64) * (axis%count - 1) / max(1, tried - 1))
           values(k) = axis%value(chosen)
@@ -291,7 +293,7 @@ contains
 
   contains
 
-    !> Error: the values make no sense; it names this group.
+    !> Checks one set of values. Error, with a reference to this group: the values are invalid.
     subroutine try(group)
       type(group_type), intent(in) :: group
 

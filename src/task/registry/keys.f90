@@ -1,4 +1,4 @@
-!> The groups of an input that several tasks share, and the schema that they form with those of the machine.
+!> Input groups shared by several tasks, and the schema that combines them with the groups of the machine.
 module gestell_task_registry_keys
   use gestell_input_machine_groups, only: machine_schema
   use gestell_input_schema, only: group_rule, schema_type
@@ -21,7 +21,7 @@ module gestell_task_registry_keys
 
 contains
 
-  !> The schema of the input file without what is a task's own; these tasks can be ordered.
+  !> Schema of the input file without the groups of single tasks. `tasks` lists the tasks that can be requested.
   function schema_of(tasks) result(schema)
     character(len=*), intent(in) :: tasks(:)
     type(schema_type) :: schema

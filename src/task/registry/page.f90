@@ -1,4 +1,4 @@
-!> report.html: input, verdict, tables and pictures of one run on one page that needs nothing beside it.
+!> report.html: input, verdict, tables and pictures of a run on one self-contained page.
 module gestell_task_registry_page
   use gestell_base_base64, only: base64
   use gestell_base_error, only: error_type
@@ -30,8 +30,8 @@ module gestell_task_registry_page
 
 contains
 
-  !> Writes report.html: what was found, with the pictures that were drawn. `report`: the report for people. The page does not say
-  !> in which folder the input stood. Error: it cannot be written.
+  !> Writes report.html with the results and the pictures. `report`: the text report. The page does not reveal the folder of the
+  !> input. Error: the file cannot be written.
   subroutine write_page(context, result, report, error)
     type(context_type), intent(in) :: context
     type(result_type), intent(in) :: result
@@ -52,7 +52,7 @@ contains
       state = trim(result%headlines(i)%state)
       words = result%headlines(i)%words
       line = escaped(words)
-      ! a state that begins the words is a verdict and stands in bold
+      ! A state at the beginning of the headline is a verdict and is set in bold.
       if (index(words, state // ":") == 1) line = "<strong>" // state // "</strong>" // escaped(words(len(state) + 1:))
       if (state == "") state = "note"
       call page%append("<p class=""verdict " // state // """>" // line // "</p>" // newline)
@@ -70,7 +70,7 @@ contains
     call page%complete(error)
   end subroutine write_page
 
-  !> Lines of a report, shown when they are wanted.
+  !> Lines of a report, folded until the reader opens them.
   pure function folded(summary, lines) result(words)
     character(len=*), intent(in) :: summary, lines
     character(len=:), allocatable :: words
@@ -78,7 +78,7 @@ contains
     words = "<details><summary>" // summary // "</summary>" // newline // "<pre>" // escaped(lines) // "</pre></details>" // newline
   end function folded
 
-  !> Speed, natural frequencies and the greatest force on the ground, that of guides with it, as far as they are known.
+  !> Speed, natural frequencies and the peak force on the ground (including guides), as far as available.
   function key_figures(context) result(words)
     type(context_type), intent(in) :: context
     character(len=:), allocatable :: words
@@ -106,7 +106,7 @@ contains
 
   end function key_figures
 
-  !> Peaks along the axes, and that of the whole vector.
+  !> Peak forces along the axes, and peak of the magnitude of the force vector.
   pure function force_peaks(total) result(words)
     type(reaction_type), intent(in) :: total
     character(len=:), allocatable :: words
@@ -137,7 +137,7 @@ contains
     if (len(rows) == 0) words = words // "<p>None.</p>" // newline
   end function section
 
-  !> The bytes of a file; none where it cannot be read.
+  !> Bytes of a file; empty if it cannot be read.
   function content_of(name) result(bytes)
     character(len=*), intent(in) :: name
     character(len=:), allocatable :: bytes
@@ -156,7 +156,7 @@ contains
     if (status /= 0) bytes = ""
   end function content_of
 
-  !> The input: what was typed, with units, and what was set from outside.
+  !> Table of the input as typed, with units, and of the settings from the command line.
   function input_table(configuration, settings) result(words)
     type(configuration_type), intent(in) :: configuration
     type(setting_type), intent(in) :: settings(:)
