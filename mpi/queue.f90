@@ -13,8 +13,8 @@ module queue
   public :: open_queue
 
   !> Hands out the numbers 1 ... length, each to one rank. A rank requests its next number before it works on the current one, which
-  !> hides the delay: if the network cannot access the memory of rank 0 directly, the answer arrives only when rank 0 next calls
-  !> MPI, at the latest after its current tile.
+  !> hides the delay of the answer. If the network cannot access the memory of rank 0 directly, the answer arrives when rank 0 next
+  !> calls MPI, at the latest after its current tile.
   type, public :: queue_type
     private
     type(mpi_win) :: window

@@ -91,6 +91,7 @@ contains
     end do
   end function free_slot
 
+  !> Slot that the hash of a word points to.
   pure integer function first_slot(slots, word)
     integer, intent(in) :: slots(:)
     character(len=*), intent(in) :: word

@@ -20,6 +20,7 @@ module gestell_base_growing_text
 
 contains
 
+  !> Appends a piece.
   pure subroutine append(self, piece)
     class(growing_text_type), intent(inout) :: self
     character(len=*), intent(in) :: piece

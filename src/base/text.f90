@@ -12,6 +12,7 @@ module gestell_base_text
 
   character, parameter, public :: newline = new_line("a")
 
+  !> A number with 6 or a given number of significant digits: concise(value), concise(value, digits).
   interface concise
     module procedure :: concise_6, concise_digits
   end interface
@@ -184,6 +185,7 @@ contains
     string = fixed_line(value, decimals)
   end function fixed
 
+  !> An integer as text.
   pure function text(value) result(string)
     integer, intent(in) :: value
     character(len=len_trim(integer_line(value))) :: string

@@ -95,6 +95,7 @@ contains
     call make_printable(safe)
   end function printable
 
+  !> Replaces unsafe bytes by "?" as `printable` describes.
   pure subroutine make_printable(text)
     ! allow(C072)
     character(len=*), intent(inout) :: text
@@ -111,6 +112,7 @@ contains
     end do
   end subroutine make_printable
 
+  !> Replaces line ends by "?".
   pure subroutine make_one_line(text)
     ! allow(C072)
     character(len=*), intent(inout) :: text

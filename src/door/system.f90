@@ -22,8 +22,8 @@ module gestell_door_system
     complex(dp), allocatable :: multipliers(:), exponents(:)
     !> Absolute bounds on the errors of the multipliers, shape (states)
     real(dp), allocatable :: errors(:)
-    !> Periodic motion at equidistant times from 0 to T, both included, shape (states, points + 1), and bounds on its error that
-    !> hold at all these times, shape (states). Unallocated unless requested
+    !> Periodic motion at equidistant times from 0 to T, both included, shape (states, points + 1), and bounds on its error at all
+    !> these times, shape (states). Both are unallocated unless requested
     real(dp), allocatable :: x(:, :), x_error(:)
   end type motion_type
 
@@ -31,8 +31,8 @@ module gestell_door_system
 
 contains
 
-  !> Solves a linear periodic system. Fails if the system is invalid, the tolerance is out of range or cannot be reached, the
-  !> coefficients are not finite or not smooth, the mass matrix is singular, or the period is far too long. Faults of the
+  !> Solves a linear periodic system. Fails in these cases: the system is invalid; the tolerance is out of range or cannot be
+  !> reached; coefficients are not finite or not smooth; the mass matrix is singular; the period is far too long. Faults of the
   !> coefficients are found within 100,000 calls. Also fails if a motion is requested at an undamped resonance; the multipliers are
   !> returned nevertheless.
   subroutine solve_system(system, motion, error, tolerance, points)

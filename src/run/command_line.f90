@@ -220,6 +220,7 @@ contains
     call fatal_error(error, "--part " // value // ": must be i/n, as in 3/8: the third of eight parts", wrong_usage)
   end subroutine read_part
 
+  !> The text of --help.
   pure function help_text() result(text)
     character(len=:), allocatable :: text
     character, parameter :: newline = new_line("a")

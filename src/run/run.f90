@@ -58,9 +58,9 @@ contains
     code = error%code
   end subroutine execute
 
-  !> Reads the input, runs its tasks, prints the report and writes the files. All files are published together at the end; after a
-  !> failed computation, those of the tasks that succeeded. With several processes all call this procedure, and one of them prints
-  !> and writes.
+  !> Reads the input, runs its tasks, prints the report and writes the files. All files are published together at the end.
+  !> If a computation fails, the files of the tasks before it are published. With several processes all call this procedure, and
+  !> one of them prints and writes.
   subroutine run(options, code, error, executor)
     type(options_type), intent(in) :: options
     !> 0, or `not_stable` (see there)

@@ -36,6 +36,7 @@ module gestell_run_terminal
     procedure, nopass :: show_part
   end type terminal_type
 
+  !> Width of the bar and of the line in characters.
   integer, parameter :: bar = 30, widest = 79
   !> Minimum time between two updates (s).
   real(dp), parameter :: pause = 0.1_dp
@@ -99,6 +100,7 @@ contains
     call write_whole(standard_error, achar(13) // words // repeat(" ", max(0, widest - len(words))) // achar(13), done)
   end subroutine show
 
+  !> A bar for the fraction `part` of the work.
   pure function bar_of(part) result(words)
     real(dp), intent(in) :: part
     character(len=bar + 2) :: words
@@ -126,6 +128,7 @@ contains
     words = trim(buffer)
   end function duration
 
+  !> Time of the system clock (s).
   real(dp) function now()
     integer(int64) :: ticks, rate
 

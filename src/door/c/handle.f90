@@ -27,7 +27,7 @@ contains
     call move_alloc(error, kept%error)
   end function code_of
 
-  !> Reports that a pointer is null; `what` names what it should point to.
+  !> Reports that a pointer is null; `what` is its name in the message.
   pure subroutine no_handle(what, error)
     character(len=*), intent(in) :: what
     type(error_type), allocatable, intent(out) :: error

@@ -17,6 +17,7 @@ module gestell_door_c_machine
 
 contains
 
+  !> Copies the version of the library, such as "1.0.0".
   integer(c_int) function get_version(size, text) result(code) bind(c, name="gestell_get_version")
     integer(c_int), value :: size
     type(c_ptr), value :: text
@@ -26,6 +27,7 @@ contains
     code = code_of(error, c_null_ptr)
   end function get_version
 
+  !> Creates an error handle.
   type(c_ptr) function new_error() result(handle) bind(c, name="gestell_new_error")
     type(c_error_type), pointer :: kept
 
@@ -33,6 +35,7 @@ contains
     handle = c_loc(kept)
   end function new_error
 
+  !> Deletes an error and sets its handle to null.
   subroutine delete_error(handle) bind(c, name="gestell_delete_error")
     type(c_ptr), intent(inout), optional :: handle
     type(c_error_type), pointer :: kept
@@ -61,6 +64,7 @@ contains
       & none)
   end function error_text
 
+  !> Creates an empty machine.
   type(c_ptr) function new_machine() result(handle) bind(c, name="gestell_new_machine")
     type(machine_type), pointer :: machine
 
@@ -68,6 +72,7 @@ contains
     handle = c_loc(machine)
   end function new_machine
 
+  !> Deletes a machine and sets its handle to null.
   subroutine delete_machine(handle) bind(c, name="gestell_delete_machine")
     type(c_ptr), intent(inout), optional :: handle
     type(machine_type), pointer :: machine
@@ -79,6 +84,7 @@ contains
     handle = c_null_ptr
   end subroutine delete_machine
 
+  !> Reads the machine from an input file.
   integer(c_int) function read_file(handle, file, failure) result(code) bind(c, name="gestell_read")
     type(c_ptr), value :: handle, file, failure
     type(machine_type), pointer :: machine
@@ -90,6 +96,7 @@ contains
     code = code_of(error, failure)
   end function read_file
 
+  !> Reads the machine from a text.
   integer(c_int) function parse_text(handle, text, failure) result(code) bind(c, name="gestell_parse")
     type(c_ptr), value :: handle, text, failure
     type(machine_type), pointer :: machine
@@ -101,6 +108,7 @@ contains
     code = code_of(error, failure)
   end function parse_text
 
+  !> Adds groups to the machine.
   integer(c_int) function add_groups(handle, text, failure) result(code) bind(c, name="gestell_add")
     type(c_ptr), value :: handle, text, failure
     type(machine_type), pointer :: machine
@@ -112,6 +120,7 @@ contains
     code = code_of(error, failure)
   end function add_groups
 
+  !> Sets a number at a path.
   integer(c_int) function set_number(handle, path, number, failure) result(code) bind(c, name="gestell_set")
     type(c_ptr), value :: handle, path, failure
     real(c_double), value :: number
@@ -124,6 +133,7 @@ contains
     code = code_of(error, failure)
   end function set_number
 
+  !> Sets a text at a path.
   integer(c_int) function set_text(handle, path, text, failure) result(code) bind(c, name="gestell_set_text")
     type(c_ptr), value :: handle, path, text, failure
     type(machine_type), pointer :: machine
@@ -136,6 +146,7 @@ contains
     code = code_of(error, failure)
   end function set_text
 
+  !> Counts the numbers at a path.
   integer(c_int) function count_values(handle, path, count, failure) result(code) bind(c, name="gestell_count_values")
     type(c_ptr), value :: handle, path, failure
     integer(c_int), intent(out), optional :: count
@@ -147,6 +158,7 @@ contains
     code = code_of(error, failure)
   end function count_values
 
+  !> Copies the `count` numbers at a path, in the units of the input.
   integer(c_int) function get_values(handle, path, count, numbers, failure) result(code) bind(c, name="gestell_get_values")
     type(c_ptr), value :: handle, path, numbers, failure
     integer(c_int), value :: count
@@ -166,6 +178,7 @@ contains
     code = code_of(error, failure)
   end function get_values
 
+  !> Finds the numbers at a path; an empty array after an error.
   subroutine find_values(handle, path, values, error)
     type(c_ptr), intent(in) :: handle, path
     real(dp), allocatable, intent(out) :: values(:)
@@ -230,6 +243,7 @@ contains
     end if
   end subroutine take
 
+  !> Finds the machine behind a handle. Fails if the handle is null.
   subroutine take_machine(handle, machine, error)
     type(c_ptr), intent(in) :: handle
     type(machine_type), pointer, intent(out) :: machine

@@ -14,6 +14,7 @@ module gestell_door_c_solution
 
 contains
 
+  !> Deletes a solution and sets its handle to null.
   subroutine delete_solution(handle) bind(c, name="gestell_delete_solution")
     type(c_ptr), intent(inout), optional :: handle
     type(solution_type), pointer :: solution
@@ -37,6 +38,7 @@ contains
     code = code_of(error, failure)
   end function size_text
 
+  !> Copies a text into the `size` bytes at `place`.
   integer(c_int) function get_text(handle, what, size, place, failure) result(code) bind(c, name="gestell_get_text")
     type(c_ptr), value :: handle, what, place, failure
     integer(c_int), value :: size
@@ -72,6 +74,7 @@ contains
     if (.not. allocated(text)) text = ""
   end subroutine find_text
 
+  !> Counts the multipliers.
   integer(c_int) function count_multipliers(handle, count, failure) result(code) bind(c, name="gestell_count_multipliers")
     type(c_ptr), value :: handle, failure
     integer(c_int), intent(out), optional :: count
@@ -84,6 +87,7 @@ contains
     code = code_of(error, failure)
   end function count_multipliers
 
+  !> Copies real parts, imaginary parts and error bounds of the `count` multipliers.
   integer(c_int) function get_multipliers(handle, count, re, im, bounds, failure) result(code) &
     & bind(c, name="gestell_get_multipliers")
     type(c_ptr), value :: handle, re, im, bounds, failure
@@ -109,6 +113,7 @@ contains
     code = code_of(error, failure)
   end function get_multipliers
 
+  !> Finds the multipliers and their error bounds; `rho` is empty after an error.
   subroutine find_multipliers(handle, rho, errors, error)
     type(c_ptr), intent(in) :: handle
     complex(dp), allocatable, intent(out) :: rho(:)
@@ -176,6 +181,7 @@ contains
     code = code_of(error, failure)
   end function get_response
 
+  !> Finds the vibration of a quantity.
   subroutine find_response(handle, quantity, response, error)
     type(c_ptr), intent(in) :: handle, quantity
     type(response_type), intent(out) :: response

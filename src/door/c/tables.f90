@@ -17,6 +17,7 @@ module gestell_door_c_tables
 
 contains
 
+  !> Counts the tables.
   integer(c_int) function count_tables(handle, count, failure) result(code) bind(c, name="gestell_count_tables")
     type(c_ptr), value :: handle, failure
     integer(c_int), intent(out), optional :: count
@@ -52,6 +53,7 @@ contains
     code = code_of(error, failure)
   end function name_table
 
+  !> Counts the rows and columns of a table.
   integer(c_int) function shape_table(handle, name, rows, columns, failure) result(code) bind(c, name="gestell_shape_table")
     type(c_ptr), value :: handle, name, failure
     integer(c_int), intent(out), optional :: rows, columns
@@ -198,6 +200,7 @@ contains
     end if
   end subroutine find_values
 
+  !> Finds a column by its table's name and its index from 0, and the number of its rows. Fails if it does not exist.
   subroutine find_column(handle, name, index, column, rows, error)
     type(c_ptr), intent(in) :: handle, name
     integer(c_int), intent(in) :: index
@@ -220,6 +223,7 @@ contains
     rows = table%rows
   end subroutine find_column
 
+  !> Finds a table by its name. Fails if it does not exist.
   subroutine find_table(handle, pointer, table, error)
     type(c_ptr), intent(in) :: handle, pointer
     type(table_type), pointer, intent(out) :: table

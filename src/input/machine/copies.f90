@@ -71,7 +71,7 @@ contains
     call move_alloc(mechanism, members%mechanism)
   end subroutine add_copies
 
-  !> Turns a joint or link of mechanism `original` into that of the copy `part`. Fails if a name becomes too long.
+  !> Renames a joint or link of mechanism `original` for its copy `part`. Fails if a name becomes too long.
   subroutine rename(member, part, original, joints, names, copy, error)
     type(group_type), intent(inout) :: member
     character(len=*), intent(in) :: part

@@ -161,6 +161,7 @@ contains
     end do
   end subroutine add_locations
 
+  !> Builds the frame for given parameters. If they are invalid, the error message quotes the parameters.
   subroutine member(self, parameters, system, error)
     class(document_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)
@@ -191,6 +192,7 @@ contains
     end if
   end subroutine member
 
+  !> True if all members have the same mechanism, which is then evaluated only once.
   pure logical function shares_mechanism(self)
     class(document_family_type), intent(in) :: self
 

@@ -109,7 +109,7 @@ contains
     end if
   end subroutine read_frame
 
-  !> Builds a frame that moves in space. Fails if the input contains what exists in the plane only, such as mass functions.
+  !> Builds a frame that moves in space. Fails if the input contains elements of the plane only, such as mass functions.
   subroutine read_frame_in_space(doc, units, data, mechanism, frame, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units

@@ -32,7 +32,7 @@ module gestell_input_machine_groups
     & group_rule("gravity", "with this group the frame and all moving masses weigh", about=frame_group), &
     & group_rule("probe", "a point of the frame whose motion is told", repeatable=.true.)]
 
-  !> What the unit of each quantity applies to, for help and manual.
+  !> Use of each quantity's unit, for help and manual.
   character(len=*), parameter :: measures(quantities) = [character(len=40) :: "lengths and positions", "masses", &
     & "moments of inertia", "stiffness of supports, c11, c12, c22", "c13, c23 of the foundation", "c33 of the foundation", &
     & "damping of supports, b1, b2", "b3 of the foundation", "angles"]
@@ -49,6 +49,7 @@ contains
     schema%variants = joint_variants()
   end function machine_schema
 
+  !> The keys of &units, each with the names of its permitted units.
   pure function unit_keys() result(keys)
     type(key_type) :: keys(quantities)
     character(len=12), allocatable :: names(:)

@@ -29,7 +29,7 @@ module gestell_input_machine_loads
 contains
 
   !> Reads stiffness and damping of the foundation in SI units. Fails if the stiffness is not symmetric or not positive
-  !> semidefinite, or if it has elements that only a frame in space has but the frame moves in its plane.
+  !> semidefinite. Also fails if elements of a frame in space are given but the frame moves in its plane.
   subroutine read_foundation(group, units, in_space, stiffness, damping, error)
     type(group_type), intent(in) :: group
     type(units_type), intent(in) :: units

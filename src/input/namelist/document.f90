@@ -56,7 +56,7 @@ module gestell_input_namelist_document
     character(len=:), allocatable :: file
     !> Full path of the file; unallocated if the input was no file
     character(len=:), allocatable :: path
-    !> The complete text with comments, if the document was read from a text
+    !> The complete text with comments; unallocated if groups were added in code
     character(len=:), allocatable :: text
     type(group_type), allocatable :: groups(:)
     !> True if all keys have been checked and merged as the schema requires

@@ -169,6 +169,7 @@ contains
     value%line = entry%line
   end subroutine parse_value
 
+  !> Reports an error of a group's text in the given line.
   pure subroutine refuse(group, line, message, error)
     type(group_type), intent(in) :: group
     integer, intent(in) :: line

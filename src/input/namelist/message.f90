@@ -133,6 +133,7 @@ contains
     end select
   end function subscripts
 
+  !> A value as typed, with its quotes and repeat count.
   pure function typed_value(value) result(words)
     type(value_type), intent(in) :: value
     character(len=:), allocatable :: words

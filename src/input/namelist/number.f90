@@ -79,6 +79,7 @@ contains
     is_digits = len(text) > 0 .and. verify(text, "0123456789") == 0
   end function is_digits
 
+  !> A text without its leading sign.
   pure function unsigned(text) result(rest)
     character(len=*), intent(in) :: text
     character(len=:), allocatable :: rest
@@ -88,6 +89,7 @@ contains
     if (text(1:1) == "+" .or. text(1:1) == "-") rest = text(2:)
   end function unsigned
 
+  !> Reads the digits of an exponent; `ok` is false if they are not an integer.
   pure subroutine read_exponent(text, exponent, ok)
     character(len=*), intent(in) :: text
     integer, intent(out) :: exponent
@@ -107,6 +109,7 @@ contains
     if (text(1:1) == "-") exponent = -exponent
   end subroutine read_exponent
 
+  !> The reason why a text is not a valid number.
   pure function not_a_number(text) result(reason)
     character(len=*), intent(in) :: text
     character(len=:), allocatable :: reason

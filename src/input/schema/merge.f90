@@ -157,8 +157,8 @@ contains
     allocate(merged%values(n))
   end subroutine start
 
-  !> Cuts a list that was given by subscripts after its last element. Fails if an element before it is missing, except among those
-  !> that the list always has.
+  !> Cuts a list that was given by subscripts after its last element. Fails if an earlier element is
+  !> missing, except among the elements that the list always has.
   pure subroutine close_list(group, rule, merged, error)
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: rule
