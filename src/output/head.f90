@@ -1,4 +1,4 @@
-!> What heads every table: where its numbers come from.
+!> Head of every result file: the origin of its numbers.
 module gestell_output_head
   use gestell_base_text, only: newline
   use gestell_base_version, only: version
@@ -8,15 +8,15 @@ module gestell_output_head
   implicit none (type, external)
   private
 
-  !> PATH=VALUE of --set.
+  !> An assignment PATH=VALUE of the option --set.
   type, public :: setting_type
     character(len=:), allocatable :: text
   end type setting_type
 
   type, public :: head_type
-    !> The input's title and name; the frame's model; who holds the crank's speed.
+    !> Title and file name of the input, model of the frame, and what holds the crank speed
     character(len=:), allocatable :: title, input, model, held_by
-    !> What was set from outside the input.
+    !> Values set by options rather than by the input
     type(setting_type), allocatable :: settings(:)
   contains
     procedure :: lines
@@ -24,7 +24,7 @@ module gestell_output_head
 
 contains
 
-  !> The # lines of a table, complete.
+  !> All lines of the head of `table`, each with a leading #.
   pure function lines(self, table)
     class(head_type), intent(in) :: self
     type(table_type), intent(in) :: table
@@ -48,7 +48,7 @@ contains
     end do
   end function lines
 
-  !> One of them. Ends of lines, as other control characters of ASCII, become blanks.
+  !> One line of the head. Control characters, including ends of lines, become blanks.
   pure function line(words)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: line

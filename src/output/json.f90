@@ -1,4 +1,4 @@
-!> Everything that was found as one object of JSON (RFC 8259), as doc/output.md describes it.
+!> Writes all results as one JSON object (RFC 8259); doc/output.md describes it.
 module gestell_output_json
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_text, only: either, newline, text
@@ -17,7 +17,7 @@ module gestell_output_json
 
 contains
 
-  !> Adds the object and the end of its line. `failure`: why not all could be computed; empty: all could.
+  !> Appends the JSON object and a newline to `output`. `failure` says why results are missing; it is empty if none are.
   subroutine append_json(result, head, failure, output)
     type(result_type), intent(in) :: result
     type(head_type), intent(in) :: head
@@ -46,6 +46,7 @@ contains
     call output%append("}" // newline // "}" // newline)
   end subroutine append_json
 
+  !> Appends one table as a member of the JSON object.
   subroutine append_table(table, output)
     type(table_type), intent(in) :: table
     type(output_type), intent(inout) :: output
@@ -72,7 +73,7 @@ contains
     call output%append("]}")
   end subroutine append_table
 
-  !> A number that is none is null, one beyond all a string.
+  !> A cell as JSON: NaN is null, infinity is a string.
   function value(column, i) result(words)
     type(column_type), intent(in) :: column
     integer, intent(in) :: i
@@ -96,7 +97,7 @@ contains
     end if
   end function value
 
-  !> A member of an object that is not the last.
+  !> A member of an object, with the comma that precedes the next member.
   pure function member(name, value) result(words)
     character(len=*), intent(in) :: name, value
     character(len=:), allocatable :: words
@@ -104,6 +105,7 @@ contains
     words = """" // name // """: " // value // "," // newline
   end function member
 
+  !> The words as a JSON string, or null if they are blank.
   pure function or_null(words) result(word)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: word
@@ -112,7 +114,7 @@ contains
     if (words /= "") word = string(words)
   end function or_null
 
-  !> A text in quotes; bytes that are no text are "?".
+  !> The words as a JSON string in quotes. Bytes that are not text become "?".
   pure function string(words) result(quoted)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: quoted, safe

@@ -1,4 +1,4 @@
-!> What a run found: tables with their pictures, what heads a page, and the report for people.
+!> Results of a run: tables with their pictures, the headlines of the page, and the report.
 module gestell_output_result
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type
@@ -18,15 +18,15 @@ module gestell_output_result
   implicit none (type, external)
   private
 
-  !> A sentence that an engineer reads first; `state`: a verdict's word, empty where it is neither good nor bad.
+  !> One sentence for the top of the report. `state` is the word of a verdict, or empty if the sentence is neither good nor bad.
   type, public :: headline_type
     character(len=9) :: state
     character(len=:), allocatable :: words
-    !> Whether the report has it elsewhere.
+    !> True if the report already contains the sentence elsewhere
     logical :: said = .false.
   end type headline_type
 
-  !> A file that is no table.
+  !> A result file that is not a table.
   type :: attachment_type
     character(len=:), allocatable :: name, bytes
   end type attachment_type
@@ -37,25 +37,26 @@ module gestell_output_result
     type(headline_type), allocatable :: headlines(:)
     type(dictionary_type), private :: warned
     type(attachment_type), allocatable, private :: attachments(:)
-    !> The report, and what of it was not yet said.
+    !> The report. The first `said` characters are already printed; the headlines go behind the first `room` characters (-1:
+    !> nowhere).
     character(len=:), allocatable :: report
     integer, private :: said = 0, room = -1
-    !> What the numbers rest on, and whether the report tells it.
+    !> Diagnostics of the numerical solution. The report includes them if `verbose`.
     character(len=:), allocatable :: details
     logical :: verbose = .false.
-    !> What is told beside the report, each on a line of its own.
+    !> Messages outside the report, one per line
     character(len=:), allocatable :: notes
-    !> What is told of a machine on one line, or of several on one each.
+    !> Short table: one row for each machine
     type(table_type) :: brief
-    !> The verdict on the machine of the input; empty: none.
+    !> Verdict on the machine of the input; empty if there is none
     character(len=9) :: verdict = ""
-    !> The worst verdict on a range of machines, and whether any range but a sweep was judged; the worst of all.
+    !> Worst verdict on a range of machines, whether any range other than a sweep was judged, and the worst verdict of all
     type(judgement_type) :: judgement
     logical, private :: judged_range = .false.
     type(verdict_type) :: worst
-    !> Whether every machine that was judged is stable.
+    !> True if every machine that was judged is stable
     logical :: all_stable = .true.
-    !> What the verdict does not depend on and could not be computed, the first.
+    !> First failure of a computation on which the verdict does not depend
     type(error_type), allocatable :: failure
   contains
     procedure :: begin
@@ -79,7 +80,7 @@ module gestell_output_result
 
 contains
 
-  !> Nothing was found yet.
+  !> Initialises an empty result.
   pure subroutine begin(self, verbose)
     class(result_type), intent(inout) :: self
     logical, intent(in) :: verbose
@@ -92,7 +93,7 @@ contains
     self%brief = new_table("", "", "", "")
   end subroutine begin
 
-  !> Whether there is a table of that name.
+  !> True if a table of this name exists.
   pure logical function has(self, name)
     class(result_type), intent(in) :: self
     character(len=*), intent(in) :: name
@@ -101,7 +102,7 @@ contains
     has = any([(self%tables(i)%name == name, i = 1, size(self%tables))])
   end function has
 
-  !> The names of the files that it leaves, without endings.
+  !> Names of all files that the result writes, without endings and without duplicates.
   pure function left(self) result(names)
     class(result_type), intent(in) :: self
     character(len=longest_table), allocatable :: names(:)
@@ -113,7 +114,7 @@ contains
     names = pack(names, [(all(names(:i - 1) /= names(i)), i = 1, size(names))])
   end function left
 
-  !> A table and its picture. A table that says nothing of a verdict has that on the machine of the input.
+  !> Adds a table and its picture. A table without a verdict gets the verdict on the machine of the input.
   pure subroutine add(self, table, figure)
     class(result_type), intent(inout) :: self
     type(table_type), intent(in) :: table
@@ -126,7 +127,7 @@ contains
     if (present(figure)) self%figures = [self%figures, figure]
   end subroutine add
 
-  !> A file that stands beside the tables.
+  !> Adds a result file that is not a table.
   pure subroutine attach(self, name, bytes)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: name, bytes
@@ -137,7 +138,7 @@ contains
     self%attachments = [self%attachments, attachment]
   end subroutine attach
 
-  !> Adds curves to the picture of that name, where its commands plot @over; nothing where there is no such picture.
+  !> Adds curves to the picture `name`, whose script plots them as the macro @over. Does nothing if there is no such picture.
   pure subroutine draw_over(self, name, curves)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: name, curves
@@ -149,7 +150,7 @@ contains
     end do
   end subroutine draw_over
 
-  !> Further lines of the report, those that are too long broken unless they are to stay `whole`.
+  !> Appends lines to the report. Long lines are wrapped unless `whole` is present.
   pure subroutine say(self, lines, whole)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: lines
@@ -162,7 +163,8 @@ contains
     end if
   end subroutine say
 
-  !> A section of the report on the vibration of the machine of the input, with a warning where the machine leaves it.
+  !> Appends a section on the vibration of the machine of the input. A warning precedes it if the machine does not keep to this
+  !> vibration.
   pure subroutine say_section(self, heading, lines)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: heading, lines
@@ -170,7 +172,7 @@ contains
     call self%say(section(heading, self%verdict) // lines)
   end subroutine say_section
 
-  !> Lines on what the numbers rest on, which only some readers want: the report tells them if it is verbose.
+  !> Appends diagnostics of the numerical solution. They enter the report only if it is verbose.
   pure subroutine detail(self, lines)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: lines
@@ -179,14 +181,14 @@ contains
     self%details = self%details // lines
   end subroutine detail
 
-  !> Here the headlines will stand when all are known; nothing behind them is said before.
+  !> Marks the place of the headlines in the report. Text behind this place is printed only after `lead` has inserted them.
   pure subroutine leave_room(self)
     class(result_type), intent(inout) :: self
 
     self%room = len(self%report)
   end subroutine leave_room
 
-  !> Puts the headlines where room was left: the verdict first, with what is wrong below it.
+  !> Inserts the headlines at the place marked by `leave_room`: the verdict first, then the warnings.
   pure subroutine lead(self)
     class(result_type), intent(inout) :: self
     type(growing_text_type) :: lines
@@ -203,7 +205,7 @@ contains
     self%room = -1
   end subroutine lead
 
-  !> The worst verdict on one line, with what is wrong as far as there is room; where nothing was judged, what was found first.
+  !> The worst verdict on one line, followed by the warnings that fit. If nothing was judged, the line is the first headline.
   pure function in_short(self) result(line)
     class(result_type), intent(in) :: self
     character(len=:), allocatable :: line
@@ -238,7 +240,7 @@ contains
     line = line // newline
   end function in_short
 
-  !> A line beside the report.
+  !> Adds a message outside the report.
   pure subroutine note(self, line)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: line
@@ -246,7 +248,7 @@ contains
     self%notes = self%notes // "note: " // line // newline
   end subroutine note
 
-  !> What of the report was not yet taken.
+  !> The part of the report that was not returned before.
   function rest(self) result(lines)
     class(result_type), intent(inout) :: self
     character(len=:), allocatable :: lines
@@ -255,7 +257,8 @@ contains
     self%said = len(self%report)
   end function rest
 
-  !> Adds the first line as a headline, unless it is blank or already one. `said`: the report has it elsewhere.
+  !> Adds the first of `lines` as a headline, unless it is blank or already a headline. `said` is true if the report contains it
+  !> elsewhere.
   pure subroutine warn(self, state, lines, said)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: state, lines
@@ -268,7 +271,7 @@ contains
     words = trim(adjustl(lines(:index(lines // newline, newline) - 1)))
     if (self%warned%position(words) > 0) return
     call self%warned%add(words)
-    ! the words move: copies of all would cost more than the rest
+    ! Move the texts instead of copying them: copying dominated the run time.
     n = size(self%headlines)
     allocate(longer(n + 1))
     do i = 1, n
@@ -282,8 +285,8 @@ contains
     call move_alloc(longer, self%headlines)
   end subroutine warn
 
-  !> Takes a judgement on a range of machines: one that is not stable becomes a headline, the worst one the last line. A sweep has
-  !> a headline of its own, which is the last line too if nothing else was judged.
+  !> Records the judgement on a range of machines. The worst one becomes the last line of the report; one that is not stable becomes
+  !> a headline. A sweep has its own headline and becomes the last line only if nothing else was judged.
   pure subroutine judge(self, judgement)
     class(result_type), intent(inout) :: self
     type(judgement_type), intent(in) :: judgement
@@ -296,7 +299,7 @@ contains
     if (judgement%verdict > stable .and. .not. judgement%of_sweep) call self%warn(judgement%verdict%word(), judgement%words)
   end subroutine judge
 
-  !> Counts a verdict among those of which the worst one is that of the run.
+  !> Includes a verdict in the worst verdict of the run.
   pure subroutine include_verdict(self, verdict)
     class(result_type), intent(inout) :: self
     type(verdict_type), intent(in) :: verdict
@@ -305,7 +308,7 @@ contains
     self%all_stable = self%all_stable .and. (verdict == stable .or. verdict == not_judged)
   end subroutine include_verdict
 
-  !> Keeps the first failure.
+  !> Records the failure if it is the first one, and clears `error`.
   pure subroutine fail(self, error)
     class(result_type), intent(inout) :: self
     type(error_type), allocatable, intent(inout) :: error
@@ -314,7 +317,7 @@ contains
     if (allocated(error)) deallocate(error)
   end subroutine fail
 
-  !> Writes all tables and the scripts of their pictures into `folder`. Error: one cannot be written.
+  !> Writes all tables and the scripts of their pictures into `folder`. Fails if a file cannot be written.
   subroutine write_result(self, folder, head, error)
     class(result_type), intent(in) :: self
     character(len=*), intent(in) :: folder

@@ -1,4 +1,4 @@
-!> The folder that the result files go to.
+!> Makes and removes the folder of the result files.
 module gestell_output_file_folder
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_files, only: is_there, last_reason, make_directory, remove_folder
@@ -10,8 +10,8 @@ module gestell_output_file_folder
 
 contains
 
-  !> Makes `folder` and the folders above it where they are missing. `made`: length of the name of the first that was made, 0
-  !> where all were there. Error: it cannot be made.
+  !> Makes `folder` and any missing folders above it. `made` is the length of the path of the first folder that was made, 0 if all
+  !> existed. Fails if the folder cannot be made.
   subroutine make_folder(folder, error, made)
     character(len=*), intent(in) :: folder
     type(error_type), allocatable, intent(out) :: error
@@ -37,7 +37,7 @@ contains
     error%unwritten = .true.
   end subroutine make_folder
 
-  !> Removes the folders that `make_folder` made, as far as they are empty.
+  !> Removes the folders that `make_folder` made, as long as they are empty.
   subroutine remove_made(folder, made)
     character(len=*), intent(in) :: folder
     integer, intent(in) :: made
@@ -49,8 +49,8 @@ contains
     end do
   end subroutine remove_made
 
-  !> Whether a folder, or one of these files in it, is a link, or there are such files without the file `mark`, which whoever makes
-  !> the folder makes first.
+  !> True if the folder or one of the `files` in it is a link, or if such files exist without the file `mark`. The owner of a folder
+  !> creates `mark` before any other file.
   logical function is_foreign(folder, files, mark)
     character(len=*), intent(in) :: folder, files(:), mark
     logical :: there
@@ -63,11 +63,11 @@ contains
       if (.not. is_foreign) is_foreign = is_link(folder // "/" // trim(files(i)))
       if (.not. there) there = is_there(folder // "/" // trim(files(i)))
     end do
-    ! looked for last: another process may be about to begin
+    ! the mark is tested last, because another process may be about to begin
     if (there .and. .not. is_foreign) is_foreign = .not. is_there(folder // "/" // mark)
   end function is_foreign
 
-  !> Whether a folder's name ends with the i-th character of a path.
+  !> True if the i-th character of a path is the last one of a folder's name.
   pure logical function ends_a_name(path, i)
     character(len=*), intent(in) :: path
     integer, intent(in) :: i

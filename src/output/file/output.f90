@@ -1,5 +1,5 @@
-!> A file that takes its name when it is complete: it grows under another name, every write and its end are checked, and then it
-!> replaces what was there at one stroke. Whatever fails, the old file stays as it was and nothing is left of the new one.
+!> File that appears only when complete. It is written under a temporary name, every write is checked, and one rename replaces the
+!> old file. If anything fails, the old file is unchanged and the new one is removed.
 module gestell_output_file_output
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_files, only: close_file, create_file, last_reason, remove_file, rename_file, write_whole
@@ -9,29 +9,29 @@ module gestell_output_file_output
 
   public :: open_output, open_standard_output, write_file
 
-  !> What a name has behind it as long as the file grows.
+  !> Ending of the temporary name while the file is written
   character(len=*), parameter, public :: growing = ".new"
 
   type, public :: output_type
     private
     character(len=:), allocatable :: name
     integer(c_int) :: handle = -1
-    !> What is not yet given to the system.
+    !> Bytes that are not yet written; the first `used` characters are valid
     character(len=:), allocatable :: pending
     integer :: used = 0
-    !> Why it failed, empty where it did not.
+    !> Reason of the first failure; empty if nothing failed
     character(len=:), allocatable :: reason
   contains
     procedure :: append
     procedure :: complete
   end type output_type
 
-  !> Bytes that are given to the system at once.
+  !> Number of bytes written at once
   integer, parameter :: piece = 65536
 
 contains
 
-  !> A file of these bytes. Error: it cannot be written.
+  !> Writes `bytes` to the file `name`. Fails if the file cannot be written.
   subroutine write_file(name, bytes, error)
     character(len=*), intent(in) :: name, bytes
     type(error_type), allocatable, intent(out) :: error
@@ -42,7 +42,7 @@ contains
     call output%complete(error)
   end subroutine write_file
 
-  !> Begins the file `name`. What fails, here and in `append`, `complete` tells.
+  !> Opens the file `name` under its temporary name. `complete` reports failures of this routine and of `append`.
   subroutine open_output(output, name)
     type(output_type), intent(out) :: output
     character(len=*), intent(in) :: name
@@ -54,7 +54,7 @@ contains
     if (output%handle < 0) output%reason = last_reason()
   end subroutine open_output
 
-  !> Standard output instead of a file.
+  !> Opens standard output in place of a file.
   subroutine open_standard_output(output)
     type(output_type), intent(out) :: output
     integer(c_int), parameter :: standard_output = 1
@@ -65,7 +65,7 @@ contains
     output%handle = standard_output
   end subroutine open_standard_output
 
-  !> Adds bytes.
+  !> Appends bytes to the file.
   subroutine append(self, bytes)
     class(output_type), intent(inout) :: self
     character(len=*), intent(in) :: bytes
@@ -86,7 +86,7 @@ contains
     output%used = 0
   end subroutine flush_pending
 
-  !> Gives bytes to the system.
+  !> Writes bytes to the open file, unless an earlier write failed.
   subroutine give(output, bytes)
     type(output_type), intent(inout) :: output
     character(len=*), intent(in) :: bytes
@@ -97,7 +97,8 @@ contains
     if (.not. done) output%reason = last_reason()
   end subroutine give
 
-  !> Ends the file and gives it its name. Error: it could not be written to its end, as on a full disk; it is gone then.
+  !> Closes the file and gives it its final name. Fails if the file could not be written completely, for example on a full disk; the
+  !> incomplete file is then removed.
   subroutine complete(self, error)
     class(output_type), intent(inout) :: self
     type(error_type), allocatable, intent(out) :: error

@@ -1,4 +1,4 @@
-!> The names of all files that a run can leave in its folder. A file of another name would not find its way there.
+!> Names of all files that a run can write to its folder. Only files with these names are published.
 module gestell_output_file_result_files
   implicit none (type, external)
   private
@@ -8,16 +8,17 @@ module gestell_output_file_result_files
   !> Maximum number of characters of a table's name. Its files are NAME.csv or NAME.npy, its script NAME.gp, its pictures NAME.svg
   !> and NAME.png.
   integer, parameter, public :: longest_table = 18
-  !> Endings of a picture, and of what goes with a table.
+  !> Endings of pictures, and of all files that belong to a table
   character(len=*), parameter, public :: picture_endings(*) = [character(len=4) :: ".svg", ".png"]
   character(len=*), parameter :: endings(*) = [character(len=4) :: ".csv", ".npy", ".gp", picture_endings]
-  !> Files that belong to no table: the page and all results; the improved machine goes with the table of that name.
+  !> Files that belong to no table: the page and the JSON file of all results. The file of the improved machine belongs to the table
+  !> `improved`.
   character(len=*), parameter :: others(*) = [character(len=12) :: "report.html", "results.json"], improved = "design"
   integer, parameter, public :: longest_file = longest_table + len(endings)
 
 contains
 
-  !> All names, where these tables can be left.
+  !> Names of all files of a run that can write these tables.
   pure function result_files(tables) result(names)
     character(len=longest_table), intent(in) :: tables(:)
     character(len=longest_file), allocatable :: names(:)

@@ -1,5 +1,5 @@
-!> Words of a file that can be trusted: behind a head that says what they belong to and before a checksum. A file may hold several
-!> such records, one behind the other.
+!> Records of 8-byte words that can be checked before use: a header that identifies the owner, the content and a checksum. A file
+!> may hold several records in sequence.
 module gestell_output_file_sealed
   use gestell_base_files, only: file_size
   use gestell_base_hash, only: hash_start, mix
@@ -9,14 +9,14 @@ module gestell_output_file_sealed
 
   public :: read_words, sealed, unseal
 
-  !> Words of a head: magic number, fingerprint, words that follow before the checksum.
+  !> Length of the header: magic number, fingerprint, number of content words. Bytes in a word.
   integer, parameter, public :: sealed_head = 3, word_bytes = 8
-  !> "gestell" and the number of this format: another byte order does not fit either.
+  !> The letters "gestell" and the version of this format. A file written in the other byte order does not match either.
   integer(int64), parameter :: magic = int(z"67657374656C6C02", int64)
 
 contains
 
-  !> A record.
+  !> Record with the given fingerprint and content: header, content, checksum.
   pure function sealed(fingerprint, content) result(words)
     integer(int64), intent(in) :: fingerprint, content(:)
     integer(int64), allocatable :: words(:)
@@ -25,14 +25,17 @@ contains
     words(size(words)) = checksum(words(:size(words) - 1))
   end function sealed
 
-  !> The record that begins at word `first`, what it holds are the words from `content(1)` to `content(2)`. `sound`: it is complete
-  !> and not damaged; `torn`: its end is missing.
+  !> Checks the record that starts at word `first` and returns its fingerprint and the place of its content.
   pure subroutine unseal(words, first, fingerprint, content, sound, torn)
     integer(int64), intent(in) :: words(:)
+    !> Index of the first word of the record's header
     integer, intent(in) :: first
     integer(int64), intent(out) :: fingerprint
+    !> First and last index of the content in `words`
     integer, intent(out) :: content(2)
+    !> True if the record is complete and its checksum matches
     logical, intent(out) :: sound
+    !> True if the end of the record is missing
     logical, intent(out), optional :: torn
     integer(int64) :: room
 
@@ -49,7 +52,7 @@ contains
     sound = words(content(2) + 1) == checksum(words(first:content(2)))
   end subroutine unseal
 
-  !> All whole words of a file; none where it cannot be read.
+  !> Reads all whole words of the file `name`. Returns none if the file cannot be read.
   subroutine read_words(name, words)
     character(len=*), intent(in) :: name
     integer(int64), allocatable, intent(out) :: words(:)

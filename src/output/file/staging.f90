@@ -1,7 +1,7 @@
-!> Where the files of a run stand until all are complete: a folder .gestell-1, .gestell-2, ... of its own within that of the
-!> results. They are published together, when the run ends; a run that cannot write leaves what was there as it was. Runs
-!> at the same time take folders of different numbers. A folder that a killed run has left is taken and emptied; it is known by
-!> the file `mark` in it. A link, or a folder of anybody else, is left alone. The file that the run has read is never replaced.
+!> Staging folder of a run: .gestell-1, .gestell-2, ... inside the folder of the results. All files are published together when the
+!> run ends; a run that cannot write leaves the older results unchanged. Concurrent runs use different numbers. The folder of a
+!> killed run is recognised by its file `mark`, emptied and reused. Links and folders without that file are not touched. The input
+!> file of the run is never replaced.
 module gestell_output_file_staging
   use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
   use gestell_base_text, only: text
@@ -18,17 +18,17 @@ module gestell_output_file_staging
   public :: open_staging, spare_input
 
   type, public :: staging_type
-    !> Where the files are written.
+    !> Folder to which the run writes its files
     character(len=:), allocatable :: path
-    !> Where they will stand.
+    !> Folder in which the published files end up
     character(len=:), allocatable, private :: folder
-    !> The full path of the file that the run has read; empty: none.
+    !> Full path of the input file; empty if the run read none
     character(len=:), allocatable, private :: input
-    !> Holds `path` as long as the process lives.
+    !> Open handle whose lock reserves `path` while the process lives
     integer(c_int), private :: handle = -1
-    !> The tables that any run can leave, also one that was killed.
+    !> Names of the tables that any run can write, including a killed run
     character(len=longest_table), allocatable, private :: tables(:)
-    !> As of `make_folder`.
+    !> Length of the name of the first folder that `make_folder` made; 0 if all existed
     integer, private :: made = 0
   contains
     procedure :: publish
@@ -36,25 +36,28 @@ module gestell_output_file_staging
     procedure :: retell
   end type staging_type
 
-  !> Within it: what a run has computed that is not complete (gestell_task_common_journal). It outlives the run only where that is
-  !> killed.
+  !> Name of the journal of incomplete results in the staging folder (gestell_task_common_journal). The journal outlives the run
+  !> only if the run is killed.
   character(len=*), parameter, public :: journal_name = "journal"
-  !> Within it: the file that says that a run has made the folder.
+  !> Name of the file that marks a staging folder as made by a run
   character(len=*), parameter :: mark = "made_by_gestell"
-  !> Runs that can write to one folder at the same time.
+  !> Maximum number of runs that can write to one folder at a time
   integer, parameter :: most = 1000
-  !> What the old file is called within `path` until all new ones have their names.
+  !> Ending of an old result file, kept in `path` until all new files have their names
   character(len=*), parameter :: old = ".old"
 
 contains
 
-  !> Makes `folder` and within it a staging folder for this run's files, those of `tables`, page and JSON. `input`: the full path of
-  !> the file that was read, if one was. Error: it cannot be made, or nothing can be written there.
+  !> Makes `folder` and a staging folder in it. Fails if the staging folder cannot be made or nothing can be written there.
   subroutine open_staging(staging, folder, tables, error, input)
+    !> The staging folder that was made
     type(staging_type), intent(out) :: staging
+    !> Folder of the results
     character(len=*), intent(in) :: folder
+    !> Names of the tables that any run can write
     character(len=longest_table), intent(in) :: tables(:)
     type(error_type), allocatable, intent(out) :: error
+    !> Full path of the input file, if the run read one
     character(len=:), allocatable, intent(in) :: input
     character(len=:), allocatable :: reason
     integer(c_int) :: guard
@@ -82,7 +85,7 @@ contains
     if (.not. mine) call remove_made(folder, staging%made)
   end subroutine open_staging
 
-  !> Waits until no other process makes or removes staging folders in `folder`. Where there are no locks nothing is waited for.
+  !> Waits until no other process makes or removes staging folders in `folder`. Does not wait if the file system has no locks.
   subroutine take_turn(folder, guard)
     character(len=*), intent(in) :: folder
     integer(c_int), intent(out) :: guard
@@ -92,8 +95,8 @@ contains
     if (guard >= 0) call try_lock(guard, .true., held, busy)
   end subroutine take_turn
 
-  !> Makes the staging folder, or takes and empties that of a run that was killed. Not `mine`: another process has it, no run has
-  !> made it, or, for this `reason`, none can be made. Where there are no locks it must be new.
+  !> Makes the staging folder, or reuses and empties the folder of a killed run. `mine` is false if another process uses the folder,
+  !> if no run made it, or if it cannot be made (`reason` says why). Without locks, only a new folder is used.
   subroutine take(staging, mine, reason)
     type(staging_type), intent(inout) :: staging
     logical, intent(out) :: mine
@@ -107,7 +110,7 @@ contains
     if (there .and. .not. made) then
       if (is_link(staging%path)) return
       if (.not. is_there(staging%path // "/" // mark)) then
-        ! Only an empty folder goes: that of a run that was killed before it could mark it.
+        ! The run was killed before it could mark its folder. This removes the folder only if it is empty.
         call remove_folder(staging%path, there)
         if (there) call make_directory(staging%path, made, there)
         there = made
@@ -130,7 +133,7 @@ contains
     if (.not. mine) call unlock_file(staging%handle)
   end subroutine take
 
-  !> Error: one of the files `names` in `folder` is the `input` itself, which would be replaced.
+  !> Fails if one of the files `names` in `folder` is the `input` file, which it would replace.
   subroutine spare_input(folder, names, input, error)
     character(len=*), intent(in) :: folder, names(:), input
     type(error_type), allocatable, intent(out) :: error
@@ -146,9 +149,8 @@ contains
     end do
   end subroutine spare_input
 
-  !> Moves all files, which are those of `tables`, page and JSON, to their folder, or none, and ends. Pictures that belong to older
-  !> tables are removed.
-  !> Error: it cannot be done; what was there before is there again, or the message says that it is not.
+  !> Moves all result files to their folder, or none of them, and removes the staging folder. Also removes pictures that belong to
+  !> older tables. Fails if a file cannot be moved: the older files are then restored, or the message says that they are not.
   subroutine publish(self, tables, error)
     class(staging_type), intent(inout) :: self
     character(len=longest_table), intent(in) :: tables(:)
@@ -167,7 +169,7 @@ contains
     end if
     replaces = [(is_there(self%folder // "/" // trim(names(i))), i = 1, size(names))]
     do i = 1, size(names)
-      ! a link that points nowhere is replaced too
+      ! a dangling link is replaced too
       if (.not. replaces(i)) replaces(i) = is_link(self%folder // "/" // trim(names(i)))
     end do
     do i = 1, size(names)
@@ -193,7 +195,7 @@ contains
       & failed_computation)
   end subroutine publish
 
-  !> Brings back what was there before these files; not `done` where the file system knows no second names.
+  !> Restores the files that the files `names` replaced. `done` is false if the file system has no hard links.
   subroutine restore(staging, names, replaces, done)
     type(staging_type), intent(in) :: staging
     character(len=*), intent(in) :: names(:)
@@ -213,7 +215,7 @@ contains
     end do
   end subroutine restore
 
-  !> Removes the pictures of those tables whose script is new and was not run.
+  !> Removes old pictures of the tables whose new script was not run.
   subroutine remove_old_pictures(staging, tables, names)
     type(staging_type), intent(in) :: staging
     character(len=*), intent(in) :: tables(:), names(:)
@@ -231,8 +233,8 @@ contains
     end do
   end subroutine remove_old_pictures
 
-  !> Removes the staging folder, and that of the results where it was made for nothing: ends without moving any file. `done`: it is
-  !> gone.
+  !> Removes the staging folder without moving any file, and the folder of the results if it was made for this run and is empty.
+  !> `done` is true if the staging folder is gone.
   subroutine leave(staging, done)
     class(staging_type), intent(inout) :: staging
     logical, intent(out), optional :: done
@@ -242,7 +244,7 @@ contains
     call take_turn(staging%folder, guard)
     call remove_file(staging%path // "/" // journal_name)
     call remove_file(staging%path // "/" // mark)
-    ! Hundreds of files could stand there, as a rule none does.
+    ! Hundreds of files could be in the folder; usually there is none.
     call remove_folder(staging%path, gone)
     if (.not. gone) then
       call empty(staging)
@@ -256,6 +258,7 @@ contains
     if (present(done)) done = gone
   end subroutine leave
 
+  !> Removes all result files, complete or not, from the staging folder.
   subroutine empty(staging)
     type(staging_type), intent(in) :: staging
     character(len=longest_file), allocatable :: names(:)
@@ -269,7 +272,7 @@ contains
     end do
   end subroutine empty
 
-  !> A message that names a file where it will stand.
+  !> Replaces the staging folder in an error message by the folder in which the file would have been published.
   pure subroutine retell(self, error)
     class(staging_type), intent(in) :: self
     type(error_type), allocatable, intent(inout) :: error

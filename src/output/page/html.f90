@@ -1,4 +1,4 @@
-!> Pieces of a page of HTML.
+!> Builds the elements of an HTML page.
 module gestell_output_page_html
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_text, only: newline
@@ -34,7 +34,7 @@ module gestell_output_page_html
 
 contains
 
-  !> The begin of a page.
+  !> Start of a page, up to and including the tag <body>.
   pure function head(title) result(page)
     character(len=*), intent(in) :: title
     character(len=:), allocatable :: page
@@ -52,8 +52,8 @@ contains
     page = "</body>" // newline // "</html>" // newline
   end function tail
 
-  !> The user's text as text of a page, which may have neither control characters, of which those of ASCII become blanks, nor
-  !> bytes that are no UTF-8.
+  !> Text of the user, escaped for HTML. Control characters of ASCII become blanks, because a page may not contain them; bytes that
+  !> are not UTF-8 are replaced.
   pure function escaped(words) result(safe)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: safe, text
@@ -82,7 +82,7 @@ contains
     safe = pieces%whole()
   end function escaped
 
-  !> A row of a table.
+  !> Table row that consists of `cells`.
   pure function row(cells) result(line)
     character(len=*), intent(in) :: cells
     character(len=:), allocatable :: line
@@ -90,7 +90,7 @@ contains
     line = "<tr>" // cells // "</tr>" // newline
   end function row
 
-  !> A cell of kind "th", "td" or "n", a number.
+  !> Table cell. `kind` is "th" (heading of a column), "row" (heading of a row), "n" (number) or "td" (text).
   pure function cell(kind, text) result(words)
     character(len=*), intent(in) :: kind, text
     character(len=:), allocatable :: words

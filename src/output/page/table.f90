@@ -1,4 +1,4 @@
-!> A table of a page: words as they are, numbers with six digits, errors with two, units in the head.
+!> Table of an HTML page: words unchanged, numbers with six digits, errors with two, units in the heading row.
 module gestell_output_page_table
   use gestell_base_text, only: concise, newline, text
   use gestell_output_page_html, only: cell, escaped, row
@@ -8,13 +8,13 @@ module gestell_output_page_table
 
   public :: html_table
 
-  !> Rows that are shown at the most; a table with more columns than this and fewer rows is turned.
+  !> Maximum number of rows shown. A table with more columns than `most_columns` and fewer rows is transposed.
   integer, parameter :: most_rows = 60, most_columns = 10
-  !> Tables with more rows are folded away.
+  !> Tables with more rows than `most_open` are shown collapsed.
   integer, parameter :: most_open = 12
 contains
 
-  !> Empty for no rows.
+  !> HTML of `table`, or an empty text if the table has no rows.
   pure function html_table(table) result(lines)
     type(table_type), intent(in) :: table
     character(len=:), allocatable :: lines, one
@@ -28,7 +28,7 @@ contains
     if (table%rows > rows) lines = lines // ": the first " // text(rows) // " of " // text(table%rows) // " rows"
     lines = lines // "</caption>" // newline
     if (size(table%columns) > most_columns .and. rows < size(table%columns)) then
-      ! columns as rows: the first cell of each heads the others
+      ! transposed: each column of the table becomes a row, headed by its label
       lines = lines // "<tbody>" // newline
       do k = 1, size(table%columns)
         one = cell("row", head_of(table%columns(k)))
@@ -55,7 +55,7 @@ contains
     if (table%rows > most_open) lines = lines // "</details>" // newline
   end function html_table
 
-  !> The label with the unit in parentheses.
+  !> Label of a column with its unit in parentheses.
   pure function head_of(column) result(words)
     type(column_type), intent(in) :: column
     character(len=:), allocatable :: words

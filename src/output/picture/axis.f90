@@ -12,12 +12,15 @@ module gestell_output_picture_axis
 
 contains
 
-  !> Range, tics and `name` of the axis `letter`, x or y, over a parameter, `margin` times the range wider on both sides;
-  !> the function X or Y takes a value to the axis, which is linear in its logarithm where the parameter's values are.
+  !> Gnuplot lines for the axis of a parameter: range, tics and label. They also define the gnuplot function X or Y, which maps a
+  !> value to its position on the axis: its logarithm if the axis is logarithmic.
   pure function parameter_axis(letter, axis, name, margin) result(lines)
+    !> Letter of the axis, x or y
     character, intent(in) :: letter
     type(axis_type), intent(in) :: axis
+    !> Label of the axis
     character(len=*), intent(in) :: name
+    !> Margin at both ends, relative to the range
     real(dp), intent(in) :: margin
     character(len=:), allocatable :: lines
     real(dp) :: ends(2), wider
@@ -36,7 +39,7 @@ contains
     end if
   end function parameter_axis
 
-  !> A parameter's name on an axis; `unit` may be empty.
+  !> Label of an axis: the parameter, and its unit in parentheses unless empty.
   pure function with_unit(path, unit) result(name)
     character(len=*), intent(in) :: path, unit
     character(len=:), allocatable :: name
@@ -45,7 +48,7 @@ contains
     if (unit /= "") name = name // " (" // trim(unit) // ")"
   end function with_unit
 
-  !> Where a value lies on its axis.
+  !> Position of a value on its axis.
   elemental real(dp) function coordinate(axis, value)
     type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: value
@@ -54,7 +57,8 @@ contains
     if (axis%logarithmic) coordinate = log10(abs(value))
   end function coordinate
 
-  !> 1, 2 and 5 of every decade, of many decades the first alone; of less than one both ends.
+  !> Tics at 1, 2 and 5 times the powers of ten, or only at powers of ten over many decades. Both ends are labelled if fewer than
+  !> two tics fit.
   pure function logarithmic_tics(axis) result(list)
     type(axis_type), intent(in) :: axis
     character(len=:), allocatable :: list
@@ -80,6 +84,7 @@ contains
     list = list(3:)
   end function logarithmic_tics
 
+  !> A tic of a logarithmic axis: label and position.
   pure function tic(value) result(words)
     real(dp), intent(in) :: value
     character(len=:), allocatable :: words
@@ -87,8 +92,8 @@ contains
     words = "'" // concise(value, 4) // "' " // concise(log10(abs(value)), 9)
   end function tic
 
-  !> Lines that set the variables low and high to the range of expressions over a file, whatever it holds, never an empty one.
-  !> (`smooth unique` leaves one point of them all: a table of millions would take minutes.)
+  !> Gnuplot lines that set the variables `low` and `high` to the range of expressions over a file; the range is never empty.
+  !> `smooth unique` reduces the plot to one point; otherwise a table of millions of rows would take minutes.
   pure function extent_lines(file, expressions) result(lines)
     character(len=*), intent(in) :: file, expressions(:)
     character(len=:), allocatable :: lines
@@ -105,8 +110,8 @@ contains
       & // "high = high + (high == 0 ? 1 : 0.01 * abs(high)) }" // newline
   end function extent_lines
 
-  !> A logarithmic y axis from gnuplot's expression `from` to `to`: powers of ten where there are two or more, numbers between
-  !> them on a shorter one.
+  !> Gnuplot lines for a logarithmic y axis between the expressions `from` and `to`. Tics are powers of ten if the range covers at
+  !> least two decades, otherwise also numbers between them.
   pure function decade_lines(from, to) result(lines)
     character(len=*), intent(in) :: from, to
     character(len=:), allocatable :: lines

@@ -1,4 +1,4 @@
-!> Pictures: gnuplot, run on the scripts beside the result files.
+!> Draws the pictures by running gnuplot on the scripts next to the result files.
 module gestell_output_picture_gnuplot
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_text, only: either, text
@@ -9,17 +9,19 @@ module gestell_output_picture_gnuplot
 
   public :: draw_pictures
 
-  !> What whole pictures have within their last bytes: gnuplot says nothing of a disk that is full.
+  !> Last bytes of a complete picture. Gnuplot does not report a full disk, so that the end of the file is tested.
   character(len=*), parameter :: svg_end = "</svg>", png_end = "IEND"
   integer, parameter :: last_bytes = 16
 
 contains
 
-  !> Draws these figures, whose scripts are in `staging` until they get theirs in `folder`. `drawn` names the pictures, with commas.
-  !> Error, the first one, the others are drawn: gnuplot is not there, or could not draw one.
+  !> Draws pictures from their scripts in the folder `staging`. Fails if gnuplot is missing or cannot draw a picture; it then draws
+  !> the other pictures and reports the first failure.
   subroutine draw_pictures(staging, folder, figures, drawn, error)
+    !> Folder where the scripts are now; folder where they will be published, for messages
     character(len=*), intent(in) :: staging, folder
     type(figure_type), intent(in) :: figures(:)
+    !> Names of the pictures drawn, separated by commas
     character(len=:), allocatable, intent(out) :: drawn
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: name
@@ -34,7 +36,7 @@ contains
     end if
     do i = 1, size(figures)
       name = figures(i)%name
-      ! -d: without the user's own settings
+      ! -d: ignore the user's gnuplot settings
       if (shell_does("cd " // quoted(staging) // " && gnuplot -d " // name // ".gp", code)) then
         complete = has_end(staging // "/" // name // ".svg", svg_end)
         if (complete) complete = has_end(staging // "/" // name // ".png", png_end)
@@ -51,7 +53,7 @@ contains
     end do
   end subroutine draw_pictures
 
-  !> Runs a command of the shell without its output: whether it ended well.
+  !> Runs a shell command without its output. True if the command succeeded.
   logical function shell_does(command, code)
     character(len=*), intent(in) :: command
     integer, intent(out), optional :: code
@@ -63,7 +65,7 @@ contains
     if (present(code)) code = exit_code
   end function shell_does
 
-  !> Whether the last bytes of a file hold these.
+  !> True if the last bytes of a file contain `bytes`.
   logical function has_end(name, bytes)
     character(len=*), intent(in) :: name, bytes
     character(len=last_bytes) :: last
@@ -79,7 +81,8 @@ contains
     has_end = status == 0 .and. index(last, bytes) > 0
   end function has_end
 
-  !> A folder's name as one word of the shell's, which is neither an option nor looked for elsewhere.
+  !> Name of a folder as one quoted word of the shell. The prefix ./ keeps a relative name from being taken for an option or
+  !> searched in CDPATH.
   pure function quoted(folder) result(word)
     character(len=*), intent(in) :: folder
     character(len=:), allocatable :: word

@@ -1,4 +1,4 @@
-!> What pictures over a parameter have in common: the machine of the input is marked, what is unstable is shaded, motions beyond
+!> Marks common to pictures over a parameter: the machine of the input is marked, unstable ranges are shaded, and motions beyond
 !> small ones are grey.
 module gestell_output_picture_marks
   use gestell_base_kinds, only: dp
@@ -12,27 +12,30 @@ module gestell_output_picture_marks
 
   public :: apart, with_room, boxes_where, chart_marks, input_marks, input_point, shade
 
-  !> Fill of what is unstable, and the colour of motions beyond small ones.
+  !> Fill of unstable ranges, entry of the key for it, and colour of motions beyond small ones
   character(len=*), parameter, public :: unstable_fill = "fillcolor rgb '#F9E0C7' fillstyle solid 1 noborder", &
     & shaded_entry = ", keyentry with boxes lc rgb '#F9E0C7' fs solid 1 noborder title ", &
     & unstable_entry = shaded_entry // "'unstable'", &
     & beyond_colour = "999999"
   character(len=*), parameter :: own_line = "lc rgb '#8E24AA' dt (7,4) lw 1.2"
-  !> Objects and arrows of this module have numbers from here on; intervals that are shaded, at the most.
+  !> Number of the first gnuplot object and arrow of this module; maximum number of shaded intervals
   integer, parameter :: first_number = 100, most_shades = 200
 
-  !> Lines before the panels of a picture, and entries of its key behind what a panel plots.
+  !> Gnuplot lines before the panels of a picture, and entries of the key appended to the plot command
   type, public :: marks_type
     character(len=:), allocatable :: lines, entries
   end type marks_type
 
 contains
 
-  !> The marks of a picture whose x axis goes from range(1) to range(2): the input's own value (none: size 0), and around those of
-  !> the points `at`, in their order, that are `unstable` the intervals half way to their neighbours. `unit`: of the input's value.
+  !> Marks of a picture over a parameter. They show the value of the input and shade unstable ranges. A range extends halfway to the
+  !> neighbouring points.
   pure type(marks_type) function chart_marks(range, input, unit, at, unstable) result(marks)
+    !> Ends of the x axis; value of the input (size 0: none); values of the points in ascending or descending order
     real(dp), intent(in) :: range(2), input(:), at(:)
+    !> Unit of the input's value
     character(len=*), intent(in) :: unit
+    !> True for the points that are unstable
     logical, intent(in) :: unstable(:)
     type(marks_type) :: own
     real(dp) :: ends(2)
@@ -57,7 +60,7 @@ contains
     marks%entries = either(unstable_entry, "", n > 0) // own%entries
   end function chart_marks
 
-  !> The input's own `value` alone (none: size 0), on an axis of pictures over parameters, in front of boxes.
+  !> Mark of the input's `value` (size 0: none) on the axis of a parameter, drawn in front of boxes.
   pure type(marks_type) function input_marks(axis, value, unit) result(marks)
     type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: value(:)
@@ -66,6 +69,7 @@ contains
     marks = own_marks(coordinate(axis, [axis%from, axis%to]), value, coordinate(axis, value), unit, "front")
   end function input_marks
 
+  !> A vertical line at the input's value, if this lies in the range.
   pure type(marks_type) function own_marks(range, value, position, unit, layer) result(marks)
     real(dp), intent(in) :: range(2), value(:), position(:)
     character(len=*), intent(in) :: unit, layer
@@ -80,13 +84,14 @@ contains
       & // quoted(trim("input: " // concise(value(1), 6) // " " // unit)) // " noenhanced"
   end function own_marks
 
+  !> True if the value lies between the ends of the range.
   pure logical function within(value, range)
     real(dp), intent(in) :: value, range(2)
 
     within = (value - range(1)) * (value - range(2)) <= 0
   end function within
 
-  !> An interval of the x axis in which machines are unstable.
+  !> Gnuplot line that shades an interval of the x axis in which machines are unstable.
   pure function shade(number, from, to) result(line)
     integer, intent(in) :: number
     real(dp), intent(in) :: from, to
@@ -96,9 +101,10 @@ contains
       & // concise(to, 9) // ",graph 1 behind " // unstable_fill // newline
   end function shade
 
-  !> What plots shaded boxes from `x` - `half` to `x` + `half` and from `low` to `high`, expressions of gnuplot's, where `condition`
-  !> holds in a row of the file.
+  !> Part of a plot command that draws shaded boxes where `condition` is true in a row of the file. All arguments are gnuplot
+  !> expressions.
   pure function boxes_where(file, condition, x, half, low, high) result(words)
+    !> Name of the file; condition; centre and half width of a box; lower and upper end of a box
     character(len=*), intent(in) :: file, condition, x, half, low, high
     character(len=:), allocatable :: words, at
 
@@ -107,7 +113,8 @@ contains
       & // "):(" // at // " + " // half // "):(" // low // "):(" // high // ") with boxxyerror " // unstable_fill // " notitle"
   end function boxes_where
 
-  !> A mark in a plane where the input's machine lies, by its `values` on both axes; nothing outside of the ranges.
+  !> Gnuplot lines that mark the machine of the input in a plane, by its `values` on both axes. Empty if the machine lies outside
+  !> the ranges.
   pure function input_point(axes, values) result(line)
     type(axis_type), intent(in) :: axes(2)
     real(dp), intent(in) :: values(2)
@@ -125,8 +132,8 @@ contains
       & // "font ',12' boxed front" // newline
   end function input_point
 
-  !> Positions of words as near to these `positions` as can be, at least `distance` from each other and within a range with room for
-  !> all: the isotonic regression of the positions less the distances before them, by pooling neighbours that are too close.
+  !> Positions of labels, as near as possible to `positions`, at least `distance` apart and within the range. This is the isotonic
+  !> regression of the positions minus the cumulative distances, solved by pooling adjacent violators.
   pure function apart(positions, distance, range) result(spaced)
     real(dp), intent(in) :: positions(:), distance, range(2)
     real(dp) :: spaced(size(positions)), means(size(positions)), before(size(positions)), room(2)
@@ -150,7 +157,7 @@ contains
     spaced(order) = [(spread(min(max(means(i), room(1)), max(room(2), room(1))), 1, members(i)), i = 1, n)] + before
   end function apart
 
-  !> The first of these positions, and of those behind it all that are not closer than `distance` to one that is chosen before.
+  !> True for the positions that keep `distance` from all positions chosen before them. The first one is always chosen.
   pure function with_room(positions, distance) result(chosen)
     real(dp), intent(in) :: positions(:), distance
     logical :: chosen(size(positions))

@@ -1,5 +1,4 @@
-!> Panels of pictures with a curve or a row of bars for each of several things: columns of a file over the crank angle, or
-!> amplitudes over the orders of the crank.
+!> Panels with several curves or bars: columns of a file over the crank angle, or amplitudes over the orders of the crank speed.
 module gestell_output_picture_panels
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_kinds, only: dp
@@ -13,13 +12,13 @@ module gestell_output_picture_panels
 
   public :: bars, height_of, history_panel, key_line, layout_line, order_axis, order_panel, turn_axis, with_rim
 
-  !> More than these are drawn as points in place of bars.
+  !> More curves than this are drawn as points instead of bars
   integer, parameter :: most_bars = 4
 
 contains
 
-  !> Panels one below the other, or in rows of `across`, under the picture's heading; `legend`: with room below for one of so many
-  !> pixels.
+  !> Gnuplot line that arranges panels below the heading of the picture, in rows of `across`. `legend` is the height in pixels
+  !> reserved for a legend at the bottom.
   pure function layout_line(panels, across, legend) result(line)
     integer, intent(in) :: panels, across
     integer, intent(in), optional :: legend
@@ -37,7 +36,7 @@ contains
       & // " spacing 0.145," // concise(34 / height, 3) // " title heading noenhanced" // newline
   end function layout_line
 
-  !> A range from one value to another, with room at both for a mark and its name.
+  !> Gnuplot range from one value to another, with room at both ends for a mark and its label.
   pure function with_rim(from, to) result(range)
     real(dp), intent(in) :: from, to
     character(len=:), allocatable :: range
@@ -47,14 +46,15 @@ contains
     if (abs(to - from) > 0) range = "[" // concise(from - rim * (to - from), 9) // ":" // concise(to + rim * (to - from), 9) // "]"
   end function with_rim
 
-  !> Pixels of so many rows of panels.
+  !> Height of a picture in pixels for this number of rows of panels.
   pure real(dp) function height_of(rows)
     integer, intent(in) :: rows
 
     height_of = 160 + 190 * rows
   end function height_of
 
-  !> The crank angle through a period of the frame, negative for a clockwise crank; tics have numbers where `named`.
+  !> Gnuplot lines for an axis of the crank angle over the period of the frame; the angle is negative for a clockwise crank. Tics
+  !> and axis are labelled if `named`.
   pure function turn_axis(frame, named) result(lines)
     class(frame_type), intent(in) :: frame
     logical, intent(in) :: named
@@ -66,7 +66,8 @@ contains
       & // newline // x_names("crank angle (deg)", named)
   end function turn_axis
 
-  !> Orders from 0 to the last of so many `harmonics` of a period of so many `turns`.
+  !> Gnuplot lines for an axis of orders (multiples of the crank speed), from 0 to the last of the `harmonics` of a period of
+  !> `turns` turns.
   pure function order_axis(harmonics, named, turns) result(lines)
     integer, intent(in) :: harmonics, turns
     logical, intent(in) :: named
@@ -76,6 +77,7 @@ contains
       & // x_names("order of the crank speed (0: magnitude of the mean)", named)
   end function order_axis
 
+  !> Gnuplot line that labels the x axis, or removes the labels if not `named`.
   pure function x_names(label, named) result(line)
     character(len=*), intent(in) :: label
     logical, intent(in) :: named
@@ -84,7 +86,7 @@ contains
     line = either("set format x; set xlabel '" // label // "'", "set format x ''; unset xlabel", named) // newline
   end function x_names
 
-  !> What the curves are called, above the panel that comes next; not `shown`: no more.
+  !> Gnuplot line that shows the names of the curves above the next panel, or stops showing them.
   pure function key_line(shown) result(line)
     logical, intent(in) :: shown
     character(len=:), allocatable :: line
@@ -93,11 +95,12 @@ contains
       & // newline
   end function key_line
 
-  !> `factor` times the columns of these names of `table` over its first one. `titles`: of the curves; `styles`: their numbers,
-  !> 1, 2, ... where they are missing.
+  !> Gnuplot lines for a panel with columns of `table`, multiplied by `factor`, over its first column.
   pure function history_panel(table, label, factor, columns, titles, styles) result(lines)
     type(table_type), intent(in) :: table
+    !> Label of the y axis; factor as a gnuplot expression; names of the columns; titles of the curves
     character(len=*), intent(in) :: label, factor, columns(:), titles(:)
+    !> Line types of the curves; 1, 2, ... if absent
     integer, intent(in), optional :: styles(:)
     character(len=:), allocatable :: lines
     type(growing_text_type) :: curves
@@ -116,10 +119,12 @@ contains
       & // newline // "set ylabel " // quoted(label) // " noenhanced" // newline // "plot " // curves%whole() // newline
   end function history_panel
 
-  !> `factor` times the amplitudes in the columns of these names over the order, on six decades; a period has so many `turns`.
+  !> Gnuplot lines for a panel with amplitudes over the orders, on six decades.
   pure function order_panel(table, label, factor, columns, titles, turns) result(lines)
     type(table_type), intent(in) :: table
+    !> Label of the y axis; factor as a gnuplot expression; names of the columns; titles of the curves
     character(len=*), intent(in) :: label, factor, columns(:), titles(:)
+    !> Number of turns in the period, which sets the width of the bars
     integer, intent(in) :: turns
     character(len=:), allocatable :: lines
     type(growing_text_type) :: curves
@@ -146,7 +151,7 @@ contains
       & // "plot " // curves%whole() // newline
   end function order_panel
 
-  !> Expressions of gnuplot's for `factor` times these columns.
+  !> Gnuplot expressions for `factor` times these columns.
   pure function values_of(table, factor, columns) result(expressions)
     type(table_type), intent(in) :: table
     character(len=*), intent(in) :: factor, columns(:)
@@ -158,7 +163,8 @@ contains
     end do
   end function values_of
 
-  !> The style of bars that are number `i` of several, with so many fills in turn, by which they differ in print without colours.
+  !> Gnuplot style of the i-th of several bars. The bars cycle through `fills` patterns, so that they differ in print without
+  !> colours.
   pure function bars(i, fills)
     integer, intent(in) :: i, fills
     character(len=:), allocatable :: bars
@@ -167,6 +173,7 @@ contains
     bars = "boxes lt " // text(i) // " dt 1 lw 1 fs " // trim(all(1 + mod(i - 1, fills)))
   end function bars
 
+  !> Line type of the i-th curve; the script defines eight.
   pure integer function style(i)
     integer, intent(in) :: i
 

@@ -1,4 +1,4 @@
-!> The side of curves in a plane, as rows and columns of boxes.
+!> Fills the area to the left of curves in a plane with rows and columns of boxes.
 module gestell_output_picture_regions
   use gestell_base_kinds, only: dp
   use gestell_math_sorting, only: ascending
@@ -7,18 +7,19 @@ module gestell_output_picture_regions
 
   public :: left_side
 
-  !> Rows, and columns.
+  !> Number of rows, and of columns
   integer, parameter :: rows = 160
-  !> Boxes overlap their neighbours by this part of their width: no seams.
+  !> Overlap of neighbouring boxes relative to their width, which avoids visible seams
   real(dp), parameter :: overlap = 0.1_dp
 
 contains
 
-  !> Boxes (x from, x to, y from, y to), shape (4, boxes), that cover what lies on the left of curves through `points`, shape
-  !> (2, points) in the unit square, those of a `curve` one after the other: on every row and column the intervals that begin and
-  !> end where a curve crosses it, or end at the rim. What no row and no column tells stays open.
+  !> Boxes (x from, x to, y from, y to), shape (4, boxes), that cover the area to the left of the curves. Each row and column is
+  !> filled between the points where a curve crosses it, or up to the rim. Areas that no row or column reaches stay open.
   pure function left_side(points, curve) result(boxes)
+    !> Points of the curves in the unit square, shape (2, points), in sequence for each curve
     real(dp), intent(in) :: points(:, :)
+    !> Number of the curve that each point belongs to
     integer, intent(in) :: curve(:)
     real(dp), allocatable :: boxes(:, :), spans(:, :)
     real(dp) :: half, at
@@ -35,8 +36,9 @@ contains
     end do
   end function left_side
 
-  !> On the line where the coordinate `across` is `at`, the intervals of the other one, `along`, shape (2, intervals). Where a curve
-  !> comes from below, as `across` grows, what is smaller `along` is inside; without `inside_before` what is greater.
+  !> Intervals of the coordinate `along`, shape (2, intervals), that are inside on the line where the coordinate `across` equals
+  !> `at`. If a curve crosses this line with `across` increasing, smaller values of `along` are inside if `inside_before`, otherwise
+  !> larger values.
   pure subroutine intervals(across, along, curve, at, inside_before, spans)
     real(dp), intent(in) :: across(:), along(:), at
     integer, intent(in) :: curve(:)

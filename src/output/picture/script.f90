@@ -1,5 +1,5 @@
-!> Gnuplot scripts beside the result files: what all pictures have in common. A script NAME.gp runs as it is in the folder of
-!> NAME.csv, with gnuplot 5.4 or newer, and leaves NAME.svg and NAME.png.
+!> Gnuplot scripts next to the result files. A script NAME.gp runs unchanged in the folder of NAME.csv with gnuplot 5.4 or newer,
+!> and writes NAME.svg and NAME.png.
 module gestell_output_picture_script
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -12,29 +12,30 @@ module gestell_output_picture_script
 
   public :: new_figure, panel_heading, pick_unit, plotted, quoted, span, tic, tics, write_figure
 
-  !> The picture of the table of the same name.
+  !> A picture of the table with the same name.
   type, public :: figure_type
     character(len=:), allocatable :: name
-    !> What it shows, and the lines that draw it under a `heading`.
+    !> Subject of the picture, and the gnuplot lines that draw it below the variable `heading`
     character(len=:), allocatable :: shown, lines
-    !> Width and height in pixels.
+    !> Width and height in pixels
     integer :: pixels(2) = [800, 560]
   end type figure_type
 
-  !> A unit for an axis: `factor`, in words for gnuplot, times the SI value is the number in the unit `name`.
+  !> Unit of an axis. The SI value times `factor` is the value in the unit `name`; `words` is the factor as a gnuplot expression.
   type, public :: axis_unit_type
     character(len=4) :: words = "1"
     real(dp) :: factor = 1
     character(len=5) :: name = ""
   end type axis_unit_type
 
-  !> Longest title of a picture, in characters.
+  !> Maximum length of a picture's title in characters
   integer, parameter :: longest_title = 84
 
 contains
 
-  !> `lines`, which draw one picture of `width` by `height` pixels.
+  !> A picture of `width` by `height` pixels that the gnuplot `lines` draw.
   pure type(figure_type) function new_figure(name, shown, lines, width, height) result(figure)
+    !> Name of the table; subject of the picture; gnuplot lines that draw it
     character(len=*), intent(in) :: name, shown, lines
     integer, intent(in), optional :: width, height
 
@@ -45,9 +46,9 @@ contains
     if (present(height)) figure%pixels(2) = height
   end function new_figure
 
-  !> Writes the script NAME.gp into `folder`: the common head, then the lines; `title` of the input, `alarm` before what is shown.
-  !> Error: it cannot be written.
+  !> Writes the script NAME.gp into `folder`. Fails if the file cannot be written.
   subroutine write_figure(folder, figure, title, alarm, error)
+    !> Folder of the script; title of the input; warning that precedes the subject of the picture
     character(len=*), intent(in) :: folder, title, alarm
     type(figure_type), intent(in) :: figure
     type(error_type), allocatable, intent(out) :: error
@@ -59,8 +60,8 @@ contains
       & // figure%lines // newline // "unset output" // newline, error)
   end subroutine write_figure
 
-  !> A script that runs itself for each format; then what all pictures share. Colours of Okabe and Ito; the lines differ in
-  !> dashes and points too.
+  !> Start of a script: a loop that runs the script once for each format, then settings common to all pictures. The colours are
+  !> those of Okabe and Ito; lines also differ in dashes and points.
   pure function head(name, pixels) result(lines)
     character(len=*), intent(in) :: name
     integer, intent(in) :: pixels(2)
@@ -98,7 +99,7 @@ contains
       & // "set style fill solid 1 noborder" // newline
   end function head
 
-  !> The lines that head a panel of several.
+  !> Gnuplot line for the title of one panel.
   pure function panel_heading(shown) result(line)
     character(len=*), intent(in) :: shown
     character(len=:), allocatable :: line
@@ -106,12 +107,12 @@ contains
     line = "set title " // quoted(shown) // " noenhanced font "",12"" offset 0,-0.6" // newline
   end function panel_heading
 
-  !> The user's text as an expression of gnuplot's in which nothing has a meaning, and fit for XML: no control characters, "?" where
-  !> it is no UTF-8, "..." behind `longest_title` characters.
+  !> Text of the user as a gnuplot string in which no character is special, also valid in XML. Control characters become blanks,
+  !> bytes that are not UTF-8 become "?", and "..." replaces everything after `longest_title` characters.
   pure function quoted(words) result(string)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: string
-    !> What has a meaning to gnuplot, within strings or because it takes their ends for something else.
+    !> Characters that gnuplot interprets in strings, or mistakes for the end of a string
     character(len=*), parameter :: active = "'""\`@${}#%"
     character(len=3) :: octal
     integer :: i, n, characters
@@ -127,7 +128,7 @@ contains
         exit
       end if
       n = length_of_character(words(i:))
-      ! "]]>" is forbidden in XML, "&#x" is no text: gnuplot lets both pass
+      ! "]]>" is forbidden in XML and "&#x" starts a character code; gnuplot escapes neither
       if (words(i:i) == ">" .and. ends_with(string, "]]")) string = string // " "
       if (words(i:i) == "#" .and. ends_with(string, "&")) string = string // " "
       coded = scan(words(i:i), active) > 0 .or. coded .and. scan(words(i:i), "01234567") > 0
@@ -147,7 +148,7 @@ contains
     string = string // """"
   end function quoted
 
-  !> The same for the label of a tic, which gnuplot takes for a format: every per cent sign is told twice.
+  !> Text of the user as the label of a tic. Gnuplot reads it as a format, so that every per cent sign is doubled.
   pure function tic(words) result(string)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: string
@@ -155,7 +156,7 @@ contains
     string = doubled(quoted(words), "\045")
   end function tic
 
-  !> The labels of the tics of an axis: these names at `first`, `first` + 1, ...
+  !> Gnuplot list of tics with these names at the positions `first`, `first` + 1, ...
   pure function tics(names, first) result(list)
     character(len=*), intent(in) :: names(:)
     integer, intent(in) :: first
@@ -168,7 +169,7 @@ contains
     end do
   end function tics
 
-  !> The same for a text that is plotted `with labels`, whose escapes gnuplot reads once more.
+  !> Text of the user for plotting `with labels`. Gnuplot interprets escapes twice there, so that every backslash is doubled.
   pure function plotted(words) result(string)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: string
@@ -176,7 +177,7 @@ contains
     string = doubled(quoted(words), "\134")
   end function plotted
 
-  !> A text in which `sign` stands twice wherever it stood once.
+  !> The text with every occurrence of `sign` doubled.
   pure function doubled(words, sign) result(string)
     character(len=*), intent(in) :: words, sign
     character(len=:), allocatable :: string, rest
@@ -193,6 +194,7 @@ contains
     string = string // rest
   end function doubled
 
+  !> True if the text ends with `ending`.
   pure logical function ends_with(words, ending)
     character(len=*), intent(in) :: words, ending
 
@@ -200,7 +202,7 @@ contains
     if (ends_with) ends_with = words(len(words) - len(ending) + 1:) == ending
   end function ends_with
 
-  !> A range of gnuplot around these values, never empty, at least `least` wide.
+  !> Gnuplot range around the finite values, with a margin; never empty, at least `least` wide on either side if the values agree.
   pure function span(values, least) result(range)
     real(dp), intent(in) :: values(:)
     real(dp), intent(in), optional :: least
@@ -223,7 +225,7 @@ contains
     range = "[" // concise(low - narrow, 9) // ":" // concise(high + narrow, 9) // "]"
   end function span
 
-  !> The unit in which the greatest value reads best, of an SI unit: m, rad, N, Nm or any other, which stays.
+  !> Unit in which the largest value is easy to read, for the SI unit m, rad, N or N m. Any other unit is returned unchanged.
   pure type(axis_unit_type) function pick_unit(si, greatest) result(unit)
     character(len=*), intent(in) :: si
     real(dp), intent(in) :: greatest

@@ -1,4 +1,5 @@
-!> Slips of whoever typed the input: what no machine has, or hardly any. As a rule a unit, a power of ten or a name is wrong.
+!> Detects probable typing errors in the input: values that hardly any machine has. Usually a unit, a power of ten or a name is
+!> wrong.
 module gestell_output_report_plausibility
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, either, newline
@@ -12,35 +13,35 @@ module gestell_output_report_plausibility
 
   public :: slips
 
-  !> m/s: a ring of steel that turns so fast bears rho v^2 = 2 GPa, more than it can.
+  !> Maximum plausible speed (m/s): a steel ring at this rim speed carries rho v^2 = 2 GPa, more than its strength.
   real(dp), parameter :: fastest = 500
-  !> m/s^2, ten thousand times that of a fall.
+  !> Maximum plausible acceleration (m/s^2), about ten thousand times gravity
   real(dp), parameter :: greatest_acceleration = 1.0e5_dp
-  !> m: extent of a mechanism.
+  !> Plausible extents of a mechanism (m)
   real(dp), parameter :: widest = 20, narrowest = 1.0e-3_dp
-  !> Radii of gyration relative to the size of the machine: a slip of 1000 in mass or inertia changes them by a factor of 32. The
-  !> bodies of a machine have about 0.05 to 0.5.
+  !> Plausible radii of gyration relative to the size of the machine, usually 0.05 to 0.5. An error of 1000 in mass or inertia
+  !> changes the radius by a factor of 32.
   real(dp), parameter :: smallest_radius = 0.02_dp, greatest_radius = 3
-  !> Of a link relative to its length, of a rod 0.29.
+  !> Minimum plausible radius of gyration of a link relative to its length; a uniform rod has 0.29
   real(dp), parameter :: smallest_of_link = 0.01_dp
-  !> Below this part of the whole mass a frame stands for no body (`no_mass`); below this part of the mechanism's mass it is
-  !> suspiciously light (`light`).
+  !> A frame below the fraction `no_mass` of the total mass represents no body. A frame below the fraction `light` of the
+  !> mechanism's mass is suspiciously light.
   real(dp), parameter :: no_mass = 1.0e-3_dp, light = 0.1_dp
-  !> Gravity (m/s^2), and the static deflection, as a part of the machine's size, that is suspicious: 0.25 m of 1 m is a mounting of
-  !> 1 Hz, and machines stand on 2 to 30 Hz.
+  !> Gravity (m/s^2), and the suspicious static deflection relative to the size of the machine. A deflection of 0.25 m corresponds
+  !> to a mounting frequency of 1 Hz; machines usually have 2 to 30 Hz.
   real(dp), parameter :: fall = 9.81_dp, deep = 0.25_dp
-  !> Damping ratio of the whole machine moving along an axis; rubber has up to 0.15, oil dampers up to 1.
+  !> Suspicious damping ratio of the whole machine along an axis; rubber reaches 0.15, oil dampers 1
   real(dp), parameter :: overdamped = 5
-  !> Relative change of a length that is no rounding.
+  !> Relative change of length that rounding cannot explain
   real(dp), parameter :: stretched = 1.0e-6_dp
-  !> Part of a follower's rms acceleration that the upper half of the orders of its table may have.
+  !> Maximum plausible share of a follower's rms acceleration in the upper half of the orders of its lift table
   real(dp), parameter :: of_upper_half = 0.1_dp
   integer, parameter :: samples = 72
   character(len=*), parameter :: units = ": are the units right? They are m, kg, N, s where &units says nothing else", &
     & powers = ": are mass and inertia right?"
 
-  !> A mechanism over the turn: greatest speed (m/s) and acceleration (m/s^2) of a joint with their joints' numbers; the corners of
-  !> the box about all places of its joints (m); the least and the greatest length of every link (m).
+  !> Extremes of a mechanism over the period: largest speed (m/s) and acceleration (m/s^2) of a joint with the joints' numbers;
+  !> corners of the bounding box of all joints (m); shortest and longest length of each link (m).
   type :: extremes_type
     real(dp) :: speed = 0, acceleration = 0
     integer :: fast = 0, quick = 0
@@ -50,7 +51,7 @@ module gestell_output_report_plausibility
 
 contains
 
-  !> A line for every slip, mechanisms of joints only; empty where there is none.
+  !> One line for every probable typing error; empty if there is none. Only linkages are checked.
   function slips(frame) result(lines)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines
@@ -74,7 +75,7 @@ contains
         & // units // newline
       if (extent < narrowest) lines = lines // "the mechanism is " // concise(extent, 3) // " m wide, below " &
         & // concise(narrowest) // units // newline
-      ! the diagonal of the box about the mechanism, the frame's centre of mass and the heads of the supports
+      ! diagonal of the box around the mechanism, the frame's centre of mass and the heads of the supports
       low = [min(found%low + frame%origin, 0.0_dp), 0.0_dp]
       high = [max(found%high + frame%origin, 0.0_dp), 0.0_dp]
       do i = 1, size(frame%supports)
@@ -96,7 +97,7 @@ contains
     end select
   end function slips
 
-  !> "up to 23.4", and of what overflows that it does.
+  !> "up to 23.4", or "more than ..." if the value overflowed.
   pure function up_to(value) result(words)
     real(dp), intent(in) :: value
     character(len=:), allocatable :: words
@@ -104,7 +105,7 @@ contains
     words = either("more than ", "up to ", value > huge(value)) // concise(min(value, huge(value)), 3)
   end function up_to
 
-  !> Mass and radius of gyration of the frame.
+  !> Warns if the mass or the radius of gyration of the frame is implausible.
   pure function frame_slip(frame, moving, size_of_machine) result(line)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: moving, size_of_machine
@@ -118,7 +119,7 @@ contains
         & // "right?" // newline
       return
     end if
-    ! The size of a frame without supports is not known.
+    ! Without supports the size of the frame is unknown.
     if (size(frame%supports) == 0) return
     if (.not. (frame%inertia > 0 .and. frame%mass > no_mass * (frame%mass + moving) .and. any(frame%free >= 3))) return
     radius = sqrt(frame%inertia) / sqrt(frame%mass)
@@ -133,7 +134,7 @@ contains
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: mass, size_of_machine
     character(len=:), allocatable :: lines
-    !> The numbers of xi, eta and zeta.
+    !> Numbers of the coordinates xi, eta and zeta
     integer, parameter :: shifts(3) = [1, 2, 4]
     real(dp), allocatable :: stiffness(:, :), damping(:, :), along(:), ratios(:)
     integer, allocatable :: axes(:)
@@ -158,7 +159,7 @@ contains
       & // "&units says nothing else" // newline
   end function mounting_slips
 
-  !> a / b, both positive, or the greatest number where that overflows.
+  !> a / b for positive a and b; the largest finite number if the quotient overflows.
   elemental real(dp) function quotient(a, b)
     real(dp), intent(in) :: a, b
 
@@ -166,7 +167,7 @@ contains
     if (b >= 1 .or. a < min(b, 1.0_dp) * huge(a)) quotient = a / b
   end function quotient
 
-  !> Radius of gyration, centre of mass and length of link number `i`.
+  !> Warns if the radius of gyration, the centre of mass or the length of link `i` is implausible.
   function link_slips(mechanism, i, found, size_of_machine) result(lines)
     class(linkage_type), intent(in) :: mechanism
     integer, intent(in) :: i
@@ -199,7 +200,8 @@ contains
     end associate
   end function link_slips
 
-  !> Whether a link between two joints keeps its direction only: one of them slides along a moving body or in a yoke's slot.
+  !> True if the link between two joints has only its direction fixed: one of the joints slides along a moving body or in the slot
+  !> of a yoke.
   function slides(mechanism, one, other)
     class(linkage_type), intent(in) :: mechanism
     integer, intent(in) :: one, other
@@ -223,7 +225,8 @@ contains
     end do
   end function slides
 
-  !> The acceleration of a follower by its lift: that of order k goes as k^2. `orders`: of its table, 0: it has none.
+  !> Warns if the upper half of the orders contributes too much to a follower's acceleration. The acceleration of order k grows as
+  !> k^2. `orders` is the highest order of the lift table, 0 if there is none.
   pure function lift_slip(name, lift, orders) result(line)
     character(len=*), intent(in) :: name
     real(dp), intent(in) :: lift(:)
@@ -243,7 +246,7 @@ contains
       & // concise(real(orders, dp)) // ": have the lifts enough digits?" // newline
   end function lift_slip
 
-  !> The crank turns with `omega` (rad/s).
+  !> Finds the extremes of a linkage whose crank turns at `omega` (rad/s), from `samples` positions.
   subroutine find_extremes(linkage, omega, found)
     class(linkage_type), intent(in) :: linkage
     real(dp), intent(in) :: omega

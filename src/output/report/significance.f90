@@ -1,4 +1,4 @@
-!> What is told of numbers that are no more than their errors, and of orders beside the whole.
+!> Wording of numbers smaller than their errors, and of single orders relative to the whole vibration.
 module gestell_output_report_significance
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
@@ -8,22 +8,23 @@ module gestell_output_report_significance
 
   public :: noise_of, order_words
 
-  !> An error below this part of the greatest number of its kind is what rounding leaves.
+  !> An error below this fraction of the largest number of its kind is rounding error.
   real(dp), parameter :: rounding = 1.0e-9_dp
 
 contains
 
-  !> The factor of a number that is told: 0 where its error is no less and both are what rounding leaves of zero beside the
-  !> `greatest` of its kind; else 1, for an error that tells nothing is no zero.
+  !> Factor by which a reported number is multiplied: 0 if the number is rounding error, otherwise 1. It is rounding error if it
+  !> does not exceed its error and the error is negligible relative to `greatest`. A larger error does not prove that the number is
+  !> zero.
   elemental real(dp) function noise_of(value, error, greatest) result(factor)
     real(dp), intent(in) :: value, error, greatest
 
     factor = merge(0.0_dp, 1.0_dp, abs(value) <= error .and. error <= rounding * greatest)
   end function noise_of
 
-  !> An order and what it has of the mean square of the whole, by Parseval's theorem never more than all: "2 (91.3 %)". Its
-  !> amplitude, of a vector the root of the sum of its components' squares, would not do: it can exceed the peak.
-  !> `turns`: in the period, of which the order is a multiple.
+  !> An order and its share of the mean square, for example "2 (91.3 %)". By Parseval's theorem the share never exceeds 100 %. The
+  !> ratio of amplitude to peak would not do: for a vector the amplitude (the root sum of squares of its components) can exceed the
+  !> peak. `turns` is the number of turns in the period; `order` counts harmonics of the period.
   pure function order_words(order, amplitude, rms, turns) result(words)
     integer, intent(in) :: order, turns
     real(dp), intent(in) :: amplitude, rms

@@ -1,4 +1,4 @@
-!> A table of a report: columns as wide as what stands in them, together no wider than a terminal.
+!> Formats tables of a report: each column as wide as its longest cell, the table no wider than a terminal.
 module gestell_output_report_text_table
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_text, only: newline
@@ -9,18 +9,19 @@ module gestell_output_report_text_table
 
   public :: tabulated
 
-  !> Stands between the cells of a row.
+  !> Separates the cells of a row
   character, parameter, public :: tab = achar(9)
   integer, parameter :: indent = 2
-  !> Columns that names keep.
+  !> Width that remains for names in the first column
   integer, parameter :: name = 16
 
 contains
 
-  !> The lines of a table. `align`: l or r for each column; `heads`: with commas between them, perhaps in two lines; `rows`:
-  !> complete lines, their cells set apart by tabs. Where it is too wide, long names in the first column and remarks in the last,
-  !> if these are flush left, come to stand on lines of their own. A column without anything in its rows is left out.
+  !> The lines of a table. If it is too wide, long names in the first column and remarks in the last column move to lines of their
+  !> own, provided that these columns are flush left. Columns without any content are omitted.
   pure function tabulated(align, heads, rows) result(text)
+    !> For each column l (flush left) or r (flush right); headings separated by commas, on one or two lines; complete lines with
+    !> cells separated by tabs
     character(len=*), intent(in) :: align, heads, rows
     character(len=:), allocatable :: text, all, kinds, cells(:, :)
     type(growing_text_type) :: lines
@@ -86,7 +87,8 @@ contains
 
   end function tabulated
 
-  !> The cells of complete lines, shape (columns, lines), the last of a line with all that is left; empty where there is none.
+  !> Splits complete lines at the tabs into `cells`, shape (columns, lines). The last cell takes the rest of its line; missing cells
+  !> are blank.
   pure subroutine cut(lines, columns, cells)
     character(len=*), intent(in) :: lines
     integer, intent(in) :: columns

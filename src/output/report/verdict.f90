@@ -1,5 +1,5 @@
-!> The verdict in the words that stand wherever a vibration is reported: one that the machine leaves is of no use to anybody who
-!> does not know it.
+!> Wording of the verdict. It accompanies every reported vibration, because a vibration that the machine does not keep is useless to
+!> a reader who does not know it.
 module gestell_output_report_verdict
   use gestell_base_text, only: either, newline
   use gestell_base_verdict, only: has_vibration, operator(>), stable, verdict_named, verdict_type
@@ -9,7 +9,7 @@ module gestell_output_report_verdict
 
   public :: alarm, judged, section, verdict_line
 
-  !> A verdict on a range of machines, and a sentence about it: "stable", or a word in capitals with the machines it holds for.
+  !> A verdict on a range of machines. `words` is "stable", or a word in capitals followed by the machines concerned.
   type, public :: judgement_type
     type(verdict_type) :: verdict
     character(len=:), allocatable :: words
@@ -19,7 +19,7 @@ module gestell_output_report_verdict
 
 contains
 
-  !> What a vibration of a machine with that verdict is worth; empty of a stable one, and where there is no verdict.
+  !> A warning about the vibration of a machine with this verdict; empty if it is stable or there is no verdict.
   pure function judged(verdict) result(words)
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: words
@@ -40,7 +40,7 @@ contains
     words = trim(on_machine%alarm()) // ": " // words
   end function judged
 
-  !> The heading of a section of the report on a vibration.
+  !> Heading of a section of the report on a vibration, followed by the warning of the verdict.
   pure function section(heading, verdict) result(line)
     character(len=*), intent(in) :: heading, verdict
     character(len=:), allocatable :: line
@@ -49,8 +49,8 @@ contains
     if (judged(verdict) /= "") line = line // "  " // judged(verdict) // newline
   end function section
 
-  !> The line that heads a file about the vibration of a machine with that verdict, which may be a sentence, or the state 'ok';
-  !> empty without one.
+  !> Line on the verdict for the head of a file; empty if there is no verdict. `verdict` may be a word, a sentence or the state
+  !> 'ok'.
   pure function verdict_line(verdict) result(line)
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: line
@@ -64,7 +64,8 @@ contains
     line = "verdict: " // lower(line(:first)) // line(first + 1:)
   end function verdict_line
 
-  !> What has to stand before the title of a picture of such a file; empty of a stable machine.
+  !> Prefix for the title of a picture: the verdict in capitals, or nothing if the machine is stable. If the verdict concerns only
+  !> some machines, the prefix says "IN PART".
   pure function alarm(verdict) result(word)
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: word, line

@@ -1,4 +1,4 @@
-!> What stands beside vibrations that no machine has: those that it leaves, and those too great for linear equations.
+!> Warnings on vibrations that no real machine keeps: unstable ones, and ones too large for linear equations.
 module gestell_output_report_warnings
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, newline, text
@@ -10,13 +10,13 @@ module gestell_output_report_warnings
 
   public :: beyond_small, judge_range, small_motion_limits
 
-  !> Intervals that are listed, at the most.
+  !> Maximum number of intervals listed
   integer, parameter :: most_listed = 6
 
 contains
 
-  !> A line where the greatest motion of all is not small; empty where it is. Motions of the exact frame may be greater, but the
-  !> supports are linear in all models.
+  !> A warning if the largest motion in `all` is not small, otherwise empty. The limits of the exact frame are higher, because only
+  !> its supports are linear.
   pure function beyond_small(all, model) result(line)
     type(moved_type), intent(in) :: all(:)
     character(len=*), intent(in) :: model
@@ -44,7 +44,7 @@ contains
       & // small_motion_limits(all(path)%size) // newline
   end function beyond_small
 
-  !> Up to where the equations are meant.
+  !> The limits of small motions in words: angle, and displacement of F if the size of the machine (m) is positive.
   pure function small_motion_limits(machine) result(words)
     real(dp), intent(in) :: machine
     character(len=:), allocatable :: words
@@ -53,11 +53,11 @@ contains
     if (machine > 0) words = words // ", F by " // concise(small_part * machine, 2) // " m"
   end function small_motion_limits
 
-  !> The worst of the `verdicts` on machines at these speeds (1/min), and at which of them it holds; blank where none was judged.
-  !> `things`: what lies at these speeds, "speeds" where they are a range in its order; `consequence`: of being unstable.
+  !> The worst of the `verdicts` and the speeds at which it holds. The text is empty if no machine was judged.
   pure type(judgement_type) function judge_range(speeds, verdicts, things, consequence) result(judgement)
     real(dp), intent(in) :: speeds(:)
     type(verdict_type), intent(in) :: verdicts(:)
+    !> The items counted ("speeds" if they form a range in ascending order); what instability means for these machines
     character(len=*), intent(in) :: things, consequence
     character(len=:), allocatable :: rest
     integer :: i
@@ -80,7 +80,8 @@ contains
     end associate
   end function judge_range
 
-  !> The intervals of `values`, in their order, where `chosen` holds: "218.1 to 245.3, 300"; or, not `joined`, one by one.
+  !> The intervals of consecutive `values` for which `chosen` is true, for example "218.1 to 245.3, 300". If not `joined`, every
+  !> value is listed separately.
   pure function stretches(values, chosen, joined) result(words)
     real(dp), intent(in) :: values(:)
     logical, intent(in) :: chosen(:), joined

@@ -1,4 +1,4 @@
-!> Lines of a report no wider than a terminal.
+!> Wraps the lines of a report to the width of a terminal.
 module gestell_output_report_wrapping
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_text, only: newline
@@ -8,14 +8,14 @@ module gestell_output_report_wrapping
 
   public :: wrapped
 
-  !> Columns of the report.
+  !> Width of the report in columns
   integer, parameter, public :: widest = 80
-  !> A word that stands apart within so many columns heads its line.
+  !> A word followed by two blanks within this many columns is the label of its line.
   integer, parameter :: widest_label = 24
 
 contains
 
-  !> Complete lines, those that are too long broken between words; a word that is too long stays whole.
+  !> Breaks complete lines between words so that they fit the width. A word longer than the width stays whole.
   pure function wrapped(lines) result(text)
     character(len=*), intent(in) :: lines
     character(len=:), allocatable :: text
@@ -33,7 +33,7 @@ contains
     text = all%whole()
   end function wrapped
 
-  !> Appends one line: what is over stands below its words, right of a word that heads it.
+  !> Appends one line, broken if necessary. The continuation is indented below the text, to the right of the line's label.
   pure subroutine append_broken(text, line)
     type(growing_text_type), intent(inout) :: text
     character(len=*), intent(in) :: line
@@ -53,13 +53,13 @@ contains
         column = margin + character_count(line(start:i))
         at = 0
       end if
-      ! a number stays beside its unit
+      ! a number is not separated from its unit
       if (line(i:i) == " " .and. i > max(start, margin)) at = merge(at, i, scan(line(i - 1:i - 1), "0123456789") > 0)
     end do
     call text%append(line(start:))
   end subroutine append_broken
 
-  !> Blanks before the continuation of a line.
+  !> Number of blanks before the continuation of a line.
   pure integer function margin_of(line) result(margin)
     character(len=*), intent(in) :: line
     integer :: first, gap

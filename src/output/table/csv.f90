@@ -1,4 +1,4 @@
-!> Tables as comma separated values: # lines, one header line, numbers with 17 significant digits.
+!> Writes tables as comma-separated values: lines with #, one header line, numbers with 17 significant digits.
 module gestell_output_table_csv
   use gestell_base_error, only: error_type
   use gestell_base_text, only: either, newline, text
@@ -10,12 +10,12 @@ module gestell_output_table_csv
 
   public :: append_rows, field, write_csv
 
-  !> Rows that are given to the file at once.
+  !> Number of rows written at once
   integer, parameter :: piece = 100
 
 contains
 
-  !> Writes the table to its file in `folder`; `preamble`, complete lines, heads it. Error: it cannot be written.
+  !> Writes the table to its file in `folder`, after the complete lines `preamble`. Fails if the file cannot be written.
   subroutine write_csv(folder, table, preamble, error)
     character(len=*), intent(in) :: folder, preamble
     type(table_type), intent(in) :: table
@@ -28,7 +28,7 @@ contains
     call output%complete(error)
   end subroutine write_csv
 
-  !> Header and rows.
+  !> Appends the header line and the rows.
   subroutine append_rows(table, output)
     type(table_type), intent(in) :: table
     type(output_type), intent(inout) :: output
@@ -62,7 +62,7 @@ contains
     lines = lines(:n)
   end function rows
 
-  !> Writes a value behind the first `n` characters of `line`, which grows where a word is longer than a number, and moves `n`.
+  !> Writes a cell after the first `n` characters of `line` and increases `n`. `line` grows if a word is longer than a number.
   pure subroutine put_cell(column, i, line, n)
     type(column_type), intent(in) :: column
     integer, intent(in) :: i
@@ -85,9 +85,8 @@ contains
     n = n + len(word)
   end subroutine put_cell
 
-  !> A text as a field of the file: in quotes if it begins like a comment, or has a comma, the end of a line or quotes itself, which
-  !> are doubled then. A text that a spreadsheet would take for a formula, as it begins with one of = + - @ and is no number, gets
-  !> an apostrophe before it.
+  !> A text as a field of the file. It is quoted if it starts with #, or contains a comma, a newline or a quote; quotes are doubled.
+  !> A text that a spreadsheet would read as a formula (it begins with = + - or @ and is not a number) gets a leading apostrophe.
   pure function field(words) result(word)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: word, safe

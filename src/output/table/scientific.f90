@@ -1,4 +1,4 @@
-!> Numbers as es24.16e3 writes them, without its blanks.
+!> Writes numbers as the format es24.16e3 does, without its leading blanks. Faster than a formatted write.
 module gestell_output_table_scientific
   use gestell_base_decimal, only: find_digits
   use gestell_base_kinds, only: dp
@@ -8,18 +8,19 @@ module gestell_output_table_scientific
 
   public :: put_number
 
-  !> Widest number: -1.2345678901234567E+001
+  !> Width of the widest number, for example -1.2345678901234567E+001
   integer, parameter, public :: number_width = 24
 
-  !> Counts in the table, no more.
+  !> Loop variables of the constant `pair` only
   integer :: i, k
-  !> The texts of 00 to 99.
+  !> The texts 00 to 99
   character(len=2), parameter :: pair(0:99) = [((achar(48 + k) // achar(48 + i), i = 0, 9), k = 0, 9)]
   integer(int64), parameter :: ten_8 = 10_int64**8, ten_16 = 10_int64**16
 
 contains
 
-  !> Writes `value` behind the first `n` characters of `line`, which has room for `number_width` more, and moves `n`.
+  !> Writes `value` after the first `n` characters of `line` and increases `n`. `line` must have room for `number_width` more
+  !> characters.
   pure subroutine put_number(line, n, value)
     character(len=:), allocatable, intent(inout) :: line
     integer, intent(inout) :: n
@@ -53,7 +54,7 @@ contains
     n = n + 23
   end subroutine put_number
 
-  !> Eight digits.
+  !> Writes a number of eight digits with leading zeros.
   pure subroutine put_eight(word, number)
     character(len=8), intent(out) :: word
     integer, intent(in) :: number

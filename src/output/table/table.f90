@@ -1,4 +1,4 @@
-!> A result as a table: columns with a key, a unit, what they mean and which column holds their error.
+!> Tables of results: columns with a key, a unit, a meaning and the key of the column that holds their error bound.
 module gestell_output_table
   use gestell_base_kinds, only: dp
   use gestell_output_table_unit, only: unit_type
@@ -7,40 +7,41 @@ module gestell_output_table
 
   public :: new_table
 
-  !> One of `numbers`, `integers` and `words` is allocated: a value for every row.
+  !> One column. Exactly one of `numbers`, `integers` and `words` is allocated, with a value for every row.
   type, public :: column_type
-    !> Its name in files; the same for people, without the unit; what it means.
+    !> Name in files (with the unit), name for readers (without the unit), and meaning
     character(len=:), allocatable :: key, label, meaning
     type(unit_type) :: unit
-    !> The key of the column with its error; empty: none.
+    !> Key of the column with the error bound; empty if there is none
     character(len=:), allocatable :: error
     real(dp), allocatable :: numbers(:)
-    !> `nothing` where there is none.
+    !> `nothing` marks a missing value
     integer, allocatable :: integers(:)
-    !> All words in one, each filled with blanks to the same width: gfortran loses the length of arrays of such components.
+    !> All words in one text, each padded with blanks to `width`: gfortran loses the length of an array of texts as a component.
     character(len=:), allocatable :: words
     integer, private :: width = 0
   contains
     procedure :: word
   end type column_type
 
+  !> A table with its headings and columns.
   type, public :: table_type
-    !> Its files are NAME.csv and, for its picture, NAME.gp.
+    !> The files of the table are NAME.csv and, for its picture, NAME.gp.
     character(len=:), allocatable :: name
-    !> What stands above it, and what its picture shows.
+    !> Heading in reports and pages; caption of the picture
     character(len=:), allocatable :: heading, caption
-    !> Complete lines that are told before the header, and the verdict that heads it (gestell_output_report_verdict); empty: none;
-    !> not allocated: that on the machine of the input.
+    !> Complete lines before the header, and the verdict for the head of the file (gestell_output_report_verdict). The verdict is
+    !> empty if there is none; if it is not allocated, the verdict on the machine of the input applies.
     character(len=:), allocatable :: remarks, verdict
-    !> The frame's model where it is not that of the run; empty otherwise.
+    !> Model of the frame if it differs from the model of the run; otherwise empty
     character(len=:), allocatable :: model
-    !> Whether a page shows its rows.
+    !> True if a page shows the rows
     logical :: shown = .false.
-    !> Its file is written already, as it is too large to be kept; there are no rows here.
+    !> True if the file is already written because the table is too large to keep; the rows are then absent
     logical :: written = .false.
     integer :: rows = 0
     type(column_type), allocatable :: columns(:)
-    !> Those that are there of what is expected, and how many.
+    !> Columns under construction after `expect`, and the number of columns present
     type(column_type), allocatable, private :: room(:)
     integer, private :: filled = 0
   contains
@@ -54,15 +55,18 @@ module gestell_output_table
     generic :: add => add_numbers, add_integers, add_words, add_flags
   end type table_type
 
-  !> A whole number that is not known.
+  !> Marks a missing value in a column of integers
   integer, parameter, public :: nothing = -huge(1)
 
 contains
 
   !> A table without columns.
   pure type(table_type) function new_table(name, heading, caption, verdict, shown) result(table)
+    !> Name of the files, heading in reports and pages, caption of the picture
     character(len=*), intent(in) :: name, heading, caption
+    !> Verdict on the machines of the table
     character(len=*), intent(in), optional :: verdict
+    !> True if a page shows the rows
     logical, intent(in), optional :: shown
 
     table%name = name
@@ -75,14 +79,18 @@ contains
     allocate(table%columns(0))
   end function new_table
 
-  !> A further column of numbers in `unit`, whose error stands in the column `error`; or, with `bounds`, in a column NAME_error
-  !> that is added behind it.
+  !> Adds a column of numbers. The error bound is in the column `error`; or, with `bounds`, in a column NAME_error that is added
+  !> too.
   pure subroutine add_numbers(self, name, unit, meaning, values, error, bounds)
     class(table_type), intent(inout) :: self
+    !> Name of the column without its unit; meaning
     character(len=*), intent(in) :: name, meaning
     type(unit_type), intent(in) :: unit
+    !> One value for each row
     real(dp), intent(in) :: values(:)
+    !> Name, without unit, of the column with the error bounds; this column has the same unit
     character(len=*), intent(in), optional :: error
+    !> Error bounds, one for each row
     real(dp), intent(in), optional :: bounds(:)
     type(column_type) :: column
 
@@ -94,7 +102,7 @@ contains
     if (present(bounds)) call self%add(trim(name) // "_error", unit, "bound on its error", bounds)
   end subroutine add_numbers
 
-  !> Word of row `i`.
+  !> The word in row `i`.
   pure function word(self, i)
     class(column_type), intent(in) :: self
     integer, intent(in) :: i
@@ -103,6 +111,7 @@ contains
     word = trim(self%words((i - 1) * self%width + 1:i * self%width))
   end function word
 
+  !> Adds a column of integers.
   pure subroutine add_integers(self, name, meaning, values)
     class(table_type), intent(inout) :: self
     character(len=*), intent(in) :: name, meaning
@@ -113,6 +122,7 @@ contains
     call append(self, column, name, unit_type(), meaning, size(values))
   end subroutine add_integers
 
+  !> Adds a column of words.
   pure subroutine add_words(self, name, meaning, values)
     class(table_type), intent(inout) :: self
     character(len=*), intent(in) :: name, meaning, values(:)
@@ -127,7 +137,7 @@ contains
     call append(self, column, name, unit_type(), meaning, size(values))
   end subroutine add_words
 
-  !> 1 for true; nothing where it is not `known`.
+  !> Adds a column with 1 for true and 0 for false. A value that is not `known` is missing.
   pure subroutine add_flags(self, name, meaning, values, known)
     class(table_type), intent(inout) :: self
     character(len=*), intent(in) :: name, meaning
@@ -140,6 +150,7 @@ contains
     call self%add(name, meaning, flags)
   end subroutine add_flags
 
+  !> Completes the column and moves it to the end of the table.
   pure subroutine append(table, column, name, unit, meaning, rows)
     type(table_type), intent(inout) :: table
     type(column_type), intent(inout) :: column
@@ -163,7 +174,7 @@ contains
     table%rows = rows
   end subroutine append
 
-  !> Number of the column of this name, given with or without its unit; 0: there is none.
+  !> Number of the column with this name (with or without its unit), or 0 if there is none.
   pure integer function number_of(self, name) result(number)
     class(table_type), intent(in) :: self
     character(len=*), intent(in) :: name
@@ -175,7 +186,7 @@ contains
     end do
   end function number_of
 
-  !> Key of the column of this name, which must be there.
+  !> Key of the column with this name. The column must exist.
   pure function key_of_column(self, name) result(key)
     class(table_type), intent(in) :: self
     character(len=*), intent(in) :: name
@@ -184,7 +195,8 @@ contains
     key = self%columns(self%number_of(name))%key
   end function key_of_column
 
-  !> `more` columns are to be added, and seen when the last of them is there: each by itself would move all that were before.
+  !> Reserves room for `more` columns. They become visible when the last one is added. Without this call, every added column moves
+  !> all the earlier ones.
   pure subroutine expect(self, more)
     class(table_type), intent(inout) :: self
     integer, intent(in) :: more
@@ -198,7 +210,7 @@ contains
     end do
   end subroutine expect
 
-  !> Takes the columns of `other`, which has as many rows, behind its own.
+  !> Moves the columns of `other`, which must have as many rows, to the end of the table.
   pure subroutine join(self, other)
     class(table_type), intent(inout) :: self
     type(table_type), intent(inout) :: other
@@ -215,6 +227,7 @@ contains
     self%rows = other%rows
   end subroutine join
 
+  !> Moves a column without copying its values.
   pure subroutine move_column(from, to)
     type(column_type), intent(inout) :: from
     type(column_type), intent(out) :: to
@@ -230,6 +243,7 @@ contains
     if (allocated(from%words)) call move_alloc(from%words, to%words)
   end subroutine move_column
 
+  !> Key of a column: its name, with the suffix of its unit if there is one.
   pure function new_key(name, unit) result(key)
     character(len=*), intent(in) :: name
     type(unit_type), intent(in) :: unit

@@ -1,4 +1,4 @@
-!> Columns that tables over one turn of the crank have in common: histories and harmonics.
+!> Columns common to tables over the period: crank angle, time, orders and harmonics.
 module gestell_output_table_turn
   use gestell_base_kinds, only: dp
   use gestell_math_series_fourier, only: fourier_type
@@ -12,7 +12,7 @@ module gestell_output_table_turn
 
 contains
 
-  !> Crank angle and time of `points` + 1 rows over the period of the frame.
+  !> Adds columns with the crank angle and time of `points` + 1 rows over the period of the frame.
   pure subroutine add_turn(table, frame, points)
     type(table_type), intent(inout) :: table
     class(frame_type), intent(in) :: frame
@@ -24,7 +24,8 @@ contains
     call table%add("t", second, "time", [(frame%period * k / points, k = 0, points)])
   end subroutine add_turn
 
-  !> The first `last` harmonics of the period of the frame after 0, the mean, as orders of the drive, and their frequencies.
+  !> Adds columns with the orders (multiples of the crank speed) and frequencies of the harmonics 0 to `last`. Harmonic 0 is the
+  !> mean.
   pure subroutine add_orders(table, frame, last)
     type(table_type), intent(inout) :: table
     class(frame_type), intent(in) :: frame
@@ -35,10 +36,13 @@ contains
     call table%add("frequency", hertz, "of the order", [(k / frame%period, k = 0, last)])
   end subroutine add_orders
 
-  !> The harmonics `k` of a period of so many turns as orders of the drive: whole numbers where they are.
+  !> Adds a column with the harmonics `k` of a period of `turns` turns, as orders. The column is of integers if the period is one
+  !> turn.
   pure subroutine add_order_column(table, name, meaning, k, turns)
     type(table_type), intent(inout) :: table
+    !> Key and meaning of the column
     character(len=*), intent(in) :: name, meaning
+    !> Numbers of the harmonics; turns of the crank in the period
     integer, intent(in) :: k(:), turns
 
     if (turns == 1) then
@@ -48,10 +52,13 @@ contains
     end if
   end subroutine add_order_column
 
-  !> Amplitude and phase of a series in `unit`, orders 0 to `last`. Order 0 is the mean, with its sign.
+  !> Adds columns with the amplitudes (in `unit`) and phases of a Fourier series, harmonics 0 to `last`. Harmonic 0 is the mean with
+  !> its sign; harmonics that the series lacks are 0.
   pure subroutine add_harmonics(table, name, unit, series, last)
     type(table_type), intent(inout) :: table
+    !> Name that the keys of both columns begin with
     character(len=*), intent(in) :: name
+    !> Unit of the series
     type(unit_type), intent(in) :: unit
     type(fourier_type), intent(in) :: series
     integer, intent(in) :: last
@@ -69,7 +76,7 @@ contains
     call table%add(trim(name) // "_" // trim(unit%suffix) // "_phase", radian, "phase of the same", phase)
   end subroutine add_harmonics
 
-  !> The name of the column with the amplitudes.
+  !> Key of the column with the amplitudes.
   pure function amplitude_of(name, unit) result(column)
     character(len=*), intent(in) :: name
     type(unit_type), intent(in) :: unit

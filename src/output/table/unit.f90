@@ -1,11 +1,11 @@
-!> Units as the columns of tables have them: at the end of a column's key, and in words.
+!> Units of table columns: as a suffix of the key, and in words.
 module gestell_output_table_unit
   implicit none (type, external)
   private
 
   public :: new_unit
 
-  !> A key ends in "_" and `suffix`, as speed_rpm; people read `words`.
+  !> The key of a column ends with "_" and `suffix`, for example speed_rpm. Reports and pictures show `words`.
   type, public :: unit_type
     character(len=16) :: suffix = "", words = ""
   end type unit_type
@@ -19,7 +19,7 @@ module gestell_output_table_unit
 
 contains
 
-  !> A unit by its words: m/s^2 becomes m_s2 in a key.
+  !> Unit with the given words. In the suffix, m/s^2 becomes m_s2.
   pure type(unit_type) function new_unit(words) result(unit)
     character(len=*), intent(in) :: words
     integer :: i, n

@@ -1,4 +1,4 @@
-!> The task `balance`: what classical balancing does, on rigid ground and on the machine's own mounts.
+!> The task `balance`: effect of classical balancing on rigid ground and on the machine's own mounts.
 module gestell_task_balance
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -38,7 +38,7 @@ module gestell_task_balance
   end type balance_task
 
   type(unit_type), parameter :: kilogram = unit_type("kg", "kg"), kilogram_metre = unit_type("kg_m", "kg m")
-  !> Longest name of a variant's links, and of a link or a joint.
+  !> Maximum length of the text that lists a variant's links, and of the name of a link or joint
   integer, parameter :: longest = 4 * word_length
 
 contains
@@ -58,7 +58,7 @@ contains
       & balance_keys)
   end subroutine extend
 
-  !> Errors: the mechanism is no linkage; as of `read_balance`.
+  !> Reads the group &balance. Fails if the mechanism is not a linkage, or as `read_balance` does.
   subroutine read_task(self, configuration, error)
     class(balance_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -76,6 +76,7 @@ contains
       & == configuration%frame%dofs()))
   end subroutine read_task
 
+  !> Plans the variants, solves each of them on the mounts, and adds tables, picture and report.
   subroutine run(self, context, result, error)
     class(balance_task), intent(inout) :: self
     type(context_type), intent(inout) :: context
@@ -92,7 +93,7 @@ contains
     associate (configuration => context%configuration, frame => context%configuration%frame)
       select type (linkage => configuration%frame%mechanism)
       class is (linkage_type)
-        ! moments in the plane as seen from O, in space from F
+        ! in the plane moments are measured from O, in space from F
         about = merge(-frame%origin, 0.0_dp, self%options%about_frame)
         if (allocated(frame%space)) about = merge(0.0_dp, frame%space%origin, self%options%about_frame)
         call examine(linkage, frame%even_in_space(), about, rigid, error, self%options%links, self%options%radii, frame%space)
@@ -126,7 +127,7 @@ contains
     end associate
   end subroutine run
 
-  !> balance.csv: a row for every variant.
+  !> Table balance.csv with a row for every variant.
   type(table_type) function table_of(variants, dofs) result(table)
     type(variant_type), intent(in) :: variants(:)
     integer, intent(in) :: dofs
@@ -169,7 +170,7 @@ contains
       & variants(i)%mounted%verdict /= ""), i = 1, n)])
   end function table_of
 
-  !> balance_links.csv: a row for every counterweight.
+  !> Table balance_links.csv with a row for every counterweight.
   type(table_type) function links_of(variants, rigid, linkage) result(table)
     type(variant_type), intent(in) :: variants(:)
     type(rigid_ground_type), intent(in) :: rigid
@@ -218,7 +219,7 @@ contains
     call table%add("unbalance", kilogram_metre, "mass times distance from the pivot", unbalance)
   end function links_of
 
-  !> balance_harmonics.csv: a row for every variant and order.
+  !> Table balance_harmonics.csv with a row for every variant and order.
   type(table_type) function harmonics_of(variants, frame, orders) result(table)
     type(variant_type), intent(in) :: variants(:)
     type(frame_type), intent(in) :: frame

@@ -1,4 +1,4 @@
-!> The keys of the group &balance.
+!> Keys of the input group &balance.
 module gestell_task_balance_keys
   use gestell_base_error, only: error_type
   use gestell_base_key, only: key_type, of_length, positive, range_type, real_key, text_key
@@ -14,7 +14,7 @@ module gestell_task_balance_keys
 
   public :: read_balance
 
-  !> Links that can be named.
+  !> Maximum number of links that can be named
   integer, parameter :: most_links = 20
 
   type(key_type), parameter, public :: balance_keys(*) = [ &
@@ -30,22 +30,24 @@ module gestell_task_balance_keys
     & key_type("balance", "about", text_key, "the point that moments on rigid ground are about: the frame's centre of mass F, " // &
     &   "as the moment `m` of the machine on its mounts, or the mechanism's origin O", word="frame", words="frame, origin")]
 
-  !> What the group says; in SI.
+  !> Values of the group &balance, in SI units.
   type, public :: balance_options
-    !> Indices of the links, each once; not allocated: all.
+    !> Indices of the links that may carry counterweights; not allocated: all links
     integer, allocatable :: links(:)
-    !> Not allocated: the links' lengths.
+    !> Radii of the counterweights (m); not allocated: lengths of the links
     real(dp), allocatable :: radii(:)
+    !> Weight of the moment's mean square in the weighted sum, between 0 and 1; the force has the rest
     real(dp) :: weight = 0.5_dp
-    !> 0: by what is found.
+    !> Length (m) that converts moments to forces in the weighted sum; 0: rms moment over rms force of the machine as found
     real(dp) :: length = 0
+    !> True: moments are about the frame's centre of mass F; false: about the mechanism's origin O
     logical :: about_frame = .true.
   end type balance_options
 
 contains
 
-  !> The group &balance for a linkage. Errors: values out of range; a link that is not there, or named twice; as many radii as there
-  !> are no links.
+  !> Reads the group &balance for a linkage. Fails if a value is out of range, if a link does not exist, does not turn or is named
+  !> twice, or if the number of radii is neither 1 nor the number of links.
   subroutine read_balance(doc, units, linkage, options, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
@@ -73,6 +75,7 @@ contains
     end if
   end subroutine read_balance
 
+  !> Reads the names of the links and finds their indices.
   subroutine read_links(group, linkage, options, error)
     type(group_type), intent(in) :: group
     class(linkage_type), intent(in) :: linkage

@@ -1,4 +1,4 @@
-!> The picture of what counterweights do on rigid ground and on the mounts.
+!> Picture of the effect of counterweights on rigid ground and on the mounts.
 module gestell_task_balance_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, exact, newline, text
@@ -10,14 +10,14 @@ module gestell_task_balance_plot
 
   public :: plot_balance
 
-  !> Bars end here (%), with their number above.
+  !> Value (%) at which bars are cut off; their value is then printed above them
   integer, parameter :: top = 250
-  !> Forces of the machine as found below this (N or N m) count as zero: other forces in per cent of them would overflow.
+  !> Original forces below this limit (N or N m) count as zero, because percentages of them would overflow
   real(dp), parameter :: least_found = 100 / huge(1.0_dp)
 
 contains
 
-  !> balance.gp: rms of force and moment in per cent of what was found, a pair of bars for each variant.
+  !> Picture balance.gp: rms force and moment as percentages of the machine as found, with a pair of bars for each variant.
   function plot_balance(variants) result(figure)
     type(variant_type), intent(in) :: variants(:)
     type(figure_type) :: figure
@@ -46,7 +46,7 @@ contains
 
   contains
 
-    !> Bars of `rigid` and `mounted`, columns of balance.csv, beside what these were.
+    !> One panel with bars of the columns `rigid` and `mounted` of balance.csv, as percentages of the machine as found.
     pure function panel(row, what, rigid, mounted, axis) result(lines)
       integer, intent(in) :: row
       character(len=*), intent(in) :: what, rigid, mounted, axis
@@ -71,7 +71,7 @@ contains
 
   end function plot_balance
 
-  !> Bars beside the middle of each place, and the numbers of those that are cut.
+  !> Part of a plot command with bars beside the middle of each place. A bar that is cut off shows its value.
   pure function bars(file, side, value, style, title) result(words)
     character(len=*), intent(in) :: file, side, value, style, title
     character(len=:), allocatable :: words
@@ -81,7 +81,7 @@ contains
       & // ")) with labels font ',11' offset 0,0.5 notitle"
   end function bars
 
-  !> A column in per cent of what was found; 0 where that was nothing.
+  !> Gnuplot expression for a column as a percentage of the value `found`, or 0 if that value counts as zero.
   pure function percent(column, found) result(value)
     character(len=*), intent(in) :: column
     real(dp), intent(in) :: found

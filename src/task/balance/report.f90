@@ -1,4 +1,4 @@
-!> Balancing, for people.
+!> Report of the task `balance`.
 module gestell_task_balance_report
   use gestell_base_key, only: of_length, of_mass
   use gestell_base_kinds, only: dp
@@ -18,15 +18,16 @@ module gestell_task_balance_report
 
   public :: balance_headlines, link_lines, report_balance, turning_lines
 
-  !> Orders that are told of each.
+  !> Number of orders reported for each variant
   integer, parameter :: told_orders = 3
-  !> A change beyond this is one; what is below this part of the whole is rounding.
+  !> Relative change that counts as a change; fraction of the whole below which a part is rounding error
   real(dp), parameter :: noticed = 0.01_dp, rounding = 1.0e-11_dp
 
 contains
 
-  !> What is told first, a line each: which variant leaves the least force on rigid ground and what it does on the mounts; which
-  !> leaves the least there; which other one does most harm there and good on rigid ground. Empty where nothing can be told.
+  !> Headlines on the rms force, one per line. They name the variant with the smallest force on rigid ground and its effect on the
+  !> mounts, then the best variant on the mounts. The last one names a further variant that is better on rigid ground but worst on
+  !> the mounts. Empty if no counterweight reduces the force on rigid ground.
   function balance_headlines(variants) result(lines)
     type(variant_type), intent(in) :: variants(:)
     character(len=:), allocatable :: lines
@@ -71,7 +72,7 @@ contains
 
   end function balance_headlines
 
-  !> "-63.2 %"; the value itself where nothing was found before.
+  !> Relative change, for example "-63.2 %", or the new value if the old one is 0.
   pure function change_words(after, before, unit) result(words)
     real(dp), intent(in) :: after, before
     character(len=*), intent(in) :: unit
@@ -87,13 +88,16 @@ contains
     if (abs(percent) < 0.005_dp) words = "0 %"
   end function change_words
 
-  !> The whole section. `state`: as of `balance_force`; `length`: of the weighted sum (m).
+  !> Section of the report on balancing.
   function report_balance(variants, rigid, linkage, options, state, length) result(report)
     type(variant_type), intent(in) :: variants(:)
     type(rigid_ground_type), intent(in) :: rigid
     class(linkage_type), intent(in) :: linkage
+    !> Keys of the group &balance
     type(balance_options), intent(in) :: options
+    !> Result of `balance_force`: whether the force can be balanced completely
     integer, intent(in) :: state
+    !> Length (m) that converts moments to forces in the weighted sum
     real(dp), intent(in) :: length
     character(len=:), allocatable :: report, rows, orders, heads, links
     integer, allocatable :: told(:)
@@ -159,11 +163,12 @@ contains
       & // tabulated("lrrrrrr", "counterweight,rigid " // heads // ",mounts " // heads // newline // ",N,N,N,N,N,N", orders)
   end function report_balance
 
-  !> In space, of the first order what turns with the crank and against it, across the third of these axes.
+  !> Table of the components of the first order that rotate with the crank and against it, in the plane normal to the third axis.
+  !> Frames in space only.
   function turning_lines(variants, axes, turns) result(lines)
     type(variant_type), intent(in) :: variants(:)
     real(dp), intent(in) :: axes(3, 3)
-    !> In a period: that harmonic is the first order.
+    !> Turns of the crank in the period; harmonic `turns` is therefore the first order
     integer, intent(in) :: turns
     character(len=:), allocatable :: lines
     real(dp) :: sizes(turns, 4), scale(4)
@@ -184,7 +189,7 @@ contains
       & // tabulated("lrrrr", "counterweight,force with,against,moment with,against" // newline // ",N,N,N m,N m", lines)
   end function turning_lines
 
-  !> Force and moment with units of what was found, else their changes.
+  !> Force and moment with units (`plain`), or their relative changes from `found`.
   pure function cells(values, found, plain) result(words)
     real(dp), intent(in) :: values(2), found(2)
     logical, intent(in) :: plain
@@ -194,7 +199,7 @@ contains
       & change_words(values(force), found(force), "N") // tab // change_words(values(moment), found(moment), "N m"), plain)
   end function cells
 
-  !> A part of the whole, 0 where that is rounding.
+  !> A part of the whole, or 0 if it is rounding error.
   pure function clean(part, whole) result(words)
     real(dp), intent(in) :: part, whole
     character(len=:), allocatable :: words
@@ -202,7 +207,7 @@ contains
     words = concise(merge(0.0_dp, part, part <= rounding * whole), 4)
   end function clean
 
-  !> The counterweights as links of an input in its units.
+  !> The counterweights as &link groups of an input, in the units of the input.
   function link_lines(variants, rigid, linkage, units) result(lines)
     type(variant_type), intent(in) :: variants(:)
     type(rigid_ground_type), intent(in) :: rigid
@@ -241,7 +246,7 @@ contains
     end do
   end function link_lines
 
-  !> Which of these links &repeat would copy too: those of which there are copies, called PART.link.
+  !> Warning that names the links with counterweights that &repeat would copy, too. Copies of links are named PART.link.
   pure function copies_line(variants, rigid, linkage) result(line)
     type(variant_type), intent(in) :: variants(:)
     type(rigid_ground_type), intent(in) :: rigid
@@ -265,7 +270,7 @@ contains
     if (line /= "") line = wrapped("  &repeat copies what is added to its mechanism: here " // line(3:) // newline)
   end function copies_line
 
-  !> A value of SI as it is typed.
+  !> A value in SI units converted to the units of the input.
   elemental real(dp) function typed(value, unit)
     real(dp), intent(in) :: value
     type(unit_type), intent(in) :: unit
@@ -273,7 +278,7 @@ contains
     typed = value * unit%divisor / unit%factor
   end function typed
 
-  !> A name as an input has it.
+  !> A name in quotes, as in an input.
   pure function quoted(name) result(words)
     character(len=*), intent(in) :: name
     character(len=:), allocatable :: words

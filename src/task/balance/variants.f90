@@ -1,4 +1,4 @@
-!> Machines with other counterweights: what they do on rigid ground, and on the mounts.
+!> Variants of a machine that differ in their counterweights, and their forces on rigid ground and on the mounts.
 module gestell_task_balance_variants
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -22,34 +22,38 @@ module gestell_task_balance_variants
 
   public :: plan_variants, solve_variant, take_mounted
 
-  !> What the counterweights are for: nothing, the machine is as found; the least force, moment, weighted sum of one; several
-  !> together, for no force at all, or the least force that those about pivots leave.
+  !> Purpose of the counterweights. 0: none, the machine as found; 1 to 3: one counterweight for the smallest force, moment or
+  !> weighted sum; 4: several that balance the force completely; 5: several that minimise the force, restricted to links with a
+  !> pivot on the frame.
   integer, parameter, public :: as_found = 0, for_force = 1, for_moment = 2, for_sum = 3, complete = 4, together = 5
   character(len=8), parameter, public :: aims(0:5) = [character(len=8) :: "found", "force", "moment", "sum", "complete", "together"]
 
-  !> Force and moment on the ground.
+  !> Indices of force and moment on the ground
   integer, parameter, public :: force = 1, moment = 2
   character(len=*), parameter :: quantities(2) = ["total.f", "total.m"]
 
-  !> The machine on its mounts.
+  !> Forces and vibration of a variant on its mounts.
   type, public :: mounted_type
-    !> Not allocated: it has a vibration; else why not.
+    !> Reason why no vibration was found; not allocated if there is one
     character(len=:), allocatable :: reason
     character(len=9) :: verdict = ""
-    !> Rms and peak of force and moment (N, N m) and their errors, shape (2).
+    !> Rms and peak of force and moment (N, N m) and their error bounds, shape (2)
     real(dp), dimension(2) :: rms = 0, rms_error = 0, peak = 0, peak_error = 0
-    !> Peaks of the degrees of freedom (m, rad), of three or in space of six, and their errors.
+    !> Peaks of the degrees of freedom (m, rad) and their error bounds; a planar frame uses the first three of six
     real(dp), dimension(6) :: motion = 0, motion_error = 0
-    !> Rms of the orders 1, 2, ... of force and moment, shape (2, orders).
+    !> Rms of the orders 1, 2, ... of force and moment (N, N m), shape (2, orders)
     real(dp), allocatable :: orders(:, :)
   end type mounted_type
 
+  !> One variant of the machine.
   type, public :: variant_type
+    !> Purpose of the counterweights, from `as_found` to `together`
     integer :: aim = as_found
-    !> The counterweights, the links that they sit on, their own names as links, and what they weigh together (kg).
+    !> Counterweights, names of the links that carry them, their own names as links, and their total mass (kg)
     type(counterweight_type), allocatable :: weights(:)
     character(len=word_length), allocatable :: on(:), names(:)
     real(dp) :: mass = 0
+    !> Forces on rigid ground
     type(left_type) :: left
     type(mounted_type) :: mounted
   contains
@@ -59,15 +63,19 @@ module gestell_task_balance_variants
 
 contains
 
-  !> All of them, the machine as found first, on rigid ground at a speed (rad/s). `state`: as of `balance_force`. `length`: by which
-  !> moments become forces in the weighted sum (m). Those whose counterweight would do nothing are left out.
+  !> Plans all variants and computes their forces on rigid ground. The first variant is the machine as found. Variants whose
+  !> counterweight would have no effect are omitted.
   subroutine plan_variants(rigid, linkage, speed, options, variants, state, length)
     type(rigid_ground_type), intent(in) :: rigid
     class(linkage_type), intent(in) :: linkage
+    !> Crank speed (rad/s)
     real(dp), intent(in) :: speed
+    !> Keys of the group &balance
     type(balance_options), intent(in) :: options
     type(variant_type), allocatable, intent(out) :: variants(:)
+    !> Result of `balance_force`: whether the force can be balanced completely
     integer, intent(out) :: state
+    !> Length (m) that converts moments to forces in the weighted sum
     real(dp), intent(out) :: length
     type(variant_type), allocatable :: all(:)
     type(counterweight_type), allocatable :: pivoted(:)
@@ -101,7 +109,7 @@ contains
     if (allocated(all(n + 1)%weights)) deallocate(all(n + 1)%weights)
     call balance_force(rigid, all(n + 1)%weights, state, pivoted)
     if (state == balanced .and. size(pivoted) > 1 .and. count(rigid%kinds() == moment) > 1) then
-      ! shafts with several throws have these
+      ! counterweights on pivoted links, for example on a shaft with several throws
       n = n + 1
       all(n)%aim = together
       call move_alloc(all(n)%weights, all(n + 1)%weights)
@@ -135,7 +143,7 @@ contains
     end do
   end subroutine plan_variants
 
-  !> The links they sit on, by a word between them.
+  !> Names of the links with counterweights, separated by `between`.
   pure function links_of(self, between) result(words)
     class(variant_type), intent(in) :: self
     character(len=*), intent(in) :: between
@@ -148,7 +156,7 @@ contains
     end do
   end function links_of
 
-  !> What the variant is called: "crank, for force".
+  !> Name of the variant, for example "crank, for force".
   pure function label(self)
     class(variant_type), intent(in) :: self
     character(len=:), allocatable :: label
@@ -164,7 +172,7 @@ contains
     end select
   end function label
 
-  !> The machine with the variant's counterweights on its mounts: verdict and vibration. Where there is none its reason tells why.
+  !> Solves the machine with the variant's counterweights on its mounts. If there is no vibration, `mounted%reason` says why.
   subroutine solve_variant(configuration, linkage, rigid, variant)
     type(configuration_type), intent(in) :: configuration
     class(linkage_type), intent(in) :: linkage
@@ -185,7 +193,7 @@ contains
     call take_mounted(analysis, options%harmonics, variant%mounted, failure)
   end subroutine solve_variant
 
-  !> What is told of a solved machine, or why it has no vibration: its `failure`, if there is one.
+  !> Extracts forces and vibration from a solved machine. A `failure` becomes the reason why there is no vibration and is cleared.
   subroutine take_mounted(analysis, orders, mounted, failure)
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: orders
@@ -223,7 +231,7 @@ contains
     end if
   end subroutine take_mounted
 
-  !> The moment about zeta becomes, in space, the size of that about all three axes. Error: as of `find_quantity`.
+  !> Extends the moment about zeta to the moments about all three axes if the frame is in space. Fails as `find_quantity` does.
   subroutine whole_moment(frame, quantity, error)
     class(frame_type), intent(in) :: frame
     type(quantity_type), intent(inout) :: quantity

@@ -338,7 +338,7 @@ contains
     call follow(system, floquet, start, phases, x, error)
     if (allocated(error)) return
     f = size(frame%free)
-    if (all(maxval(abs(x(:f, :)), dim=2) <= start%error(:f))) return     ! nothing excites it
+    if (all(maxval(abs(x(:f, :)), dim=2) <= start%error(:f))) return     ! nothing excites the frame
     peaks = 0
     peaks(frame%free) = maxval(abs(x(:f, :)), dim=2)
     point%moved = moved(frame, peaks(:frame%dofs()))
