@@ -1,4 +1,4 @@
-!> The modes of a machine over its speed: the Campbell diagram.
+!> Campbell diagram: follows the modes of a machine over its speed.
 module gestell_task_campbell
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
@@ -20,11 +20,11 @@ module gestell_task_campbell
 
   public :: base_frequency, check_campbell_options, solve_campbell, solve_point
 
-  !> What is ordered.
+  !> Options of a Campbell diagram.
   type, public :: campbell_options
     type(accuracy_type) :: accuracy
-    !> Crossings with the harmonics 1, 2, ... of the period are sought, which are multiples of the crank's speed where it turns
-    !> once in the period; or with `harmonics` alone, where they are given.
+    !> Crossings are sought with the harmonics 1 to `orders` of the period, or only with those in `harmonics` if allocated. A
+    !> harmonic is a multiple of the crank speed if the crank makes one turn in the period.
     integer :: orders = 6
     integer, allocatable :: harmonics(:)
   contains
@@ -33,35 +33,37 @@ module gestell_task_campbell
 
   !> The modes at one speed.
   type, public :: campbell_point_type
-    !> 1/min, with its sign; whether it was ordered, or inserted to follow the modes.
+    !> Speed with its sign (1/min); true if the speed was requested, false if it was inserted to follow the modes
     real(dp) :: speed = 0
     logical :: ordered = .true.
-    !> Whether there is a machine at that speed that could be solved; if so, its modes, by their numbers.
+    !> True if a machine exists at that speed and at least one mode could be identified; the modes, by their numbers
     logical :: solved = .false.
     type(mode_type) :: modes(most_dofs)
-    !> Turns of the drive in the period.
+    !> Turns of the crank in the period
     integer :: turns = 1
-    !> How many there are, 0 without a machine, and the degrees of freedom that the components of their shapes stand for.
+    !> Number of degrees of freedom (0 without a machine), and which of xi, eta, psi, ... the components of the shapes are
     integer :: dofs = 0, free(most_dofs) = 0
-    !> Whether it is certain which mode is which; of the first point, and after a gap, it is.
+    !> True if the modes could be matched to those of the previous point with certainty; also true for the first point and after a
+    !> gap
     logical :: unambiguous = .true.
-    !> The mean mass matrix.
+    !> Mean mass matrix, of which the first `dofs` rows and columns are used
     real(dp) :: mass(most_dofs, most_dofs) = 0
   end type campbell_point_type
 
+  !> A Campbell diagram.
   type, public :: campbell_type
-    !> Modes, and the degrees of freedom that the components of their shapes stand for.
+    !> Number of modes, and the degrees of freedom to which the components of the shapes belong
     integer :: modes = 0
     integer, allocatable :: free(:)
-    !> In the order of the speeds.
+    !> Points in the order of the speeds
     type(campbell_point_type), allocatable :: points(:)
-    !> Solutions in all.
+    !> Total number of solutions computed
     integer :: solutions = 0
   contains
     procedure :: ends
   end type campbell_type
 
-  !> A piece is a speed.
+  !> Work for several processors: one piece for each speed.
   type, extends(work_type) :: speeds_type
     class(family_type), pointer :: family => null()
     type(campbell_options) :: options
@@ -72,20 +74,21 @@ module gestell_task_campbell
     procedure :: exchange
   end type speeds_type
 
-  !> Halvings of the way between two speeds to find out which mode is which.
+  !> Maximum number of bisections between two speeds to match the modes
   integer, parameter :: most_halvings = 7
 
 contains
 
-  !> The modes at `speeds` (1/min, all of one sign, ascending or descending), which are the one parameter of `family`. They are
-  !> followed from speed to speed; where it is not certain which is which, by steps between. Modes are numbered by their
-  !> frequencies at the lowest speed. With an `executor` several threads may ask for members of the family.
-  !> Errors: speeds or an order that make no sense; the family has no sound machine (an impossible mechanism is none), or not
-  !> frames.
+  !> Computes the modes at all `speeds` and follows them from speed to speed. Where matching is uncertain, points are inserted in
+  !> between. Modes are numbered by their frequencies at the lowest speed. Fails if speeds or orders are invalid, if the family
+  !> rejects a speed, or if its members are not frames. A point at which no machine exists stays unsolved.
   subroutine solve_campbell(family, speeds, options, campbell, error, executor)
+    !> Machines as a function of one parameter, the speed (1/min). With an `executor`, several threads may request members.
     class(family_type), intent(in), target :: family
+    !> Speeds (1/min), all of one sign, ascending or descending
     real(dp), intent(in) :: speeds(:)
     type(campbell_options), intent(in) :: options
+    !> The modes at all speeds, including inserted ones
     type(campbell_type), intent(out) :: campbell
     type(error_type), allocatable, intent(out) :: error
     class(executor_type), intent(inout), optional :: executor
@@ -102,7 +105,7 @@ contains
     work%options = options
     wanted = speeds
     allocate(known(0))
-    ! All halvings that are wanted are solved at once, then those that these want.
+    ! Each round solves all bisections that the previous round requested.
     do while (size(wanted) > 0)
       work%speeds = wanted
       if (allocated(work%points)) deallocate(work%points)
@@ -110,8 +113,8 @@ contains
       call spread_over(work, size(wanted), error, executor)
       if (allocated(error)) return
       known = [known, work%points]
-      ! Follow the modes over the points at `speeds` by the others that are known between them where need be, and collect the
-      ! speeds of those that are needed and not known.
+      ! Follow the modes from speed to speed, using the known points in between where needed, and collect the speeds of points that
+      ! are still missing.
       campbell = campbell_type(points=[campbell_point_type ::], free=[integer ::])
       wanted = [real(dp) ::]
       last = campbell_point_type()
@@ -134,6 +137,7 @@ contains
     call solve_point(self%family, self%speeds(k), self%options, self%points(k), error)
   end subroutine compute
 
+  !> Passes a point to or from a record.
   subroutine exchange(self, k, record)
     class(speeds_type), intent(inout) :: self
     integer, intent(in) :: k
@@ -145,7 +149,7 @@ contains
     self%points(k) = transfer(words, self%points(k))
   end subroutine exchange
 
-  !> Error: an order or an accuracy out of range.
+  !> Fails if an order or an accuracy is out of range.
   pure subroutine check_campbell_options(options, error)
     type(campbell_options), intent(in) :: options
     type(error_type), allocatable, intent(out) :: error
@@ -158,7 +162,7 @@ contains
     if (.not. allocated(error)) call check_accuracy(options%accuracy, error)
   end subroutine check_campbell_options
 
-  !> The harmonics that are looked at.
+  !> Numbers of the harmonics with which crossings are sought.
   pure function sought(self)
     class(campbell_options), intent(in) :: self
     integer, allocatable :: sought(:)
@@ -171,7 +175,7 @@ contains
     end if
   end function sought
 
-  !> Counts a solution, which tells the degrees of freedom too.
+  !> Counts a solution and records the degrees of freedom.
   pure subroutine count_in(point, campbell)
     type(campbell_point_type), intent(in) :: point
     type(campbell_type), intent(inout) :: campbell
@@ -182,7 +186,7 @@ contains
     campbell%solutions = campbell%solutions + 1
   end subroutine count_in
 
-  !> Of a mode that is not identified at the point what was known last stays.
+  !> Updates the most recent modes. A mode that is not identified at the point keeps its previous data.
   pure subroutine remember(point, last)
     type(campbell_point_type), intent(in) :: point
     type(campbell_point_type), intent(inout) :: last
@@ -196,7 +200,8 @@ contains
     end do
   end subroutine remember
 
-  !> Puts the modes of `point` into the order of those of `last`, by points between them where need be.
+  !> Reorders the modes of `point` to match those of `last`, using known points in between where matching is uncertain. The speeds
+  !> of missing points are appended to `wanted`.
   pure recursive subroutine connect(known, last, point, halvings, campbell, wanted)
     type(campbell_point_type), intent(in) :: known(:), last
     type(campbell_point_type), intent(inout) :: point
@@ -228,7 +233,8 @@ contains
     call connect(known, nearer, point, halvings - 1, campbell, wanted)
   end subroutine connect
 
-  !> The modes at one speed, in ascending order of their frequencies. Error: the family has no sound machine, or not frames.
+  !> Computes the modes at one speed, in ascending order of their frequencies. `point` stays unsolved if no machine exists at this
+  !> speed. Fails if the family rejects the speed or its members are not frames.
   subroutine solve_point(family, speed, options, point, error)
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: speed
@@ -261,7 +267,7 @@ contains
     point%solved = any(modes%identified)
   end subroutine solve_point
 
-  !> The first speed and the last (1/min).
+  !> First and last speed (1/min).
   pure function ends(self) result(speeds)
     class(campbell_type), intent(in) :: self
     real(dp) :: speeds(2)
@@ -269,7 +275,7 @@ contains
     speeds = self%points([1, size(self%points)])%speed
   end function ends
 
-  !> By the frequencies at the lowest speed at which all are identified.
+  !> Numbers the modes by their frequencies at the lowest speed at which all of them are identified.
   pure subroutine number_modes(campbell)
     type(campbell_type), intent(inout) :: campbell
     type(campbell_point_type) :: lowest
@@ -296,7 +302,7 @@ contains
     end do
   end subroutine number_modes
 
-  !> 2 pi / T (rad/s): |Omega| of a period of one turn.
+  !> Frequency 2 pi / T of the period (rad/s); equals |Omega| if the period is one turn.
   elemental real(dp) function base_frequency(point)
     type(campbell_point_type), intent(in) :: point
 

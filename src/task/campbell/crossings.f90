@@ -1,4 +1,4 @@
-!> Speeds at which the frequency of a mode is a multiple of the period's: an order of the crank.
+!> Finds the crossings of the Campbell diagram: speeds at which the frequency of a mode is a multiple (an order) of the crank speed.
 module gestell_task_campbell_crossings
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -16,32 +16,35 @@ module gestell_task_campbell_crossings
 
   public :: find_crossings
 
+  !> A crossing of a mode with an order.
   type, public :: crossing_type
     integer :: mode = 0
-    !> Frequency over crank speed; which harmonic that is of the period, 0: one that was not sought, or half way between two, which
-    !> is listed only where locking to it takes at least half of the damping away.
+    !> Frequency over crank speed, and the number of this harmonic of the period. Harmonic 0 means that the order was not requested
+    !> or is a half order; such a crossing is listed only if locking removes at least half of the damping.
     real(dp) :: order = 0
     integer :: harmonic = 0
-    !> 1/min: the crossing, or the middle of the interval in which the mode is locked to the order; that interval; a bound on
-    !> the error of the crossing or of the ends.
+    !> Speed of the crossing, or the middle of the interval in which the mode is locked to the order; the ends of this interval;
+    !> error bound of the speed or the ends (all 1/min)
     real(dp) :: speed = 0, ends(2) = 0, error = 0
+    !> True if the interval of locking is wider than its error
     logical :: locked = .false.
-    !> The mode at that speed.
+    !> Mode at the crossing
     type(mode_type) :: at
   end type crossing_type
 
-  !> The search for the crossings of one mode with one multiple of half the period's frequency.
+  !> Search for the crossings of one mode with one multiple of half the frequency of the period.
   type :: search_type
     class(family_type), pointer :: family => null()
     type(campbell_options) :: options
     integer :: mode = 0
+    !> Mode frequency over the frequency of the period, a multiple of 1/2
     real(dp) :: multiple = 0
-    !> As of a crossing.
+    !> Number of the harmonic, 0 as in `crossing_type`
     integer :: harmonic = 0
-    !> What it found; solutions that it took.
+    !> Crossings found; number of solutions computed
     type(crossing_type), allocatable :: crossings(:)
     integer :: solutions = 0
-    !> Whether a frequency turned out to jump between the points `point - 1` and `point`; the two sides of the jump.
+    !> True if the frequency jumps between the points `point - 1` and `point`; the points on both sides of the jump
     logical :: jump = .false.
     integer :: point = 0
     type(campbell_point_type) :: sides(2)
@@ -49,7 +52,7 @@ module gestell_task_campbell_crossings
     procedure :: point_at, knows, locks, value
   end type search_type
 
-  !> A piece is a search.
+  !> Work for several processors: one piece for each search.
   type, extends(work_type) :: searches_type
     type(campbell_type) :: campbell
     type(search_type), allocatable :: searches(:)
@@ -58,28 +61,31 @@ module gestell_task_campbell_crossings
     procedure :: exchange
   end type searches_type
 
-  !> Crossings are found as exactly, relative to the speed, if the errors of the frequencies allow it.
+  !> Relative accuracy of the speed of a crossing, if the errors of the frequencies permit it
   real(dp), parameter :: exact = 1.0e-11_dp
   integer, parameter :: most_steps = 100
-  !> A change of a frequency, relative to the period's, that is taken for a jump where the speed all but stays; jumps at the most.
+  !> Minimum change of a frequency, relative to the frequency of the period, that counts as a jump; maximum number of jumps
   real(dp), parameter :: jumping = 1.0e-6_dp
   integer, parameter :: most_jumps = 40
-  !> What is sought: f = frequency - multiple * that of the period, zero on a whole interval where the mode is locked; there and
-  !> near it the square of half the difference of the two exponents, positive where they are real.
+  !> Functions whose zeros are sought. `detuning`: mode frequency minus `multiple` times the frequency of the period; it is zero
+  !> over the whole interval in which the mode is locked. `discriminant`: squared half difference of the two exponents, positive
+  !> where they are real.
   integer, parameter :: detuning = 1, discriminant = 2
 
 contains
 
-  !> All crossings of the modes with the harmonics that `options` seeks within the range of `campbell`, and the intervals in which a
-  !> mode is locked to any up to the highest of them, or half way between, and loses damping. In the order of modes, orders and
-  !> speeds.
-  !> Errors: `campbell` was not solved; as of `solve_campbell`.
+  !> Finds all crossings of the modes with the harmonics requested in `options`, within the range of `campbell`. Also finds the
+  !> intervals in which a mode is locked to another order or half order up to the highest one and loses damping. The crossings are
+  !> sorted by mode, order and speed. Fails if `campbell` was not solved, or as `solve_campbell` does.
   subroutine find_crossings(family, options, campbell, crossings, error, executor)
+    !> Machines as a function of the speed (1/min)
     class(family_type), intent(in), target :: family
     type(campbell_options), intent(in) :: options
+    !> The Campbell diagram; the points on both sides of a jump are added
     type(campbell_type), intent(inout) :: campbell
     type(crossing_type), allocatable, intent(out) :: crossings(:)
     type(error_type), allocatable, intent(out) :: error
+    !> Distributes the searches over processors
     class(executor_type), intent(inout), optional :: executor
     type(searches_type) :: work
     type(campbell_point_type), allocatable :: points(:)
@@ -115,7 +121,7 @@ contains
         associate (search => work%searches(i))
           crossings = [crossings, search%crossings]
           campbell%solutions = campbell%solutions + search%solutions
-          ! With the sides of a jump among the points the search begins anew.
+          ! The points on both sides of the jump are inserted, and the search starts again.
           if (search%jump) then
             points = campbell%points
             new = abs(search%sides%speed - points(search%point - 1)%speed) > 0 &
@@ -148,7 +154,8 @@ contains
     end associate
   end subroutine compute
 
-  !> What took no solutions is found again sooner than read.
+  !> Passes the result of a search to or from a record. A search without solutions is not recorded: repeating it is faster than
+  !> reading it.
   subroutine exchange(self, k, record)
     class(searches_type), intent(inout) :: self
     integer, intent(in) :: k
@@ -170,8 +177,8 @@ contains
     end associate
   end subroutine exchange
 
-  !> The modes at another `speed`, numbered as those at `near`. `point` is not solved where there is no machine.
-  !> Error: as of `solve_campbell`.
+  !> Computes the modes at another `speed` and numbers them as the modes at `near`. `point` is not solved if no machine exists at
+  !> that speed. Fails as `solve_campbell` does.
   subroutine point_at(self, speed, near, point, error)
     class(search_type), intent(inout) :: self
     real(dp), intent(in) :: speed
@@ -189,8 +196,8 @@ contains
     end associate
   end subroutine point_at
 
-  !> The crossing from point `first` on, if there is one before the next point; `first` moves on. A `jump` of the frequency across
-  !> the multiple is no crossing: where modes mix, their numbers change over from branch to branch.
+  !> Finds the crossing between the points `first` and `first` + 1, if there is one, and advances `first` behind it. If the
+  !> frequency jumps across the multiple, `search%jump` is set instead: where modes mix, their numbers change from branch to branch.
   subroutine next_crossing(points, first, search, error)
     type(campbell_point_type), intent(in) :: points(:)
     integer, intent(inout) :: first
@@ -211,7 +218,7 @@ contains
     crossing%harmonic = search%harmonic
     f = [search%value(l, detuning), search%value(r, detuning)]
     if (search%locks(l)) then
-      ! From the start of the range or after a gap; else it was dealt with before.
+      ! The interval begins at the start of the range or after a gap; otherwise it was found before.
       within = l
       if (last > 2) then
         if (search%knows(points(last - 2))) return
@@ -238,7 +245,7 @@ contains
       end if
     end if
 
-    ! The other end of the interval.
+    ! Find the other end of the interval.
     do while (last < size(points) .and. search%locks(r))
       if (.not. search%knows(points(last + 1))) exit
       last = last + 1
@@ -246,13 +253,14 @@ contains
     end do
     call find_interval(search, l, within, r, crossing, error)
     if (allocated(error)) return
-    ! what was not sought is listed where two real multipliers are so far apart that at least half of the mode's damping is lost
+    ! orders that were not requested are listed only if locking removes at least half of the mode's damping
     mean = (crossing%at%growth + crossing%at%partner_growth) / 2
     if (crossing%harmonic == 0 .and. .not. crossing%at%growth - mean > max(abs(mean) / 2, crossing%at%error)) return
     search%crossings = [search%crossings, crossing]
   end subroutine next_crossing
 
-  !> The ends of the interval of speeds about `within`, between l and r, in which a mode is locked, and the mode at its middle.
+  !> Finds the ends of the interval of speeds in which a mode is locked, and the mode at its middle. `within` is a point of the
+  !> interval; `l` and `r` are points at its ends or outside.
   subroutine find_interval(search, l, within, r, crossing, error)
     type(search_type), intent(inout) :: search
     type(campbell_point_type), intent(in) :: l, within, r
@@ -280,14 +288,17 @@ contains
     crossing%at = edge%modes(search%mode)
   end subroutine find_interval
 
-  !> A zero of `kind` between two points where its signs differ; the points on both sides of it in the end are the search's. A
-  !> point where the mode is locked ends the search for a detuning. `root` is not solved where there is no machine on the way;
-  !> `doubt`: how far from it the zero can lie.
+  !> Finds a zero of the function `kind` between two points where its signs differ. The search for a zero of the detuning also ends
+  !> at a point where the mode is locked.
   subroutine find_root(own, kind, l, r, root, doubt, error)
+    !> The search of the mode and multiple; its `sides` become the final points on both sides of the zero
     type(search_type), intent(inout) :: own
+    !> `detuning` or `discriminant`
     integer, intent(in) :: kind
     type(campbell_point_type), intent(in) :: l, r
+    !> The zero; not solved if no machine exists at a speed on the way
     type(campbell_point_type), intent(out) :: root
+    !> Bound on the error of the zero (1/min)
     real(dp), intent(out) :: doubt
     type(error_type), allocatable, intent(out) :: error
     type(root_search_type) :: search
@@ -303,7 +314,7 @@ contains
       if ((ends(2)%speed - ends(1)%speed) * (r%speed - l%speed) < 0) own%sides = ends([2, 1])
       root = ends(minloc(abs(search%f), dim=1))
       tolerance = exact * abs(root%speed)
-      ! What the error of the frequency, or of the difference of the exponents, makes of the zero.
+      ! Error of the function value, from the error of the frequency or of the difference of the exponents
       noise = root%modes(own%mode)%error
       if (kind == discriminant) noise = 2 * noise * sqrt(abs(own%value(root, kind))) + noise**2
       associate (rise => abs(search%f(1) - search%f(2)))
@@ -330,7 +341,7 @@ contains
     end do
   end subroutine find_root
 
-  !> What is sought to be zero.
+  !> Value of the function `kind` at a point.
   pure real(dp) function value(self, point, kind)
     class(search_type), intent(in) :: self
     type(campbell_point_type), intent(in) :: point
@@ -344,7 +355,7 @@ contains
     end associate
   end function value
 
-  !> Whether the mode is identified at a point.
+  !> True if the mode is identified at the point.
   pure logical function knows(self, point)
     class(search_type), intent(in) :: self
     type(campbell_point_type), intent(in) :: point
@@ -352,8 +363,8 @@ contains
     knows = point%solved .and. point%modes(self%mode)%identified
   end function knows
 
-  !> Whether two real multipliers lock the mode to the multiple of the period's frequency. They must differ by more than their
-  !> errors: at an ordinary crossing both are equal, and rounding alone can make them real.
+  !> True if two real multipliers lock the mode to the multiple of the period's frequency. The multipliers must differ by more than
+  !> their errors: at an ordinary crossing they are equal, and rounding alone can make them real.
   pure logical function locks(self, point)
     class(search_type), intent(in) :: self
     type(campbell_point_type), intent(in) :: point

@@ -13,21 +13,21 @@ module gestell_task_campbell_plot
 
   public :: count_or_no, marks_of, plot_campbell, plot_crossings
 
-  !> Lines of orders with a number, at the most.
+  !> Maximum number of order lines with a number
   integer, parameter :: most_named = 12
-  !> Width of a name as a share of the axis.
+  !> Width of a label relative to the axis
   real(dp), parameter :: beside = 0.043_dp
   !> Intervals of locked modes are marked if they are at least this share of the half width.
   real(dp), parameter :: noticeable = 0.1_dp
 
 contains
 
-  !> campbell.gp: frequencies with the lines of `orders` orders of the crank and the crossings, damping below; `input`: the
-  !> input's own speed (1/min), or nothing.
+  !> Picture campbell.gp: frequencies over the speed with crossings and the lines of the orders 1 to `orders`, damping below.
   function plot_campbell(campbell, crossings, orders, input) result(figure)
     type(campbell_type), intent(in) :: campbell
     type(crossing_type), intent(in) :: crossings(:)
     integer, intent(in) :: orders
+    !> Speed of the input (1/min), or empty
     real(dp), intent(in) :: input(:)
     type(figure_type) :: figure
     type(marks_type) :: marks
@@ -59,7 +59,7 @@ contains
     do k = 1, orders
       frequencies = frequencies // ", " // text(k) // " * abs(x) / 60 with lines lt 8 dt 1 lw 0.8 notitle"
     end do
-    ! Half orders only where something happens on them.
+    ! Half orders are drawn only if a crossing lies on them.
     allocate(shown(0))
     do i = 1, size(crossings)
       if (.not. abs(crossings(i)%order - anint(crossings(i)%order)) > 0 .or. any(.not. abs(shown - crossings(i)%order) > 0)) cycle
@@ -68,13 +68,13 @@ contains
     end do
     do k = 1, campbell%modes
       if (.not. identified(k)) cycle
-      ! every so many rows belong to one mode
+      ! the rows of a mode are `campbell%modes` apart
       curve = ", 'campbell.csv' every " // text(campbell%modes) // "::" // text(k - 1) // " using 1:("
       style = ") with lines lt " // text(k) // " lw 2.5 "
       frequencies = frequencies // curve // "column('frequency_Hz')" // style // "title 'mode " // text(k) // "'"
       dampings = dampings // curve // "100 * column('damping_ratio')" // style // "notitle"
     end do
-    ! Is an interval in which a mode is locked noticeable beside the half width of a resonance of its damping?
+    ! True if the interval of locking is wide relative to the half width of the resonance
     wide = [(crossings(i)%locked .and. abs(crossings(i)%ends(2) - crossings(i)%ends(1)) > noticeable &
       & * abs(crossings(i)%at%growth) * 30 / (pi * crossings(i)%order), i = 1, size(crossings))]
     if (any(wide)) frequencies = frequencies &
@@ -102,7 +102,7 @@ contains
     figure = new_figure("campbell", "Campbell diagram", lines, width=820, height=680)
   end function plot_campbell
 
-  !> A range from zero, or from below it where there are values.
+  !> Gnuplot range of the values that includes zero.
   pure function from_zero(values) result(range)
     real(dp), intent(in) :: values(:)
     character(len=:), allocatable :: range
@@ -114,7 +114,7 @@ contains
     range = "[" // concise(1.1_dp * low, 6) // ":" // concise(1.1_dp * high, 6) // "]"
   end function from_zero
 
-  !> The input's speed, and where a free vibration grows.
+  !> Marks of the input's speed and of ranges in which a free vibration grows.
   pure type(marks_type) function marks_of(campbell, range, input) result(marks)
     type(campbell_type), intent(in) :: campbell
     real(dp), intent(in) :: range(2), input(:)
@@ -126,7 +126,8 @@ contains
     end associate
   end function marks_of
 
-  !> The numbers of the orders outside of the frame, where their lines leave it on the right or at the top.
+  !> Gnuplot labels with the numbers of the orders, outside the diagram at the point where a line leaves it on the right or at the
+  !> top.
   pure function order_names(speeds, top, orders) result(lines)
     real(dp), intent(in) :: speeds(:), top, orders(:)
     character(len=:), allocatable :: lines
@@ -161,7 +162,7 @@ contains
 
   end function order_names
 
-  !> crossings.gp; of the Campbell diagram its marks.
+  !> Picture crossings.gp. The Campbell diagram supplies the range and the marks.
   function plot_crossings(crossings, campbell, input) result(figure)
     type(crossing_type), intent(in) :: crossings(:)
     type(campbell_type), intent(in) :: campbell
@@ -183,7 +184,7 @@ contains
       & // "set style textbox opaque noborder margins 0.3,0.3" // newline
     do k = 1, maxval([0, crossings%mode])
       mine = pack([(i, i = 1, size(crossings))], crossings%mode == k)
-      ! the low orders first
+      ! low orders get their labels first
       mine = mine(ascending((crossings(mine)%order)))
       mine = pack(mine, with_room((crossings(mine)%speed), beside * abs(range(2) - range(1))))
       do i = 1, size(mine)
@@ -202,7 +203,7 @@ contains
       & // marks%entries, width=800, height=460)
   end function plot_crossings
 
-  !> A number for a title, with "no" for 0.
+  !> A number for a title, or "no" for 0.
   pure function count_or_no(number) result(words)
     integer, intent(in) :: number
     character(len=:), allocatable :: words

@@ -1,4 +1,4 @@
-!> The report on modes over the speed for people.
+!> Report of the task `campbell`: modes over the speed.
 module gestell_task_campbell_report
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, either, fixed, newline, text
@@ -17,12 +17,12 @@ module gestell_task_campbell_report
 
   !> Maximum number of lines in a table.
   integer, parameter, public :: most_listed = 60
-  !> Intervals that are wider, relative to the speed, are told by their ends.
+  !> Intervals wider than this fraction of the speed are reported by their ends, narrower ones by their width
   real(dp), parameter :: wide = 1.0e-4_dp
 
 contains
 
-  !> The modes at both ends of the range, and the crossings.
+  !> Section of the report: the modes at both ends of the range, and the crossings.
   pure function report_campbell(campbell, crossings) result(report)
     type(campbell_type), intent(in) :: campbell
     type(crossing_type), intent(in) :: crossings(:)
@@ -53,7 +53,7 @@ contains
     end associate
     if (.not. all(solved)) report = report // "  note: at " // counted(count(.not. solved), "speed") &
       & // " there is no machine or no mode can be identified" // newline
-    ! the first speeds at which modes cannot be told from each other
+    ! the first speeds at which modes cannot be distinguished
     list = ""
     named = 0
     do k = 1, size(campbell%points)
@@ -67,7 +67,7 @@ contains
     report = report // crossing_lines(crossings)
   end function report_campbell
 
-  !> Frequency and damping ratio.
+  !> Frequency (Hz) and damping ratio of a mode, separated by a tab; dashes if the mode is not identified.
   pure function words(mode)
     type(mode_type), intent(in) :: mode
     character(len=:), allocatable :: words
@@ -76,7 +76,7 @@ contains
     if (mode%identified) words = concise(mode%frequency() / (2 * pi), 6) // tab // ratio(mode)
   end function words
 
-  !> The damping ratio, 0 where it is less than its error.
+  !> Damping ratio of a mode, or 0 if the growth does not exceed its error bound.
   pure function ratio(mode)
     type(mode_type), intent(in) :: mode
     character(len=:), allocatable :: ratio
@@ -85,6 +85,7 @@ contains
     if (abs(mode%growth) > mode%error) ratio = concise(mode%damping_ratio(), 4)
   end function ratio
 
+  !> Table of the crossings.
   pure function crossing_lines(crossings) result(report)
     type(crossing_type), intent(in) :: crossings(:)
     character(len=:), allocatable :: report, rows
@@ -114,7 +115,7 @@ contains
     if (size(crossings) > most_listed) report = report // "  ... all in crossings.csv" // newline
   end function crossing_lines
 
-  !> Whether the interval of locking is no small part of the resonance's width, or the vibration grows in it.
+  !> True if the interval in which the mode is locked is wide relative to the resonance, or if the vibration grows in it.
   pure logical function noticeably_locked(crossing)
     type(crossing_type), intent(in) :: crossing
     real(dp), parameter :: small_part = 0.1_dp
@@ -127,7 +128,7 @@ contains
     end associate
   end function noticeably_locked
 
-  !> What heads the diagram and its files: the worst verdict at any of its speeds.
+  !> Worst verdict at any speed of the diagram, for the head of the diagram and its files.
   pure type(judgement_type) function campbell_verdict(campbell) result(judgement)
     type(campbell_type), intent(in) :: campbell
     type(verdict_type) :: verdicts(size(campbell%points))

@@ -1,4 +1,4 @@
-!> The task `campbell`: the modes over the speed of the crank.
+!> The task `campbell`: modes over the crank speed.
 module gestell_task_campbell_task
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -28,15 +28,15 @@ module gestell_task_campbell_task
     procedure :: run
   end type campbell_task
 
-  !> The modes over the speed.
+  !> The Campbell diagram and its crossings, shared by several tasks.
   type, public :: diagram_type
     type(campbell_options) :: options
     type(campbell_type) :: campbell
     type(crossing_type), allocatable :: crossings(:)
   end type diagram_type
 
-  !> Modes and critical speeds are those of small vibrations: in resonance the exact vibration leans away from them, or is not
-  !> found.
+  !> Modes and critical speeds are computed for small vibrations about rest. In resonance the exact vibration deviates from them, or
+  !> is not found.
   character(len=*), parameter, public :: model_of_modes = "rest"
 
 contains
@@ -86,7 +86,7 @@ contains
     call result%say(report_campbell(diagram%campbell, diagram%crossings))
   end subroutine run
 
-  !> Modes and crossings over the speeds of the sweep, found once for all tasks that need them.
+  !> Computes modes and crossings over the speeds of the sweep. The result is kept in the context for other tasks.
   subroutine follow_modes(context, diagram, error)
     type(context_type), intent(inout) :: context
     type(diagram_type), intent(out) :: diagram
@@ -109,7 +109,8 @@ contains
     if (.not. allocated(error)) allocate(context%kept, source=diagram)
   end subroutine follow_modes
 
-  !> campbell.csv: a row for every mode at every speed; the shape's greatest component is real and positive.
+  !> Table campbell.csv: a row for every mode at every speed. Mode shapes are scaled so that the largest component is real and
+  !> positive.
   pure type(table_type) function campbell_table(campbell, verdict) result(table)
     type(campbell_type), intent(in) :: campbell
     character(len=*), intent(in) :: verdict
@@ -148,7 +149,7 @@ contains
     end associate
   end function campbell_table
 
-  !> Frequency to error, then the shape, whose greatest component is real and positive.
+  !> One row: frequency to error bound, then the shape, whose largest component is real and positive.
   pure function numbers(mode, free) result(row)
     type(mode_type), intent(in) :: mode
     integer, intent(in) :: free(:)

@@ -1,4 +1,4 @@
-!> Critical speeds: the maxima of the vibration over the speed that belong to crossings of the Campbell diagram.
+!> Finds critical speeds: maxima of the vibration over the speed that belong to crossings of the Campbell diagram.
 module gestell_task_critical
   use gestell_base_error, only: error_type, fatal_error, invalid_input, resonance
   use gestell_math_series_fourier, only: greatest
@@ -31,36 +31,37 @@ module gestell_task_critical
 
   public :: find_critical
 
-  !> What happens at a crossing: the vibration has a peak; it has none, for too much damping or as the order hardly excites the
-  !> mode; it grows beyond all bounds; the free vibration grows by itself.
+  !> Outcomes at a crossing. `peak`: the vibration has a peak. `no_peak`: it has none, because of high damping or because the order
+  !> hardly excites the mode. `unbounded`: the vibration has no bound. `self_excited`: the free vibration grows by itself.
   integer, parameter, public :: peak = 1, no_peak = 2, unbounded = 3, self_excited = 4
   character(len=9), parameter, public :: outcomes(4) = [character(len=9) :: "peak", "no_peak", "unbounded", "unstable"]
 
-  !> The two quantities that are looked at: the amplitude of the harmonic of the crossing's order, all positions together in the
-  !> norm of the mean mass matrix, over the root of the mass (m); and the greatest total force on the ground (N).
+  !> The two quantities. `amplitude`: amplitude (m) of the harmonic of the crossing's order, all degrees of freedom combined in the
+  !> norm of the mean mass matrix, divided by the square root of the mass. `force`: maximum of the total force on the ground (N).
   integer, parameter, public :: amplitude = 1, force = 2
-  !> Row of a point's values, beside size and error, with what the order has of them: its part in the mean square of the vibration,
-  !> and its amplitude of the force over the greatest force.
+  !> Row of a point's values with the share of the order: of the mean square of the vibration, and the force amplitude of the order
+  !> over the maximum force. Row 1 has the size of the quantity.
   integer, parameter :: part_of_order = 3
 
+  !> A critical speed, or a crossing without one.
   type, public :: critical_type
     type(crossing_type) :: crossing
     integer :: outcome = no_peak
-    !> Half of the speeds' range (1/min) in which the vibration has more than 1 / sqrt(2) of its peak, by the damping.
+    !> Half the range of speeds (1/min) in which the vibration exceeds 1 / sqrt(2) of its peak, from the damping of the mode
     real(dp) :: half_width = 0
-    !> Of each quantity: speed of its peak (1/min), how exactly that is found, the peak's height, and how many times as high it is
-    !> as the higher one of the valleys on both sides. Zero where there is no peak of it.
+    !> For each quantity: speed of the peak and its error bound (1/min), height of the peak (m, N), and prominence: height over the
+    !> higher of the two adjacent valleys. Zero without a peak.
     logical :: found(2) = .false.
     real(dp), dimension(2) :: speed = 0, error = 0, height = 0, prominence = 0
-    !> Part of the order in the mean square of the vibration at the peak of its amplitude.
+    !> Share of the order in the mean square of the vibration at the peak of the amplitude
     real(dp) :: share = 0
-    !> The worst verdict on the machine at the peaks, or the verdict at a crossing without a bound.
+    !> Worst verdict on the machine at the two peaks, or the verdict at a crossing without a bound
     type(verdict_type) :: verdict
-    !> How far the frame moves at the peaks, of both the greatest.
+    !> Largest motion of the frame at the two peaks
     type(moved_type) :: moved
   end type critical_type
 
-  !> A piece is a crossing.
+  !> Work for several processors: one piece for each crossing.
   type, extends(work_type) :: searches_type
     class(family_type), pointer :: family => null()
     type(campbell_options) :: options
@@ -71,28 +72,32 @@ module gestell_task_critical
     procedure :: exchange
   end type searches_type
 
-  !> The range that is looked at, in half widths, at the most this part of the speed; samples of it. A peak belongs to a crossing
-  !> that is no more than about so many half widths away.
+  !> Half width of the searched range in units of the resonance's half width, limited to `most_reach` times the speed; number of
+  !> samples. A peak belongs to a crossing if they are less than about `near` half widths apart.
   real(dp), parameter :: reach = 6, most_reach = 0.3_dp, near = 1
   integer, parameter :: samples = 37
-  !> What stands out by less is no peak.
+  !> Minimum prominence of a peak
   real(dp), parameter :: least_prominence = 1.02_dp
-  !> Peaks are found as exactly, in half widths, and in so many rounds at the most.
+  !> Accuracy of a peak's speed in half widths, and maximum number of rounds
   real(dp), parameter :: exact = 1.0e-3_dp
   integer, parameter :: most_rounds = 40
-  !> Two speeds closer than this, relative to themselves, are one.
+  !> Speeds closer than this relative distance count as equal
   real(dp), parameter :: same = 4 * epsilon(1.0_dp)
 
 contains
 
-  !> The critical speeds that belong to `crossings` with harmonics of the period. Errors: crossings or an order that make no sense;
-  !> the family has no sound machine at some speed (an impossible mechanism is none); it is not of frames.
+  !> Finds the critical speeds of all `crossings` with harmonics of the period. Fails if crossings or orders are invalid, if the
+  !> family rejects a speed, or if its members are not frames.
   subroutine find_critical(family, options, crossings, critical, error, executor)
+    !> Machines as a function of the speed (1/min)
     class(family_type), intent(in), target :: family
     type(campbell_options), intent(in) :: options
+    !> Crossings of the Campbell diagram; harmonic 0 is skipped
     type(crossing_type), intent(in) :: crossings(:)
+    !> One element for each crossing used
     type(critical_type), allocatable, intent(out) :: critical(:)
     type(error_type), allocatable, intent(out) :: error
+    !> Distributes the crossings over processors
     class(executor_type), intent(inout), optional :: executor
     type(searches_type) :: work
 
@@ -112,12 +117,12 @@ contains
     call give_away(critical)
   end subroutine find_critical
 
-  !> The peaks about crossing number `k`.
+  !> Finds the peaks near crossing `k`.
   recursive subroutine compute(self, k, error)
     class(searches_type), intent(inout) :: self
     integer, intent(in) :: k
     type(error_type), allocatable, intent(out) :: error
-    !> How far beside an undamped crossing the machine is looked at, relative to the speed.
+    !> Relative distance from an undamped crossing at which the machine is examined
     real(dp), parameter :: aside = 1.0e-3_dp
     type(curve_points_type) :: curve
     type(maximum_type) :: tops(2)
@@ -136,7 +141,7 @@ contains
         if (critical%outcome == self_excited) critical%verdict = unstable
         if (critical%outcome == unbounded) critical%verdict = merge(undamped, undecided, mode%neutral)
         if (critical%outcome == unbounded) then
-          ! an order that does not excite the mode just beside an undamped crossing has no peak there
+          ! if the order does not excite the mode just beside an undamped crossing, there is no peak
           call respond(self%family, options, crossing%speed * (1 + aside), crossing%harmonic, beside, error)
           if (.not. allocated(error) .and. has_vibration(beside%state)) then
             if (beside%values(part_of_order, amplitude) < options%accuracy%tolerance) critical%outcome = no_peak
@@ -168,7 +173,7 @@ contains
             if (i == 0) cycle
             if (curve%points(i + 1)%speed - curve%points(i - 1)%speed <= 2 * enough) cycle
             call step_to_top(curve, tops(quantity), step(quantity), won)
-            ! A parabola through points far apart tells the top less exactly.
+            ! A parabola through points far apart is less accurate than its step.
             if (abs(step(quantity)) <= enough / 4) step(quantity) = 0
           end associate
         end do
@@ -182,6 +187,7 @@ contains
     end associate
   end subroutine compute
 
+  !> Passes a critical speed to or from a record.
   subroutine exchange(self, k, record)
     class(searches_type), intent(inout) :: self
     integer, intent(in) :: k
@@ -193,7 +199,7 @@ contains
     self%critical(k) = transfer(words, self%critical(k))
   end subroutine exchange
 
-  !> A peak that another crossing is nearer to, in half widths, is that one's.
+  !> Removes each peak that was also found from another crossing nearer to it, measured in half widths.
   pure subroutine give_away(critical)
     type(critical_type), intent(inout) :: critical(:)
     integer :: i, k, quantity
@@ -230,8 +236,8 @@ contains
 
   end subroutine give_away
 
-  !> The maximum of a quantity that is near enough to the crossing, about which samples are `apart`, and nearest to it; point 0:
-  !> none.
+  !> Finds the maximum of a quantity nearest to the crossing, provided that it is near enough. `apart` is the distance of the
+  !> samples (1/min). `top%point` is 0 if there is none.
   subroutine nearest_top(curve, quantity, critical, apart, top)
     type(curve_points_type), intent(in) :: curve
     integer, intent(in) :: quantity
@@ -256,8 +262,8 @@ contains
     end associate
   end subroutine nearest_top
 
-  !> A peak, with the verdict of the machine, the worst one counts, and how far it moves there. None: an order that the accuracy
-  !> does not tell from nothing; a force that rises by more than the order has is another's peak.
+  !> Records a peak, the worst verdict and the largest motion at it. Rejects an amplitude that the accuracy cannot distinguish from
+  !> zero, and a force whose rise exceeds the share of this order: the latter is the peak of another order.
   subroutine take_top(point, top, options, critical)
     type(curve_point_type), intent(in) :: point
     type(maximum_type), intent(in) :: top
@@ -280,6 +286,7 @@ contains
     critical%moved%size = point%moved%size
   end subroutine take_top
 
+  !> Computes amplitude, force and verdict at one speed. A resonance without bound becomes the state `in_resonance`.
   subroutine respond(family, options, speed, multiple, point, error)
     class(family_type), intent(in) :: family
     type(campbell_options), intent(in) :: options
@@ -309,7 +316,7 @@ contains
     end if
   end subroutine respond
 
-  !> Amplitude and force of a frame or its averaged model.
+  !> Measures amplitude and force of a frame or of its averaged model.
   subroutine measure(system, floquet, multiple, point, error)
     class(second_order_system), intent(in), target :: system
     type(floquet_type), intent(in) :: floquet

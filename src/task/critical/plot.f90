@@ -1,4 +1,4 @@
-!> The picture of critical speeds.
+!> Picture of the critical speeds.
 module gestell_task_critical_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
@@ -13,16 +13,16 @@ module gestell_task_critical_plot
 
   public :: plot_critical
 
-  !> Maximum number of peaks with a name, and the width of an upright name as a share of the axis.
+  !> Maximum number of labelled peaks, and width of an upright label relative to the axis
   integer, parameter :: most_peaks = 20
   real(dp), parameter :: upright = 0.024_dp
-  !> Forces are marked if they are at least this share of the maximum.
+  !> Forces below this fraction of the maximum are not drawn
   real(dp), parameter :: least_force = 1.0e-3_dp
 
 contains
 
-  !> critical.gp: the peaks near the crossings over the range of speeds, by amplitude and by force, which is left out where it is
-  !> less than `least_force` times the greatest; of the Campbell diagram its marks.
+  !> Picture critical.gp: the peaks near the crossings over the speed, by amplitude and by force. The Campbell diagram supplies the
+  !> range and the marks.
   function plot_critical(critical, campbell, input) result(figure)
     type(critical_type), intent(in) :: critical(:)
     type(campbell_type), intent(in) :: campbell
@@ -53,7 +53,8 @@ contains
       & lines // "unset multiplot" // newline, width=800, height=nint(height_of(2)))
   end function plot_critical
 
-  !> Peaks as lines from the axis, on a logarithmic scale; of those below `least` times the greatest nothing. `entries`: of the key.
+  !> One panel with peaks as vertical lines on a logarithmic scale. Peaks below `least` times the maximum are omitted. `entries` are
+  !> appended to the key.
   pure function panel(critical, which, range, si, least, entries) result(lines)
     type(critical_type), intent(in) :: critical(:)
     integer, intent(in) :: which

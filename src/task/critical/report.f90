@@ -1,4 +1,4 @@
-!> The report on critical speeds for people.
+!> Report of the task `critical`: critical speeds.
 module gestell_task_critical_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, fixed, newline, text
@@ -16,16 +16,17 @@ module gestell_task_critical_report
 
   public :: critical_verdict, report_critical
 
-  !> Peaks of an order with a smaller share of the vibration are not listed.
+  !> Peaks whose order has a smaller share of the mean square of the vibration are not listed
   real(dp), parameter :: least_share = 0.01_dp
 
 contains
 
-  !> The critical speeds that can be noticed, of orders up to `orders` of a period of so many `turns`, under their `verdict` and the
-  !> `warning` of great motions.
+  !> Section of the report on the critical speeds with a noticeable peak.
   pure function report_critical(critical, orders, turns, verdict, warning) result(report)
     type(critical_type), intent(in) :: critical(:)
+    !> Highest order; turns of the crank in the period
     integer, intent(in) :: orders, turns
+    !> Verdict on these vibrations; warning of motions beyond small ones
     character(len=*), intent(in) :: verdict, warning
     character(len=:), allocatable :: report, rows
     integer :: i, listed, quiet
@@ -71,8 +72,8 @@ contains
     if (quiet > 0) report = report // "  " // counted(quiet, "more crossing") // " without a peak that can be noticed" // newline
   end function report_critical
 
-  !> What heads critical speeds and their files: the worst verdict on the vibrations that are reported, or at a speed of the diagram
-  !> on which they rest.
+  !> Worst verdict, for the head of the critical speeds and their files: on the vibrations at the crossings, or at a speed of the
+  !> Campbell diagram from which they are derived.
   pure type(judgement_type) function critical_verdict(critical, campbell) result(judgement)
     type(critical_type), intent(in) :: critical(:)
     type(campbell_type), intent(in) :: campbell

@@ -1,4 +1,4 @@
-!> The task `critical`: the speeds at which the vibration is greatest.
+!> The task `critical`: speeds of maximum vibration.
 module gestell_task_critical_task
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -77,7 +77,7 @@ contains
     call result%say(report_critical(critical, context%configuration%orders, turns, judgement%words, warning))
   end subroutine run
 
-  !> critical.csv; so many turns of the drive are a period.
+  !> Table critical.csv. The period has `turns` turns of the crank.
   pure type(table_type) function table_of(critical, turns, verdict) result(table)
     type(critical_type), intent(in) :: critical(:)
     integer, intent(in) :: turns
@@ -103,7 +103,7 @@ contains
 
   contains
 
-    !> The columns of one kind of peak.
+    !> Adds the columns of one kind of peak.
     pure subroutine add_peaks(which, prefix, name, unit)
       integer, intent(in) :: which
       character(len=*), intent(in) :: prefix, name
@@ -116,7 +116,7 @@ contains
         & [(critical(i)%prominence(which), i = 1, n)]))
     end subroutine add_peaks
 
-    !> NaN where there is no such peak.
+    !> The values, or NaN where there is no such peak.
     pure function shown(which, values)
       integer, intent(in) :: which
       real(dp), intent(in) :: values(:)

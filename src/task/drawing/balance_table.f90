@@ -1,4 +1,4 @@
-!> The balance table: shaking forces and couples of all mechanisms of a frame in space, by their orders, for people.
+!> Balance table: shaking forces and couples of all mechanisms of a frame in space, by orders.
 module gestell_task_drawing_balance_table
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, newline
@@ -13,12 +13,12 @@ module gestell_task_drawing_balance_table
 
   public :: balance_table
 
-  !> Orders of the drive's speed that are told.
+  !> Highest order of the crank speed in the table
   integer, parameter :: highest = 8
 
 contains
 
-  !> Amplitudes along the axes, then what turns with the crank and against it.
+  !> Section of the report: amplitudes along the axes, then vectors that rotate with the crank and against it.
   function balance_table(frame) result(lines)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines, rows, turning, shaft
@@ -35,7 +35,7 @@ contains
     rows = ""
     turning = ""
     do k = 1, min(highest * frame%mechanism%turns, size(found%series(1)%amplitude))
-      ! parts of an order only where there is something
+      ! fractional orders are listed only if they are not zero
       nothing = all([(found%series(i)%amplitude(k) <= found%noise(i), i = 1, 6)])
       if (nothing .and. modulo(k, frame%mechanism%turns) > 0) cycle
       rows = rows // order_of(k, frame%mechanism%turns) // cells([(found%series(i)%amplitude(k), i = 1, 6)], found%noise) &
@@ -47,7 +47,7 @@ contains
     rows = rows // "peak" // cells(found%peak, found%noise) // newline // "rms" // cells(found%rms, found%noise) // newline
     lines = lines // ", amplitudes" // newline // tabulated("rrrrrrr", "order,fx,fy,fz,mx,my,mz" // newline &
       & // ",N,N,N,N m,N m,N m", rows) // "  couples about O; orders are multiples of the crank's speed" // newline
-    ! shafts commonly lie along zeta
+    ! the axis of the shaft is mentioned only if it is not zeta
     shaft = ""
     if (found%shaft(3) < 1) shaft = " (" // concise(found%shaft(1), 3) // ", " // concise(found%shaft(2), 3) // ", " &
       & // concise(found%shaft(3), 3) // ")"
@@ -56,7 +56,7 @@ contains
       & // ",N,N,N m,N m", turning)
   end function balance_table
 
-  !> Zero for what is rounding.
+  !> Values as cells, 0 where they are rounding error.
   pure function cells(values, noise) result(words)
     real(dp), intent(in) :: values(:), noise(:)
     character(len=:), allocatable :: words

@@ -1,4 +1,4 @@
-!> The task `drawing`: the mechanism through a turn of its crank.
+!> The task `drawing`: the mechanism over the period.
 module gestell_task_drawing
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -28,7 +28,7 @@ module gestell_task_drawing
     procedure :: run
   end type drawing_task
 
-  !> Rows of a turn, less the last, which repeats the first.
+  !> Number of positions in the period; the table has one more row, which repeats the first
   integer, parameter :: rows = 360
 
 contains
@@ -41,7 +41,7 @@ contains
     self%pictured = .true.
   end subroutine describe
 
-  !> Error: there is nothing to draw.
+  !> Fails if the mechanism has no joints and links to draw.
   subroutine read_drawing(self, configuration, error)
     class(drawing_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -56,7 +56,7 @@ contains
     end select
   end subroutine read_drawing
 
-  !> A mechanism that is no linkage has no drawing.
+  !> Adds the table of positions and the picture. Does nothing if the mechanism is not a linkage.
   subroutine run(self, context, result, error)
     class(drawing_task), intent(inout) :: self
     type(context_type), intent(inout) :: context
@@ -87,10 +87,11 @@ contains
     end associate
   end subroutine run
 
-  !> mechanism.csv: the places of all joints and centres of mass, in the frame's system, two coordinates or three.
+  !> Table mechanism.csv: positions of all joints and centres of mass in the frame's axes.
   pure type(table_type) function table_of(frame, linkage, joints, centers) result(table)
     class(frame_type), intent(in) :: frame
     class(linkage_type), intent(in) :: linkage
+    !> Positions (m), shape (axes, joints, rows) and (axes, links, rows), with two or three axes
     real(dp), intent(in) :: joints(:, :, :), centers(:, :, :)
     integer :: i, k
 

@@ -1,4 +1,4 @@
-!> Guides and sliders of the mechanism's picture, as elements of a plot of mechanism.csv.
+!> Guides and sliders in the picture of the mechanism, as plot elements of mechanism.csv.
 module gestell_task_drawing_guides
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, newline, text
@@ -12,7 +12,8 @@ module gestell_task_drawing_guides
 
 contains
 
-  !> Points and directions in the system of a body: its first axis from the joint in columns p, p + 1 to that in q, q + 1.
+  !> Gnuplot functions for vectors in the axes of a body. The first axis points from the joint in the columns p, p + 1 to the joint
+  !> in the columns q, q + 1.
   pure function body_functions() result(lines)
     character(len=:), allocatable :: lines
 
@@ -23,7 +24,7 @@ contains
       & // "bodyy(p, q, a, b) = a * ey(p, q) + b * ex(p, q)" // newline
   end function body_functions
 
-  !> Guides as far as their sliders go, and somewhat farther.
+  !> Plot elements of the guides, slightly longer than the travel of their sliders.
   pure function guides(diagram, columns, origin, extent) result(words)
     type(diagram_type), intent(in) :: diagram
     type(columns_type), intent(in) :: columns
@@ -42,7 +43,7 @@ contains
     end do
   end function guides
 
-  !> Blocks on the guides.
+  !> Plot elements of the sliders: blocks on the guides.
   pure function sliders(diagram, columns, extent) result(words)
     type(diagram_type), intent(in) :: diagram
     type(columns_type), intent(in) :: columns
@@ -63,7 +64,7 @@ contains
     end do
   end function sliders
 
-  !> The columns of a guide's point, so far (m) along it.
+  !> Gnuplot columns of the point at the distance `travel` (m) along a guide.
   pure function place_on(guide, columns, origin, travel) result(words)
     type(guide_type), intent(in) :: guide
     type(columns_type), intent(in) :: columns
@@ -80,7 +81,7 @@ contains
     end if
   end function place_on
 
-  !> The columns of a way (m) along a guide.
+  !> Gnuplot columns of a displacement of length `way` (m) along a guide.
   pure function step_along(guide, columns, way) result(words)
     type(guide_type), intent(in) :: guide
     type(columns_type), intent(in) :: columns
@@ -96,7 +97,7 @@ contains
     end if
   end function step_along
 
-  !> A component of a vector in the system of a body.
+  !> Gnuplot expression for one component of a vector given in the axes of a body.
   pure function on_body(component, columns, carriers, vector) result(words)
     character, intent(in) :: component
     type(columns_type), intent(in) :: columns

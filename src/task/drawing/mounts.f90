@@ -1,4 +1,4 @@
-!> The frame's outline and its mounts as lines to be drawn.
+!> Lines of the frame's outline and of its mounts.
 module gestell_task_drawing_mounts
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: newline
@@ -10,16 +10,16 @@ module gestell_task_drawing_mounts
 
   public :: append, draw_mount, outline
 
-  !> Corners of the round that the outline keeps clear of every point.
+  !> Number of corners of the circle that keeps the outline away from a point
   integer, parameter :: corners = 16
-  !> A support's spring is its stiff one if it is as many times as stiff as the other.
+  !> A support's spring is drawn as stiff if its stiffness exceeds the other one by this factor
   real(dp), parameter :: much_stiffer = 1.5_dp
-  !> A damper's piston with its rod; its cylinder, with the way to the ground.
+  !> Shapes of a damper, relative to the length of the mount: piston with rod, and cylinder with connection to the ground
   real(dp), parameter :: rod(2, 4) = reshape([0.15_dp, 0.0_dp, 0.5_dp, 0.0_dp, 0.5_dp, 0.06_dp, 0.5_dp, -0.06_dp], [2, 4])
   real(dp), parameter :: cup(2, 6) = reshape([0.35_dp, 0.09_dp, 0.65_dp, 0.09_dp, 0.65_dp, 0.0_dp, 1.0_dp, 0.0_dp, 0.65_dp, &
     & 0.0_dp, 0.65_dp, -0.09_dp], [2, 6])
 
-  !> Points of lines one behind the other, shape (2, points), and where each line ends.
+  !> Lines in sequence: their points, shape (2, points), and the number of the last point of each line
   type, public :: drawing_type
     real(dp), allocatable :: points(:, :)
     integer, allocatable :: ends(:)
@@ -29,8 +29,8 @@ module gestell_task_drawing_mounts
 
 contains
 
-  !> The outline of a frame that carries these points (2, points), at a distance from each: the hull of rounds, whose corners
-  !> are in order.
+  !> Outline of a frame that carries the `points`, shape (2, points), at a `distance` from each point: the convex hull of circles
+  !> around the points, with its corners in counter-clockwise order.
   function outline(points, distance) result(hull)
     real(dp), intent(in) :: points(:, :), distance
     real(dp), allocatable :: hull(:, :)
@@ -43,10 +43,10 @@ contains
         all(:, corners * (i - 1) + k) = points(:, i) + distance * [cos(turn), sin(turn)]
       end do
     end do
-    ! by x, then y
+    ! sort by x, then by y
     order = ascending(all(2, :))
     order = order(ascending(all(1, order)))
-    ! Andrew's monotone chain: below from left to right, above back again
+    ! Andrew's monotone chain algorithm: lower chain from left to right, then upper chain back
     n = 0
     do i = 1, size(order)
       call add(all(:, order(i)), 1)
@@ -57,6 +57,7 @@ contains
     end do
     hull = chain(:, :n - 1)
   contains
+    !> Appends a corner to the chain and removes earlier corners that are no longer convex.
     subroutine add(point, first)
       real(dp), intent(in) :: point(2)
       integer, intent(in) :: first
@@ -72,11 +73,12 @@ contains
     end subroutine add
   end function outline
 
-  !> Spring, damper and ground along both axes of a support, away from `middle`, of this length; a spring that is much stiffer
-  !> than the other goes to `stiff`.
+  !> Draws spring, damper and ground along both axes of a support, away from the centre of the picture. A spring that is much
+  !> stiffer than the other one is drawn in `stiff`.
   subroutine draw_mount(drawing, stiff, support, middle, length)
     type(drawing_type), intent(inout) :: drawing, stiff
     type(support_type), intent(in) :: support
+    !> Centre of the picture; length of the mount (m)
     real(dp), intent(in) :: middle(2), length
     real(dp) :: along(2), across(2), aside, offset, start
     logical :: spring, damper
@@ -109,7 +111,7 @@ contains
       call add_shape(drawing, hatch(), 0.0_dp)
     end do
   contains
-    !> A line in the mount's own system: along it, across it, both relative to its length.
+    !> Adds a line given in coordinates along and across the mount, relative to its length.
     subroutine add_shape(lines, shape, moved)
       type(drawing_type), intent(inout) :: lines
       real(dp), intent(in) :: shape(:, :), moved
@@ -123,6 +125,7 @@ contains
     end subroutine add_shape
   end subroutine draw_mount
 
+  !> Shape of a spring that begins at `start`.
   pure function zigzag(start) result(shape)
     real(dp), intent(in) :: start
     real(dp) :: shape(2, 10)
@@ -137,7 +140,7 @@ contains
     shape(:, 10) = [1.0_dp, 0.0_dp]
   end function zigzag
 
-  !> The ground: a line and strokes behind it, drawn in one.
+  !> Shape of the ground: a line with strokes behind it, drawn without lifting the pen.
   pure function hatch() result(shape)
     real(dp) :: shape(2, 17)
     integer :: i
@@ -151,7 +154,7 @@ contains
     shape(:, 17) = shape(:, 16)
   end function hatch
 
-  !> Adds a line.
+  !> Appends a line to a drawing.
   pure subroutine append(drawing, points)
     type(drawing_type), intent(inout) :: drawing
     real(dp), intent(in) :: points(:, :)
@@ -167,7 +170,7 @@ contains
     drawing%ends = [drawing%ends, n + size(points, 2)]
   end subroutine append
 
-  !> The lines as data of gnuplot, a blank line behind each.
+  !> The lines as inline data of gnuplot, with a blank line after each.
   pure function data_lines(self) result(lines)
     class(drawing_type), intent(in) :: self
     character(len=:), allocatable :: lines

@@ -1,4 +1,4 @@
-!> A diagram of mechanisms in planes of their own, put into space.
+!> Places planar diagrams of mechanisms in space.
 module gestell_task_drawing_placed
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
@@ -9,16 +9,16 @@ module gestell_task_drawing_placed
 
   public :: place_in_space
 
-  !> In the frame's axes from F (m): joints and centres of mass, shapes (3, joints, angles), (3, links, angles), and the ends of
-  !> what the sliders travel, shape (3, 2, sliders); of a guide that moves both are the same.
+  !> Positions in the frame's axes from F (m): joints, shape (3, joints, angles); centres of mass, shape (3, links, angles); end
+  !> points of the sliders' travel, shape (3, 2, sliders). If a guide moves, both end points equal the slider's position.
   type, public :: placed_type
     real(dp), allocatable :: joints(:, :, :), centers(:, :, :), guides(:, :, :)
   end type placed_type
 
 contains
 
-  !> Joints stand where along the normal the links of their mechanism stand in the mean, those between moving joints if it has such:
-  !> parts of a shaft may stand anywhere along it.
+  !> Places the joints at the mean offset, normal to the plane, of the links of their mechanism. If some links connect moving
+  !> joints, only these count, because parts of a shaft may have any offset along it.
   subroutine place_in_space(frame, linkage, diagram, placed)
     class(frame_type), intent(in) :: frame
     class(linkage_type), intent(in) :: linkage
@@ -28,7 +28,7 @@ contains
     real(dp) :: z(size(linkage%joints)), end_point(2)
     logical, dimension(size(linkage%links)) :: own, between
 
-    ! a number for each mechanism, the same where bars and links join joints
+    ! number the mechanisms: joints connected by bars have equal numbers
     mechanism = [(i, i = 1, size(mechanism))]
     do i = 1, size(diagram%bars)
       associate (ends => mechanism(diagram%bars(i)%joints))
@@ -69,7 +69,7 @@ contains
 
   contains
 
-    !> A point of a plane.
+    !> Position in space of a point in a linkage's plane.
     pure function there(number, point)
       integer, intent(in) :: number
       real(dp), intent(in) :: point(3)

@@ -1,4 +1,4 @@
-!> The picture of the mechanism through a turn, with its frame and mounts, to scale.
+!> Picture of a planar mechanism over the period, with its frame and mounts, to scale.
 module gestell_task_drawing_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
@@ -19,21 +19,23 @@ module gestell_task_drawing_plot
 
   character(len=6), parameter :: colours(0:6) = [character(len=6) :: "555555", "D55E00", "0072B2", "009E73", "CC79A7", "E69F00", &
     & "56B4E9"]
-  !> The row that is drawn in full, and the rows between the faint ones.
+  !> Row of the position drawn bold; distances of the rows drawn faint, for simple and for complicated mechanisms
   integer, parameter :: bold = 60, usual_step = 30, wide_step = 60
-  !> The axes to the right and upward.
+  !> Axes to the right and upward
   integer, parameter :: plane(2) = [1, 2]
-  !> A mechanism with more bars is drawn in fewer positions, one with more joints with smaller names, and then with none but the
-  !> frame's own, more probes have no names; a key with more links would be taller than the picture.
+  !> Limits for a readable picture. More bars than `many_bars`: fewer positions. More joints than `many_joints`: smaller names; more
+  !> than `too_many_joints`: only the joints of the frame are named. More links than `longest_key`: no key. More probes than
+  !> `most_marks`: probes are not named.
   integer, parameter :: many_bars = 14, many_joints = 16, too_many_joints = 40, longest_key = 12, most_marks = 12
 
 contains
 
-  !> The picture of the `table` mechanism; `diagram` is in the frame's system.
+  !> Picture of the table `mechanism`.
   function plot_mechanism(table, frame, linkage, diagram, probes) result(figure)
     type(table_type), intent(in) :: table
     class(frame_type), intent(in) :: frame
     class(linkage_type), intent(in) :: linkage
+    !> Positions of the mechanism in the frame's axes
     type(diagram_type), intent(in) :: diagram
     type(probe_type), intent(in) :: probes(:)
     type(figure_type) :: figure
@@ -46,14 +48,14 @@ contains
     integer :: i
 
     columns = new_columns(table, linkage, 2)
-    ! the box around all that moves, F, the supports and the probes
+    ! bounding box of all moving points, F, the supports and the probes
     do i = 1, 2
       low(i) = min(0.0_dp, minval(diagram%joints(i, :, :)), minval(diagram%centers(i, :, :)), &
         & minval(frame%supports%position(i)), minval(probes%position(i)))
       high(i) = max(0.0_dp, maxval(diagram%joints(i, :, :)), maxval(diagram%centers(i, :, :)), &
         & maxval(frame%supports%position(i)), maxval(probes%position(i)))
     end do
-    ! the size of symbols: of a long machine less than its length
+    ! reference length of symbols; a long slender machine gets smaller ones
     extent = min(maxval(high - low), max(2 * minval(high - low), 0.3_dp * maxval(high - low)))
     if (.not. extent > 0) extent = 1
     do i = 1, size(at_origin)
@@ -101,7 +103,7 @@ contains
       & height=nint(min(max(pixels, 360.0_dp), 950.0_dp)))
   end function plot_mechanism
 
-  !> Points of the frame, shape (2, points): F, supports, probes, ground joints, ends of the guides that it carries.
+  !> Points of the frame, shape (2, points): F, supports, probes, joints on the frame, and ends of the guides on the frame.
   pure function carried(frame, diagram, probes) result(points)
     class(frame_type), intent(in) :: frame
     type(diagram_type), intent(in) :: diagram
@@ -131,7 +133,7 @@ contains
     points = all%points
   end function carried
 
-  !> The frame's outline, and the axes at F and O.
+  !> Gnuplot lines for the frame's outline, the axes at F and O, and the numbers of the supports.
   pure function frame_lines(frame, at_origin, hull, extent) result(lines)
     class(frame_type), intent(in) :: frame
     logical, intent(in) :: at_origin(:)
@@ -153,7 +155,8 @@ contains
       & // "at graph 0.01,graph 0.03 font ',11' noenhanced" // newline
   end function frame_lines
 
-  !> Two arrows at a point with their names; above F there may be O.
+  !> Gnuplot lines for two arrows at a point, with the names of the point and of both axes. Near F the label of the second axis is
+  !> moved aside, because O may lie above F.
   pure function axes(point, name, first, second, extent, number) result(lines)
     real(dp), intent(in) :: point(2), extent
     character(len=*), intent(in) :: name, first, second
@@ -174,7 +177,7 @@ contains
       & // " " // either("left offset 0.5,-0.2", "center offset 0,0.6", name == "F") // " font ',11' front" // newline
   end function axes
 
-  !> The bars in full, with the links that only translate, or faint through the turn.
+  !> Plot elements of the bars: bold in one position together with the links that only translate, or faint over the period.
   pure function bars(linkage, diagram, columns, in_full) result(words)
     class(linkage_type), intent(in) :: linkage
     type(diagram_type), intent(in) :: diagram
@@ -185,7 +188,7 @@ contains
 
     words = ""
     do i = 1, merge(size(linkage%links), 0, in_full)
-      ! of a link that only translates, the line from its joint to its centre of mass
+      ! a link that only translates is drawn as a line from its joint to its centre of mass
       associate (link => linkage%links(i))
         if (link%to > 0 .or. .not. norm2(link%center) > 0) cycle
         words = words // element("::row::row", columns%joint(link%from, plane) // ":" // point_columns(link%center), &
@@ -209,7 +212,7 @@ contains
     end do
   end function bars
 
-  !> The paths of joints and of centres of mass that move.
+  !> Plot elements of the paths of joints and centres of mass.
   pure function traces(diagram, columns) result(words)
     type(diagram_type), intent(in) :: diagram
     type(columns_type), intent(in) :: columns
@@ -227,7 +230,7 @@ contains
     end do
   end function traces
 
-  !> Probes, with their names on the side of the `middle`.
+  !> Plot elements of the probes, with their names on the side of the `middle` of the picture.
   pure function probe_marks(probes, middle) result(words)
     type(probe_type), intent(in) :: probes(:)
     real(dp), intent(in) :: middle
@@ -246,7 +249,8 @@ contains
       & // "  keyentry with points lt 1 pt 12 ps 1.6 lw 2 lc rgb '#CC0000' title 'probe'"
   end function probe_marks
 
-  !> Marks of the centres of mass; joints, those of the frame filled, with their names on the side away from the others.
+  !> Plot elements of the centres of mass and of the joints; joints on the frame are filled. Names stand on the side away from the
+  !> other joints.
   pure function marks_and_pins(linkage, diagram, columns, at_origin) result(words)
     class(linkage_type), intent(in) :: linkage
     type(diagram_type), intent(in) :: diagram
@@ -283,7 +287,7 @@ contains
     end do
   end function marks_and_pins
 
-  !> A link's colour; bars of no link are grey.
+  !> Colour of a link; grey for a bar that belongs to no link.
   pure character(len=6) function colour(link)
     integer, intent(in) :: link
 

@@ -1,4 +1,4 @@
-!> What the mechanism tells before any dynamics, for people.
+!> Report on the mechanism without dynamics: mobility, motions, transmission angle, shaking forces.
 module gestell_task_drawing_report
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -22,12 +22,12 @@ module gestell_task_drawing_report
 
   public :: report_mechanism, report_transmission
 
-  !> Below this transmission angle (deg) designers look for another mechanism.
+  !> Transmission angle (deg) below which a mechanism is considered poor
   real(dp), parameter :: poor = 40
 
 contains
 
-  !> The whole diagnosis.
+  !> Section of the report on the mechanism and its shaking forces.
   function report_mechanism(frame) result(lines)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines, rows, motion
@@ -79,7 +79,7 @@ contains
     if (frame%weights%act) lines = lines // static_lines(frame)
   end function report_mechanism
 
-  !> What the supports carry at static rest.
+  !> Table of the forces that the supports carry at rest.
   function static_lines(frame) result(lines)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines, rows
@@ -111,7 +111,7 @@ contains
       & // repeat(",N", size(force)), rows // newline)
   end function static_lines
 
-  !> The one line that the report of a run has.
+  !> Line on the transmission angle for the report of a run; empty if the mechanism is not a linkage.
   function report_transmission(frame) result(line)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: line
@@ -125,7 +125,7 @@ contains
     end select
   end function report_transmission
 
-  !> The smallest transmission angle, and the length that is nearest to a dead point.
+  !> The smallest transmission angle, and the joint length whose change leads to the nearest dead point.
   function transmission_line(mechanism, diagnosis) result(line)
     class(linkage_type), intent(in) :: mechanism
     type(diagnosis_type), intent(in) :: diagnosis
@@ -146,8 +146,8 @@ contains
       & // mechanism%joints(nearest)%name // "' changed by " // concise(diagnosis%joints(nearest)%margin, 3) // " m" // newline
   end function transmission_line
 
-  !> Speeds and accelerations of the sliders on their guides, and how the period is divided between forward and back; `speed`
-  !> (rad/s) is that of the linkage's crank angle.
+  !> Table of the sliders: stroke, maximum speed and acceleration on their guides, and the division of the period between forward
+  !> and return motion. `speed` is the angular speed of the linkage's crank angle (rad/s).
   function slider_lines(mechanism, diagnosis, speed) result(lines)
     class(linkage_type), intent(in) :: mechanism
     type(diagnosis_type), intent(in) :: diagnosis
@@ -165,7 +165,7 @@ contains
         rows = rows // mechanism%joints(i)%name // tab // concise(joint%travel(2) - joint%travel(1), 5) // tab &
           & // in_range(joint%rate * abs(speed)) // tab // in_range(joint%second_rate * speed**2)
         forward = joint%forward
-        ! the other way round the way back is the way forward
+        ! if the crank turns the other way, the return motion becomes the forward motion
         if (speed < 0 .and. forward > 0) forward = 2 * pi - forward
         if (forward > 0) rows = rows // tab // fixed(forward * mechanism%turns * 180 / pi, 2) // tab &
           & // concise(forward / (2 * pi - forward), 5)
@@ -178,6 +178,7 @@ contains
 
   contains
 
+    !> The number, or words if it overflowed.
     pure function in_range(value) result(words)
       real(dp), intent(in) :: value
       character(len=:), allocatable :: words
@@ -187,6 +188,7 @@ contains
 
   end function slider_lines
 
+  !> Table of the shaking forces and moment by orders, for a planar frame.
   function shaking_lines(frame) result(lines)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines, rows
@@ -201,13 +203,13 @@ contains
       lines = lines // ": they lie beyond what double precision holds" // newline
       return
     end if
-    ! Beside the force along one axis, rounding is all that a small one along the other is; beside its parts, what they cancel to.
+    ! Amplitudes below this limit are rounding error: relative to the larger of the two forces, and to the terms whose sum they are.
     noise(:2) = 1.0e-11_dp * max(maxval(found%series(1)%amplitude), maxval(found%series(2)%amplitude))
     noise(3) = 1.0e-11_dp * maxval(found%series(3)%amplitude)
     noise = max(noise, 1.0e-12_dp * frame%speed**2 * frame%mechanism%terms(:3))
     rows = ""
     do k = 1, min(8 * frame%mechanism%turns, size(found%series(1)%amplitude))
-      ! parts of an order only where there is something
+      ! fractional orders are listed only if they are not zero
       if (modulo(k, frame%mechanism%turns) > 0 .and. all([(found%series(i)%amplitude(k) < noise(i), i = 1, 3)])) cycle
       rows = rows // order_of(k, frame%mechanism%turns)
       do i = 1, 3
@@ -232,6 +234,7 @@ contains
 
   contains
 
+    !> The three values as cells, 0 where they are rounding error.
     pure function sizes(values) result(words)
       real(dp), intent(in) :: values(3)
       character(len=:), allocatable :: words
@@ -245,7 +248,7 @@ contains
       words = words // newline
     end function sizes
 
-    !> In kg mm, and where it points at the crank angle zero.
+    !> Unbalance in kg mm, and its direction at crank angle zero.
     pure function vector(unbalance) result(words)
       complex(dp), intent(in) :: unbalance
       character(len=:), allocatable :: words
@@ -257,7 +260,7 @@ contains
 
   end function shaking_lines
 
-  !> The counterweights of complete balance: their unbalances in the axes of their links.
+  !> Lines on the counterweights that balance the force completely: unbalances in the axes of their links.
   function balance_lines(frame) result(lines)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines
@@ -290,7 +293,7 @@ contains
     end select
   end function balance_lines
 
-  !> To a tenth, above -180.
+  !> Angle in degrees with one decimal, above -180 and up to 180.
   pure function degrees(angle) result(words)
     real(dp), intent(in) :: angle
     character(len=:), allocatable :: words
@@ -302,7 +305,7 @@ contains
     if (words == "-0.0") words = "0.0"
   end function degrees
 
-  !> The mean factor from one order to the next, from the greatest amplitude to the last above rounding.
+  !> Mean ratio of successive amplitudes, from the largest amplitude to the last one above rounding error.
   pure real(dp) function decay(amplitude)
     real(dp), intent(in) :: amplitude(:)
     integer :: first, last
@@ -314,7 +317,7 @@ contains
     if (last > first) decay = (amplitude(last) / amplitude(first))**(1.0_dp / (last - first))
   end function decay
 
-  !> A range as words, rounded to 1e-9 of the mechanism's size.
+  !> Range in words; values below 1e-9 of the mechanism's size count as zero.
   function extent(values, size_of_all) result(words)
     real(dp), intent(in) :: values(2), size_of_all
     character(len=:), allocatable :: words

@@ -1,5 +1,5 @@
-!> The picture of a machine in space: three views to one scale, as drawings have them (first angle): from the front, beside it
-!> from the left, below it from above.
+!> Picture of a machine in space: three views at one scale in first-angle projection. The view from the left stands beside the view
+!> from the front, the view from above stands below it.
 module gestell_task_drawing_views
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
@@ -21,24 +21,26 @@ module gestell_task_drawing_views
 
   character(len=6), parameter :: colours(6) = [character(len=6) :: "D55E00", "0072B2", "009E73", "CC79A7", "E69F00", "56B4E9"]
   character(len=*), parameter :: none_of_links = "555555"
-  !> The row that is drawn in full, the rows between the faint ones, and the last row.
+  !> Row of the position drawn bold, distance of the rows drawn faint, and last row
   integer, parameter :: bold = 60, step = 60, last_row = 359
-  !> The axes to the right and upward of each view.
+  !> Axes to the right and upward in each view
   integer, parameter :: right(3) = [1, 3, 1], upward(3) = [2, 2, 3]
   character(len=2), parameter :: axes(3) = ["ξ", "η", "ζ"]
   character(len=*), parameter :: headings(3) = [character(len=16) :: "from the front", "from the left", "from above"]
-  !> Pixels: the width of the picture, what stands beside the views, above and below them, and the greatest height.
+  !> Sizes in pixels: width of the picture; margins beside, between, above and below the views; maximum height
   real(dp), parameter :: wide = 960, beside = 70, between = 75, above = 80, below = 60, tallest = 1100
   integer, parameter :: longest_key = 12
 
 contains
 
-  !> The picture of the `table` mechanism.
+  !> Picture of the table `mechanism`.
   function plot_views(table, frame, linkage, diagram, placed, probes) result(figure)
     type(table_type), intent(in) :: table
     class(frame_type), intent(in) :: frame
     class(linkage_type), intent(in) :: linkage
+    !> Positions of the mechanism in the planes of its linkages, for bars, joints on the frame and sliders
     type(diagram_type), intent(in) :: diagram
+    !> Positions of the mechanism in space
     type(placed_type), intent(in) :: placed
     type(probe_type), intent(in) :: probes(:)
     type(figure_type) :: figure
@@ -48,7 +50,7 @@ contains
     integer :: view, i
 
     columns = new_columns(table, linkage, 3)
-    ! the box around F, supports, probes and all that moves
+    ! bounding box of F, supports, probes and all moving points
     do i = 1, 3
       low(i) = min(0.0_dp, minval(placed%joints(i, :, :)), minval(placed%centers(i, :, :)), minval(placed%guides(i, :, :)))
       high(i) = max(0.0_dp, maxval(placed%joints(i, :, :)), maxval(placed%centers(i, :, :)), maxval(placed%guides(i, :, :)))
@@ -93,7 +95,7 @@ contains
 
   contains
 
-    !> One view.
+    !> Gnuplot lines of one view.
     function panel(view) result(lines)
       integer, intent(in) :: view
       character(len=:), allocatable :: lines, words, at
@@ -123,7 +125,7 @@ contains
       hull = outline(body%points, 0.025_dp * extent)
       lines = "unset label; unset arrow; unset object" // newline // "set label 1 '" // trim(headings(view)) &
         & // "' at graph 0,1.035 font ',13'" // newline // outline_lines(hull)
-      ! F with its axes
+      ! axes at F
       length = 0.09_dp * extent
       lines = lines // "set arrow 1 from 0,0 rto " // concise(length, 4) // ",0 size char 0.6,20 filled lt 7 dt 1 lw 1.2 front" &
         & // newline // "set arrow 2 from 0,0 rto 0," // concise(length, 4) // " size char 0.6,20 filled lt 7 dt 1 lw 1.2 front" &
@@ -178,7 +180,7 @@ contains
 
   end function plot_views
 
-  !> A sixth of the machine's size or somewhat more, as a round number.
+  !> Distance of tics: the smallest of 1, 2 or 5 times a power of ten that is at least a sixth of the machine's size.
   pure real(dp) function tics(extent)
     real(dp), intent(in) :: extent
     real(dp), parameter :: round(4) = [1.0_dp, 2.0_dp, 5.0_dp, 10.0_dp]
@@ -188,7 +190,7 @@ contains
     tics = power * round(findloc(round * power >= extent / 6, .true., dim=1))
   end function tics
 
-  !> Lower to upper end, or the other way round.
+  !> Range from lower to upper end, or `reversed`.
   pure function range_of(low, high, reversed) result(words)
     real(dp), intent(in) :: low, high
     logical, intent(in) :: reversed
@@ -197,6 +199,7 @@ contains
     words = concise(merge(high, low, reversed), 6) // ":" // concise(merge(low, high, reversed), 6)
   end function range_of
 
+  !> Position of a probe in the frame's axes (m).
   pure function place_of(probe) result(place)
     type(probe_type), intent(in) :: probe
     real(dp) :: place(3)
@@ -204,13 +207,13 @@ contains
     place = [probe%position(1), probe%position(2), probe%z]
   end function place_of
 
-  !> Springs along the axes of a support that are seen, of this length where they lie in the view.
+  !> Draws the springs of a support as projected onto the axes `seen`. `length` is the length of a spring that lies in the view.
   subroutine draw_springs(drawing, support, seen, length)
     type(drawing_type), intent(inout) :: drawing
     type(support_type), intent(in) :: support
     integer, intent(in) :: seen(2)
     real(dp), intent(in) :: length
-    !> A spring that is seen from its end is none.
+    !> Springs whose projection is shorter than this fraction are not drawn
     real(dp), parameter :: shortest = 0.25_dp
     integer, parameter :: turns = 7
     real(dp) :: along(2), across(2), points(2, turns + 5)
@@ -219,7 +222,7 @@ contains
     do axis = 1, 3
       along = support%axes(seen, axis)
       if (.not. support%stiffness(axis) > 0 .or. norm2(along) < shortest) cycle
-      ! away from F
+      ! springs point away from F
       if (dot_product(along, support%position(seen)) < 0) along = -along
       across = [-along(2), along(1)] / norm2(along)
       points(:, 1) = 0
@@ -237,7 +240,7 @@ contains
     end do
   end subroutine draw_springs
 
-  !> Bars in full where the crank stands at `row`, or faint through the turn.
+  !> Plot elements of the bars: bold in one position, or faint over the period.
   pure function bars(linkage, diagram, columns, seen, in_full) result(words)
     class(linkage_type), intent(in) :: linkage
     type(diagram_type), intent(in) :: diagram
@@ -263,7 +266,7 @@ contains
     end do
   end function bars
 
-  !> A link's colour, that of its original where it is a copy's.
+  !> Colour of a link. A copy has the colour of its original.
   pure character(len=6) function colour(linkage, link)
     class(linkage_type), intent(in) :: linkage
     integer, intent(in) :: link
@@ -272,7 +275,8 @@ contains
     if (link > 0) colour = colours(1 + mod(original(linkage, link) - 1, size(colours)))
   end function colour
 
-  !> The link whose copy it is: the part of its name behind the last point.
+  !> Number of the link of which this one is a copy, or its own number. The name of a copy ends with a point and the name of the
+  !> original.
   pure integer function original(linkage, link)
     class(linkage_type), intent(in) :: linkage
     integer, intent(in) :: link
@@ -284,7 +288,7 @@ contains
     end associate
   end function original
 
-  !> The links' names with their colours, in the corner that no view needs.
+  !> Gnuplot lines for a key with the links' names and colours, in the corner without a view.
   pure function key(linkage, left, top) result(lines)
     class(linkage_type), intent(in) :: linkage
     real(dp), intent(in) :: left, top

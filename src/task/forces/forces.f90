@@ -1,4 +1,4 @@
-!> The task `forces`: where the machine shakes the ground.
+!> The task `forces`: forces on the ground.
 module gestell_task_forces
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -41,6 +41,7 @@ contains
     self%brief = .true.
   end subroutine describe
 
+  !> Requests the motion data that the forces need.
   subroutine read_forces(self, configuration, error)
     class(forces_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -50,6 +51,7 @@ contains
       & size(configuration%frame%free) == configuration%frame%dofs()))
   end subroutine read_forces
 
+  !> Computes the reactions and adds tables, pictures and report.
   subroutine run(self, context, result, error)
     class(forces_task), intent(inout) :: self
     type(context_type), intent(inout) :: context
@@ -98,7 +100,7 @@ contains
       harmonics = new_table("supports_harmonics", "Forces by orders", &
         & "Amplitudes of the supports' forces by orders of the crank.")
       call add_orders(harmonics, frame, last)
-      ! Amplitude and phase.
+      ! Two columns: amplitude and phase.
       call harmonics%expect(2 * sum([(count(parts_of(reactions(i)) /= whole_force), i = 1, size(reactions))]))
       do i = 1, size(reactions)
         parts = parts_of(reactions(i))
@@ -118,7 +120,7 @@ contains
     end associate
   end subroutine run
 
-  !> supports.csv, one row for each reaction.
+  !> Table supports.csv, with a row for each reaction.
   pure type(table_type) function summary(reactions, frame) result(table)
     type(reaction_type), intent(in) :: reactions(:)
     class(frame_type), intent(in) :: frame
@@ -133,7 +135,7 @@ contains
     do k = 1, size(reactions(1)%position)
       call table%add(axes(k), metre, "where it is in the frame's system", [(reactions(i)%position(k), i = 1, size(reactions))])
     end do
-    ! the total has all parts
+    ! the total has all components
     parts = parts_of(reactions(size(reactions)))
     do n = 1, size(parts)
       k = parts(n)

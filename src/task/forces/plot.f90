@@ -1,4 +1,4 @@
-!> Pictures of the forces on the ground, reaction by reaction.
+!> Pictures of the forces on the ground, for each reaction.
 module gestell_task_forces_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
@@ -16,12 +16,12 @@ module gestell_task_forces_plot
 
   public :: plot_histories, plot_orders, plot_summary
 
-  !> Characters of a reaction's name in the key, and of a column.
+  !> Maximum length of a reaction's name in the key, and of a column's name
   integer, parameter :: longest = 24, longest_column = 40
 
 contains
 
-  !> The reactions in words.
+  !> Names of the reactions for a key.
   pure function titles_of(reactions) result(titles)
     type(reaction_type), intent(in) :: reactions(:)
     character(len=longest) :: titles(size(reactions))
@@ -32,7 +32,7 @@ contains
     end do
   end function titles_of
 
-  !> The picture of the `table` supports: bars for every reaction, whose forces have two or three axes.
+  !> Picture of the table `supports`: bars for every reaction.
   function plot_summary(table, reactions) result(figure)
     type(table_type), intent(in) :: table
     type(reaction_type), intent(in) :: reactions(:)
@@ -63,7 +63,7 @@ contains
     figure = new_figure(table%name, "Forces on the ground, place by place", lines, width=800, height=480)
   end function plot_summary
 
-  !> The picture of the `table` supports_history: a panel for each part of the forces, with the reactions that have it.
+  !> Picture of the table `supports_history`: one panel for each component, with a curve for each reaction that has it.
   function plot_histories(table, reactions, frame) result(figure)
     type(table_type), intent(in) :: table
     type(reaction_type), intent(in) :: reactions(:)
@@ -76,7 +76,7 @@ contains
     integer :: i, k
 
     titles = titles_of(reactions)
-    ! the total has all parts
+    ! the total has all components
     parts = parts_of(reactions(size(reactions)))
     lines = layout_line(size(parts), 1)
     do k = 1, size(parts)
@@ -92,6 +92,7 @@ contains
 
   contains
 
+    !> Label of the y axis for a component.
     pure function label_of(part) result(label)
       integer, intent(in) :: part
       character(len=:), allocatable :: label
@@ -106,7 +107,7 @@ contains
 
   end function plot_histories
 
-  !> The picture of the `table` supports_harmonics: the forces along the axes.
+  !> Picture of the table `supports_harmonics`: amplitudes of the forces along the axes.
   function plot_orders(table, reactions, harmonics, turns) result(figure)
     type(table_type), intent(in) :: table
     type(reaction_type), intent(in) :: reactions(:)

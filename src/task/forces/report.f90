@@ -1,4 +1,4 @@
-!> Forces on the ground, for people.
+!> Report of the task `forces`: forces on the ground.
 module gestell_task_forces_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, fixed, newline, text
@@ -13,17 +13,17 @@ module gestell_task_forces_report
 
 contains
 
-  !> Every reaction and the total, and which support carries most.
+  !> Table of all reactions and their total, followed by the support with the largest force.
   pure function force_lines(reactions, frame) result(lines)
     type(reaction_type), intent(in) :: reactions(:)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines
-    !> The greatest distance of a reaction from F (m); 1 where all are there.
+    !> Largest distance of a reaction from F (m); 1 if all reactions act at F
     real(dp) :: arm
     integer :: i, most
 
     lines = ""
-    ! the support whose force is greatest; 0: there is none
+    ! number of the support with the largest force; 0: there is none
     most = 0
     do i = 1, size(reactions)
       lines = lines // reaction_line(reactions(i), frame%mechanism%turns) // newline
@@ -56,7 +56,7 @@ contains
 
   contains
 
-    !> The moment of all about F.
+    !> Line on the total moment about an axis through F; empty if it is rounding error.
     pure function moment_line(part, axis) result(line)
       integer, intent(in) :: part
       character(len=*), intent(in) :: axis
@@ -72,7 +72,7 @@ contains
       end associate
     end function moment_line
 
-    !> Where the peak is.
+    !> Crank angle of the peak.
     pure function crank_angle(reaction, part) result(words)
       type(reaction_type), intent(in) :: reaction
       integer, intent(in) :: part
@@ -84,7 +84,8 @@ contains
 
   end function force_lines
 
-  !> Static load and least compression of every reaction; those of guides act on both sides.
+  !> Table of static load and minimum compression of every reaction. Guides have no minimum compression, because they act in both
+  !> directions.
   pure function static_lines(reactions) result(lines)
     type(reaction_type), intent(in) :: reactions(:)
     character(len=:), allocatable :: lines
@@ -102,7 +103,7 @@ contains
         end do
         if (reaction%name /= "guide") lines = lines // concise(reaction%least_compression, 5) // tab &
           & // concise(reaction%least_error, 1) // tab
-        ! the frame leaves a support that only stands there
+        ! lift-off matters only for a support that carries load without being bolted
         if (reaction%carrying .and. reaction%least_compression < reaction%least_error) lines = lines &
           & // either("LIFTS OFF", "may lift off", reaction%least_compression < -reaction%least_error)
         lines = lines // newline
@@ -114,6 +115,7 @@ contains
     end associate
   end function static_lines
 
+  !> Row of a reaction: peaks, error bound, rms, and order with the largest amplitude.
   pure function reaction_line(reaction, turns) result(line)
     type(reaction_type), intent(in) :: reaction
     integer, intent(in) :: turns
@@ -130,7 +132,7 @@ contains
 
   contains
 
-    !> The peak of a component, without what is noise beside the whole.
+    !> Peak of a component, 0 if it is rounding error relative to the whole force.
     pure function component(part) result(words)
       integer, intent(in) :: part
       character(len=:), allocatable :: words
@@ -142,7 +144,7 @@ contains
 
   end function reaction_line
 
-  !> What a reaction is called; in space without its place, for which there is no room.
+  !> Name of a reaction with its position in the plane. The position is omitted in space for lack of room.
   pure function labelled(reaction) result(line)
     type(reaction_type), intent(in) :: reaction
     character(len=:), allocatable :: line
