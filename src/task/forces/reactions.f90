@@ -1,4 +1,4 @@
-!> Where the machine shakes the ground: the forces of every support, of the foundation, of the guides, and all together.
+!> Computes the forces on the ground: of every support, of the foundation, of the guides, and their total.
 module gestell_task_forces_reactions
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -15,25 +15,27 @@ module gestell_task_forces_reactions
 
   public :: find_reactions, has_part, parts_of, static_force, support_places
 
-  !> What is told of a reaction: the force on the ground along x and y, its size (N), and its moment about F at rest (N m); a
-  !> support exerts none but that of its force, and has no moment of its own. In space also the force along z, and moments about x
-  !> and y; the one in the plane is that about z.
+  !> Components of a reaction: force on the ground along x and y, its magnitude (N), and its moment about F at rest (N m). In space
+  !> also the force along z and the moments about x and y; `moment` is then the moment about z. A support has no moment of its own.
   integer, parameter, public :: along_x = 1, along_y = 2, whole_force = 3, moment = 4, along_z = 5, moment_x = 6, moment_y = 7, &
     & most_parts = 7
   character(len=2), parameter, public :: part_names(most_parts) = [character(len=2) :: "fx", "fy", "f", "m", "fz", "mx", "my"]
 
+  !> A force on the ground from one support, the foundation, a guide or all together.
   type, public :: reaction_type
-    !> The support's number, "foundation", "guide", "total"; where it is in the frame's system (m), two numbers, in space three.
+    !> Number of the support, "foundation", "guide" or "total"; position in the frame's axes (m), with two coordinates or, in space,
+    !> three
     character(len=12) :: name = ""
     real(dp), allocatable :: position(:)
-    !> Whether it has a moment of its own.
+    !> True if it has a moment of its own
     logical :: turns = .true.
+    !> Statistics of each component over the period
     type(statistics_type), allocatable :: statistics(:)
-    !> At the times of the vibration's history, shape (points + 1, parts).
+    !> Components at the times of the vibration's history, shape (points + 1, components)
     real(dp), allocatable :: history(:, :)
-    !> With weights: the static force on the ground (N), as many numbers as the position has, and the least over the turn of the
-    !> whole force along gravity with a bound on its error: a support that carries something lifts off where its least
-    !> compression is negative.
+    !> With weights: true if they are included; true if the reaction is a support that carries load. Static force on the ground (N),
+    !> with as many components as the position. Minimum over the period of the total force along gravity (N), with its error bound.
+    !> A support that carries load lifts off if this minimum is negative.
     logical :: weighed = .false., carrying = .false.
     real(dp), allocatable :: static(:)
     real(dp) :: least_compression = 0, least_error = 0
@@ -41,7 +43,7 @@ module gestell_task_forces_reactions
 
 contains
 
-  !> The parts of a reaction in the order in which they are told.
+  !> Components of a reaction in the order of the report.
   pure function parts_of(reaction) result(parts)
     type(reaction_type), intent(in) :: reaction
     integer, allocatable :: parts(:)
@@ -52,7 +54,7 @@ contains
     if (reaction%turns) parts = [parts, moment]
   end function parts_of
 
-  !> Whether a reaction has this part.
+  !> True if the reaction has this component.
   pure logical function has_part(reaction, part)
     type(reaction_type), intent(in) :: reaction
     integer, intent(in) :: part
@@ -60,7 +62,7 @@ contains
     has_part = any(parts_of(reaction) == part)
   end function has_part
 
-  !> Where the supports are (m), shape (2, supports), in space (3, supports).
+  !> Positions of the supports (m), shape (2, supports), or (3, supports) in space.
   pure function support_places(frame) result(places)
     class(frame_type), intent(in) :: frame
     real(dp), allocatable :: places(:, :)
@@ -72,16 +74,17 @@ contains
     end do
   end function support_places
 
-  !> Supports in the frame's order, then foundation and guide where they carry anything, then the total. Errors: as of the frame's
-  !> `check`; `vibration` does not hold the rows of the motion that they need.
+  !> Computes all reactions: the supports in the frame's order, then the foundation and guides if they carry load, then the total.
+  !> Fails as the frame's `check` does, or if `vibration` lacks the rows of the motion that the forces need.
   subroutine find_reactions(frame, vibration, reactions, error, executor)
     class(frame_type), intent(in) :: frame
+    !> The periodic vibration of the frame
     type(vibration_type), intent(in) :: vibration
     type(reaction_type), allocatable, intent(out) :: reactions(:)
     type(error_type), allocatable, intent(out) :: error
-    !> Shows how far thousands of supports are.
+    !> Shows the progress over thousands of supports
     class(executor_type), intent(inout), optional :: executor
-    !> Supports between two times of showing.
+    !> Number of supports between two progress messages
     integer, parameter :: many = 500
     type(quantity_type), allocatable :: parts(:), guide(:)
     real(dp), allocatable :: places(:, :)
@@ -121,7 +124,7 @@ contains
     call take_reaction(frame, vibration, "total", parts, reactions(size(reactions)), error)
   end subroutine find_reactions
 
-  !> What the weights do to `reaction`, whose forces are `parts`.
+  !> Adds static force and minimum compression to `reaction`, whose components are `parts`.
   subroutine weigh(frame, vibration, parts, reaction, error)
     class(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
@@ -149,13 +152,13 @@ contains
     reaction%static = static_force(frame, trim(reaction%name))
     bearing = dot_product(down(:n), reaction%static)
     reaction%least_compression = bearing + least
-    ! The static force is known to the roundings of the weights that it carries.
+    ! The error of the static force is the rounding error of the weights.
     reaction%least_error = reaction%least_error + 16 * epsilon(bearing) * (norm2(reaction%static) + norm2(frame%weights%weight))
-    ! Beside a guide that carries the frame a support bears nothing, and nothing can lift it off.
+    ! If a guide carries the frame, the supports bear no load and cannot lift off.
     reaction%carrying = .not. reaction%turns .and. bearing > roundings * norm2(frame%weights%weight)
   end subroutine weigh
 
-  !> The static force (N) on the ground by the weights, of the reaction of that name: two numbers, in space three.
+  !> Static force (N) of the weights on the ground for the reaction `name`: two components, or three in space.
   pure function static_force(frame, name) result(force)
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: name
@@ -182,7 +185,7 @@ contains
     end associate
   end function static_force
 
-  !> The forces of `reaction`, named with its dot. What it does not have remains unallocated.
+  !> Finds the components of a reaction, whose name ends with a point. Components that it does not have stay unallocated.
   subroutine force_of(frame, reaction, parts)
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: reaction
@@ -197,7 +200,7 @@ contains
     end do
   end subroutine force_of
 
-  !> What is told of a reaction that is called `name` and whose forces are `parts`.
+  !> Computes statistics and history of the reaction `name` with the components `parts`.
   subroutine take_reaction(frame, vibration, name, parts, reaction, error)
     class(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration

@@ -1,4 +1,4 @@
-!> The report on natural frequencies for people: where resonance is near.
+!> Report on natural frequencies and nearby resonances.
 module gestell_task_machine_frequencies
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -12,16 +12,17 @@ module gestell_task_machine_frequencies
 
   public :: frequency_lines, frequency_list, list_frequencies, report_frequencies, resonance_lines
 
-  !> Maximum order that is marked as near; higher ones hardly excite.
+  !> Maximum order that is marked as near; higher orders hardly excite the frame
   integer, parameter :: highest_order = 50
-  !> Frequencies whose relative difference is below this are equal.
+  !> Frequencies with a smaller relative difference count as equal
   real(dp), parameter :: equal = 1.0e-9_dp
-  !> Sums of frequencies are near where they differ by less, relative: tongues of instability are narrower than resonances.
+  !> Maximum relative distance at which a sum of frequencies counts as near an order: regions of parametric instability are narrower
+  !> than resonances
   real(dp), parameter :: near_sum = 0.03_dp
 
 contains
 
-  !> The table of natural frequencies, or why there are none.
+  !> Table of natural frequencies, or the reason why there are none.
   function report_frequencies(frame) result(lines)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines
@@ -44,7 +45,7 @@ contains
       & // "they change with the speed: task 'campbell'" // newline
   end function report_frequencies
 
-  !> Whether the coefficients of the equations about rest change over the turn, beyond rounding.
+  !> True if the coefficients of the equations linearised about rest vary over the period by more than rounding error.
   logical function varies(frame)
     class(frame_type), intent(in) :: frame
     integer, parameter :: phases = 16
@@ -65,7 +66,7 @@ contains
 
   end function varies
 
-  !> The natural frequencies in one line; nothing where they cannot be told.
+  !> Line with the natural frequencies; empty if they cannot be computed.
   function list_frequencies(frame) result(line)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: line
@@ -75,7 +76,7 @@ contains
       & // concise(frame%mechanism%turns / frame%period, 4) // " Hz" // newline
   end function list_frequencies
 
-  !> " 1.2, 3.4, 5.6 Hz"; nothing where they cannot be told.
+  !> Natural frequencies as a list, for example " 1.2, 3.4, 5.6 Hz"; empty if they cannot be computed.
   function frequency_list(frame) result(list)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: list
@@ -92,9 +93,11 @@ contains
     list = list // " Hz"
   end function frequency_list
 
-  !> Natural frequencies (rad/s), ascending, beside the `speed` of the crank (rad/s), whose orders are multiples of 1 / `turns`, and
-  !> sums of them where the coefficients are `periodic`.
+  !> Table of natural frequencies next to the orders of the crank speed, which are multiples of 1 / `turns`. Includes sums of
+  !> frequencies if the coefficients are `periodic`.
   pure function frequency_lines(frequencies, speed, turns, periodic) result(lines)
+    !> Natural frequencies in ascending order, and crank speed (rad/s). A frequency below 0 is minus the growth (1/s) of an unstable
+    !> motion.
     real(dp), intent(in) :: frequencies(:), speed
     integer, intent(in) :: turns
     logical, intent(in) :: periodic
@@ -129,8 +132,8 @@ contains
     if (periodic) lines = lines // parametric_lines(frequencies, speed, turns)
   end function frequency_lines
 
-  !> Sums of two natural frequencies that are close to a low multiple of the crank speed: there the periodic coefficients
-  !> themselves can make free vibrations grow. Equal frequencies count as one.
+  !> Lines on sums of two natural frequencies near a low multiple of the crank speed, where the periodic coefficients can make free
+  !> vibrations grow (parametric resonance). Equal frequencies count once.
   pure function parametric_lines(frequencies, speed, turns) result(lines)
     real(dp), intent(in) :: frequencies(:), speed
     integer, intent(in) :: turns
@@ -154,7 +157,7 @@ contains
 
   contains
 
-    !> Whether the frequency before is equal.
+    !> True if the previous frequency is equal.
     pure logical function is_repeated(k)
       integer, intent(in) :: k
 
@@ -164,7 +167,7 @@ contains
 
   end function parametric_lines
 
-  !> The resonance that a vibration is near, if it is.
+  !> Line on the resonance near the vibration; empty if there is none.
   pure function resonance_lines(resonance) result(lines)
     type(resonance_type), intent(in), allocatable :: resonance
     character(len=:), allocatable :: lines

@@ -1,4 +1,4 @@
-!> The machine of the input itself: solved once for all tasks that are about it.
+!> Solves the machine of the input once for all tasks that use it.
 module gestell_task_machine
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -27,20 +27,20 @@ module gestell_task_machine
 
   public :: end_line, solve_machine
 
-  !> The table that it leaves itself.
+  !> Name of the table that this module writes
   character(len=longest_table), parameter, public :: own_table = "vibrations"
 
 contains
 
-  !> Solves it for what the tasks want, and tells what concerns them all. Error: it cannot be solved; where only the vibration
-  !> cannot, that is the result's failure.
+  !> Solves the machine for all tasks and reports the common results. Fails if the machine cannot be solved. If only its vibration
+  !> cannot be solved, the failure is recorded in `result`.
   subroutine solve_machine(context, result, error)
     type(context_type), intent(inout) :: context
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: failure
     character(len=:), allocatable :: doing
-    !> The terminal is told why a solution with more steps takes seconds.
+    !> With more steps than this, the terminal shows why the solution takes seconds
     integer, parameter :: many = 10000
     logical :: slow
 
@@ -65,13 +65,13 @@ contains
     end associate
   end subroutine solve_machine
 
-  !> What is told of it on one line whatever the tasks, behind what they told.
+  !> Adds columns to the short table that do not depend on the tasks.
   subroutine end_line(context, result)
     type(context_type), intent(in) :: context
     type(result_type), intent(inout) :: result
     integer :: found
 
-    ! a sweep has lines of its own
+    ! a sweep fills the short table itself
     if (result%brief%name /= "") return
     found = nothing
     if (allocated(context%analysis%several)) found = size(context%analysis%several)
@@ -82,7 +82,7 @@ contains
       & [result%verdict])
   end subroutine end_line
 
-  !> The verdict, what it rests on, the natural frequencies, or why these cannot be told.
+  !> Reports the verdict, the accuracy of the solution, and the natural frequencies or why there are none.
   subroutine report(context, result)
     type(context_type), intent(inout) :: context
     type(result_type), intent(inout) :: result
@@ -114,7 +114,7 @@ contains
     end associate
   end subroutine report
 
-  !> vibrations.csv.
+  !> Table vibrations.csv, with a row for each periodic vibration at this speed.
   pure type(table_type) function table_of(several) result(table)
     type(several_type), intent(in) :: several(:)
     type(unit_type) :: units(size(several(1)%peak))

@@ -1,4 +1,4 @@
-!> The report for people: what an engineer wants to read first.
+!> First part of the report: machine, verdict, accuracy.
 module gestell_task_machine_report
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -29,7 +29,7 @@ module gestell_task_machine_report
 
 contains
 
-  !> What was read: title, machine, drive. The input's name stays on its line, however long.
+  !> Lines on the input: title, machine, drive. The file name stays on one line, however long it is.
   function report_machine(configuration, input) result(report)
     type(configuration_type), intent(in) :: configuration
     character(len=*), intent(in) :: input
@@ -48,6 +48,7 @@ contains
     end associate
   end function report_machine
 
+  !> Lines on mechanism, frame, drive, gravity, probable typing errors and model.
   function machine_lines(configuration) result(report)
     type(configuration_type), intent(in) :: configuration
     character(len=:), allocatable :: report, warnings
@@ -115,7 +116,7 @@ contains
     lines = lines // slips(configuration%frame) // values_out_of_the_plane(configuration%document)
   end function slips_of
 
-  !> Makes headlines of these lines, which the report has in its head.
+  !> Adds these lines as headlines. The report already contains them.
   pure subroutine warn_of_slips(result, lines)
     type(result_type), intent(inout) :: result
     character(len=*), intent(in) :: lines
@@ -129,7 +130,7 @@ contains
     end do
   end subroutine warn_of_slips
 
-  !> What weighs, and where to; nothing without gravity.
+  !> Line on gravity, total weight and static deflection; empty without gravity.
   pure function gravity_line(frame) result(line)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: line
@@ -149,6 +150,7 @@ contains
     line = line // newline
   end function gravity_line
 
+  !> Three values separated by commas.
   pure function listed(values) result(words)
     real(dp), intent(in) :: values(3)
     character(len=:), allocatable :: words
@@ -156,11 +158,14 @@ contains
     words = concise(values(1), 4) // "," // concise(values(2), 4) // "," // concise(values(3), 4)
   end function listed
 
-  !> The verdict in a sentence; the period (s) is that many turns; `others`: what is said of other vibrations.
+  !> The verdict in one sentence.
   pure function verdict_sentence(multipliers, period, in_period, others) result(words)
     type(multipliers_type), intent(in) :: multipliers
+    !> Period (s)
     real(dp), intent(in) :: period
+    !> Number of turns of the crank in the period
     integer, intent(in) :: in_period
+    !> Text on other vibrations that is appended
     character(len=*), intent(in) :: others
     character(len=:), allocatable :: words
     real(dp) :: turns
@@ -190,12 +195,14 @@ contains
     words = words // others
   end function verdict_sentence
 
-  !> What stands below it, of a period of so many turns. `unheld`: in which directions nothing holds the frame; `at_limit`: a
-  !> smaller error of Phi(T) was ordered than double precision allows.
+  !> Lines below the verdict: largest multiplier, kind of instability, and the cause if the verdict is undecided.
   pure function verdict_lines(multipliers, turns, unheld, at_limit) result(lines)
     type(multipliers_type), intent(in) :: multipliers
+    !> Number of turns in the period
     integer, intent(in) :: turns
+    !> Directions in which nothing holds the frame; empty if there are none
     character(len=*), intent(in) :: unheld
+    !> True if the requested error of Phi(T) is below the limit of double precision
     logical, intent(in) :: at_limit
     character(len=:), allocatable :: lines, word
     integer :: worst
@@ -225,7 +232,7 @@ contains
     end if
   end function verdict_lines
 
-  !> How the free vibration of a multiplier with that argument looks from turn to turn.
+  !> How the free vibration of a multiplier with this argument changes from period to period.
   pure function manner(arg, turns) result(words)
     real(dp), intent(in) :: arg
     integer, intent(in) :: turns
@@ -243,7 +250,8 @@ contains
     end if
   end function manner
 
-  !> A modulus with as many digits as its error leaves, and the error; beyond the range of numbers by its logarithm.
+  !> Modulus of multiplier `k` with the digits that its error bound supports, and the bound. A modulus outside the range of double
+  !> precision is printed from its logarithm.
   pure function modulus(multipliers, k) result(words)
     type(multipliers_type), intent(in) :: multipliers
     integer, intent(in) :: k
@@ -267,7 +275,7 @@ contains
     words = words // " +- " // concise(bound, 1)
   end function modulus
 
-  !> What the results rest on.
+  !> Line on the numerical solution: method, steps, error of Phi(T), Liouville's defect, condition of the multipliers.
   function evidence_lines(analysis, accuracy) result(lines)
     type(analysis_type), intent(in) :: analysis
     type(accuracy_type), intent(in) :: accuracy
@@ -296,6 +304,7 @@ contains
     lines = lines // newline
   end function evidence_lines
 
+  !> Defect of Liouville's formula in words.
   function defect_in_words(analysis) result(words)
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable :: words
@@ -307,7 +316,7 @@ contains
     if (allocated(error)) words = "unknown: " // error%message
   end function defect_in_words
 
-  !> Where the results are less accurate than was ordered.
+  !> Note if the results are less accurate than requested; otherwise empty.
   function tolerance_note(analysis, accuracy) result(line)
     type(analysis_type), intent(in) :: analysis
     type(accuracy_type), intent(in) :: accuracy
@@ -321,7 +330,7 @@ contains
       & // " of its size" // newline
   end function tolerance_note
 
-  !> How the exact vibration was found; nothing of the other models.
+  !> Line on the convergence of Newton's method to the exact vibration; empty for other models.
   pure function newton_line(newton) result(line)
     type(newton_type), intent(in) :: newton
     character(len=:), allocatable :: line
@@ -337,7 +346,7 @@ contains
     line = line // newline
   end function newton_line
 
-  !> What the multipliers about the vibration say, where those of a cheaper `model` miss it.
+  !> Line on the verdict of the exact model if the verdict of the cheaper `model` differs; otherwise empty.
   pure function better_line(better, model) result(line)
     type(multipliers_type), intent(in), allocatable :: better
     character(len=*), intent(in) :: model

@@ -1,4 +1,4 @@
-!> What is said of several periodic vibrations of one machine: report.
+!> Report on several periodic vibrations of one machine.
 module gestell_task_machine_several
   use gestell_base_text, only: concise, either, newline, text
   use gestell_task_stability_report, only: modulus_of
@@ -13,7 +13,7 @@ module gestell_task_machine_several
 
 contains
 
-  !> For the line of the verdict: how many vibrations there are, and whether another one is stable.
+  !> Addition to the sentence on the verdict: number of vibrations, and whether another one is stable.
   pure function among(several) result(words)
     type(several_type), intent(in), allocatable :: several(:)
     character(len=:), allocatable :: words
@@ -28,7 +28,7 @@ contains
     if (others > 1) words = words // ", " // text(others) // " others are STABLE too"
   end function among
 
-  !> The vibrations one by one; `sought`: whether all were looked for.
+  !> Table of the vibrations. `sought` is true if all vibrations were requested.
   pure function several_lines(several, sought) result(lines)
     type(several_type), intent(in), allocatable :: several(:)
     logical, intent(in) :: sought

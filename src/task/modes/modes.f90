@@ -1,4 +1,4 @@
-!> The task `modes`: the multipliers with their eigenvectors.
+!> The task `modes`: multipliers and their eigenvectors.
 module gestell_task_modes
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -39,7 +39,7 @@ contains
     configuration%analysis%modes = self%ordered
   end subroutine read_modes
 
-  !> modes.csv: eigenvectors of (19) at t = 0.
+  !> Adds table modes.csv with the eigenvectors of equation (19) at t = 0, and its picture.
   subroutine run(self, context, result, error)
     class(modes_task), intent(inout) :: self
     type(context_type), intent(inout) :: context
@@ -56,7 +56,7 @@ contains
       dofs = frame%dofs()
       f = size(frame%free)
       names = names_of(dofs)
-      ! degrees of freedom that are not free have zeros
+      ! degrees of freedom that are not free get zeros
       allocate(vectors(2 * dofs, size(multipliers%rho)), source=(0.0_dp, 0.0_dp))
       vectors(frame%free, :) = multipliers%vectors(:f, :)
       vectors(dofs + frame%free, :) = multipliers%vectors(f + 1:, :)

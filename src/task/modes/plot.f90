@@ -1,4 +1,4 @@
-!> The picture of the eigenvectors.
+!> Picture of the eigenvectors.
 module gestell_task_modes_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
@@ -16,8 +16,8 @@ module gestell_task_modes_plot
 
 contains
 
-  !> modes.gp: the displacements of every eigenvector as bars, a conjugate pair once. Turns count by the path of a
-  !> point at the frame's radius of gyration.
+  !> Picture modes.gp: displacements of the eigenvectors as bars, one group for each conjugate pair. Rotations are multiplied by the
+  !> frame's radius of gyration.
   function plot_modes(frame, multipliers) result(figure)
     class(frame_type), intent(in) :: frame
     type(multipliers_type), intent(in) :: multipliers

@@ -1,4 +1,4 @@
-!> What the drive has to do over a turn, and where its power goes.
+!> Computes torque and power of the drive over the period, and the balance of power.
 module gestell_task_power_drive
   use gestell_base_error, only: error_type
   use gestell_math_series_fourier, only: fourier_series, fourier_type
@@ -15,22 +15,23 @@ module gestell_task_power_drive
 
   public :: find_drive
 
-  !> A torque over the turn (N m): greatest size with its sign and where (t / T), rms, mean.
+  !> A torque over the period (N m): value of largest magnitude with its sign, the phase t / T at which it occurs, rms, mean.
   type, public :: torque_type
     real(dp) :: peak = 0, peak_phase = 0, rms = 0, mean = 0
   end type torque_type
 
+  !> Torque and power of the drive.
   type, public :: drive_type
-    !> The rows of gestell_model_quantity_driving at the times of the vibration's history, shape (power_rows, points + 1).
+    !> Rows of gestell_model_quantity_driving at the times of the vibration's history, shape (power_rows, points + 1)
     real(dp), allocatable :: history(:, :)
-    !> On the frame as it vibrates, with a bound on the peak's error, and on a rigid one.
+    !> Torque on the vibrating frame and on a rigid frame; error bound of the peak on the vibrating frame (N m)
     type(torque_type) :: actual, rigid
     real(dp) :: peak_error = 0
-    !> Means over the turn (W), greatest power of the drive (W).
+    !> Mean power of the drive and of the dampers; maximum power of the drive (W)
     real(dp) :: drive_mean = 0, dampers_mean = 0, greatest = 0
-    !> Whether links and frame weigh something.
+    !> True if the weights of links and frame are included
     logical :: weighed = .false.
-    !> Where a flywheel's inertia is known.
+    !> Fluctuation of the speed; allocated if the inertia of a flywheel is given
     type(fluctuation_type), allocatable :: fluctuation
   contains
     procedure :: defect, is_finite => drive_is_finite
@@ -38,12 +39,13 @@ module gestell_task_power_drive
 
 contains
 
-  !> `vibration` is that of the periodic model. `known`: the mechanism tells its kinetic energy. Errors: as of the frame's `check`;
-  !> `vibration` does not hold the accelerations.
+  !> Computes torque and power of the drive. Fails as the frame's `check` does, or if `vibration` lacks the accelerations.
   subroutine find_drive(frame, vibration, drive, known, error)
     class(frame_type), intent(in) :: frame
+    !> Periodic vibration of the model with periodic coefficients
     type(vibration_type), intent(in) :: vibration
     type(drive_type), intent(out) :: drive
+    !> False if the kinetic energy of the mechanism is unknown; `drive` is then incomplete
     logical, intent(out) :: known
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: samples(:, :), motion(:, :)
@@ -65,7 +67,7 @@ contains
       drive%drive_mean = sum(samples(drive_watts, :)) / n
       drive%dampers_mean = sum(samples(damper_watts, :)) / n
     end associate
-    ! The linkage's crank angle is that of a shaft that turns once in the period; the drive turns faster, its power is the same.
+    ! The linkage's crank angle belongs to a shaft that turns once in the period. The drive turns faster; its power is the same.
     associate (turns => frame%mechanism%turns)
       drive%history([torque, rigid_torque], :) = drive%history([torque, rigid_torque], :) / turns
       samples([torque, rigid_torque], :) = samples([torque, rigid_torque], :) / turns
@@ -81,7 +83,8 @@ contains
     drive%greatest = abs(drive%actual%peak * frame%speed * frame%mechanism%turns)
   end subroutine find_drive
 
-  !> `between`: what orders that the samples do not resolve may add to the peak.
+  !> Computes peak, rms and mean of a torque from equidistant samples of the period. `between` bounds the contribution to the peak
+  !> of orders that the samples do not resolve.
   subroutine take_torque(samples, told, between)
     real(dp), intent(in) :: samples(:)
     type(torque_type), intent(out) :: told
@@ -96,7 +99,8 @@ contains
     between = series%beyond()
   end subroutine take_torque
 
-  !> By how much the means of drive and dampers differ, relative to the greatest power of the drive; zero but for errors.
+  !> Difference of the mean powers of drive and dampers, relative to the maximum power of the drive. It is zero except for numerical
+  !> errors.
   pure real(dp) function defect(self)
     class(drive_type), intent(in) :: self
 
@@ -104,6 +108,7 @@ contains
     if (self%greatest > 0) defect = abs(self%drive_mean - self%dampers_mean) / self%greatest
   end function defect
 
+  !> True if all results are finite.
   pure logical function drive_is_finite(self) result(finite)
     class(drive_type), intent(in) :: self
 

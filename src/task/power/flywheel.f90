@@ -1,8 +1,8 @@
-!> How evenly a flywheel holds the speed.
+!> Computes how evenly a flywheel keeps the speed.
 !>
-!> A flywheel J_f turns with the crank in space, theta = phi + psi, and (J_f + K) theta'' = M - M_d, but for products with the
-!> fluctuation of the speed: M_d is the torque on the crank at constant speed, M its mean, K = sum (m |r'|^2 + J phi'^2) the reduced
-!> inertia of the mechanism, here its mean. What is left out of the fluctuation is about as large as its square.
+!> A flywheel J_f rotates with the crank in space, theta = phi + psi. Without products of the fluctuation,
+!> (J_f + K) theta'' = M - M_d. M_d is the torque on the crank at constant speed, M its mean. K = sum (m |r'|^2 + J phi'^2) is the
+!> reduced inertia of the mechanism, here its mean. The neglected part of the fluctuation is about as large as its square.
 module gestell_task_power_flywheel
   use gestell_math_series_fourier, only: fourier_series, fourier_type, greatest
   use gestell_base_kinds, only: dp, pi
@@ -13,26 +13,29 @@ module gestell_task_power_flywheel
 
   public :: find_fluctuation
 
-  !> A coefficient beyond this tells that the speed is not constant: inertia forces go with its square, and its change, mostly of
-  !> second order, adds about as much. Together that is up to twice the coefficient, 2 %.
+  !> Coefficient of irregularity above which the speed is not constant. Inertia forces grow with the square of the speed, and its
+  !> change, mostly of second order, adds about as much. Both together change the results by up to twice the coefficient, here 2 %.
   real(dp), parameter, public :: uneven = 0.01_dp
 
+  !> Fluctuation of the drive speed.
   type, public :: fluctuation_type
-    !> The drive's speed less its mean at points + 1 times of the period (rad/s); its greatest and least.
+    !> Drive speed minus its mean at points + 1 times of the period (rad/s); its maximum and minimum
     real(dp), allocatable :: history(:)
     real(dp) :: greatest = 0, least = 0
-    !> (greatest - least)/|speed|, and a bound on its error.
+    !> Coefficient of irregularity (greatest - least)/|speed|, and its error bound
     real(dp) :: irregularity = 0, error = 0
-    !> Of flywheel and mechanism (kg m^2).
+    !> Inertia of flywheel and mechanism (kg m^2)
     real(dp) :: inertia = 0
   end type fluctuation_type
 
 contains
 
-  !> From the torque on the drive's crank (N m) at equidistant times of the period, known to `torque_error`.
+  !> Computes the fluctuation of the speed to first order from the torque on the crank.
   subroutine find_fluctuation(frame, torque, torque_error, points, fluctuation)
     class(frame_type), intent(in) :: frame
+    !> Torque on the drive's crank (N m) at equidistant times of the period, and its error bound
     real(dp), intent(in) :: torque(:), torque_error
+    !> Number of intervals of the history
     integer, intent(in) :: points
     type(fluctuation_type), intent(out) :: fluctuation
     type(fourier_type) :: series
@@ -42,7 +45,7 @@ contains
 
     associate (n => size(torque))
       call frame%mechanism%tabulate_drive(frame%crank_angles([(real(k, dp) / n, k = 0, n - 1)]), drive, known)
-      ! K of the linkage's crank angle, of which the drive turns several times as fast
+      ! K refers to the linkage's crank angle; the drive turns `turns` times as fast
       fluctuation%inertia = frame%flywheel_inertia + sum(drive(:, energy_v)) / n / frame%mechanism%turns**2
       series = fourier_series(torque)
       series%mean = 0
@@ -59,13 +62,13 @@ contains
       f = series%value(2 * pi * k / points)
       fluctuation%history(k + 1) = f(1)
     end do
-    ! What is lifted above zero everywhere has its greatest value where it has its greatest size.
+    ! The values are shifted to be positive, so that the maximum is also the maximum modulus.
     shift = sum(series%amplitude)
     fluctuation%greatest = greatest(speed + shift) - shift
     fluctuation%least = shift - greatest(shift - speed)
     mean = abs(frame%drive_speed())
     fluctuation%irregularity = (fluctuation%greatest - fluctuation%least) / mean
-    ! An error of the torque that is positive for half a period and negative for the other does most.
+    ! The worst error of the torque is positive for half a period and negative for the other half.
     fluctuation%error = (torque_error * frame%period / (2 * fluctuation%inertia) + 2 * series%beyond()) / mean
   end subroutine find_fluctuation
 

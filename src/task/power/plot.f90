@@ -1,4 +1,4 @@
-!> The picture of the drive.
+!> Picture of the drive.
 module gestell_task_power_plot
   use gestell_base_text, only: newline
   use gestell_model_frame, only: frame_type
@@ -13,7 +13,7 @@ module gestell_task_power_plot
 
 contains
 
-  !> The picture of the `table` power.
+  !> Picture of the table `power`.
   type(figure_type) function plot_power(table, frame) result(figure)
     type(table_type), intent(in) :: table
     class(frame_type), intent(in) :: frame

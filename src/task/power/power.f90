@@ -1,4 +1,4 @@
-!> The task `power`: what the drive has to do over a turn.
+!> The task `power`: torque and power of the drive over the period.
 module gestell_task_power
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -41,7 +41,7 @@ contains
     self%brief = .true.
   end subroutine describe
 
-  !> Error: the mechanism does not tell its energy; averaged masses.
+  !> Requests the accelerations. Fails if the kinetic energy of the mechanism is unknown or if the masses are averaged.
   subroutine read_power(self, configuration, error)
     class(power_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -61,6 +61,7 @@ contains
     end if
   end subroutine read_power
 
+  !> Computes the drive and adds table, picture and report.
   subroutine run(self, context, result, error)
     class(power_task), intent(inout) :: self
     type(context_type), intent(inout) :: context

@@ -1,4 +1,4 @@
-!> The drive, for people.
+!> Report of the task `power`: torque and power of the drive.
 module gestell_task_power_report
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, either, fixed, newline
@@ -11,12 +11,12 @@ module gestell_task_power_report
 
   public :: drive_lines
 
-  !> What lies below this part of the greatest torque is what roundings leave of zero.
+  !> Fraction of the maximum torque below which a torque is rounding error
   real(dp), parameter :: rounding = 1.0e-13_dp
 
 contains
 
-  !> Torque over the turn, the balance of power, and how evenly a flywheel holds the speed.
+  !> Table of the torque over the period, the balance of power, and the fluctuation of the speed with a flywheel.
   pure function drive_lines(drive, frame) result(lines)
     type(drive_type), intent(in) :: drive
     class(frame_type), intent(in) :: frame
@@ -24,7 +24,7 @@ contains
     type(torque_type) :: rigid
     real(dp) :: whole, ends(2)
 
-    ! Of a balanced mechanism the torque on a rigid frame is nothing but roundings.
+    ! The torque of a balanced mechanism on a rigid frame is pure rounding error.
     rigid = drive%rigid
     if (abs(rigid%peak) <= rounding * abs(drive%actual%peak)) rigid = torque_type()
     whole = sign(360.0_dp, frame%speed) * frame%mechanism%turns
@@ -45,7 +45,7 @@ contains
     end associate
   end function drive_lines
 
-  !> `whole`: the crank angle through which the drive turns in a period (deg).
+  !> Row of the table for one torque. `whole` is the crank angle (deg) through which the drive turns in a period.
   pure function torque_row(name, found, error, whole) result(row)
     character(len=*), intent(in) :: name, error
     type(torque_type), intent(in) :: found

@@ -20,7 +20,7 @@ module gestell_task_probes_plot
 
 contains
 
-  !> The picture of the `table` probes: the vibration velocity in its band, along two or three axes, against the limit.
+  !> Picture of the table `probes`: vibration velocity in the band along two or three `axes`, and the limit.
   function plot_limits(table, names, axes) result(figure)
     type(table_type), intent(in) :: table
     character(len=*), intent(in) :: names(:)
@@ -50,7 +50,7 @@ contains
 
   contains
 
-    !> Box number `i` of each probe.
+    !> Plot element of the i-th bar of each probe.
     pure function boxes(column, title) result(words)
       character(len=*), intent(in) :: column, title
       character(len=:), allocatable :: words
@@ -61,9 +61,10 @@ contains
 
   end function plot_limits
 
-  !> The picture of the `table` probes_history: displacement, velocity and acceleration along all axes.
+  !> Picture of the table `probes_history`: displacement, velocity and acceleration along all axes.
   function plot_histories(table, names, axes, frame) result(figure)
     type(table_type), intent(in) :: table
+    !> Names of the probes; number of axes (2 or 3)
     character(len=*), intent(in) :: names(:)
     integer, intent(in) :: axes
     class(frame_type), intent(in) :: frame
@@ -87,10 +88,12 @@ contains
       & // turns_in_words(frame%mechanism%turns), lines // "unset multiplot" // newline, width=880, height=nint(height_of(3)))
   end function plot_histories
 
-  !> The picture of the `table` probes_harmonics.
+  !> Picture of the table `probes_harmonics`: amplitudes of the velocity over the orders.
   function plot_orders(table, names, axes, harmonics, turns) result(figure)
     type(table_type), intent(in) :: table
+    !> Names of the probes
     character(len=*), intent(in) :: names(:)
+    !> Number of axes (2 or 3); highest harmonic of the period; turns of the crank in the period
     integer, intent(in) :: axes, harmonics, turns
     type(figure_type) :: figure
     character(len=:), allocatable :: lines

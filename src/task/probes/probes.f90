@@ -1,4 +1,4 @@
-!> What the task `response` tells of points of the frame: their vibration against its limits.
+!> Part of the task `response` on probes: vibration at points of the frame, compared with limits.
 module gestell_task_probes
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -26,7 +26,7 @@ module gestell_task_probes
     procedure :: run
   end type probes_task
 
-  !> Of displacement, velocity, acceleration.
+  !> Units of displacement, velocity and acceleration
   type(unit_type), parameter :: units(3) = [metre, metre_per_s, metre_per_s2]
   real(dp), parameter :: mm = 1000
 
@@ -103,7 +103,7 @@ contains
       harmonics = new_table("probes_harmonics", "Probes by orders", &
         & "Amplitudes of the velocity at the probes by orders of the crank.")
       call add_orders(harmonics, frame, last)
-      ! Amplitude and phase of the components along the axes, not of the size of the vector.
+      ! Two columns, amplitude and phase, for the components along the axes. The magnitude of the vector has none.
       call harmonics%expect(2 * 3 * axes * size(responses))
       do i = 1, size(responses)
         do k = 1, size(responses(i)%parts)
@@ -128,7 +128,7 @@ contains
     end associate
   end subroutine run
 
-  !> probes.csv, one row a probe.
+  !> Table probes.csv, with a row for each probe.
   pure type(table_type) function summary(responses) result(table)
     type(probe_response_type), intent(in) :: responses(:)
     character(len=*), parameter :: axes(3) = ["x", "y", "z"]

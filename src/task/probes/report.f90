@@ -1,4 +1,4 @@
-!> The vibration at probes, for people.
+!> Report on the vibration at probes.
 module gestell_task_probes_report
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_kinds, only: dp
@@ -14,7 +14,8 @@ module gestell_task_probes_report
 
 contains
 
-  !> Every probe, with its verdict where it has a limit. The `period` (s) is so many `turns` of the crank.
+  !> Table of all probes, then a line for each with its band and its comparison with the limit. `period` (s) has `turns` turns of
+  !> the crank.
   pure function probe_lines(responses, period, turns, verdict) result(lines)
     type(probe_response_type), intent(in) :: responses(:)
     real(dp), intent(in) :: period
@@ -41,14 +42,14 @@ contains
       & // bands%whole()
   end function probe_lines
 
-  !> Which orders the band holds, and the verdict.
+  !> Line on the comparison with the limit and on the orders within the band.
   pure function band_lines(response, period, turns, verdict) result(lines)
     type(probe_response_type), intent(in) :: response
     real(dp), intent(in) :: period
     integer, intent(in) :: turns
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: lines
-    !> The band leaves out what makes the whole so many times as great.
+    !> Ratio of the rms of all orders to the rms in the band above which the report warns of the lower end of the band
     real(dp), parameter :: much = 1.5_dp
     real(dp) :: orders(2), whole
 
@@ -67,7 +68,7 @@ contains
     end associate
   end function band_lines
 
-  !> The verdict in words.
+  !> Comparison of a probe with its limit in words.
   pure function against_limit(response) result(words)
     type(probe_response_type), intent(in) :: response
     character(len=:), allocatable :: words
@@ -86,7 +87,7 @@ contains
     end associate
   end function against_limit
 
-  !> A probe against its limit. `verdict`: of the machine.
+  !> Sentence that compares a probe with its limit. `verdict` is the verdict on the machine.
   pure function limit_sentence(response, verdict) result(sentence)
     type(probe_response_type), intent(in) :: response
     character(len=*), intent(in) :: verdict

@@ -1,4 +1,4 @@
-!> What a vibration meter at a point of the frame would show, against the limit that is set there.
+!> Computes the readings of a vibration meter at points of the frame, and compares them with limits.
 module gestell_task_probes_response
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -14,19 +14,21 @@ module gestell_task_probes_response
 
   public :: find_responses
 
-  !> Displacement, velocity, acceleration: along x, along y, in space along z, and the size of the vector; so many in the plane.
+  !> Number of quantities of a probe in the plane, and index of the magnitude of the velocity. The quantities are displacement,
+  !> velocity and acceleration, each along the axes and as the magnitude of the vector.
   integer, parameter, public :: probe_parts = 9, velocity_part = 6
   character(len=2), parameter, public :: probe_part_names(probe_parts) = &
     & [character(len=2) :: "x", "y", "d", "vx", "vy", "v", "ax", "ay", "a"]
 
+  !> Vibration at one probe.
   type, public :: probe_response_type
     type(probe_type) :: probe
     character(len=2), allocatable :: parts(:)
     type(statistics_type), allocatable :: statistics(:)
-    !> At the times of the vibration's history, shape (points + 1, parts).
+    !> Quantities at the times of the vibration's history, shape (points + 1, quantities)
     real(dp), allocatable :: history(:, :)
-    !> Velocity in the probe's band of frequencies (m/s, rms): along x, y and z, in the direction in which
-    !> it is greatest, and a bound on the latter's error.
+    !> Rms velocity in the probe's frequency band (m/s): along x, y and z; in the direction in which it is largest; error bound of
+    !> the latter
     real(dp) :: band(3) = 0, greatest = 0, error = 0
   contains
     procedure :: verdict
@@ -34,16 +36,17 @@ module gestell_task_probes_response
 
 contains
 
-  !> All probes. Errors: a position, limit or band that makes no sense; `vibration` does not hold the accelerations.
+  !> Computes the vibration at all probes. Fails if a position, limit or band is invalid, or if `vibration` lacks the accelerations.
   subroutine find_responses(frame, vibration, probes, responses, error, executor)
     class(frame_type), intent(in) :: frame
+    !> The periodic vibration of the frame
     type(vibration_type), intent(in) :: vibration
     type(probe_type), intent(in) :: probes(:)
     type(probe_response_type), allocatable, intent(out) :: responses(:)
     type(error_type), allocatable, intent(out) :: error
-    !> Shows how far thousands of probes are.
+    !> Shows the progress over thousands of probes
     class(executor_type), intent(inout), optional :: executor
-    !> Probes between two times of showing.
+    !> Number of probes between two progress messages
     integer, parameter :: many = 500
     type(quantity_type) :: quantity
     real(dp), allocatable :: history(:)
@@ -78,14 +81,14 @@ contains
       associate (velocity => responses(i)%statistics(2 * n / 3))
         call band_rms(velocity, frame%period, probes(i)%band, responses(i)%band(:n / 3 - 1), responses(i)%greatest, error)
         if (allocated(error)) return
-        ! A part of an error, in the mean square, is at most its greatest value.
+        ! The mean square of some orders of an error does not exceed the square of its maximum.
         responses(i)%error = velocity%error
       end associate
     end do
     if (present(executor) .and. size(probes) >= many) call executor%show("probes", 1.0_dp)
   end subroutine find_responses
 
-  !> "within" or "above" the limit, "undecided" where the error reaches across it; empty without a limit.
+  !> "within" or "above" the limit, or "undecided" if the error bound includes the limit; empty without a limit.
   pure character(len=9) function verdict(self)
     class(probe_response_type), intent(in) :: self
 

@@ -1,4 +1,4 @@
-!> What the task `response` tells of quantities that are ordered by their names.
+!> Part of the task `response` on quantities that the input requests by name.
 module gestell_task_quantities
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -92,7 +92,7 @@ contains
     end if
     do i = 1, size(self%measures)
       associate (measure => self%measures(i), unit => new_unit(trim(self%measures(i)%unit)))
-        ! another task may have told it
+        ! another task may have added this quantity
         if (result%brief%number_of(trim(measure%name()) // "_" // trim(unit%suffix)) > 0) cycle
         call result%brief%add(trim(measure%name()), unit, trim(measure%meaning()), values(1:1, i))
         call result%brief%add(trim(measure%name()) // "_error", unit, "bound on its error", values(2:2, i))

@@ -1,16 +1,17 @@
-!> The resonance curve of a machine: peaks, rms values and orders of quantities of the vibration over the crank speed,
-!> at the speeds of a grid and at those between that make it true.
+!> The resonance curve of a machine: peaks, rms values and orders of quantities of the vibration over the crank speed. It is
+!> computed at the speeds of a grid and at speeds between them that resolve it.
 !>
-!> The speeds come in rounds, so that a caller may share those of one round among threads:
+!> The speeds come in rounds, so that a caller can distribute the speeds of one round over threads:
 !>
-!>     call start_curve(curve, order, grid speeds, error)
+!>     call start_curve(curve, options, speeds, error)
 !>     do
-!>       call curve%wanted(speeds)              ! none: done
+!>       call curve%wanted(speeds)              ! empty: done
 !>       (solve_speed_point at each of them)
 !>       call curve%add(points)
 !>     end do
+!>     call curve%finish()
 !>
-!> `solve_curve` does that by an executor, or on one thread.
+!> `solve_curve` does so with an executor, or on one thread.
 module gestell_task_resonance_curve
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: operator(/=), operator(==), undamped, undecided
@@ -28,14 +29,15 @@ module gestell_task_resonance_curve
 
   public :: solve_curve, start_curve
 
+  !> A resonance curve and the state of its refinement.
   type, public, extends(curve_points_type) :: resonance_curve_type
     type(speed_options) :: options
-    !> Speeds of the grid that stand to be computed.
+    !> Speeds of the grid (1/min) that are not yet computed
     real(dp), allocatable :: grid(:)
     integer :: rounds = 0
-    !> Whether refinement came to its end, and not to its bounds.
+    !> True if refinement ended by itself, false if it reached the limit of speeds or rounds
     logical :: complete = .true.
-    !> The maxima that stand out, by quantity and speed; filled by `finish`.
+    !> Maxima that stand out, sorted by quantity and speed; `finish` fills them in
     type(maximum_type), allocatable :: maxima(:)
   contains
     procedure :: wanted
@@ -43,7 +45,7 @@ module gestell_task_resonance_curve
     procedure :: finish
   end type resonance_curve_type
 
-  !> A piece is a speed of a round.
+  !> Work for several processors: one piece for each speed of a round.
   type, extends(work_type) :: round_type
     class(family_type), pointer :: family => null()
     type(speed_options) :: options
@@ -54,19 +56,20 @@ module gestell_task_resonance_curve
     procedure :: exchange
   end type round_type
 
-  !> Speeds that are added to those of the grid, and rounds, at the most.
+  !> Maximum number of speeds added to the grid, and of rounds
   integer, parameter, public :: most_refined = 6000, most_rounds = 100
-  !> Maxima that are listed stand out of both flanks by this, in the logarithm.
+  !> Minimum height of a listed maximum above both of its flanks, in ln(peak)
   real(dp), parameter, public :: standing_out = 0.05_dp
-  !> Where the state changes it is known to this part of the speed.
+  !> Relative accuracy of the speed at which the state changes
   real(dp), parameter :: border = 1.0e-4_dp
-  !> Where the vibration may rise without bounds, beside a border of stability or without damping, intervals are not divided
-  !> below this part of the speed.
+  !> Minimum width of an interval relative to the speed where the vibration may grow without bound: at a stability boundary, or
+  !> without damping
   real(dp), parameter :: coarsest = 1.0e-6_dp
 
 contains
 
-  !> An empty curve over `speeds`, all of one sign, ascending or descending. Errors: they are not; an order that makes no sense.
+  !> Initialises an empty curve over `speeds` (1/min). Fails if the speeds are not all of one sign and ascending or descending, or
+  !> if an order is invalid.
   subroutine start_curve(curve, options, speeds, error)
     type(resonance_curve_type), intent(out) :: curve
     type(speed_options), intent(in) :: options
@@ -82,7 +85,7 @@ contains
     allocate(curve%points(0))
   end subroutine start_curve
 
-  !> The speeds of the next round, ascending in the direction of the grid; none: the curve is done.
+  !> Returns the speeds of the next round in the order of the grid. No speeds mean that the curve is complete.
   subroutine wanted(self, speeds)
     class(resonance_curve_type), intent(inout) :: self
     real(dp), allocatable, intent(out) :: speeds(:)
@@ -97,7 +100,7 @@ contains
     end if
     n = size(self%points) - 1
     associate (p => self%points)
-      ! Between neighbours in different states the vibration begins or ceases to be stable.
+      ! Between neighbours in different states the vibration appears, disappears or changes its stability.
       more = [real(dp) :: crossing_speeds(self%curve_points_type), pack([((p(i)%speed + p(i + 1)%speed) / 2, i = 1, n)], &
         & p(:n)%state /= p(2:)%state .and. [(abs(p(i)%speed - p(i + 1)%speed) > border * abs(p(i)%speed), i = 1, n)])]
       do q = 1, size(self%options%names)
@@ -116,11 +119,11 @@ contains
     if (size(speeds) > room) speeds = speeds(:room)
   end subroutine wanted
 
-  !> The intervals where the curve is not resolved. The straight line through the two points before an interval, continued to
-  !> its other end, misses the point that was computed there by h times the change of slope, and so does the line from behind.
-  !> Between the ends a bend at any one place, as where two maxima over the turn are equal, misses at most half of the greater
-  !> one, a curve of constant curvature a quarter and less. Where one side is not known the other one counts twice; where
-  !> neither is the interval is divided. No line goes across a jump.
+  !> Finds the intervals in which the curve is not resolved. The straight line through the two points before an interval is
+  !> extrapolated to its far end. It misses the point computed there by h times the change of slope; the same holds from the other
+  !> side. Within the interval a single bend, as where two maxima over the period are equal, deviates by at most half of the larger
+  !> miss, and a curve of constant curvature by a quarter. If only one side is known, its miss counts twice; if neither is known,
+  !> the interval is divided. No line crosses a jump.
   subroutine bent_intervals(self, level, known, bent)
     class(resonance_curve_type), intent(in) :: self
     real(dp), intent(in) :: level(:)
@@ -148,7 +151,7 @@ contains
     end do
   end subroutine bent_intervals
 
-  !> Whether the interval between neighbours is wide enough to be divided.
+  !> True if the interval between neighbours is wide enough to be divided.
   pure logical function divisible(a, b)
     type(curve_point_type), intent(in) :: a, b
     real(dp) :: least
@@ -158,7 +161,7 @@ contains
     divisible = abs(a%speed - b%speed) > least * abs(a%speed)
   end function divisible
 
-  !> Takes the points of a round.
+  !> Adds the points of a round.
   subroutine add(self, points)
     class(resonance_curve_type), intent(inout) :: self
     type(speed_point_type), intent(in) :: points(:)
@@ -166,7 +169,7 @@ contains
     call self%insert(points, refined=self%rounds > 0)
   end subroutine add
 
-  !> Lists the maxima.
+  !> Lists the maxima of all quantities.
   subroutine finish(self)
     class(resonance_curve_type), intent(inout) :: self
     type(maximum_type), allocatable :: found(:)
@@ -183,11 +186,12 @@ contains
     end do
   end subroutine finish
 
-  !> The whole curve. With an `executor` several threads may ask for members of the family. Errors: as of `start_curve`; that of
-  !> the first speed whose parameter makes no sense.
+  !> Computes the whole curve. Fails as `start_curve` does, or if the family rejects a speed.
   subroutine solve_curve(family, options, speeds, curve, error, executor)
+    !> Machines as a function of the speed (1/min). With an `executor`, several threads may request members.
     class(family_type), intent(in), target :: family
     type(speed_options), intent(in) :: options
+    !> Speeds of the grid (1/min), all of one sign, ascending or descending
     real(dp), intent(in) :: speeds(:)
     type(resonance_curve_type), intent(out) :: curve
     type(error_type), allocatable, intent(out) :: error
@@ -218,6 +222,7 @@ contains
     call solve_speed_point(self%family, self%speeds(k), self%options, self%points(k), error)
   end subroutine compute
 
+  !> Passes a point to or from a record.
   subroutine exchange(self, k, record)
     class(round_type), intent(inout) :: self
     integer, intent(in) :: k

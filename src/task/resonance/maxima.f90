@@ -1,7 +1,7 @@
-!> The maxima of a resonance curve: where they lie, how high and how wide they are.
+!> The maxima of a resonance curve: their speeds, heights and widths.
 !>
-!> Beside its maximum a resonance goes as P = P_0 / sqrt(1 + u^2), u the distance in half-widths: (P_0 / P)^2 is a parabola
-!> there and sqrt((P_0 / P)^2 - 1) a straight line, which is what is interpolated.
+!> Near its maximum a resonance follows P = P_0 / sqrt(1 + u^2), where u is the distance in half widths. Hence (P_0 / P)^2 is a
+!> parabola and sqrt((P_0 / P)^2 - 1) a straight line; these two functions are interpolated.
 module gestell_task_resonance_maxima
   use gestell_base_verdict, only: has_vibration, in_resonance, operator(/=), operator(==), undamped, undecided, &
     & unstable, verdict_type
@@ -13,47 +13,53 @@ module gestell_task_resonance_maxima
 
   public :: find_maxima, half_power_speeds, step_to_top, top_speeds
 
+  !> A maximum of a resonance curve.
   type, public :: maximum_type
+    !> Number of the quantity
     integer :: quantity = 0
-    !> Its point on the curve, and the verdict there.
+    !> Number of the point on the curve, and the verdict at it
     integer :: point = 0
     type(verdict_type) :: state
+    !> Harmonic with the largest amplitude at this point
     integer :: strongest_order = 0
+    !> Speed (1/min) and value P_0 of the peak
     real(dp) :: speed = 0, value = 0
-    !> Where P has fallen to P_0 / sqrt(2) on both sides, their distance, and half of it relative to the speed, the damping
-    !> ratio of a single resonance; NaN where the curve turns up before, or ends.
+    !> Speeds on both sides at which the peak P has fallen to P_0 / sqrt(2), their distance (1/min), and half of this distance
+    !> relative to the speed: the damping ratio of a single resonance. NaN if the curve rises or ends before.
     real(dp) :: half(2) = 0, width = 0, damping_ratio = 0
-    !> By how much it stands out of the higher one of its flanks, in ln(peak).
+    !> Height above the higher one of its flanks in ln(peak)
     real(dp) :: rise = 0
-    !> Whether its surroundings are resolved; whether the vibration grows without bounds there, as at a border of stability.
+    !> True if the surrounding intervals are resolved; true if the vibration grows without bound at this speed, as at a stability
+    !> boundary
     logical :: resolved = .true., unbounded = .false.
-    !> Whether the motion is small enough there for linear equations.
+    !> True if the motion is small enough for linear equations
     logical :: small = .true.
-    !> Whether the exact frame jumps to another vibration there, so that the value is that of the greater one, whether the vibration
-    !> on one side ceases to exist there (a fold), and the value on the other side; NaN elsewhere.
+    !> True if the exact frame jumps to another vibration at this speed; `value` is then the larger of the two. True if the
+    !> vibration on one side ceases to exist there (a fold). Value on the other side of the jump, NaN without a jump.
     logical :: jump = .false., fold = .false.
     real(dp) :: other_side = 0
   end type maximum_type
 
-  !> A vibration with a multiplier so near 1, this near to a jump, ends there.
+  !> A vibration near a jump ends in a fold if a multiplier is closer to 1 than this
   real(dp), parameter :: at_fold = 1.0e-3_dp
 
-  !> A maximum is found where the next step is less than this part of the speed and wins no more than this part of the
-  !> value; a half-power speed where (P_0 / P)^2 - 1 is as near to 1 as this.
+  !> A maximum is found if the next step is below `position` times the speed and gains less than `gain` times the value. A
+  !> half-power speed is found if (P_0 / P)^2 - 1 differs from 1 by less than `half_power`.
   real(dp), parameter, public :: position = 1.0e-7_dp
   real(dp), parameter :: gain = 1.0e-9_dp, half_power = 1.0e-4_dp
 
 contains
 
-  !> The maxima of quantity `q`, whose ln(peak) is `level`, that stand out of both flanks by more than `least` in it, and the
-  !> jumps of the exact frame by more than that, whether or not the greater side is a maximum. `bent`: the intervals that are
-  !> not resolved; where linear equations hold, and the stability changes there or is in doubt, the vibration grows without
-  !> bounds.
+  !> Finds the maxima of quantity `q` and the jumps of the exact frame. With linear equations, an unresolved maximum at which the
+  !> stability changes or is uncertain counts as unbounded. A jump is listed at its larger side, even if that is no maximum.
   subroutine find_maxima(curve, q, level, known, bent, least, maxima)
     class(curve_points_type), intent(in) :: curve
     integer, intent(in) :: q
+    !> ln(peak) at each point
     real(dp), intent(in) :: level(:)
+    !> True for points with a value, shape (points); true for intervals that are not resolved, shape (points - 1)
     logical, intent(in) :: known(:), bent(:)
+    !> Minimum height above both flanks, or of a jump, in ln(peak)
     real(dp), intent(in) :: least
     type(maximum_type), allocatable, intent(out) :: maxima(:)
     type(maximum_type) :: found(size(level))
@@ -70,7 +76,7 @@ contains
     end do
     do i = 1, size(level)
       if (known(max(i - 1, 1)) .and. .not. known(i)) then
-        ! the first of a gap behind a point that is known, and the last
+        ! the gap from the first point without a value to the last
         last = i - 2 + findloc([known(i:), .true.], .true., dim=1)
         if (rises_into(curve, level, known, i, last, least)) then
           n = n + 1
@@ -98,8 +104,8 @@ contains
     maxima = found(:n)
   end subroutine find_maxima
 
-  !> Whether point `i` is higher than both neighbours and stands out of both flanks by more than `least`. Where none of the
-  !> exact frame's vibrations was found the neighbour is the next point at which one was.
+  !> True if point `i` is higher than both neighbours and stands out of both flanks by more than `least`. For the exact frame,
+  !> points at which no vibration was found are skipped.
   pure logical function is_top(curve, level, known, i, least)
     class(curve_points_type), intent(in) :: curve
     real(dp), intent(in) :: level(:), least
@@ -118,7 +124,7 @@ contains
     is_top = min(fall(curve, level, known, i, -1), fall(curve, level, known, i, 1)) > least
   end function is_top
 
-  !> The next point on one side of point `i` that is known; 0: none.
+  !> Number of the nearest known point on one side of point `i`; 0 if there is none.
   pure integer function neighbour(known, i, step) result(k)
     logical, intent(in) :: known(:)
     integer, intent(in) :: i, step
@@ -131,7 +137,8 @@ contains
     k = 0
   end function neighbour
 
-  !> Says of a maximum of the exact frame whether it lies at a jump, or where no vibration is found, and what is on the other side.
+  !> Determines whether a maximum of the exact frame lies at a jump or beside points without a vibration, and the value on the other
+  !> side.
   pure subroutine tell_jump(curve, known, jump, maximum)
     class(curve_points_type), intent(in) :: curve
     logical, intent(in) :: known(:), jump(0:)
@@ -153,7 +160,7 @@ contains
     end associate
   end subroutine tell_jump
 
-  !> The resonance between points `first` and `last`, which have no value, of linear equations.
+  !> Unbounded maximum of linear equations between the points `first` and `last`, which have no value.
   type(maximum_type) function without_bounds(curve, q, first, last) result(maximum)
     class(curve_points_type), intent(in) :: curve
     integer, intent(in) :: q, first, last
@@ -171,8 +178,8 @@ contains
     maximum%small = .false.
   end function without_bounds
 
-  !> Whether the points from `first` to `last`, none of them known, are a resonance that leaves no vibration, or one beyond its
-  !> error, into which the curve rises by more than `least` from both sides.
+  !> True if the points from `first` to `last`, which have no value, are a resonance into which the curve rises by more than `least`
+  !> from both sides.
   pure logical function rises_into(curve, level, known, first, last, least)
     class(curve_points_type), intent(in) :: curve
     real(dp), intent(in) :: level(:), least
@@ -187,8 +194,8 @@ contains
     rises_into = min(fall(curve, level, known, first - 1, -1), fall(curve, level, known, last + 1, 1)) > least
   end function rises_into
 
-  !> How far the curve falls on one side of point `i` before it is higher than there, or is not known; points at which none of the
-  !> exact frame's vibrations was found are passed over.
+  !> Depth to which the curve falls on one side of point `i`, in ln(peak), before it rises above that point or is unknown. For the
+  !> exact frame, points without a vibration are skipped.
   pure real(dp) function fall(curve, level, known, i, step)
     class(curve_points_type), intent(in) :: curve
     real(dp), intent(in) :: level(:)
@@ -206,7 +213,7 @@ contains
     end do
   end function fall
 
-  !> The speed on one side of the maximum at point `i` where half of its power is left; NaN: the curve turns up or jumps before.
+  !> Half-power speed on one side of the maximum at point `i`. NaN if the curve rises or jumps before.
   real(dp) function half_of(curve, level, known, jump, i, step) result(speed)
     class(curve_points_type), intent(in) :: curve
     real(dp), intent(in) :: level(:)
@@ -233,7 +240,7 @@ contains
     end do
   end function half_of
 
-  !> Where the tops must lie, of those whose surroundings are resolved and which are not found.
+  !> Interpolated speeds of the maxima that are resolved but not yet found accurately.
   function top_speeds(curve, maxima) result(speeds)
     class(curve_points_type), intent(in) :: curve
     type(maximum_type), intent(in) :: maxima(:)
@@ -252,8 +259,8 @@ contains
     end do
   end function top_speeds
 
-  !> How far the top lies from the point of a maximum, by the parabola through that and its neighbours, and by what part it is
-  !> higher; zero where that has no top.
+  !> Computes the step (1/min) from the point of a maximum to the top of the parabola through it and its neighbours, and the
+  !> relative gain in height. Both are zero if the parabola has no top.
   pure subroutine step_to_top(curve, maximum, step, won)
     class(curve_points_type), intent(in) :: curve
     type(maximum_type), intent(in) :: maximum
@@ -274,7 +281,7 @@ contains
     won = b**2 / (8 * a)
   end subroutine step_to_top
 
-  !> (P_i / P_k)^2 - 1, without loss where it is small.
+  !> (P_i / P_k)^2 - 1, computed without loss of digits if it is small.
   pure real(dp) function rest(curve, q, i, k)
     class(curve_points_type), intent(in) :: curve
     integer, intent(in) :: q, i, k
@@ -284,7 +291,7 @@ contains
     end associate
   end function rest
 
-  !> The half-power speeds of those whose surroundings are resolved, unless a point is as good as there.
+  !> Half-power speeds of the resolved maxima, unless an existing point is close enough.
   function half_power_speeds(curve, maxima, bent) result(speeds)
     class(curve_points_type), intent(in) :: curve
     type(maximum_type), intent(in) :: maxima(:)

@@ -1,4 +1,4 @@
-!> Pictures of what is looked at over the speed: resonance curves and their maxima.
+!> Pictures of results over the speed: resonance curves and their maxima.
 module gestell_task_resonance_plot
   use gestell_base_verdict, only: failed, impossible, in_resonance, operator(/=), operator(==), state_word, undamped, undecided, &
     & unstable, verdict_type
@@ -19,32 +19,33 @@ module gestell_task_resonance_plot
 
   public :: plot_peaks, plot_resonance
 
-  !> Peak and rms among the values of a quantity; those of the orders follow.
+  !> Rows of peak and rms among the values of a quantity; the amplitudes of the orders follow
   integer, parameter :: of_peak = 1, of_rms = 3
-  !> Panels in one column, and in all; orders that are drawn; maxima of a quantity that have room for their values.
+  !> Limits: panels in one column, panels in all, orders drawn, and maxima of a quantity that are labelled with their values
   integer, parameter :: most_below = 4, most_panels = 10, most_orders = 6, most_labelled = 8
-  !> A panel's decades, and its lower end below the lowest peak or rms.
+  !> Lower end of a panel: relative to its maximum, and relative to the lowest peak or rms
   real(dp), parameter :: depth = 1.0e-4_dp, below = 0.5_dp
-  !> Pixels of the legend.
+  !> Height of the legend in pixels
   integer, parameter :: legend = 62
 
-  !> States of points with marks of their own, in the order of the marks.
+  !> States of points with special marks, in the order of the marks
   type(verdict_type), parameter :: marked(6) = [undamped, undecided, unstable, in_resonance, impossible, failed]
 
 contains
 
-  !> The picture of the `table` resonance; so many turns of the drive are a period; `input`: the input's own speed (1/min), or
-  !> nothing.
+  !> Picture of the table `resonance`.
   function plot_resonance(table, quantities, curve, turns, input) result(figure)
     type(table_type), intent(in) :: table
     type(quantity_type), intent(in) :: quantities(:)
     type(resonance_curve_type), intent(in) :: curve
+    !> Number of turns of the crank in the period
     integer, intent(in) :: turns
+    !> Speed of the input (1/min), or empty
     real(dp), intent(in) :: input(:)
     type(figure_type) :: figure
     character(len=:), allocatable :: lines
     type(marks_type) :: marks
-    !> States that occur; orders that are visible in each panel; whether some motions are small, and whether some are not.
+    !> States that occur; orders visible in each panel; whether some motions are small, and whether some are not small
     logical :: found(size(marked)), visible(most_orders, most_panels), parts(2)
     logical :: small(size(curve%points))
     integer, allocatable :: harmonics(:)
@@ -85,7 +86,7 @@ contains
 
   contains
 
-    !> The lines' names, of all panels, whose `orders` are visible.
+    !> Entries of the legend for all panels. `orders` is true for visible orders.
     pure function key(orders) result(words)
       logical, intent(in) :: orders(:)
       character(len=:), allocatable :: words
@@ -102,7 +103,7 @@ contains
       end do
     end function key
 
-    !> One quantity on a logarithmic axis of four decades at the most.
+    !> Panel of one quantity on a logarithmic axis of at most four decades.
     pure function curve_panel(quantity, orders) result(lines)
       type(quantity_type), intent(in) :: quantity
       logical, intent(in) :: orders(:)
@@ -129,7 +130,8 @@ contains
       end do
     end function curve_panel
 
-    !> A column times `factor`, grey beyond small motions. (The colour of each point, as that of the peak, would take the dashes.)
+    !> Plot element of a column times `factor`, grey beyond small motions. Colouring each point, as for the peak, would lose the
+    !> dashes.
     pure function line(name, style, width, factor) result(words)
       character(len=*), intent(in) :: name, width, factor
       integer, intent(in) :: style
@@ -150,7 +152,7 @@ contains
 
   end function plot_resonance
 
-  !> The input's speed, and where the machine leaves its vibration.
+  !> Marks of the input's speed and of ranges in which the machine is unstable.
   pure type(marks_type) function marks_of(curve, input) result(marks)
     type(resonance_curve_type), intent(in) :: curve
     real(dp), intent(in) :: input(:)
@@ -160,7 +162,7 @@ contains
     end associate
   end function marks_of
 
-  !> Whose parts of the rms come up to the lower end of the quantity's panel.
+  !> True for the orders whose rms reaches the lower end of the quantity's panel.
   pure function visible_orders(curve, quantity) result(visible)
     type(resonance_curve_type), intent(in) :: curve
     integer, intent(in) :: quantity
@@ -191,7 +193,7 @@ contains
     words = ", keyentry with " // style // " title '" // name // "'"
   end function entry
 
-  !> A quantity with its unit.
+  !> Name of a quantity with its unit in parentheses.
   pure function label_of(quantity) result(label)
     type(quantity_type), intent(in) :: quantity
     character(len=:), allocatable :: label
@@ -199,7 +201,7 @@ contains
     label = trim(quantity%name) // " (" // trim(quantity%unit) // ")"
   end function label_of
 
-  !> The picture of the `table` peaks: where the maxima lie, with their values; `input` as of the curves.
+  !> Picture of the table `peaks`: speeds of the maxima, with their values. `input` is the speed of the input (1/min), or empty.
   function plot_peaks(table, quantities, curve, input) result(figure)
     type(table_type), intent(in) :: table
     type(quantity_type), intent(in) :: quantities(:)
@@ -223,7 +225,7 @@ contains
     lines = lines // tics(labels, 1) // ")" // newline // "set lmargin " // text(min(44, 2 + maxval([(character_count( &
       & trim(labels(i))), i = 1, size(labels))]))) // "; set bmargin 6; set key at screen 0.5,screen 0.01 bottom center " &
       & // "horizontal samplen 2" // newline // marks%lines // values(curve, range)
-    ! the number of the quantity of each row of the file
+    ! gnuplot function that returns the number of the quantity in a row of the file
     lines = lines // "of(row) = int(word('"
     do i = 1, size(curve%maxima)
       lines = lines // text(curve%maxima(i)%quantity) // " "
@@ -242,7 +244,7 @@ contains
 
   contains
 
-    !> The maxima of quantity `i` of which a condition holds.
+    !> Plot element of those maxima of quantity `i` for which a condition is true.
     pure function dots(condition, colour) result(words)
       character(len=*), intent(in) :: condition, colour
       character(len=:), allocatable :: words
@@ -253,7 +255,7 @@ contains
 
   end function plot_peaks
 
-  !> The values of the maxima, in rows with room for them.
+  !> Labels with the values of the maxima, spaced so that they do not overlap.
   pure function values(curve, range) result(lines)
     type(resonance_curve_type), intent(in) :: curve
     real(dp), intent(in) :: range(2)

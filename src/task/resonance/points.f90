@@ -1,4 +1,4 @@
-!> The points of a resonance curve, in the order of their speeds.
+!> Points of a resonance curve in the order of their speeds.
 module gestell_task_resonance_points
   use gestell_base_verdict, only: has_vibration
   use gestell_base_kinds, only: dp
@@ -11,14 +11,17 @@ module gestell_task_resonance_points
 
   public :: exchange_point
 
+  !> A point of a resonance curve.
   type, public, extends(speed_point_type) :: curve_point_type
-    !> Whether the point stands between those of the grid.
+    !> True if the point was inserted between those of the grid
     logical :: refined = .false.
   end type curve_point_type
 
+  !> Points of a resonance curve.
   type, public :: curve_points_type
-    !> In the direction of the grid.
+    !> Points in the order of the grid
     type(curve_point_type), allocatable :: points(:)
+    !> True if the speeds decrease from point to point
     logical :: descends = .false.
   contains
     procedure :: insert
@@ -28,14 +31,14 @@ module gestell_task_resonance_points
     procedure :: jumps
   end type curve_points_type
 
-  !> Two speeds closer than this, relative to themselves, are one; intervals of less than four times that are not divided.
+  !> Speeds closer than this relative distance count as equal; intervals below four times this distance are not divided
   real(dp), parameter, public :: same = 1.0e-10_dp
-  !> What a straight line between neighbours, in the logarithm of the peak, may miss of the curve.
+  !> Maximum deviation of a straight line between neighbours from the curve, in ln(peak)
   real(dp), parameter, public :: straight = 0.01_dp
 
 contains
 
-  !> Adds points at speeds that are not there yet, given in the direction of the grid.
+  !> Inserts points at new speeds. The points must be in the order of the grid.
   subroutine insert(self, points, refined)
     class(curve_points_type), intent(inout) :: self
     type(speed_point_type), intent(in) :: points(:)
@@ -63,8 +66,8 @@ contains
     call move_alloc(all, self%points)
   end subroutine insert
 
-  !> Those of `speeds` inside the range that are not there yet, nor closer than `same` of themselves to one that is, in the
-  !> direction of the grid.
+  !> Returns the `speeds` that lie within the range and are not closer to an existing point than the relative distance `same`. They
+  !> are in the order of the grid.
   subroutine new_ones(self, speeds, same, new)
     class(curve_points_type), intent(in) :: self
     real(dp), intent(in) :: speeds(:), same
@@ -93,7 +96,8 @@ contains
     allocate(new, source=sorted(:n))
   end subroutine new_ones
 
-  !> ln(peak) of quantity `q` where it is `known` and more than its error; elsewhere 0.
+  !> Computes ln(peak) of quantity `q`. `known` is true where there is a vibration whose peak exceeds its error bound; elsewhere
+  !> `level` is 0.
   subroutine levels(self, q, level, known)
     class(curve_points_type), intent(in) :: self
     integer, intent(in) :: q
@@ -110,8 +114,8 @@ contains
     end do
   end subroutine levels
 
-  !> The intervals across which the exact frame jumps from one vibration to another: their ends are too near to each other to be
-  !> divided further, and ln(peak) still changes by more than a straight line may miss; shape (points - 1).
+  !> True for the intervals, shape (points - 1), across which the exact frame jumps to another vibration. Such an interval is too
+  !> short to be divided, and yet ln(peak) changes by more than `straight` across it.
   pure function jumps(self, level, known)
     class(curve_points_type), intent(in) :: self
     real(dp), intent(in) :: level(:)
@@ -127,7 +131,7 @@ contains
     end do
   end function jumps
 
-  !> Where there is a vibration.
+  !> True for the points at which a vibration was found.
   pure function has_values(self) result(known)
     class(curve_points_type), intent(in) :: self
     logical :: known(size(self%points))
@@ -135,7 +139,8 @@ contains
     known = has_vibration(self%points%state)
   end function has_values
 
-  !> Writes a point for a run that goes on, or reads it; what was measured beside the quantities' own values is not kept.
+  !> Passes a point to or from a record that allows a run to continue. Measurements other than those of the requested quantities are
+  !> not stored.
   subroutine exchange_point(point, record)
     type(speed_point_type), intent(inout) :: point
     type(record_type), intent(inout) :: record

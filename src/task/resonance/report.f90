@@ -1,4 +1,4 @@
-!> The report on resonance curves for people.
+!> Report of the task `resonance`: resonance curves.
 module gestell_task_resonance_report
   use gestell_base_verdict, only: failed, has_vibration, impossible, in_resonance, not_judged, operator(/=), operator(==), stable, &
     & state_word, verdict_type
@@ -17,20 +17,21 @@ module gestell_task_resonance_report
 
   public :: report_resonance, verdict_on
 
-  !> Maxima of a quantity that are listed, at the most.
+  !> Maximum number of maxima listed for each quantity
   integer, parameter :: most_listed = 8
 
 contains
 
-  !> The curve under its `verdict` and the `warning` of great motions, quantity by quantity; so many turns of the drive are a
-  !> period.
+  !> Section of the report on the curves, quantity by quantity.
   pure function report_resonance(quantities, curve, turns, verdict, warning, model) result(report)
     type(quantity_type), intent(in) :: quantities(:)
     type(resonance_curve_type), intent(in) :: curve
+    !> Number of turns of the crank in the period
     integer, intent(in) :: turns
+    !> Verdict on the vibrations; warning of motions beyond small ones; model of the frame
     character(len=*), intent(in) :: verdict, warning, model
     character(len=:), allocatable :: report
-    !> Why there may be no vibration at a speed.
+    !> States of speeds without a vibration
     type(verdict_type), parameter :: missing(3) = [in_resonance, impossible, failed]
     integer :: i, n, refined
 
@@ -53,7 +54,7 @@ contains
     end do
   end function report_resonance
 
-  !> What heads the curve and its files: "stable" where the machine keeps to all of its vibrations.
+  !> Worst verdict on the vibrations of the curve, for the head of the curve and its files.
   pure type(judgement_type) function verdict_on(curve) result(judgement)
     type(resonance_curve_type), intent(in) :: curve
     real(dp) :: speeds(size(curve%points))
@@ -64,7 +65,7 @@ contains
       & "the machine leaves these vibrations")
   end function verdict_on
 
-  !> The greatest maxima of a quantity, and where it is least.
+  !> Table of the largest maxima of quantity `q`, its jumps and its minimum.
   pure function curve_of(curve, q, quantity, turns, model) result(report)
     type(resonance_curve_type), intent(in) :: curve
     integer, intent(in) :: q, turns

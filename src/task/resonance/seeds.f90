@@ -1,5 +1,5 @@
-!> Where resonances lie between the points of a curve: speeds at which a free vibration makes a whole number of swings in the
-!> period, so that a multiplier comes nearest to 1. However sharp they are, the multipliers on both sides tell.
+!> Finds resonances between the points of a curve: speeds at which a free vibration makes a whole number of oscillations in the
+!> period, so that a multiplier comes closest to 1. The multipliers at both neighbouring points reveal even the sharpest resonance.
 module gestell_task_resonance_seeds
   use gestell_base_kinds, only: dp, pi
   use gestell_task_resonance_points, only: curve_points_type
@@ -8,20 +8,21 @@ module gestell_task_resonance_seeds
 
   public :: crossing_speeds, swings_of_modes
 
-  !> Orders of the drive that are looked for.
+  !> Maximum order of the crank speed that is searched
   integer, parameter, public :: most_orders = 60
-  !> A crossing is found where the detuning is less than this part of the damping, or this part of the turns.
+  !> A crossing counts as found if the detuning is below `part_of_damping` times the damping, or below `part_of_turns` times the
+  !> number of oscillations
   real(dp), parameter :: part_of_damping = 0.25_dp, part_of_turns = 1.0e-7_dp
 
 contains
 
-  !> The speeds that should be looked at next: where the frequency, between two neighbours on a straight line over the speed,
-  !> is a harmonic of the period's; once that is found, one and three half-widths away from it, or what stands out little
-  !> would be missed.
-  !> `pairs`: for two frequencies whose sum is a harmonic instead, where tongues of instability lie.
-  !> `counts`, shape (points): whether more should be known of a crossing that is found at this point; of all without.
+  !> Speeds to compute next. Between two neighbours the frequency of a mode is interpolated linearly, and a crossing with a harmonic
+  !> of the period gives a speed. Once a crossing is found, the speeds at one and three half widths from it are added; otherwise a
+  !> low maximum could be missed.
   function crossing_speeds(curve, pairs, counts) result(speeds)
     class(curve_points_type), intent(in) :: curve
+    !> `pairs`: true to search for sums of two frequencies that equal a harmonic (parametric resonance).
+    !> `counts`, shape (points): true if details of a crossing found at this point are needed; all if absent.
     logical, intent(in), optional :: pairs, counts(:)
     real(dp), allocatable :: speeds(:), swings(:, :), damping(:, :)
     logical :: asked(size(curve%points))
@@ -54,7 +55,7 @@ contains
     end do
   end function crossing_speeds
 
-  !> The modes' sums in place of the modes.
+  !> Replaces the modes by all sums of two modes.
   pure subroutine add_up(swings, damping)
     real(dp), allocatable, intent(inout) :: swings(:, :), damping(:, :)
     real(dp), dimension(size(swings, 1) * (size(swings, 1) + 1) / 2, size(swings, 2)) :: sums, dampings
@@ -72,7 +73,7 @@ contains
     damping = dampings
   end subroutine add_up
 
-  !> One and three half-widths away from a resonance at `speed`, where no point is near.
+  !> Speeds at one and three half widths from a resonance at `speed`, unless a point is near. `half_width` is relative to the speed.
   function around(curve, speed, half_width) result(speeds)
     class(curve_points_type), intent(in) :: curve
     real(dp), intent(in) :: speed, half_width
@@ -84,6 +85,7 @@ contains
     speeds = pack(all, [(minval(abs(curve%points%speed - all(i))) > half_width / 2 * abs(speed), i = 1, 4)])
   end function around
 
+  !> True if a point lies on the crossing with harmonic `k`.
   pure logical function found(swings, damping, k)
     real(dp), intent(in) :: swings, damping
     integer, intent(in) :: k
@@ -91,9 +93,10 @@ contains
     found = abs(swings - k) <= max(part_of_damping * damping, part_of_turns * k)
   end function found
 
-  !> Swings of every mode in the period, and its damping in the same measure, |ln |rho|| / 2 pi; shape (modes, points). From
-  !> speed to speed, from the fastest on, the whole number is that which changes the frequency least: a fast crank leaves no
-  !> doubt. -1: no multipliers.
+  !> Computes the number of oscillations of every mode in the period, and its damping in the same measure, |ln |rho|| / 2 pi.
+  !> Both have the shape (modes, points). The multipliers determine the number only up to an integer. This integer is chosen from
+  !> speed to speed, starting at the fastest, such that the frequency changes least: at high crank speed it is unambiguous. Points
+  !> without multipliers get -1.
   subroutine swings_of_modes(curve, swings, damping)
     class(curve_points_type), intent(in) :: curve
     real(dp), allocatable, intent(out) :: swings(:, :), damping(:, :)
@@ -125,7 +128,8 @@ contains
     end do
   end subroutine swings_of_modes
 
-  !> Gives every mode the multiplier and the whole number of turns that come nearest to what is expected, the nearest first.
+  !> Assigns to every mode the multiplier and the whole number of turns nearest to the expected value. The nearest pairs are
+  !> assigned first.
   pure subroutine assign(turns, growth, expected, swings, damping)
     real(dp), intent(in) :: turns(:), growth(:), expected(:)
     real(dp), intent(out) :: swings(:), damping(:)

@@ -1,4 +1,4 @@
-!> The task `resonance`: the vibration over the speed of the crank.
+!> The task `resonance`: vibration over the crank speed.
 module gestell_task_resonance_task
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: has_vibration, operator(/=), stable, state_word
@@ -112,7 +112,7 @@ contains
     end associate
   end subroutine run
 
-  !> resonance.csv; so many turns of the drive are a period.
+  !> Table resonance.csv. The period has `turns` turns of the crank.
   pure type(table_type) function curve_table(quantities, curve, turns, verdict) result(table)
     type(quantity_type), intent(in) :: quantities(:)
     type(resonance_curve_type), intent(in) :: curve
@@ -144,7 +144,7 @@ contains
 
   contains
 
-    !> Value `i` of quantity k at all speeds.
+    !> Value `i` of quantity `k` at all speeds.
     pure function row(i)
       integer, intent(in) :: i
       real(dp) :: row(size(curve%points))

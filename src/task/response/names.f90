@@ -1,4 +1,4 @@
-!> What the quantities of a vibration are called: in tables, for people, in pictures.
+!> Names of the quantities of a vibration in tables, reports and pictures.
 module gestell_task_response_names
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: dof_names
@@ -9,8 +9,9 @@ module gestell_task_response_names
 
   public :: names_of, peak_heads, peak_units, peak_words
 
+  !> Names and units of one quantity.
   type, public :: name_type
-    !> The column with its unit and meaning; the row of a report, its unit with the factor from SI; the symbol of a picture.
+    !> Name of the table column with its unit and meaning; name in the report, its unit and the factor from SI; symbol in pictures
     character(len=11) :: column = ""
     type(unit_type) :: unit
     character(len=64) :: meaning = ""
@@ -26,7 +27,8 @@ module gestell_task_response_names
 
 contains
 
-  !> Of a frame with so many degrees of freedom: these, their velocities, forces and moments on the ground, shape (3 dofs).
+  !> Names for a frame with `dofs` degrees of freedom, shape (3 dofs): degrees of freedom, their velocities, then forces and moments
+  !> on the ground.
   pure function names_of(dofs) result(names)
     integer, intent(in) :: dofs
     type(name_type) :: names(3 * dofs)
@@ -56,7 +58,7 @@ contains
     end do
   end function names_of
 
-  !> Heads of columns with their peaks, and the units in which they are told to people, commas before each.
+  !> Headings of columns with the peaks of the degrees of freedom, with a comma before each.
   pure function peak_heads(dofs) result(heads)
     integer, intent(in) :: dofs
     character(len=:), allocatable :: heads
@@ -65,12 +67,13 @@ contains
     heads = ""
     do i = 1, dofs
       heads = heads // ","
-      ! six stand side by side without it
+      ! six columns are too wide with the word "peak"
       if (dofs == 3) heads = heads // "peak "
       heads = heads // trim(dof_names(i))
     end do
   end function peak_heads
 
+  !> Units of the peaks in a report, with a comma before each.
   pure function peak_units(dofs) result(units)
     integer, intent(in) :: dofs
     character(len=:), allocatable :: units
@@ -84,7 +87,7 @@ contains
     end do
   end function peak_units
 
-  !> Lines with their peaks in SI: peak of xi (m), peak of xi' (m/s), peak of fx (N).
+  !> Descriptions of all peaks in SI units, for example "peak of xi (m)", "peak of xi' (m/s)" and "peak of fx (N)".
   pure function peak_words(dofs) result(words)
     integer, intent(in) :: dofs
     character(len=24) :: words(3 * dofs)

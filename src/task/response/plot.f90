@@ -1,4 +1,4 @@
-!> Pictures of the periodic vibration: its history over a turn, its harmonics.
+!> Pictures of the periodic vibration: its history over the period, and its harmonics.
 module gestell_task_response_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
@@ -17,7 +17,7 @@ module gestell_task_response_plot
 
 contains
 
-  !> The picture of the `table` response: the frame's motion and the forces on the ground over the crank angle.
+  !> Picture of the table `response`: motion of the frame and forces on the ground over the crank angle.
   function plot_response(table, frame, vibration) result(figure)
     type(table_type), intent(in) :: table
     class(frame_type), intent(in) :: frame
@@ -36,12 +36,13 @@ contains
       & // "set xtics 90; set format x ''" // newline &
       & // "set xrange [0:" // text(nint(sign(360.0_dp, frame%speed)) * frame%mechanism%turns) // "]" // newline
     do i = 1, 2 * n
-      ! each coordinate beside the force or moment along it
+      ! each coordinate stands beside the force or moment along it
       k = (i + 1) / 2 + merge(0, 2 * n, mod(i, 2) == 1)
       first = n * ((k - 1) / n) + 1
       unit = pick_unit(trim(names(k)%unit%words), vibration%peak(k))
       scale = unit%factor * noise_of(vibration%peak(k), vibration%peak_error(k), maxval(vibration%peak(first:first + n - 1)))
-      ! differences that are nothing but the error of a quantity, or rounding beside its fellows
+      ! variations below the error bound, or below rounding error relative to the quantities of the same kind, are not shown
+      ! enlarged
       noise = 2 * vibration%peak_error(k)
       if (k < first + 2) noise = max(noise, 1.0e-9_dp * maxval(vibration%peak(first:first + 1)))
       if (i == 2 * n - 1) lines = lines // "set format x; set xlabel 'crank angle (deg)'" // newline
@@ -56,10 +57,11 @@ contains
       & // "unset multiplot" // newline, width=880, height=220 * n)
   end function plot_response
 
-  !> The picture of the `table` harmonics: amplitudes over the orders.
+  !> Picture of the table `harmonics`: amplitudes over the orders.
   function plot_harmonics(table, frame, harmonics, vibration) result(figure)
     type(table_type), intent(in) :: table
     class(frame_type), intent(in) :: frame
+    !> Highest harmonic shown
     integer, intent(in) :: harmonics
     type(vibration_type), intent(in) :: vibration
     type(figure_type) :: figure
@@ -86,8 +88,8 @@ contains
       & lines // "unset multiplot" // newline, width=880, height=640)
   end function plot_harmonics
 
-  !> The bars of the quantities of `n` degrees of freedom, those behind `first`, on one logarithmic axis; six decades below the
-  !> greatest they end.
+  !> Panel with the bars of `n` quantities on a logarithmic axis of six decades below the maximum. The quantities are those after
+  !> number `first`.
   pure function panel(table, vibration, harmonics, step, n, first) result(lines)
     type(table_type), intent(in) :: table
     type(vibration_type), intent(in) :: vibration
@@ -128,7 +130,7 @@ contains
     lines = lines // newline
   end function panel
 
-  !> The drive's speed.
+  !> Drive speed in words.
   pure function speed_in_words(frame) result(words)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: words

@@ -1,4 +1,4 @@
-!> The periodic vibration for people.
+!> Report on the periodic vibration.
 module gestell_task_response_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, newline
@@ -16,7 +16,7 @@ module gestell_task_response_report
 
 contains
 
-  !> The quantities of the vibration with their strongest orders.
+  !> Table of the quantities of the vibration with their strongest orders.
   pure function vibration_lines(vibration, frame) result(lines)
     type(vibration_type), intent(in) :: vibration
     class(frame_type), intent(in) :: frame
@@ -47,7 +47,7 @@ contains
       & "  note: an error is as great as its peak, which tells nothing then; more steps, or a smaller tolerance, may" // newline
   end function vibration_lines
 
-  !> How well the vibration closes after so many turns of the drive.
+  !> Line on the accuracy of the periodic solution: condition, and closing defect after `turns` turns of the crank.
   pure function closing_lines(vibration, turns, averaged) result(line)
     type(vibration_type), intent(in) :: vibration
     integer, intent(in) :: turns
@@ -64,7 +64,8 @@ contains
     end if
   end function closing_lines
 
-  !> The greatest peak of the kind of the `i`-th quantity, turns and moments made comparable by the frame's radius of gyration.
+  !> Largest peak among the quantities of the same kind as quantity `i`. Rotations and moments are made comparable by the frame's
+  !> radius of gyration.
   pure real(dp) function greatest_beside(vibration, frame, i) result(greatest)
     type(vibration_type), intent(in) :: vibration
     class(frame_type), intent(in) :: frame

@@ -1,4 +1,4 @@
-!> The task `response`: the periodic vibration of the frame.
+!> The task `response`: periodic vibration of the frame.
 module gestell_task_response
   use gestell_base_error, only: error_type
   use gestell_output_report_orders, only: turns_in_words

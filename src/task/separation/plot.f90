@@ -1,4 +1,4 @@
-!> The picture of modes and orders.
+!> Picture of modes and orders.
 module gestell_task_separation_plot
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, either, newline, text
@@ -12,17 +12,19 @@ module gestell_task_separation_plot
 
   public :: plot_separation
 
-  !> Width of a range that is one speed, relative to it; what is shown beside the range.
+  !> Relative width shown for a range of a single speed, and relative margins on both sides of the range
   real(dp), parameter :: narrow = 0.04_dp, beside = 0.2_dp
 
 contains
 
-  !> separation.gp: frequencies over the speed, the orders, and around these the margin (%) where the machine runs. The orders are
-  !> these harmonics of a period of so many `turns` of the drive.
+  !> Picture separation.gp: frequencies of the modes over the speed, and the lines of the orders with their margins within the range
+  !> of operation.
   function plot_separation(found, campbell, harmonics, turns, margin) result(figure)
     type(separation_type), intent(in) :: found(:)
     type(campbell_type), intent(in) :: campbell
+    !> Numbers of the harmonics of the period; turns of the crank in the period
     integer, intent(in) :: harmonics(:), turns
+    !> Margin (%)
     real(dp), intent(in) :: margin
     type(figure_type) :: figure
     character(len=:), allocatable :: lines, curves

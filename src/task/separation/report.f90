@@ -1,4 +1,4 @@
-!> The modes beside the orders of the crank, for people.
+!> Report of the task `separation`: modes and orders of the crank speed.
 module gestell_task_separation_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, fixed, newline, text
@@ -11,17 +11,17 @@ module gestell_task_separation_report
 
   public :: report_separation, separation_headline
 
-  !> Lines of what does not pass, at the most.
+  !> Maximum number of listed pairs that do not pass
   integer, parameter :: most_listed = 30
 
 contains
 
-  !> A line for every mode with the order that is nearest to it, then all that do not pass. `speeds` (1/min), `margin` (%);
-  !> `orders`: which these are, in words.
-  !> `remark`: what is told below the modes of a frame in space.
+  !> Table of the modes with the nearest order of each, then a table of all pairs that do not pass.
   pure function report_separation(found, speeds, orders, margin, verdict, remark) result(lines)
     type(separation_type), intent(in) :: found(:)
+    !> Speeds (1/min); minimum distance (%)
     real(dp), intent(in) :: speeds(:), margin
+    !> The orders in words; verdict; text below the modes of a frame in space
     character(len=*), intent(in) :: orders, verdict, remark
     character(len=:), allocatable :: lines, rows, heads, parts
     integer :: first, each, i, listed
@@ -69,13 +69,14 @@ contains
     if (listed > most_listed) lines = lines // "  ... all in separation.csv" // newline
   end function report_separation
 
-  !> The order with the least distance; the first where the mode is not told.
+  !> Number of the row with the smallest distance; 1 if the mode was not identified.
   pure integer function nearest_row(mode)
     type(separation_type), intent(in) :: mode(:)
 
     nearest_row = max(1, minloc(mode%distance, dim=1, mask=ieee_is_finite(mode%distance)))
   end function nearest_row
 
+  !> Row of the table for one mode.
   pure function mode_row(one) result(row)
     type(separation_type), intent(in) :: one
     character(len=:), allocatable :: row
@@ -92,7 +93,7 @@ contains
     row = row // number(100 * one%distance, 3) // tab // trim(one%state) // newline
   end function mode_row
 
-  !> In space: the modes of which no degree of freedom has the part of the kinetic energy that a decoupled one has.
+  !> Line on the coupled modes of a frame in space: those in which no degree of freedom has enough of the kinetic energy.
   pure function coupled_line(modes) result(line)
     type(separation_type), intent(in) :: modes(:)
     character(len=:), allocatable :: line
@@ -109,7 +110,7 @@ contains
     line = "  coupled, no part reaching " // text(decoupled) // " %: " // line(3:) // newline
   end function coupled_line
 
-  !> A question mark for what is not known.
+  !> The number, or a question mark if it is not finite.
   pure function number(value, digits) result(words)
     real(dp), intent(in) :: value
     integer, intent(in) :: digits
@@ -118,7 +119,7 @@ contains
     words = either(concise(value, digits), "?", ieee_is_finite(value))
   end function number
 
-  !> What an engineer reads first: the mode that is nearest to an order; `state`: as of the machine, unstable where it is too near.
+  !> Headline on the mode nearest to an order. `state` is "unstable" if a mode is too near, otherwise "stable" or "undecided".
   pure subroutine separation_headline(found, margin, state, words)
     type(separation_type), intent(in) :: found(:)
     real(dp), intent(in) :: margin

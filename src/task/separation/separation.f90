@@ -1,4 +1,5 @@
-!> How far the frequencies of the modes keep from the orders of the crank, and what moves in each mode.
+!> Computes the distance of the modes' frequencies from the orders of the crank speed, and the kinetic energy of each mode by degree
+!> of freedom.
 module gestell_task_separation
   use gestell_base_kinds, only: dp, pi
   use gestell_study_mode_type, only: mode_type, most_dofs
@@ -10,43 +11,45 @@ module gestell_task_separation
 
   public :: find_separations, is_decoupled
 
-  !> The part of a mode's kinetic energy (%) that mounts are commonly asked to leave to one motion.
+  !> Share of kinetic energy (%) in one motion above which a mode counts as decoupled; a common requirement for mounts
   integer, parameter, public :: decoupled = 80
 
-  !> A mode with frequency f beside an order k of the crank, which turns n times a second: the distance d = |f / (k n) - 1|. Which
-  !> harmonic of the period that is.
+  !> A mode with the frequency f and an order k of the crank speed n (1/s). Their distance is d = |f / (k n) - 1|.
   type, public :: separation_type
+    !> Number of the mode; harmonic of the period that the order is
     integer :: mode = 0, harmonic = 0
     real(dp) :: order = 0
-    !> The speed of the range at which they are nearest (1/min), and the mode there.
+    !> Speed of the range at which mode and order are nearest (1/min), and the mode at this speed
     real(dp) :: speed = 0
     type(mode_type) :: at
-    !> f and k n (Hz), the distance and a bound on its error; NaN where the mode is not told at any speed.
+    !> f and k n (Hz), distance and its error bound; NaN if the mode is not identified at any speed
     real(dp) :: frequency = 0, excitation = 0, distance = 0, error = 0
-    !> Parts of the frame's degrees of freedom in the mode's kinetic energy; how many there are.
+    !> Shares of the degrees of freedom in the mode's kinetic energy; number of degrees of freedom
     real(dp) :: energy(most_dofs) = 0
     integer :: dofs = 3
-    !> In space, the part that is in the motion about the torque-roll axis; negative: not known.
+    !> Share of the rotation about the torque-roll axis in the kinetic energy, for a frame in space; negative if unknown
     real(dp) :: torque_roll = -1
-    !> pass, fail, or undecided where the error reaches across the margin.
+    !> "pass", "fail", or "undecided" if the error bound includes the margin
     character(len=9) :: state = "undecided"
   end type separation_type
 
 contains
 
-  !> Whether a part of a mode's energy, in whole per cent as it is told, is the least of a decoupled mode.
+  !> True if a share of a mode's energy, rounded to whole per cent as printed, reaches that of a decoupled mode.
   pure logical function is_decoupled(part)
     real(dp), intent(in) :: part
 
     is_decoupled = nint(100 * part) >= decoupled
   end function is_decoupled
 
-  !> All modes of `campbell` beside these harmonics of a period of so many `turns` of the drive, by modes and harmonics. Where one
-  !> of the `crossings` of its range is theirs the distance is zero. `margin`: the least distance that passes.
+  !> Distances of all modes of `campbell` from these harmonics, sorted by mode and harmonic. If one of the `crossings` belongs to
+  !> the pair, the distance is zero.
   pure function find_separations(campbell, crossings, harmonics, turns, margin) result(found)
     type(campbell_type), intent(in) :: campbell
     type(crossing_type), intent(in) :: crossings(:)
+    !> Numbers of the harmonics; turns of the crank in the period
     integer, intent(in) :: harmonics(:), turns
+    !> Minimum distance that passes, relative to the frequency of the order
     real(dp), intent(in) :: margin
     type(separation_type) :: found(campbell%modes * size(harmonics))
     integer :: i, k, crossing
@@ -76,7 +79,7 @@ contains
     end do
   end function find_separations
 
-  !> Takes the mode at another speed where it is nearer there.
+  !> Updates the pair if the mode is nearer to the order at this speed.
   pure subroutine approach(self, speed, mode)
     type(separation_type), intent(inout) :: self
     real(dp), intent(in) :: speed
@@ -103,8 +106,8 @@ contains
     self%excitation = excitation
   end subroutine approach
 
-  !> Of a vibration q with the mean mass matrix M: Re(conj(q_i) (M q)_i) / q* M q, which add up to 1. Where M couples two freedoms a
-  !> part can be negative. M does not depend on the speed.
+  !> Computes the shares of kinetic energy of a vibration q with the mean mass matrix M: Re(conj(q_i) (M q)_i) / q* M q. They add up
+  !> to 1. A share can be negative if M couples two degrees of freedom. M does not depend on the speed.
   pure subroutine share_energy(campbell, self)
     type(campbell_type), intent(in) :: campbell
     type(separation_type), intent(inout) :: self

@@ -1,4 +1,5 @@
-!> The task `separation`: how far the modes keep from the orders of the operating speed, or of the range of speeds.
+!> The task `separation`: distance of the modes from the orders of the crank speed, at the operating speed or over a range of
+!> speeds.
 module gestell_task_separation_task
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -36,10 +37,11 @@ module gestell_task_separation_task
 
   type, extends(task_type), public :: separation_task
     private
+    !> Highest order
     integer :: orders = 4
-    !> In per cent.
+    !> Minimum distance (%)
     real(dp) :: margin = 20
-    !> The machine over its speed, and the speeds that are looked at (1/min): the operating speed, or those of the sweep.
+    !> The machine as a function of its speed, and the speeds examined (1/min): the operating speed, or those of the sweep
     type(document_family_type) :: family
     real(dp), allocatable :: speeds(:)
   contains
@@ -70,7 +72,7 @@ contains
       & separation_keys)
   end subroutine extend
 
-  !> Errors: values out of range; a sweep over the speed that makes no sense.
+  !> Reads the group &separation and the speeds. Fails if a value is out of range or a sweep over the speed is invalid.
   subroutine read_separation(self, configuration, error)
     class(separation_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -93,7 +95,7 @@ contains
     end associate
   end subroutine read_separation
 
-  !> Whether the speed is the one thing that runs in the sweep.
+  !> True if the speed is the only parameter of the sweep.
   logical function runs_over_speed(doc)
     type(document_type), intent(in) :: doc
     type(group_type), allocatable :: groups(:)
@@ -108,6 +110,7 @@ contains
     if (.not. allocated(error)) runs_over_speed = lower(trim(adjustl(path))) == speed_path
   end function runs_over_speed
 
+  !> Computes the distances and adds tables, picture and report.
   subroutine run(self, context, result, error)
     class(separation_task), intent(inout) :: self
     type(context_type), intent(inout) :: context
@@ -142,7 +145,7 @@ contains
       & torque_roll_line(found(::size(options%harmonics)))))
   end subroutine run
 
-  !> separation.csv: a row for every mode and order.
+  !> Table separation.csv, with a row for every mode and order.
   pure type(table_type) function table_of(found, turns, model, verdict) result(table)
     type(separation_type), intent(in) :: found(:)
     integer, intent(in) :: turns

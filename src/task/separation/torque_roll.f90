@@ -1,4 +1,4 @@
-!> How far the modes are those of a machine that turns about its torque-roll axis.
+!> Compares the modes with the rotation of the machine about its torque-roll axis.
 module gestell_task_separation_torque_roll
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, either, fixed, newline, text
@@ -18,8 +18,8 @@ module gestell_task_separation_torque_roll
 
 contains
 
-  !> The part of each mode's kinetic energy that is in the motion about the axis, the modal assurance criterion of the two, and the
-  !> line about it; none where not all six degrees of freedom are free.
+  !> Computes the share of the rotation about the torque-roll axis in each mode: the modal assurance criterion of the two motions.
+  !> Nothing is computed unless all six degrees of freedom are free.
   subroutine share_torque_roll(frame, campbell, found)
     class(frame_type), intent(in) :: frame
     type(campbell_type), intent(in) :: campbell
@@ -41,11 +41,11 @@ contains
     end associate
   end subroutine share_torque_roll
 
-  !> The modes that have a part of the motion about the axis.
+  !> Line on the modes that contain rotation about the torque-roll axis.
   pure function torque_roll_line(modes) result(line)
     type(separation_type), intent(in) :: modes(:)
     character(len=:), allocatable :: line
-    !> Less is not worth a word.
+    !> Smaller shares are not reported
     real(dp), parameter :: least = 0.05_dp
     integer :: i, most
 
@@ -60,7 +60,7 @@ contains
       & is_decoupled(modes(most)%torque_roll)) // newline)
   end function torque_roll_line
 
-  !> The axis of a frame in space, for `--check`.
+  !> Line on the torque-roll axis of a frame in space, for `--check`.
   function axis_line(frame) result(line)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: line
@@ -74,7 +74,7 @@ contains
       & // ") m" // newline)
   end function axis_line
 
-  !> torque_roll.csv: the same for programs; no rows where it is not known.
+  !> Table torque_roll.csv with the axis; without rows if the axis is unknown.
   type(table_type) function axis_table(frame) result(table)
     class(frame_type), intent(in) :: frame
     character(len=*), parameter :: names(3) = ["x", "y", "z"]
@@ -93,7 +93,7 @@ contains
     call table%add("angle", degree, "between it and the shaft", spread(roll%angle * 180 / pi, 1, rows))
   end function axis_table
 
-  !> The axis of a frame in space, its moving masses at their means.
+  !> Finds the torque-roll axis of a frame in space. Moving masses are averaged over the period.
   subroutine find_axis(frame, roll)
     class(frame_type), intent(in) :: frame
     type(torque_roll_type), intent(out) :: roll
@@ -104,6 +104,7 @@ contains
     call find_torque_roll(mass(in_frame, in_frame), frame%space%planes(1)%axes(:, 3), roll)
   end subroutine find_axis
 
+  !> Three values separated by commas.
   pure function listed(values) result(words)
     real(dp), intent(in) :: values(3)
     character(len=:), allocatable :: words
@@ -111,7 +112,7 @@ contains
     words = concise(clean(values(1)), 4) // ", " // concise(clean(values(2)), 4) // ", " // concise(clean(values(3)), 4)
   end function listed
 
-  !> Zero for what is rounding beside one.
+  !> The value, or 0 if it is rounding error relative to 1.
   elemental real(dp) function clean(value)
     real(dp), intent(in) :: value
 

@@ -1,4 +1,4 @@
-!> The picture of the multipliers.
+!> Picture of the multipliers.
 module gestell_task_stability_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, newline
@@ -15,7 +15,7 @@ module gestell_task_stability_plot
 
 contains
 
-  !> multipliers.gp: in the plane with the unit circle, and what a period leaves of each, ln |rho|, over the argument.
+  !> Picture multipliers.gp: multipliers in the complex plane with the unit circle, and ln |rho| over the argument.
   function plot_multipliers(frame, multipliers) result(figure)
     class(frame_type), intent(in) :: frame
     type(multipliers_type), intent(in) :: multipliers
@@ -26,7 +26,7 @@ contains
 
     modulus = abs(multipliers%rho)
     words = trim(multipliers%verdict()) // ", |ρ|max = " // concise(modulus(1), 7)
-    ! What does not fit on a page beside the unit circle is outside of the left panel, and in the right one all the same.
+    ! Multipliers that are too large for a plot with the unit circle appear only in the right panel.
     seen = modulus < 20
     greatest = 1.25_dp
     if (any(seen)) greatest = max(greatest, 1.1_dp * maxval(modulus, mask=seen))

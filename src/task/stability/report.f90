@@ -1,4 +1,4 @@
-!> Multipliers and exponents for people: with the frequencies that free vibrations really have.
+!> Report on multipliers and exponents, with the actual frequencies of the free vibrations.
 module gestell_task_stability_report
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, either, newline, text
@@ -11,20 +11,21 @@ module gestell_task_stability_report
 
   public :: modulus, multiplier_lines, modulus_of
 
-  !> ln |rho| beyond which rho leaves the range of numbers.
+  !> ln |rho| beyond which rho overflows or underflows double precision
   real(dp), parameter, public :: out_of_range = 700
 
-  !> A mode whose strongest component has less than this of its mean square swings with several frequencies.
+  !> A mode has several frequencies if its strongest component has less than this share of the mean square
   real(dp), parameter :: half = 0.5_dp
 
 contains
 
-  !> A line for each multiplier or pair, with the frequency of its mode; `speed`: 2 pi over the period (rad/s), which is so
-  !> many `turns`.
+  !> Table with a row for each multiplier or conjugate pair, and the frequency of its mode.
   pure function multiplier_lines(multipliers, modes, speed, turns) result(lines)
     type(multipliers_type), intent(in) :: multipliers
     type(mode_type), intent(in) :: modes(:)
+    !> Frequency 2 pi / T of the period (rad/s)
     real(dp), intent(in) :: speed
+    !> Number of turns of the crank in the period
     integer, intent(in) :: turns
     character(len=:), allocatable :: lines
     real(dp) :: error
@@ -57,7 +58,7 @@ contains
     if (any(multipliers%lost())) lines = lines // "  lost: the bound is as great as |rho|, no digit is sure" // newline
   end function multiplier_lines
 
-  !> A modulus, or the power of e that it is where it leaves the range of numbers.
+  !> Modulus of multiplier `k`, as a power of e if it overflows or underflows.
   pure function modulus_of(multipliers, k, digits) result(words)
     type(multipliers_type), intent(in) :: multipliers
     integer, intent(in) :: k, digits
@@ -67,7 +68,7 @@ contains
     if (abs(multipliers%log_abs(k)) > out_of_range) words = "e^" // concise(multipliers%log_abs(k), digits)
   end function modulus_of
 
-  !> The same from its logarithm alone.
+  !> Modulus from its logarithm, as a power of e if it overflows or underflows.
   pure function modulus(log_abs, digits) result(words)
     real(dp), intent(in) :: log_abs
     integer, intent(in) :: digits
@@ -80,7 +81,7 @@ contains
     end if
   end function modulus
 
-  !> Frequency, its multiple of the crank speed, and what kind of vibration it is.
+  !> Frequency (Hz), its ratio to the crank speed (`speed` in rad/s), and the kind of vibration, separated by tabs.
   pure function frequency_columns(mode, speed) result(columns)
     type(mode_type), intent(in) :: mode
     real(dp), intent(in) :: speed

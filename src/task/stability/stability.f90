@@ -1,4 +1,4 @@
-!> The task `stability`: the multipliers of the machine.
+!> The task `stability`: multipliers of the machine.
 module gestell_task_stability
   use gestell_base_error, only: error_type
   use gestell_output_result, only: result_type

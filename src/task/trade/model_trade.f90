@@ -1,5 +1,5 @@
-!> The models' own trade on the user's own machine: what the averaged coefficients miss, and what they save; what each model of
-!> the frame finds, and its time.
+!> Measures the models on the user's own machine: errors and time saved with averaged coefficients, and the result and time of each
+!> model of the frame.
 module gestell_task_trade_model_trade
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -17,24 +17,25 @@ module gestell_task_trade_model_trade
 
   public :: measure_frame_models, measure_model
 
-  !> One model's findings.
+  !> Results of one model.
   type, public :: finding_type
     character(len=9) :: verdict = ""
-    !> ln rho_max, and a bound on its error.
+    !> ln of the largest modulus of the multipliers, and its error bound
     real(dp) :: log_rho = 0, log_rho_error = 0
-    !> As in a vibration; unallocated where there is no periodic vibration.
+    !> Peaks and error bounds of the vibration, in the order of `vibration_type`; unallocated without a periodic vibration
     real(dp), allocatable :: peak(:), peak_error(:)
-    !> Median time of one solution, as in `trade_row_type` (s).
+    !> Median time of one solution (s)
     real(dp) :: seconds = 0
   end type finding_type
 
+  !> The periodic and the averaged model in comparison.
   type, public :: model_trade_type
     type(finding_type) :: periodic, averaged
-    !> Errors of the averaged model against the periodic one, in the measures of `trade_row_type`.
+    !> Errors of the averaged model relative to the periodic one, in the measures of `trade_row_type`
     real(dp) :: error_phi = 0, error_rho = 0, error_x0 = 0
-    !> Samples that the averaged model took.
+    !> Number of samples that the averaged model used
     integer :: evaluations = 0
-    !> Why the averaged model has no periodic vibration, if so.
+    !> Reason why the averaged model has no periodic vibration; unallocated if it has one
     character(len=:), allocatable :: resonance
   contains
     procedure :: peak_miss
@@ -43,25 +44,26 @@ module gestell_task_trade_model_trade
     procedure :: worst_miss
   end type model_trade_type
 
-  !> What one of `frame_models` finds.
+  !> Results of one of the `frame_models`.
   type, public :: model_finding_type
     character(len=11) :: model = ""
-    !> Empty, with the reason, where it finds nothing.
+    !> Verdict, empty if there is no result; reason for a missing verdict or vibration
     character(len=9) :: verdict = ""
     character(len=:), allocatable :: reason
+    !> ln of the largest modulus of the multipliers
     real(dp) :: log_rho = 0
-    !> Peaks of the degrees of freedom (m, rad), in the frame's order.
+    !> Peaks of the degrees of freedom (m, rad), in the frame's order
     real(dp), allocatable :: peak(:)
-    !> Median time of verdict and vibration (s).
+    !> Median time for verdict and vibration (s)
     real(dp) :: seconds = 0
   end type model_finding_type
 
-  !> Solutions that the time is the median of.
+  !> Number of solutions over which the median time is taken
   integer, parameter :: runs = 5
 
 contains
 
-  !> Solves both models, the periodic one to `accuracy`. Errors: those of the periodic model.
+  !> Solves both models, the periodic one to `accuracy`. Fails if the periodic model fails or the averaged model has no multipliers.
   subroutine measure_model(frame, accuracy, trade, error)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
@@ -102,7 +104,8 @@ contains
     end associate
   end subroutine measure_model
 
-  !> What one model finds. Error: there is no periodic vibration, or, without multipliers in `analysis`, nothing at all.
+  !> Solves one model and measures its time. Fails if there is no periodic vibration; if `analysis` has no multipliers either, there
+  !> is no result at all.
   subroutine find(frame, options, accuracy, analysis, finding, error)
     class(frame_type), intent(in) :: frame
     type(analysis_options), intent(in) :: options
@@ -140,7 +143,7 @@ contains
     finding%seconds = median(times)
   end subroutine find
 
-  !> The findings in the order of `frame_models`.
+  !> Solves and measures all `frame_models`, in their order.
   subroutine measure_frame_models(frame, accuracy, findings)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
@@ -169,8 +172,8 @@ contains
     end do
   end subroutine measure_frame_models
 
-  !> By how much the averaged model misses the peak of a quantity, relative; zero where that is within the errors of both
-  !> or the quantity rests.
+  !> Relative error of a peak of the averaged model; zero if it is within the error bounds of both models or if there is no
+  !> vibration to compare.
   pure real(dp) function peak_miss(self, quantity) result(miss)
     class(model_trade_type), intent(in) :: self
     integer, intent(in) :: quantity
@@ -184,7 +187,8 @@ contains
     end associate
   end function peak_miss
 
-  !> The same for ln rho_max, the rate at which the slowest free vibration dies out or the fastest grows.
+  !> Relative error of ln rho_max in the averaged model: the decay rate of the slowest free vibration, or the growth rate of the
+  !> fastest. Zero within the error bounds.
   pure real(dp) function log_rho_miss(self) result(miss)
     class(model_trade_type), intent(in) :: self
     real(dp) :: difference
@@ -196,7 +200,7 @@ contains
     end associate
   end function log_rho_miss
 
-  !> The same for rho_max itself.
+  !> Relative error of rho_max in the averaged model; zero within the error bounds.
   pure real(dp) function rho_miss(self) result(miss)
     class(model_trade_type), intent(in) :: self
 
@@ -204,7 +208,7 @@ contains
     if (abs(self%log_rho_miss()) > 0) miss = exp(min(self%averaged%log_rho - self%periodic%log_rho, 700.0_dp)) - 1
   end function rho_miss
 
-  !> The greatest of all misses.
+  !> Largest relative error of ln rho_max and of all peaks.
   pure real(dp) function worst_miss(self) result(miss)
     class(model_trade_type), intent(in) :: self
     integer :: i, n

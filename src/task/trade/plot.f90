@@ -1,4 +1,4 @@
-!> The picture of speed against accuracy.
+!> Picture of accuracy against computing time.
 module gestell_task_trade_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, newline, text
@@ -12,10 +12,10 @@ module gestell_task_trade_plot
 
 contains
 
-  !> trade.gp: the error of Phi(T) over evaluations and over seconds, a line for every method.
+  !> Picture trade.gp: error of Phi(T) over evaluations and over seconds, with a line for every method.
   function plot_trade(trade, with_averaged) result(figure)
     type(trade_type), intent(in) :: trade
-    !> Whether the averaged model has a row.
+    !> True if the averaged model has a row
     logical, intent(in) :: with_averaged
     type(figure_type) :: figure
     character(len=:), allocatable :: lines, curves
@@ -49,7 +49,7 @@ contains
     figure = new_figure("trade", "Error of Φ(T) against work, measured", lines, width=960, height=520)
   end function plot_trade
 
-  !> A range around the values that are above zero.
+  !> Gnuplot range around the positive values.
   pure function decades(values) result(range)
     real(dp), intent(in) :: values(:)
     character(len=:), allocatable :: range
@@ -59,7 +59,7 @@ contains
       & // "]"
   end function decades
 
-  !> A method's points; those of others are left out.
+  !> Plot element with the points of one method.
   pure function curve(method, number) result(words)
     character(len=*), intent(in) :: method
     integer, intent(in) :: number

@@ -1,4 +1,4 @@
-!> The measured trade of speed for accuracy, for people.
+!> Report of the task `trade`: measured computing time against accuracy.
 module gestell_task_trade_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
@@ -15,7 +15,7 @@ module gestell_task_trade_report
 
 contains
 
-  !> The cheapest way to some accuracies, and what one more digit costs.
+  !> Table of the fastest method for several accuracies, and the cost of one more digit.
   function report_trade(trade) result(lines)
     type(trade_type), intent(in) :: trade
     character(len=:), allocatable :: lines, rows
@@ -37,7 +37,7 @@ contains
     end do
     lines = newline // "SPEED FOR ACCURACY, Phi(T) and x_p(T) of this machine on this computer" // newline &
       & // tabulated("rlrrr", "errors of Phi(T), cheapest,steps,evaluations,time" // newline // "and x0 below,,,,ms", rows)
-    ! Where one row serves both, more digits cost nothing.
+    ! If one row serves both accuracies, more digits cost nothing.
     if (all(best([1, 3]) > 0) .and. best(1) /= best(3)) lines = lines // "  from 1e-3 to 1e-9 one more digit costs " &
       & // concise(100 * ((trade%rows(best(3))%seconds / trade%rows(best(1))%seconds)**(1.0_dp / 6) - 1), 2) &
       & // " % more time" // newline
@@ -45,8 +45,8 @@ contains
       & // " for Phi(T) and " // concise(trade%floor_x0, 1) // " for x0" // newline
   end function report_trade
 
-  !> What the averaged model misses over a period of so many turns of the drive, and whether the periodic coefficients are worth
-  !> their price.
+  !> Table of the errors of the averaged model, and whether the periodic coefficients are needed. `turns` is the number of turns of
+  !> the crank in the period.
   pure function report_model(trade, turns) result(lines)
     type(model_trade_type), intent(in) :: trade
     integer, intent(in) :: turns
@@ -87,7 +87,7 @@ contains
       & // "resonance)" // newline
   end function report_model
 
-  !> One row: what, both values, the relative difference; zero stands for less than the errors of both.
+  !> Row with both values and their relative difference. A difference of 0 means that it is within the error bounds.
   pure function line(name, periodic, averaged, miss) result(row)
     character(len=*), intent(in) :: name
     real(dp), intent(in) :: periodic, averaged, miss
@@ -97,7 +97,7 @@ contains
       & // either(concise(100 * miss, 2) // " %", "within the errors", abs(miss) > 0) // newline
   end function line
 
-  !> Verdict, modulus, peaks and time of every model of the frame.
+  !> Table with verdict, modulus, peaks and time of every model of the frame.
   pure function report_frame_models(findings) result(lines)
     type(model_finding_type), intent(in) :: findings(:)
     character(len=:), allocatable :: lines, peaks
@@ -124,7 +124,7 @@ contains
       lines = tabulated("llrrrrrl", "model,verdict,|rho|" // peak_heads(dofs) // ",time" // newline // ",," // peak_units(dofs) &
         & // ",ms", lines)
     else
-      ! too many for one table
+      ! the peaks of six degrees of freedom need a table of their own
       lines = tabulated("llrrl", "model,verdict,|rho|,time" // newline // ",,,ms", lines)
       if (peaks /= "") lines = lines // "  peaks" // newline // tabulated("l" // repeat("r", dofs), "model" // peak_heads(dofs) &
         & // newline // peak_units(dofs), peaks)

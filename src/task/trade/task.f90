@@ -1,4 +1,4 @@
-!> The task `trade`: speed for accuracy, measured on the user's own machine.
+!> The task `trade`: computing time against accuracy, measured on the user's own machine.
 module gestell_task_trade_task
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -22,7 +22,7 @@ module gestell_task_trade_task
     procedure :: run
   end type trade_task
 
-  !> Seconds that measuring may take, about.
+  !> Approximate time for all measurements (s)
   real(dp), parameter :: budget = 10
 
 contains
@@ -49,7 +49,7 @@ contains
       call measure_trade(context%analysis%frame, budget, trade, error, context%executor)
       if (.not. allocated(error)) call measure_model(configuration%frame, configuration%accuracy, model, error)
       if (allocated(error)) return
-      ! The last row is the averaged model, where it has a periodic vibration.
+      ! The last row is the averaged model, if it has a periodic vibration.
       rows = trade%rows
       if (.not. allocated(model%resonance)) rows = [rows, trade_row_type("averaged", 0, 0, model%evaluations, model%error_phi, &
         & model%error_rho, model%error_x0, model%averaged%seconds)]

@@ -1,4 +1,4 @@
-!> The trade of speed for accuracy, measured on the user's own machine.
+!> Measures computing time against accuracy on the user's own machine.
 module gestell_task_trade
   use gestell_base_error, only: error_type, fatal_error, failed_computation, invalid_input
   use gestell_base_kinds, only: dp
@@ -23,40 +23,43 @@ module gestell_task_trade
 
   public :: cheapest, measure_row, measure_trade, median
 
-  !> One method with one number of steps. Errors are against the converged solution: of Phi(T) and x0 relative to their
-  !> norms in balanced units, of the multipliers the greatest relative one.
+  !> Result of one method with one number of steps. Errors are relative to the converged solution. The errors of Phi(T) and x0 are
+  !> relative to their norms in balanced units; the error of the multipliers is the largest relative one.
   type, public :: trade_row_type
     character(len=name_length) :: method = ""
     integer :: order = 0, steps = 0, evaluations = 0
     real(dp) :: error_phi = 0, error_rho = 0, error_x0 = 0
-    !> Median time of one solution for Phi(T) and x_p(T).
+    !> Median time of one solution for Phi(T) and x_p(T) (s)
     real(dp) :: seconds = 0
   end type trade_row_type
 
-  !> The converged solution that the others are compared with.
+  !> Converged solution with which the rows are compared.
   type, public :: converged_type
     type(monodromy_type) :: monodromy
     type(multipliers_type) :: multipliers
     type(periodic_solution_type) :: solution
   end type converged_type
 
+  !> All measurements.
   type, public :: trade_type
     type(trade_row_type), allocatable :: rows(:)
-    !> What the converged solution claims for its own errors, in the same measures.
+    !> Error bounds of the converged solution, in the measures of `trade_row_type`
     real(dp) :: floor_phi = 0, floor_rho = 0, floor_x0 = 0
   end type trade_type
 
 contains
 
-  !> Runs every method over a ladder of steps, each 1.5 times the one before, until its errors reach the converged
-  !> solution's own or the method's share of `budget` (s) is spent, ten times that before its first row; and the
-  !> reduction, if it applies.
-  !> Errors: a budget that is not positive and finite; no converged solution; resonance.
+  !> Measures every method over an increasing number of steps, each 1.5 times the previous one, and the reduction if it applies. A
+  !> method ends when its error reaches that of the converged solution, or when it has spent half of its share of the time. Before
+  !> its first row it may spend ten times as much. Fails if the budget is not positive and finite, if there is no converged
+  !> solution, or at resonance.
   subroutine measure_trade(frame, budget, trade, error, executor)
     class(frame_type), intent(in) :: frame
+    !> Time for all methods (s), approximately
     real(dp), intent(in) :: budget
     type(trade_type), intent(out) :: trade
     type(error_type), allocatable, intent(out) :: error
+    !> Shows the progress
     class(executor_type), intent(inout), optional :: executor
     type(converged_type) :: converged
     class(method_type), allocatable :: method
@@ -90,7 +93,7 @@ contains
     if (size(trade%rows) == 0) call fatal_error(error, "no method came to an end within the time allowed", failed_computation)
   end subroutine measure_trade
 
-  !> The ladder of one method.
+  !> Measures one method with an increasing number of steps.
   subroutine climb(frame, method, converged, budget, trade)
     class(frame_type), intent(in) :: frame
     class(method_type), intent(in) :: method
@@ -106,31 +109,32 @@ contains
     call survey_system(frame, survey, error)
     if (allocated(error)) return
     before = size(trade%rows)
-    ! Before the fastest vibration turns by less than `order` radians in a step nothing converges.
+    ! No method converges while the fastest vibration advances by more than `order` radians in a step.
     steps = max(frame%least_steps, nint(survey%phase_advance / method%order))
     spent = 0
     do
       call measure_row(frame, method, steps, converged, row, wanted, error)
-      ! A step that is too long can make the equations singular or the numbers overflow: a longer ladder is the answer.
+      ! A step that is too long can make the equations singular or overflow. The next number of steps is then tried.
       spent = spent + wanted
       if (.not. allocated(error)) then
         if (row%error_phi < 1) trade%rows = [trade%rows, row]
         if (row%error_phi <= 2 * trade%floor_phi) exit
       end if
-      ! A method without a row may spend ten times its share: a busy computer must not drop it.
+      ! A method without a row may spend ten times as much, so that a busy computer does not exclude it.
       if (spent > merge(0.5_dp, 5.0_dp, size(trade%rows) > before) * budget) exit
       steps = ceiling(1.5_dp * steps)
     end do
   end subroutine climb
 
-  !> One row: the median time of three solutions or more, and the errors against the converged solution. `spent`: the time of
-  !> them all (s). Errors: matrices that are singular or not finite; resonance.
+  !> Measures one row: the median time of at least three solutions, and the errors relative to the converged solution. Fails if
+  !> matrices are singular or not finite, or at resonance.
   subroutine measure_row(frame, method, steps, converged, row, spent, error)
     class(frame_type), intent(in) :: frame
     class(method_type), intent(in) :: method
     integer, intent(in) :: steps
     type(converged_type), intent(in) :: converged
     type(trade_row_type), intent(out) :: row
+    !> Total time of all solutions (s)
     real(dp), intent(out) :: spent
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: most = 9
@@ -142,7 +146,7 @@ contains
     integer :: runs
 
     coarse = converged%monodromy
-    ! Of the converged solution.
+    ! The copy still has this component of the converged solution.
     if (allocated(coarse%phi_change)) deallocate(coarse%phi_change)
     coarse%nodes = mesh(frame, steps)
     spent = 0
@@ -168,7 +172,7 @@ contains
     if (.not. allocated(error)) call compare(coarse%phi, its_multipliers, its_solution, converged, row)
   end subroutine measure_row
 
-  !> The row of the reduction, if it applies: Phi(T) from its eigenvectors.
+  !> Adds the row of the reduction, if it applies. Phi(T) is composed from its eigenvectors.
   subroutine measure_reduction(frame, converged, trade)
     class(frame_type), intent(in) :: frame
     type(converged_type), intent(in) :: converged
@@ -207,7 +211,7 @@ contains
     trade%rows = [trade%rows, row]
   end subroutine measure_reduction
 
-  !> The errors of a row. Multipliers that the converged solution has lost do not count.
+  !> Computes the errors of a row. Multipliers whose converged value has a relative error of 0.5 or more are ignored.
   subroutine compare(phi, its_multipliers, its_solution, converged, row)
     real(dp), intent(in) :: phi(:, :)
     type(multipliers_type), intent(in) :: its_multipliers
@@ -225,7 +229,7 @@ contains
     end associate
   end subroutine compare
 
-  !> The quickest row whose errors of Phi(T) and x0 are at most `allowed`; 0 if there is none.
+  !> Number of the fastest row whose errors of Phi(T) and x0 do not exceed `allowed`; 0 if there is none.
   pure integer function cheapest(rows, allowed)
     type(trade_row_type), intent(in) :: rows(:)
     real(dp), intent(in) :: allowed
@@ -233,7 +237,7 @@ contains
     cheapest = minloc(rows%seconds, dim=1, mask=rows%error_phi <= allowed .and. rows%error_x0 <= allowed)
   end function cheapest
 
-  !> The middle one of the values.
+  !> Median of the values; the lower of the two middle values if their number is even.
   pure real(dp) function median(values)
     real(dp), intent(in) :: values(:)
     real(dp) :: sorted(size(values))
