@@ -1,6 +1,6 @@
-!> Measures of periodic functions as the greatest of smooth branches, with their derivatives: a peak has a branch for every local
-!> maximum over the turn, for where that lies does not count in its derivative (the envelope theorem); an rms, and that within a
-!> band, have one.
+!> Computes measures of periodic functions as the maximum of smooth branches, with derivatives. A peak has a branch for every local
+!> maximum over the turn; by the envelope theorem its phase does not enter the derivative. An rms has one branch. An
+!> rms within a band has one branch for each direction that is considered.
 module gestell_study_design_branches
   use gestell_base_kinds, only: dp, pi
   use gestell_math_series_trigonometric, only: series_through, series_type
@@ -10,18 +10,21 @@ module gestell_study_design_branches
 
   public :: maxima_over_turn, measure_branches
 
-  !> Local maxima below this part of the greatest are no branches, samples above that are some; iterations for where maxima are.
+  !> Local maxima below this part of the largest are no branches; samples above `near` times the largest are branches; number of
+  !> Newton steps for the phase of a maximum.
   real(dp), parameter :: counts = 0.3_dp, near = 0.95_dp
   integer, parameter :: iterations = 6
 
 contains
 
-  !> Values, shape (branches), and derivatives, shape (parameters, branches), from the components' `samples` over the turn, shape
-  !> (samples, components), and their derivatives `slopes`, shape (samples, components, parameters). `kind` and
-  !> `band` (Hz) are the measure's (gestell_study_measure), `period` in s.
+  !> Computes the branches of a measure and their derivatives.
   pure subroutine measure_branches(kind, band, period, samples, slopes, values, changes)
+    !> Kind of the measure (gestell_study_measure)
     integer, intent(in) :: kind
+    !> Band (Hz); period (s); components over the turn, shape (samples, components), and their derivatives, shape (samples,
+    !> components, parameters)
     real(dp), intent(in) :: band(2), period, samples(:, :), slopes(:, :, :)
+    !> Values, shape (branches), and derivatives, shape (parameters, branches)
     real(dp), allocatable, intent(out) :: values(:), changes(:, :)
     real(dp) :: unit
     integer :: k
@@ -46,8 +49,8 @@ contains
     changes = unit * changes
   end subroutine measure_branches
 
-  !> Every local maximum of the size of a vector y; and the samples near the greatest, for where the size hardly changes over the
-  !> turn the maximum jumps.
+  !> Computes branches for every local maximum of the magnitude of a vector y, and for the samples near the largest. Where the
+  !> magnitude hardly changes over the turn, the maximum jumps between them.
   pure subroutine find_tops(samples, slopes, values, changes)
     real(dp), intent(in) :: samples(:, :), slopes(:, :, :)
     real(dp), allocatable, intent(out) :: values(:), changes(:, :)
@@ -75,11 +78,11 @@ contains
     end do
   end subroutine find_tops
 
-  !> Every local maximum over the turn of the size of a vector y, by its `samples` at equidistant phases, shape (samples,
-  !> components): where y . y' = 0, by Newton's method from the samples. `places` in turns, `sizes` and y there, shape (maxima,
-  !> components).
+  !> Finds every local maximum over the turn of the magnitude of a vector y: a zero of y . y', by Newton's method from the samples.
   pure subroutine maxima_over_turn(samples, places, sizes, y)
+    !> y at equidistant phases, shape (samples, components)
     real(dp), intent(in) :: samples(:, :)
+    !> Phases in turns; magnitudes; y at the maxima, shape (maxima, components)
     real(dp), allocatable, intent(out) :: places(:), sizes(:), y(:, :)
     type(series_type) :: along
     real(dp), dimension(1, size(samples, 2)) :: at, at_d, at_dd
@@ -106,9 +109,9 @@ contains
     end do
   end subroutine maxima_over_turn
 
-  !> The root of the greater eigenvalue of the mean of y y^T, of the orders within the band (gestell_study_vibration_statistics), as
-  !> the greatest of u^T y y^T u over directions u: that of the eigenvector, and others, for where both eigenvalues are equal it
-  !> jumps.
+  !> Computes the rms within the band (gestell_study_vibration_statistics): the square root of the largest eigenvalue of the mean of
+  !> y y^T over the orders in the band. Branches are u^T y y^T u for several directions u: that of the eigenvector, which jumps
+  !> where two eigenvalues are equal, and others.
   pure subroutine within_band(band, period, samples, slopes, values, changes)
     real(dp), intent(in) :: band(2), period, samples(:, :), slopes(:, :, :)
     real(dp), allocatable, intent(out) :: values(:), changes(:, :)
@@ -137,13 +140,13 @@ contains
     end do
   end subroutine within_band
 
-  !> Directions in which a mean square is looked at: that of the greatest eigenvalue of a symmetric matrix, and others all around,
-  !> shape (size, directions).
+  !> Directions in which a mean square is evaluated, shape (size, directions): the eigenvector of the largest eigenvalue of a
+  !> symmetric matrix, and directions all around.
   pure function directions_about(square) result(u)
     real(dp), intent(in) :: square(:, :)
     real(dp), allocatable :: u(:, :)
     integer, parameter :: around = 12, iterations = 200
-    !> Half of those to the faces, edges and corners of a cube.
+    !> One of each pair of opposite directions to the faces, edges and corners of a cube.
     integer, parameter :: cube(3, 13) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 0, 1, -1, 0, 1, 0, 1, 1, 0, -1, 0, 1, 1, &
       & 0, 1, -1, 1, 1, 1, 1, 1, -1, 1, -1, 1, 1, -1, -1], [3, 13])
     real(dp) :: v(3), angles(around + 1), most
@@ -175,7 +178,7 @@ contains
     end select
   end function directions_about
 
-  !> The mean of y z^T, orders `first` to `last`.
+  !> Computes the mean of y z^T over the orders `first` to `last`.
   pure subroutine add_orders(y, z, first, last, mean)
     type(series_type), intent(in) :: y, z
     integer, intent(in) :: first, last

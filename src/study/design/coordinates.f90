@@ -1,10 +1,10 @@
-!> A second-order system in Floquet's coordinates. With its free vibrations x_i(t) = p_i(t) exp(lambda_i t), p_i periodic, and
-!> P = [p_1 ... p_n], W = P^-1, the equations x' = A x + f become, with x = P z, those of single numbers with constant coefficients,
-!>
+!> Transforms a second-order system to Floquet's coordinates. Let x_i(t) = p_i(t) exp(lambda_i t) with periodic p_i be its free
+!> vibrations, P = [p_1 ... p_n] and W = P^-1. With x = P z the equations x' = A x + f become scalar equations with constant
+!> coefficients,
 !>     z_i' = lambda_i z_i + w_i f,
 !>
-!> whose periodic solution has the harmonics (w_i f)_k / (i k 2 pi/T - lambda_i): any number of loads costs little more than one.
-!> (Yakubovich, Starzhinskii, Linear Differential Equations with Periodic Coefficients, 1975, chapter II.)
+!> whose periodic solution has the harmonics (w_i f)_k / (i k 2 pi/T - lambda_i). So many loads cost little more than one.
+!> (V. A. Yakubovich, V. M. Starzhinskii, Linear Differential Equations with Periodic Coefficients, 1975, chapter II.)
 module gestell_study_design_coordinates
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -19,30 +19,35 @@ module gestell_study_design_coordinates
 
   public :: find_coordinates, respond
 
+  !> Floquet's coordinates of a system with n states at equidistant phases.
   type, public :: coordinates_type
     real(dp) :: period = 0
-    !> lambda (1/s), imaginary parts up to multiples of 2 pi/T, shape (n); P and W at equidistant phases, shapes (n, n, phases),
-    !> over units that make the states comparable, shape (n).
+    !> lambda (1/s), imaginary parts up to multiples of 2 pi/T, shape (n); P and W, shapes (n, n, phases), relative to units that
+    !> make the states comparable, shape (n)
     complex(dp), allocatable :: lambda(:), p(:, :, :), w(:, :, :)
     real(dp), allocatable :: scale(:)
-    !> What each adds to a real motion: twice the real part of the first of a conjugate pair, nothing of the second; shape (n).
+    !> Factor of each coordinate in a real motion: for a conjugate pair 2 (real part of the first) and 0, otherwise 1; shape (n)
     real(dp), allocatable :: share(:)
   end type coordinates_type
 
-  !> The error of P, which is to be periodic, and its condition that are allowed: more tells of modes that are lost beside others,
-  !> or coincide.
+  !> Allowed error of the periodicity of P, and allowed condition number of P. Larger ones show free vibrations that coincide or
+  !> that are lost beside larger ones.
   real(dp), parameter :: of_modes = 1.0e-7_dp, most_condition = 1.0e6_dp
 
 contains
 
-  !> At the phases (k - 1)/`phases`, to `tolerance`, relative to Phi. `fits`: they are known well enough (see `of_modes`). `known`:
-  !> a quick solution that may have kept its maps at these phases.
+  !> Computes Floquet's coordinates at the phases (k - 1)/`phases`.
   subroutine find_coordinates(system, phases, tolerance, found, fits, known)
+    !> The system
     class(second_order_system), intent(in) :: system
+    !> Number of phases; tolerance relative to Phi
     integer, intent(in) :: phases
     real(dp), intent(in) :: tolerance
+    !> The coordinates
     type(coordinates_type), intent(out) :: found
+    !> True if they are accurate enough (see `of_modes`)
     logical, intent(out) :: fits
+    !> A quick solution of the system that may hold its maps at these phases
     type(quick_motion_type), intent(in) :: known
     type(quick_motion_type) :: quick
     type(error_type), allocatable :: error
@@ -83,7 +88,7 @@ contains
     end do
   end subroutine find_coordinates
 
-  !> The inverse of a small complex matrix by Gauss and Jordan's elimination; not where its condition is above what is allowed.
+  !> Inverts a small complex matrix by Gauss-Jordan elimination. `fits` is false if it is singular or its condition is too large.
   subroutine invert(a, b, fits)
     complex(dp), intent(in) :: a(:, :)
     complex(dp), intent(out) :: b(:, :)
@@ -112,13 +117,14 @@ contains
     fits = norm2([real(a), aimag(a)]) * norm2([real(b), aimag(b)]) <= most_condition
   end subroutine invert
 
-  !> The periodic motions of `system`, whose coordinates these are, under other `loads`, shape (phases, degrees of freedom, loads):
-  !> q and its first and second derivatives over theta = 2 pi t/T, shape (phases, degrees of freedom, 0:2, loads). Not finite in
-  !> resonance.
+  !> Computes the periodic motions of `system` under other loads. The results are not finite at a resonance.
   subroutine respond(system, coordinates, phases, loads, motions)
+    !> The system and its coordinates
     class(second_order_system), intent(in) :: system
     type(coordinates_type), intent(in) :: coordinates
+    !> Phases; loads, shape (phases, degrees of freedom, loads)
     real(dp), contiguous, intent(in) :: phases(:), loads(:, :, :)
+    !> q and its first and second derivatives over theta = 2 pi t/T, shape (phases, degrees of freedom, 0:2, loads)
     real(dp), intent(out) :: motions(:, :, 0:, :)
     real(dp), dimension(size(phases), size(loads, 2), size(loads, 2)) :: m, b, c
     real(dp) :: r(size(phases), size(loads, 2), 2 * size(loads, 2) + size(loads, 3)), units(size(loads, 2)), &

@@ -1,13 +1,13 @@
-!> The best machine of a family: from several starts, or proved to be the best of all where the problem is convex.
+!> Searches for the best machine of a family from several starts, and proves global optima of convex problems.
 !>
-!> On rigid ground the samples of the shaking forces are linear in m, m x, m y of each link, those of the moment in m and J where
-!> the place stays, and the norms of linear functions are convex; so is their sum, and their greatest. In these coordinates L lies
-!> above its tangent (gestell_math_optimum_minimax), whose least value in the box of m, x, y is at one of its corners, for it is
-!> linear in each of them. Nothing has an objective below what L then has. (J. Verschuure, B. Demeulenaere, J. Swevers, J. De
-!> Schutter, J. Mech. Des. 130, 2008, 052301, use the same coordinates.)
+!> On rigid ground samples of the shaking forces are linear in m, m x, m y of each link. Samples of the moment are linear in m and J
+!> if the position of the link is fixed. Norms of linear functions are convex, and so are their sum and their maximum. Let L be the
+!> Lagrangian (gestell_math_optimum_minimax). In these coordinates L lies above its tangent, whose minimum over the box of m, x, y
+!> is at a corner, since the tangent is linear in each of them. No machine within the limits has an objective below this minimum.
+!> (J. Verschuure, B. Demeulenaere, J. Swevers, J. De Schutter, J. Mech. Des. 130, 2008, 052301, use the same coordinates.)
 !>
-!> An optimum under a few conditions, at which no other condition is worse, is one under all. So the search begins with the
-!> conditions that are the worst at the start, and adds those that its optimum makes worse until there are none (exchange, as in
+!> An optimum under a few conditions is optimal under all if no other condition is worse there. The search begins with the
+!> conditions that are worst at the start and adds those that its optimum makes worse, until there are none (exchange method of
 !> semi-infinite programming: R. Hettich, K. O. Kortanek, SIAM Review 35, 1993, 380-429, doi 10.1137/1035089).
 module gestell_study_design
   use gestell_base_error, only: error_type
@@ -24,21 +24,24 @@ module gestell_study_design
 
   public :: halton, is_convex, limits_alone, prove, prove_conflict, search_from
 
-  !> Stationarity at which a search has converged.
+  !> Stationarity at which a search has converged by default.
   real(dp), parameter :: usual_tolerance = 1.0e-8_dp
-  !> Over a range steps become short where a resonance lies at its end: `worth` and `patience` of the search there.
+  !> `worth` and `patience` of a search over a range, where a resonance at the end of the range makes steps short.
   real(dp), parameter :: worth_it = 1.0e-4_dp
   integer, parameter :: patience = 3
-  !> The excess of a number of the machine, relative to its limit, below which it counts as zero.
+  !> Excess of a number of the machine, relative to its limit, that counts as zero.
   real(dp), parameter :: met = 1.0e-9_dp
 
 contains
 
-  !> A local optimum; its `slope` and `slack` are those of the square where `is_squared`. Errors: there is no machine at the start;
-  !> as of `minimise`.
+  !> Searches for a local optimum. `optimum%slope` and `optimum%slack` refer to the square of the objective if `is_squared`.
+  !> Fails if the start is not a machine, or as `minimise` does.
   subroutine search_from(family, options, start, optimum, error, tolerance)
+    !> The machines among which the best is sought
     class(family_type), intent(in), target :: family
+    !> Goals, conditions, and ranges of the parameters
     type(design_options), intent(in) :: options
+    !> Parameters of the start
     real(dp), intent(in) :: start(:)
     type(optimum_type), intent(out) :: optimum
     type(error_type), allocatable, intent(out) :: error
@@ -52,7 +55,7 @@ contains
     problem%family => family
     problem%options = options
     problem%moments = new_moments(options%lower, options%upper, options%body, options%part)
-    ! the least and greatest products are at corners
+    ! the minimum and maximum products are at corners
     problem%lower = problem%moments%from(options%lower)
     problem%upper = problem%lower
     do i = 1, 3
@@ -72,7 +75,7 @@ contains
     end if
     call minimise_under_all(problem, options, start, wanted, optimum, error)
     if (allocated(error)) return
-    ! the search's unit of a limit that is steep at the start may be far greater than the limit
+    ! the search's unit of a limit that is steep at the start may be far larger than the limit
     call judge_limits(problem, options%constraints, optimum)
     if (problem%inverted) then
       ! d(-1 / f) = df / f^2
@@ -88,8 +91,8 @@ contains
     optimum%bound_price = optimum%bound_price / (2 * optimum%objective)
   end subroutine search_from
 
-  !> Whether the limits are met. A number of the machine is known to rounding: its limit may be met exactly where the margin that
-  !> the search keeps has no room, as the least mass that the ranges allow.
+  !> Judges whether the limits are met. A number of the machine is exact up to rounding, so its limit may be met exactly. The margin
+  !> that the search keeps may have no room, as at the minimum mass that the ranges allow.
   pure subroutine judge_limits(problem, limits, optimum)
     type(design_problem), intent(in) :: problem
     type(goal_type), intent(in) :: limits(:)
@@ -107,7 +110,7 @@ contains
     optimum%feasible = optimum%feasible .and. all(kept)
   end subroutine judge_limits
 
-  !> A local optimum in the problem's coordinates turned back to the parameters, under all conditions of `options`.
+  !> Finds a local optimum under all conditions of `options`, and converts it from the coordinates to the parameters.
   subroutine minimise_under_all(problem, options, start, tolerance, optimum, error)
     type(design_problem), intent(inout) :: problem
     type(design_options), intent(in) :: options
@@ -145,9 +148,9 @@ contains
     optimum%iterations = iterations
   end subroutine minimise_under_all
 
-  !> Adds to the conditions `used`, shape (conditions), those that are the worst of all at x (where none is used, for every goal) or
-  !> that are worse there than all used ones, `more`; all where there is no such machine, or no vibration (.not. known). Error: the
-  !> goals make no sense.
+  !> Adds conditions to `used`, shape (conditions): if none is used, the worst of each goal at x; otherwise those that are worse at
+  !> x than all used ones. `more`: conditions were added. If x is not a machine or has no vibration, `known` is false and all
+  !> conditions are used. Fails if the goals are invalid.
   subroutine add_worse(family, options, x, used, more, known, error)
     class(family_type), intent(in) :: family
     type(design_options), intent(in) :: options
@@ -173,7 +176,7 @@ contains
         used(maxloc(worst, dim=1)) = .true.
         cycle
       end if
-      ! by how much the goal may exceed its limit at a condition that is not used
+      ! excess that a goal may have at unused conditions
       threshold = maxval(worst, mask=before) + inside * maxval(abs(at%value), mask=at%group == g) / 1000
       if (g > size(options%objectives)) threshold = max(threshold, 0.0_dp)
       do c = 1, size(worst)
@@ -183,7 +186,7 @@ contains
     more = any(used .neqv. before)
   end subroutine add_worse
 
-  !> Whether the problem is convex in the masses and first moments of links; `limits`: only the set that its limits allow.
+  !> True if the problem is convex in masses and first moments of links. `limits`: judge only the set that the limits allow.
   pure logical function is_convex(options, limits)
     type(design_options), intent(in) :: options
     logical, intent(in), optional :: limits
@@ -197,7 +200,7 @@ contains
 
   contains
 
-    !> Goals of which greater values are worse are to be convex, others concave, as the mass, which is both.
+    !> True if the goal is convex as an upper limit or objective, or concave as a lower limit. The mass is both.
     elemental logical function goes(goal, is_objective)
       type(goal_type), intent(in) :: goal
       logical, intent(in) :: is_objective
@@ -208,11 +211,14 @@ contains
 
   end function is_convex
 
-  !> A lower bound on the part of its size by which every machine of the ranges exceeds at least one of the limits, which allow a
-  !> convex set: the least of their greatest excess, from `start`, minus the gap of that optimum. Not positive: nothing is proved.
+  !> Computes a lower bound on the relative excess over at least one limit that every machine in the ranges has. The limits must
+  !> allow a convex set. The bound is the minimum of the largest excess, from `start`, minus its gap. A bound <= 0 proves nothing.
+  !> The family of machines
   subroutine prove_conflict(family, options, start, excess, error)
     class(family_type), intent(in) :: family
+    !> Parameters of the start
     type(design_options), intent(in) :: options
+    !> The lower bound, relative to the size of the limit
     real(dp), intent(in) :: start(:)
     real(dp), intent(out) :: excess
     type(error_type), allocatable, intent(out) :: error
@@ -225,7 +231,7 @@ contains
     if (.not. allocated(error)) excess = optimum%objective - prove(limits, optimum)
   end subroutine prove_conflict
 
-  !> A design whose only objective is the greatest excess over the limits of `options`, each in parts of its size.
+  !> Makes a design whose only objective is the largest relative excess over the limits of `options`.
   subroutine limits_alone(options, limits)
     type(design_options), intent(in) :: options
     type(design_options), intent(out) :: limits
@@ -238,7 +244,7 @@ contains
     limits%objectives%weight = 1 / options%constraints%scale()
   end subroutine limits_alone
 
-  !> By how much the objective of an optimum can be above that of any other machine, of a convex problem.
+  !> Gap of an optimum of a convex problem: no machine within the limits has an objective smaller by more than this.
   pure real(dp) function prove(options, optimum) result(gap)
     type(design_options), intent(in) :: options
     type(optimum_type), intent(in) :: optimum
@@ -247,7 +253,7 @@ contains
 
     gap = max(optimum%slack, 0.0_dp)
     do i = 1, size(options%body)
-      ! each link once, at the first of its parameters
+      ! visit each link once, at the first of its parameters
       if (any(options%body(:i - 1) == options%body(i))) cycle
       mass = 0
       place = 0
@@ -286,7 +292,7 @@ contains
 
   contains
 
-    !> The change of L's tangent from the optimum to a corner of this link's box.
+    !> Change of the tangent of L from the optimum to a corner of the box of this link.
     pure real(dp) function at_corner(corner) result(change)
       integer, intent(in) :: corner
       real(dp) :: mass_there, place_there(2)
@@ -303,7 +309,8 @@ contains
 
   end function prove
 
-  !> The n-th point of Halton's sequence in the unit cube, one base a parameter (J. H. Halton, Numer. Math. 2, 1960, 84-90).
+  !> The n-th point of Halton's sequence in the unit cube, with one base for each parameter (J. H. Halton, Numer. Math. 2, 1960,
+  !> 84-90).
   pure function halton(n, parameters) result(point)
     integer, intent(in) :: n, parameters
     real(dp) :: point(parameters)

@@ -1,4 +1,4 @@
-!> The goals of a design at one condition, as branches with derivatives.
+!> Evaluates the goals of a design at one condition as branches with derivatives.
 module gestell_study_design_evaluation
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -15,66 +15,72 @@ module gestell_study_design_evaluation
 
   public :: add_condition, add_top, no_branches
 
-  !> A range of conditions, between those that are given as well.
+  !> A range of conditions that includes everything between given conditions.
   type, abstract, public :: range_type
-    !> Excess of each goal, shape (goals), above which its exact size is not needed; not allocated: always needed.
+    !> Excess of each goal, shape (goals), above which the exact value is not needed; not allocated: always needed
     real(dp), allocatable :: enough(:)
   contains
     procedure(find_tops), deferred :: find_tops
   end type range_type
 
-  !> Where a goal is worst over a range of conditions.
+  !> A condition at which a goal is worst over a range.
   type, public :: top_type
+    !> The condition
     type(condition_type) :: condition
-    !> The goal's number, that of the line through the range, and by how much it exceeds its limit.
+    !> Number of the goal, number of the line through the range, and excess over the limit
     integer :: goal = 0, line = 0
     real(dp) :: excess = 0
-    !> Whether the maximum is one inside the line; otherwise it lies at its end.
+    !> True for a maximum inside the line, false for one at its end
     logical :: inside = .false.
-    !> A motion beside the one there, where it is known.
+    !> A motion under a similar condition, if known
     type(motion_type) :: motion
   end type top_type
 
-  !> What is asked of a design. The objective is the sum of the `objectives`, each times its weight, or the largest of them.
+  !> Options of a design. The objective is the weighted sum of the `objectives`, or their largest weighted value if `largest`.
   type, extends(setting_type), public :: design_options
     type(goal_type), allocatable :: objectives(:), constraints(:)
     logical :: largest = .false.
+    !> Conditions under which every machine is judged
     type(condition_type), allocatable :: conditions(:)
-    !> The range that counts instead of the conditions where it is allocated.
+    !> If allocated, this range replaces the conditions
     class(range_type), allocatable :: range
-    !> Ranges of the parameters, shape (parameters).
+    !> Ranges of the parameters, shape (parameters)
     real(dp), allocatable :: lower(:), upper(:)
-    !> Which of them is the first of its link, and what of it each is; shapes (parameters).
+    !> Index of the first parameter of the same link, and property of the link that each parameter changes; shapes (parameters)
     integer, allocatable :: body(:), part(:)
-    !> The links that they are of, 0: of none alone, and their units in SI; shapes (parameters). Where they are not allocated, all
-    !> neighbours are members of the family.
+    !> Index of the link that each parameter changes, 0 if it does not belong to one link, and its unit in SI; shapes (parameters).
+    !> If not allocated, all neighbours are computed as members of the family
     integer, allocatable :: link(:)
     real(dp), allocatable :: unit(:)
   contains
     procedure :: steps, goals, combined
   end type design_options
 
-  !> Branches of goals, each at a condition, shape (branches); `side`: 1: it keeps below a limit, -1: above.
+  !> Branches of goals at conditions, shapes (branches); `side` 1: counts against an upper limit, -1: against a lower limit.
   type, extends(branches_type), public :: goal_branches_type
     integer, allocatable :: condition(:), side(:)
   end type goal_branches_type
 
-  !> A goal's branches at a condition: values, derivatives, shape (parameters, values), and which of them count, shape (values, 2).
+  !> Branches of one goal at one condition: values, derivatives, shape (parameters, values), and sides that count, shape (values,
+  !> 2).
   type :: goal_values_type
     real(dp), allocatable :: values(:), changes(:, :)
     logical, allocatable :: sides(:, :)
   end type goal_values_type
 
   abstract interface
-    !> The maxima of each goal over the range that are near the worst of it; `known`: there is a vibration everywhere. Error: the
-    !> goals make no sense.
+    !> Finds the maxima of each goal over the range that are near its worst value. Fails if the goals are invalid.
     subroutine find_tops(self, members, goals, tops, known, error)
       import :: error_type, goal_type, members_type, range_type, top_type
       implicit none (type, external)
+      !> The range
       class(range_type), intent(in) :: self
+      !> The machine and the goals
       type(members_type), intent(in) :: members
       type(goal_type), intent(in) :: goals(:)
+      !> The maxima
       type(top_type), allocatable, intent(out) :: tops(:)
+      !> True if there is a vibration everywhere
       logical, intent(out) :: known
       type(error_type), allocatable, intent(out) :: error
     end subroutine find_tops
@@ -82,7 +88,7 @@ module gestell_study_design_evaluation
 
 contains
 
-  !> How the parameters are changed for derivatives, shape (parameters).
+  !> Steps of the parameters for derivatives, shape (parameters).
   pure function steps(self)
     class(design_options), intent(in) :: self
     type(step_type) :: steps(size(self%lower))
@@ -94,7 +100,7 @@ contains
     steps%unit = self%unit
   end function steps
 
-  !> The objectives, then the constraints.
+  !> The objectives, followed by the constraints.
   pure function goals(self)
     class(design_options), intent(in) :: self
     type(goal_type) :: goals(size(self%objectives) + size(self%constraints))
@@ -112,7 +118,7 @@ contains
     if (self%largest) combined = maxval(self%objectives%weight * values)
   end function combined
 
-  !> An empty list of branches of a design with this number of parameters.
+  !> An empty list of branches for a design with this number of parameters.
   pure function no_branches(parameters) result(branches)
     integer, intent(in) :: parameters
     type(goal_branches_type) :: branches
@@ -120,12 +126,16 @@ contains
     allocate(branches%group(0), branches%condition(0), branches%side(0), branches%value(0), branches%slope(parameters, 0))
   end function no_branches
 
-  !> Adds the branches of the goals at one condition.
+  !> Adds the branches of the goals at one condition. Fails if a goal is invalid or its derivatives cannot be computed.
   subroutine add_condition(members, motion, goals, condition, at, error)
+    !> The machine, and its motion at the condition
     type(members_type), intent(in) :: members
     type(motion_type), intent(in) :: motion
+    !> The goals
     type(goal_type), intent(in) :: goals(:)
+    !> Number of the condition
     integer, intent(in) :: condition
+    !> The branches so far
     type(goal_branches_type), intent(inout) :: at
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: samples(size(motion%phases), components(motion%frame), size(goals))
@@ -155,16 +165,19 @@ contains
     call append_all(at, condition, found)
   end subroutine add_condition
 
-  !> Adds the goal that a top is of, at the motion there: the highest branch; the others have their own tops elsewhere, and beside a
-  !> resonance what they do at this speed says nothing of how high these are. At the end of a line all branches count. Error: the
-  !> goals make no sense.
+  !> Adds the goal at one of its maxima over the range. For a maximum inside a line only the highest branch is added: the others
+  !> have their maxima at other speeds, and near a resonance their values here say nothing about those. At an end of a line all
+  !> branches are added. Fails if the goal is invalid.
   subroutine add_top(members, motion, goal, top, number, at, error)
+    !> The machine, and its motion at the maximum
     type(members_type), intent(in) :: members
     type(motion_type), intent(in) :: motion
+    !> The goal and its maximum
     type(goal_type), intent(in) :: goal
     type(top_type), intent(in) :: top
-    !> That of the condition
+    !> Number of the condition
     integer, intent(in) :: number
+    !> The branches so far
     type(goal_branches_type), intent(inout) :: at
     type(error_type), allocatable, intent(out) :: error
     type(goal_branches_type) :: there
@@ -179,7 +192,7 @@ contains
     call append(at, spread(top%goal, 1, size(counts)), number, there%side(counts), there%value(counts), there%slope(:, counts))
   end subroutine add_top
 
-  !> Adds the branches of all goals at a condition, at once: added one by one each would copy all those before it.
+  !> Adds the branches of all goals at a condition together; adding them one by one would copy the list each time.
   pure subroutine append_all(at, condition, found)
     type(goal_branches_type), intent(inout) :: at
     integer, intent(in) :: condition
@@ -207,7 +220,7 @@ contains
     call append(at, group, condition, side, value, slope)
   end subroutine append_all
 
-  !> Adds branches of goals at a condition.
+  !> Appends branches of goals at a condition.
   pure subroutine append(at, group, condition, side, value, slope)
     type(goal_branches_type), intent(inout) :: at
     integer, intent(in) :: group(:), condition, side(:)
@@ -220,7 +233,8 @@ contains
     at%slope = reshape([at%slope, slope], [size(slope, 1), size(at%value)])
   end subroutine append
 
-  !> Derivatives of the goals' samples, shape (phases, components, goals, parameters), by the perturbed members with their motions.
+  !> Computes derivatives of the goals' samples, shape (phases, components, goals, parameters), from perturbed members and their
+  !> motions.
   subroutine differentiate_samples(members, motion, goals, samples, slopes, error)
     type(members_type), intent(in) :: members
     type(motion_type), intent(in) :: motion
@@ -243,15 +257,16 @@ contains
     end do
   end subroutine differentiate_samples
 
-  !> abs(rho), shape (states), and their derivatives, shape (parameters, states), no parameters without the motion's derivatives.
-  !> In Floquet's coordinates (gestell_study_design_coordinates) a change dA of the equations x' = A x changes the logarithm of the
+  !> Computes abs(rho), shape (states), and their derivatives, shape (parameters, states); no parameters if the motion has no
+  !> slopes. In Floquet's coordinates (gestell_study_design_coordinates) a change dA of the equations x' = A x changes the logarithm
+  !> of the i-th multiplier by
   !> i-th multiplier by
   !>
   !>     d ln rho_i = integral over the period of [W dA P]_ii
   !>
-  !> (Seyranian, Mailybaev, Multiparameter Stability Theory with Mechanical Applications, 2003, chapter 9). The integrand is
-  !> periodic, so its mean over equidistant phases is exact but for orders that they do not resolve; where the period changes too,
-  !> A T takes the place of A. Error: the free vibrations are too fast against the period, or multipliers coincide.
+  !> (A. P. Seyranian, A. A. Mailybaev, Multiparameter Stability Theory with Mechanical Applications, 2003, chapter 9). The
+  !> integrand is periodic, so its mean over equidistant phases is exact up to orders that they do not resolve. As the period
+  !> changes too, A T takes the place of A. Fails if the free vibrations are too fast against the period or multipliers coincide.
   subroutine differentiate_multipliers(members, motion, moduli, changes, error)
     type(members_type), intent(in) :: members
     type(motion_type), intent(in) :: motion
@@ -290,7 +305,7 @@ contains
     end do
   end subroutine differentiate_multipliers
 
-  !> A number of the machine and its derivatives, shape (parameters, values). Error: as of `find_branches`.
+  !> Computes a number of the machine and its derivatives, shape (parameters, values). Fails as `find_branches` does.
   subroutine differentiate_plain(members, motion, goal, values, changes, error)
     type(members_type), intent(in) :: members
     type(motion_type), intent(in) :: motion

@@ -1,5 +1,5 @@
-!> What a design is judged by: measures of quantities of the vibration, of the shaking forces on rigid ground and of the torque,
-!> the greatest multiplier, and numbers of the machine that need no solution.
+!> The goals of a design: measures of quantities of the vibration, of shaking forces on rigid ground and of the torque, the largest
+!> multiplier, and numbers of the machine that need no solution.
 module gestell_study_design_goal
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
@@ -17,19 +17,21 @@ module gestell_study_design_goal
 
   public :: components, new_goal, plain_values, shaking_error, take_samples
 
-  !> What is looked at: a quantity of the motion, a shaking force, the torque, multipliers, a number of the machine.
+  !> Subjects of goals: a quantity of the motion, a shaking force, the torque, the multipliers, a number of the machine.
   integer, parameter, public :: of_motion = 1, of_shaking = 2, of_torque = 3, of_multipliers = 4, of_machine = 5
 
   character(len=10), parameter :: machine_names(3) = [character(len=10) :: "added_mass", "sag", "separation"]
 
+  !> An objective or a constraint of a design.
   type, public :: goal_type
     type(measure_type) :: measure
+    !> `of_motion`, `of_shaking`, `of_torque`, `of_multipliers` or `of_machine`
     integer :: about = of_motion
-    !> Its weight in the objective; the limit of a constraint; what is subtracted from the quantity (that of the file's machine).
+    !> Weight in the objective; limit of a constraint; value subtracted from the quantity, that of the machine of the file
     real(dp) :: weight = 1, limit = 0, offset = 0
-    !> 1: at most the limit, -1: at least, 0: equal to it.
+    !> 1: upper limit, -1: lower limit, 0: equality
     integer :: sense = 1
-    !> Of a separation over a range, its least and greatest speed (rad/s); 0: the machine's own.
+    !> Range of the separation: minimum and maximum speed (rad/s); 0: the machine's own speed
     real(dp) :: speeds(2) = 0
   contains
     procedure :: excess
@@ -46,11 +48,14 @@ module gestell_study_design_goal
 
 contains
 
-  !> A goal by its name and measure. Errors: there is no such quantity, or it has no such measure; nothing weighs anything.
+  !> Makes a goal from its name and measure. Fails if the quantity does not exist, cannot be measured so, or needs gravity.
   pure subroutine new_goal(frame, probes, name, kind, goal, error)
+    !> The frame and the probes that `name` may refer to
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)
+    !> The user's name of the quantity
     character(len=*), intent(in) :: name
+    !> `peak_measure`, `rms_measure` or `band_measure`
     integer, intent(in) :: kind
     type(goal_type), intent(out) :: goal
     type(error_type), allocatable, intent(out) :: error
@@ -81,7 +86,7 @@ contains
       if (offset < 0) call fatal_error(error, "there is no such link, " // name, invalid_input)
     else
       call new_measure(frame, probes, name, kind, goal%measure, error)
-      ! of a quantity that there is its measure is wrong
+      ! the quantity exists, but not this measure
       if (.not. allocated(error) .or. len_trim(goal%measure%quantity) > 0) return
       error%message = error%message // "; and shaking.fx (.fy, .f, .m), torque, rho_max, added_mass, sag, separation, " &
         & // "link(NAME).offset"
@@ -91,14 +96,14 @@ contains
       & "'band' is for velocities of probes, probe(NAME).v, .vx, .vy", invalid_input)
   end subroutine new_goal
 
-  !> How many components a goal's samples have room for: those of a vector.
+  !> Number of components in the samples of a goal: those of a vector.
   pure integer function components(frame)
     class(frame_type), intent(in) :: frame
 
     components = merge(3, 2, allocated(frame%space))
   end function components
 
-  !> The distance (m) that link(NAME).offset names; negative: there is no such link. `named`: the name is of this form.
+  !> Finds the distance (m) that link(NAME).offset names; negative if the link does not exist. `named`: the name has this form.
   pure subroutine find_offset(frame, name, offset, named)
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: name
@@ -112,7 +117,7 @@ contains
     if (named) offset = frame%mechanism%link_offset(name(len(head) + 1:len(name) - len(tail)))
   end subroutine find_offset
 
-  !> By how much a value exceeds the limit; of an objective, the value.
+  !> Excess of a value over the limit; for an objective, the value itself.
   elemental real(dp) function excess(self, value)
     class(goal_type), intent(in) :: self
     real(dp), intent(in) :: value
@@ -121,7 +126,7 @@ contains
     if (self%sense == 0) excess = abs(value - self%limit)
   end function excess
 
-  !> What an excess is relative to.
+  !> Size to which an excess is compared: the limit, else the offset, else 1.
   elemental real(dp) function scale_of(self)
     class(goal_type), intent(in) :: self
 
@@ -130,15 +135,15 @@ contains
     if (.not. scale_of > 0) scale_of = 1
   end function scale_of
 
-  !> Whether the goal is the least of its branches, as the distance of the nearest mode, and not the greatest.
+  !> True if the goal is the minimum of its branches, like the distance of the nearest mode; otherwise it is the maximum.
   elemental logical function is_least(self)
     class(goal_type), intent(in) :: self
 
     is_least = self%about == of_machine .and. self%measure%quantity == "separation"
   end function is_least
 
-  !> For each of the goal's branches at one condition, `values`, whether it bounds the goal from above (column 1) and from below
-  !> (column 2): every branch of a maximum has to keep below a limit, but its greatest branch alone has to reach one.
+  !> For each branch value at one condition: true in column 1 if it counts against an upper limit, in column 2 against a lower
+  !> limit. All branches of a maximum must stay below an upper limit, but only the largest must reach a lower limit.
   pure function sides(self, values)
     class(goal_type), intent(in) :: self
     real(dp), intent(in) :: values(:)
@@ -153,29 +158,29 @@ contains
     if (self%sense /= 0) sides(:, merge(2, 1, self%sense > 0)) = .false.
   end function sides
 
-  !> Whether the vibration has to be known.
+  !> True if the goal needs the vibration.
   elemental logical function needs_motion(self)
     class(goal_type), intent(in) :: self
 
     needs_motion = any(self%about == [of_motion, of_torque, of_multipliers])
   end function needs_motion
 
-  !> Whether it is measured of a function of time.
+  !> True if the goal is a measure of a function of time.
   elemental logical function is_periodic(self)
     class(goal_type), intent(in) :: self
 
     is_periodic = any(self%about == [of_motion, of_shaking, of_torque])
   end function is_periodic
 
-  !> Whether levels are those of 1 / value^2.
+  !> True if the level of the goal is -1 / value^2.
   elemental logical function is_inverted(self)
     class(goal_type), intent(in) :: self
 
     is_inverted = self%sense > 0 .and. all(self%about /= [of_multipliers, of_machine])
   end function is_inverted
 
-  !> The level of an excess, a function that rises with it, on which maxima over a range are climbed. Beside a resonance a goal goes
-  !> as P = P_0 / sqrt(1 + u^2), u the distance in half-widths, so -1 / P^2 is exactly a parabola.
+  !> Level of an excess: an increasing function of it on which maxima over a range are climbed. Near a resonance a goal is
+  !> P = P_0 / sqrt(1 + u^2), u the distance in half widths, so -1 / P^2 is exactly a parabola.
   elemental real(dp) function level(self, excess)
     class(goal_type), intent(in) :: self
     real(dp), intent(in) :: excess
@@ -186,7 +191,7 @@ contains
     if (excess + self%limit > 1 / sqrt(huge(level))) level = -1 / (excess + self%limit)**2
   end function level
 
-  !> The excess at a level.
+  !> Excess at a level, the inverse of `level`.
   elemental real(dp) function excess_at(self, level)
     class(goal_type), intent(in) :: self
     real(dp), intent(in) :: level
@@ -195,7 +200,7 @@ contains
     if (self%is_inverted()) excess_at = 1 / sqrt(-level) - self%limit
   end function excess_at
 
-  !> As it is called in reports: f rms, added_mass.
+  !> Name of the goal in reports, for example "f rms" or "added_mass".
   pure function name_of(self) result(name)
     class(goal_type), intent(in) :: self
     character(len=:), allocatable :: name
@@ -205,15 +210,17 @@ contains
     if (self%is_periodic()) name = name // " " // trim(kinds(self%measure%kind))
   end function name_of
 
-  !> The components of the periodic goals at `phases` of the turn, shape (phases, components, goals), those after the first of
-  !> a magnitude only, of a frame that moves by q and its derivatives over theta, shape (phases, dofs, 0:2). Errors: there is no
-  !> such quantity; the mechanism does not tell its energy.
+  !> Computes the components of the periodic goals at `phases` of the turn. Only magnitudes have more than one component.
+  !> Fails if a quantity does not exist, or if the mechanism does not define its energy.
   subroutine take_samples(goals, frame, probes, phases, q, samples, error)
     type(goal_type), intent(in) :: goals(:)
+    !> The frame and the probes that the goals may name
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)
     real(dp), contiguous, intent(in) :: phases(:)
+    !> Motion of the frame and its derivatives over theta = 2 pi t/T, shape (phases, dofs, 0:2)
     real(dp), intent(in) :: q(:, :, 0:)
+    !> The components, shape (phases, components, goals)
     real(dp), intent(out) :: samples(:, :, :)
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: motion(:, :), first_rows(:, :), forces(:, :), power(:, :)
@@ -260,7 +267,7 @@ contains
     end do
   end subroutine take_samples
 
-  !> What the roundings of their terms leave of a shaking force (N, N m).
+  !> Bound on the rounding error of a shaking force (N, N m).
   pure real(dp) function shaking_error(frame, quantity) result(error)
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: quantity
@@ -269,7 +276,7 @@ contains
     error = roundings * frame%rounding * norm2(pack(shaking_terms(frame), is_component(frame, quantity)))
   end function shaking_error
 
-  !> Which of the loads on the frame's degrees of freedom are components of a shaking force, shape (dofs).
+  !> True for the loads on the frame's degrees of freedom that are components of a shaking force, shape (dofs).
   pure function is_component(frame, quantity)
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: quantity
@@ -280,7 +287,7 @@ contains
     if (quantity == "shaking.f") is_component = .not. is_rotation([(k, k = 1, frame%dofs())])
   end function is_component
 
-  !> A number of the machine; for the separation one for each of the `branches`.
+  !> Computes a number of the machine; for the separation one number for each of `branches`.
   subroutine plain_values(goal, frame, branches, values)
     type(goal_type), intent(in) :: goal
     class(frame_type), intent(in) :: frame

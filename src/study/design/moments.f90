@@ -1,5 +1,6 @@
-!> The coordinates in which a design is sought: where mass m and place c of a link are both parameters, m and the first moment m c,
-!> of which forces are linear functions. The range of c becomes two linear limits, m c - c_max m <= 0 and c_min m - m c <= 0.
+!> Coordinates in which a design is sought. If mass m and position c of a link are both parameters, the coordinates are m and the
+!> first moment m c, because shaking forces are linear in them. The range of c becomes the linear limits m c - c_max m <= 0 and
+!> c_min m - m c <= 0.
 module gestell_study_design_moments
   use gestell_base_kinds, only: dp
   use gestell_math_optimum_minimax, only: branches_type, optimum_type
@@ -9,9 +10,12 @@ module gestell_study_design_moments
 
   public :: new_moments
 
+  !> Maps the parameters of a design to these coordinates and back.
   type, public :: moments_type
-    !> The parameter that is the mass of the link whose place a parameter is; 0: it is itself. Shape (parameters).
+    !> For a position, the index of the parameter that is the mass of the same link; 0 for parameters that are their own coordinate.
+    !> Shape (parameters)
     integer, allocatable :: mass(:)
+    !> Ranges of the parameters, shape (parameters)
     real(dp), allocatable :: lower(:), upper(:)
   contains
     procedure :: limits
@@ -24,7 +28,7 @@ module gestell_study_design_moments
 
 contains
 
-  !> Of parameters with these ranges, which link each is of and what of it, shapes (parameters).
+  !> Coordinates for parameters with these ranges. `body`, `part`: link of each parameter and property that it changes.
   pure function new_moments(lower, upper, body, part) result(moments)
     real(dp), intent(in) :: lower(:), upper(:)
     integer, intent(in) :: body(:), part(:)
@@ -42,14 +46,14 @@ contains
     end do
   end function new_moments
 
-  !> How many limits they bring.
+  !> Number of linear limits that the coordinates add.
   pure integer function limits(self)
     class(moments_type), intent(in) :: self
 
     limits = 2 * count(self%mass > 0)
   end function limits
 
-  !> These coordinates from parameters.
+  !> Coordinates of the parameters x.
   pure function from(self, x) result(y)
     class(moments_type), intent(in) :: self
     real(dp), intent(in) :: x(:)
@@ -59,7 +63,7 @@ contains
     where (self%mass > 0) y = x(max(self%mass, 1)) * x
   end function from
 
-  !> Parameters from these coordinates.
+  !> Parameters of the coordinates y.
   pure function to(self, y) result(x)
     class(moments_type), intent(in) :: self
     real(dp), intent(in) :: y(:)
@@ -69,7 +73,8 @@ contains
     where (self%mass > 0) x = y / y(max(self%mass, 1))
   end function to
 
-  !> Derivatives with respect to parameters x, shape (parameters, values), become those with respect to these coordinates.
+  !> Converts derivatives with respect to parameters x, shape (parameters, values), into derivatives with respect to the
+  !> coordinates.
   pure subroutine turn_slopes(self, x, slopes)
     class(moments_type), intent(in) :: self
     real(dp), intent(in) :: x(:)
@@ -85,7 +90,7 @@ contains
     end do
   end subroutine turn_slopes
 
-  !> Adds the limits at y, as groups from `first` on.
+  !> Adds the linear limits at the coordinates y to the branches `at`, as groups from `first` on.
   pure subroutine add_limits(self, y, first, at)
     class(moments_type), intent(in) :: self
     real(dp), intent(in) :: y(:)
@@ -111,7 +116,8 @@ contains
     at%slope = reshape([at%slope, slope], [size(y), size(at%value)])
   end subroutine add_limits
 
-  !> An optimum in these coordinates becomes one in the parameters, its prices those of the ranges, its slope without these.
+  !> Converts an optimum in the coordinates to the parameters. Prices of the linear limits become prices of the ranges; `slope` no
+  !> longer contains them.
   pure subroutine turn_optimum(self, optimum)
     class(moments_type), intent(in) :: self
     type(optimum_type), intent(inout) :: optimum

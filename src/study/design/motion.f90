@@ -1,9 +1,10 @@
-!> The periodic vibration of a machine and its derivatives with respect to parameters, by direct differentiation of the periodic
-!> problem: with the equations R(q, p) = 0 at every phase theta of the turn, s = dq/dp is the periodic motion of
+!> Computes the periodic vibration of a machine and its derivatives with respect to parameters by direct differentiation. Let
+!> R(q, p) = 0 be the equations at every phase theta of the turn. Then s = dq/dp is the periodic motion of
 !>
 !>     M s'' + B s' + C s = -dR/dp,
 !>
-!> M, B, C of the equations varied about q. R is algebraic in p and in q, q', q'' (gestell_study_design_perturbed_members).
+!> with M, B, C of the equations varied about q (doc/theory.md, equation 80). R depends algebraically on p and on q, q', q''
+!> (gestell_study_design_perturbed_members).
 module gestell_study_design_motion
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp, pi
@@ -24,23 +25,24 @@ module gestell_study_design_motion
 
   public :: beside, coarse, usual_phases, solve_motion, solve_slopes
 
-  !> The machine as it is run and settled by its model, and how it moves: q and its first and second derivatives with respect to
-  !> theta = 2 pi t/T at equidistant phases, of all degrees of freedom, shape (phases, dofs, 0:2); with parameters dq/dp in the same
-  !> way, shape (phases, dofs, 0:2, parameters).
+  !> A machine under one condition, settled by its model, and its motion.
   type, public :: motion_type
     type(condition_type) :: condition
     class(frame_type), allocatable :: frame
     !> False: the frame rests
     logical :: moves = .true.
+    !> Fourier series of q over theta
     type(series_type) :: series
+    !> Equidistant phases; q and its first and second derivatives over theta = 2 pi t/T for all degrees of freedom, shape (phases,
+    !> dofs, 0:2); dq/dp and its derivatives over theta, shape (phases, dofs, 0:2, parameters), allocated by `solve_slopes`
     real(dp), allocatable :: phases(:), q(:, :, :), slope(:, :, :, :)
-    !> The solution that it comes from, with its maps, where it was quick and about rest.
+    !> The fast solution with its maps, if the motion was computed by it about rest
     type(quick_motion_type) :: quick
   contains
     procedure :: parameters
   end type motion_type
 
-  !> The system `inner` under another load, that of its free degrees of freedom over theta.
+  !> The system `inner` under another load: a series over theta for each of its free degrees of freedom.
   type, extends(second_order_system) :: loaded_type
     class(second_order_system), pointer :: inner => null()
     type(series_type) :: force
@@ -51,14 +53,14 @@ module gestell_study_design_motion
     procedure :: conserves
   end type loaded_type
 
-  !> Equidistant phases at the least; errors of the derivatives that are allowed, and, for the part of R that its linear part lacks,
-  !> of R as well, relative to the greatest; corrections for that part.
+  !> Minimum number of phases; maximum number of corrections for the part of R that M, B, C do not contain. `of_slope`: relative
+  !> error allowed for the derivatives and for this part of R.
   integer, parameter :: fewest = 64, most_corrections = 6
   real(dp), parameter :: of_slope = 1.0e-10_dp
 
 contains
 
-  !> The phases at which most motions are taken.
+  !> The phases at which most motions are sampled.
   pure function usual_phases() result(phases)
     real(dp) :: phases(fewest)
     integer :: k
@@ -66,7 +68,7 @@ contains
     phases = [(real(k, dp) / fewest, k = 0, fewest - 1)]
   end function usual_phases
 
-  !> With respect to how many parameters it is differentiated.
+  !> Number of parameters with respect to which the motion is differentiated.
   pure integer function parameters(self)
     class(motion_type), intent(in) :: self
 
@@ -74,7 +76,7 @@ contains
     if (allocated(self%slope)) parameters = size(self%slope, 4)
   end function parameters
 
-  !> The error of Phi that is allowed for derivatives: the exact frame's coefficients are known to the tolerance of its motion.
+  !> Error of Phi allowed for derivatives: the coefficients of the exact frame are only as accurate as its motion.
   pure real(dp) function coarse(accuracy)
     type(accuracy_type), intent(in) :: accuracy
 
@@ -84,13 +86,14 @@ contains
   !> Computes the periodic vibration of the machine under one operating condition. Fails if no periodic vibration exists (resonance
   !> without damping) or the model finds none (see `settle`).
   subroutine solve_motion(members, condition, moves, motion, error, near)
+    !> The machine
     type(members_type), intent(in) :: members
     type(condition_type), intent(in) :: condition
     !> False: no goal needs the vibration, the frame stays at rest
     logical, intent(in) :: moves
     type(motion_type), intent(out) :: motion
     type(error_type), allocatable, intent(out) :: error
-    !> The motion under a similar condition, where the search for that of an exact frame begins
+    !> The motion under a similar condition, where the search for the exact vibration begins
     type(motion_type), intent(in), optional :: near
     type(frame_type) :: run
     type(series_type), allocatable :: start
@@ -127,7 +130,7 @@ contains
     call motion%series%values(motion%phases, motion%q(:, :, 0), motion%q(:, :, 1), motion%q(:, :, 2))
   end subroutine solve_motion
 
-  !> The derivatives of a motion that was solved with these members. Errors: as of `find_slopes`.
+  !> Computes the derivatives of a motion that was solved with these members. Fails as `find_slopes` does.
   subroutine solve_slopes(members, motion, error)
     type(members_type), intent(in) :: members
     type(motion_type), intent(inout) :: motion
@@ -144,7 +147,8 @@ contains
     end if
   end subroutine solve_slopes
 
-  !> `system`: M, B, C of the equations that the motion satisfies. Error: as of `follow_loads`.
+  !> Computes the derivatives of a motion. `system` has M, B, C of the equations that the motion satisfies. Fails as `follow_loads`
+  !> does, or if the derivatives overflow.
   subroutine find_slopes(members, system, motion, error)
     type(members_type), intent(in) :: members
     class(frame_type), intent(in) :: system
@@ -162,8 +166,8 @@ contains
       allocate(loads(phases, f, parameters), changes(phases, f, 0:2, parameters))
       most = 0
       before = 0
-      ! the linear part is all, but for what depends on the whole motion beside a flywheel: the motor's torque, a constant moment,
-      ! and in space the shaft's lag
+      ! M, B, C describe all of R, except for terms that depend on the whole motion if a flywheel holds the speed: the motor's
+      ! torque, a constant moment, and in space the lag of the shaft
       do correction = 1, merge(most_corrections, 1, system%held_by == "flywheel")
         do k = 1, parameters
           call differentiate_equations(members, system, motion, k, lack)
@@ -173,7 +177,7 @@ contains
         end do
         most = max(most, lacking)
         if (correction > 1 .and. all(lacking <= 10 * of_slope * most)) exit
-        ! roundings of the differences are left
+        ! only rounding errors of the differences remain
         if (correction > 2 .and. allocated(system%space) .and. all(lacking > before / 2)) exit
         before = lacking
         if (fits) then
@@ -189,8 +193,8 @@ contains
       & failed_computation)
   end subroutine find_slopes
 
-  !> Of functions over the turn at equidistant phases, shape (phases, functions), the harmonics up to `order`: those above would be
-  !> corrections of roundings, which these phases do not resolve.
+  !> Functions over the turn at equidistant phases, shape (phases, functions), without harmonics above `order`: corrections there
+  !> would be rounding errors, which these phases do not resolve.
   function lower_part(values, order) result(lower)
     real(dp), intent(in) :: values(:, :)
     integer, intent(in) :: order
@@ -209,8 +213,8 @@ contains
     call series%values([(real(k, dp) / size(values, 1), k = 0, size(values, 1) - 1)], lower, unused, also_unused)
   end function lower_part
 
-  !> What `respond` computes, load by load, where free vibrations are too fast, or some are lost beside others. Errors: as of
-  !> `solve_floquet` and `solve_periodic`.
+  !> Computes the motions under loads as `respond` does, but one load at a time, for free vibrations that are too fast or lost
+  !> beside others. Fails as `solve_floquet` and `solve_periodic` do.
   subroutine follow_loads(system, accuracy, phases, loads, changes, error)
     class(frame_type), intent(in), target :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -245,7 +249,8 @@ contains
     end associate
   end subroutine follow_loads
 
-  !> dR/dp + dR/dq s by the perturbed members along parameter `k`, at all phases; s are the derivatives that the motion has.
+  !> Computes dR/dp + dR/dq s along parameter `k` at all phases by the perturbed members; s are the current derivatives of the
+  !> motion.
   subroutine differentiate_equations(members, system, motion, k, lack)
     type(members_type), intent(in) :: members
     class(frame_type), intent(in) :: system
@@ -268,14 +273,19 @@ contains
     end do
   end subroutine differentiate_equations
 
-  !> Perturbed member `i` along parameter `k` as it is run, and its motion q to first order. The member is varied about q as
-  !> `system` is about its own motion.
+  !> Returns perturbed member `i` along parameter `k` under the condition, and its motion q to first order. The member is varied
+  !> about q if `system` is varied about its own motion.
   subroutine beside(members, system, motion, k, i, frame, q)
+    !> The machine and its perturbed members
     type(members_type), intent(in) :: members
+    !> The machine under the condition, and its motion with derivatives
     class(frame_type), intent(in) :: system
     type(motion_type), intent(in) :: motion
+    !> Number of the parameter; number of the member, 1 or 2
     integer, intent(in) :: k, i
+    !> The perturbed member
     class(frame_type), allocatable, intent(out) :: frame
+    !> Its motion, shape (phases, dofs, 0:2)
     real(dp), intent(out) :: q(:, :, 0:)
     type(frame_type), allocatable :: run
     type(varied_frame_type), allocatable :: varied
@@ -294,7 +304,7 @@ contains
     end select
   end subroutine beside
 
-  !> R of the frame at a motion q, shape (phases, dofs); only the equations of its free degrees of freedom are there.
+  !> Computes R of the frame at a motion q, shape (phases, dofs), for its free degrees of freedom; zero for the others.
   subroutine take_equations(frame, phases, q, r)
     class(frame_type), intent(in) :: frame
     real(dp), contiguous, intent(in) :: phases(:)

@@ -1,11 +1,11 @@
-!> A machine of a family, and members beside it along each parameter. By differences between them functions of the machine that
-!> need no solution, as the coefficients of its equations, are differentiated:
+!> A machine of a family and its neighbours along each parameter. Differences between them are derivatives of functions of the
+!> machine that need no solution, such as the coefficients of its equations:
 !>
 !>     df/dp = (w_0 f(p) + w_1 f(p + d_1 h) + w_2 f(p + d_2 h)) / h,
 !>
-!> d = -1, 1 or, where there is no machine on one side, 1, 2 or -1, -2. Such functions are known to rounding, so the step needs no
-!> guess: h = epsilon^(1/3) of the parameter's range leaves h^2 |f'''| / 6 (/ 3 on one side) and epsilon |f| / h, about 1e-10 of
-!> what f changes within the range. (Nocedal, Wright, Numerical Optimization, 2006, section 8.1.)
+!> d = -1, 1 or, if there is no machine on one side, 1, 2 or -1, -2. Such functions are exact up to rounding, so the step is known
+!> in advance: h = epsilon^(1/3) times the parameter's range. The errors are h^2 |f'''| / 6 (/ 3 on one side) and epsilon |f| / h,
+!> about 1e-10 of the change of f over the range (J. Nocedal, S. J. Wright, Numerical Optimization, 2006, section 8.1).
 module gestell_study_design_perturbed_members
   use gestell_base_error, only: error_type, fatal_error, impossible_mechanism, invalid_input
   use gestell_base_kinds, only: dp, pi
@@ -26,17 +26,17 @@ module gestell_study_design_perturbed_members
 
   !> Which property of a link a design parameter changes: mass, a coordinate of its center of mass, moment of inertia; or none.
   integer, parameter, public :: other_part = 0, mass_part = 1, place_parts(2) = [2, 3], inertia_part = 4
-  !> The keys of these properties.
+  !> Input keys of these properties.
   character(len=9), parameter, public :: part_names(4) = [character(len=9) :: "mass", "center(1)", "center(2)", "inertia"]
 
-  !> Numbers of a condition that may differ along a line.
+  !> Quantities that may vary along a line of conditions: the speed or the stiffness factor.
   integer, parameter, public :: along_speed = 1, along_stiffness = 2
 
-  !> How a machine is run: its speed (rad/s; 0: its own), and by which factors speed, stiffness and damping of the mounting differ
-  !> from what they should be.
+  !> Operating condition of a machine: its speed (rad/s; 0: the machine's own) and the factors by which speed, stiffness and damping
+  !> of the mounting deviate from their nominal values.
   type, public :: condition_type
     real(dp) :: speed = 0, speed_factor = 1, stiffness_factor = 1, damping_factor = 1
-    !> Which number differs along a line through a range.
+    !> Quantity that varies along a line: `along_speed` or `along_stiffness`
     integer :: along = along_speed
   contains
     procedure :: number
@@ -44,46 +44,52 @@ module gestell_study_design_perturbed_members
     procedure :: drive_rpm
   end type condition_type
 
-  !> How a parameter is changed for derivatives: its range; where it is the `part` of one link alone, its index in the linkage and
-  !> the parameter's unit in SI, so that the link is changed as it stands: the joints' positions are the same.
+  !> Change of a parameter for derivatives: its range. If it is a property (`part`) of one link, also the index of the link and the
+  !> parameter's unit in SI. Then the link is changed in place and the joints keep their positions.
   type, public :: step_type
     real(dp) :: range = 0
     integer :: link = 0, part = other_part
     real(dp) :: unit = 1
   end type step_type
 
-  !> How machines are solved: by which model, how accurately; the probes that goals may name.
+  !> Settings for the solution of machines: model, accuracy, and the probes that goals may name.
   type, public :: setting_type
     type(probe_type), allocatable :: probes(:)
     character(len=11) :: model = "exact"
     type(accuracy_type) :: accuracy
   end type setting_type
 
+  !> A machine and its neighbours along each parameter.
   type, public :: members_type
     type(setting_type) :: setting
     !> The machine itself
     type(frame_type) :: frame
     type(step_type), allocatable :: steps(:)
-    !> Members d_1 h and d_2 h beside the machine along each parameter, shape (2, parameters); not allocated without derivatives
+    !> Neighbours at d_1 h and d_2 h along each parameter, shape (2, parameters); not allocated if no derivatives are requested
     type(frame_type), allocatable :: perturbed(:, :)
     !> d_1 h, d_2 h, shape (2, parameters), and w_0 / h, w_1 / h, w_2 / h, shape (0:2, parameters)
     real(dp), allocatable :: distance(:, :), weight(:, :)
   end type members_type
 
+  !> d and w for central, forward and backward differences.
   real(dp), parameter :: offsets(2, 3) = reshape([-1.0_dp, 1.0_dp, 1.0_dp, 2.0_dp, -1.0_dp, -2.0_dp], [2, 3])
   real(dp), parameter :: weights(0:2, 3) = reshape([0.0_dp, -0.5_dp, 0.5_dp, -1.5_dp, 2.0_dp, -0.5_dp, 1.5_dp, -2.0_dp, 0.5_dp], &
     & [3, 3])
 
 contains
 
-  !> The machine at `parameters`, and with `steps`, shape (parameters), the members beside it; the setting is left to the caller.
-  !> `known`: there is such a machine. Errors: the parameters make no sense; the members are no frames.
+  !> Builds the machine at `parameters` and, if `steps` are given, its neighbours. The caller sets `members%setting`.
+  !> Fails if the parameters are invalid or the members are no frames.
   subroutine find_members(family, parameters, members, known, error, steps)
+    !> The family of machines
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: parameters(:)
+    !> The machine and its neighbours
     type(members_type), intent(out) :: members
+    !> True if the machine and its neighbours exist
     logical, intent(out) :: known
     type(error_type), allocatable, intent(out) :: error
+    !> Changes of the parameters for derivatives, shape (parameters)
     type(step_type), intent(in), optional :: steps(:)
     real(dp) :: h, x(size(parameters))
     integer :: k, side, i
@@ -96,7 +102,7 @@ contains
     class default
       members%steps%link = 0
     end select
-    ! links are those of its planes there
+    ! in space the links belong to the planes: the neighbours are members of the family
     if (allocated(members%frame%space)) members%steps%link = 0
     associate (n => size(parameters))
       allocate(members%perturbed(2, n), members%distance(2, n), members%weight(0:2, n))
@@ -125,8 +131,8 @@ contains
     end do
   end subroutine find_members
 
-  !> `frame` where a link is heavier, or elsewhere, by `distance` in the parameter's unit. A mass may become negative: what is
-  !> differentiated is linear in it. Error: nothing carries the weights.
+  !> Changes a property of one link by `distance` in the parameter's unit. A mass may become negative, because the functions that
+  !> are differentiated are linear in it. Fails if nothing carries the weights.
   subroutine change_link(frame, step, distance, changed, error)
     type(frame_type), intent(in) :: frame
     type(step_type), intent(in) :: step
@@ -155,6 +161,7 @@ contains
     if (changed%weights%act) call changed%weigh((changed%weights%gravity), error)
   end subroutine change_link
 
+  !> Returns the frame at `parameters`. `known` is false if the mechanism is impossible. Fails if the member is no frame.
   subroutine take_frame(family, parameters, frame, known, error)
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: parameters(:)
@@ -177,8 +184,8 @@ contains
     end select
   end subroutine take_frame
 
-  !> Tabulates all mechanisms at these phases, with what the drive feels where it is asked for: they are asked again and again, at
-  !> all speeds. Links that are changed in place move as those of the machine: the joints are located once for all.
+  !> Tabulates all mechanisms at these phases, because they are evaluated again and again at all speeds; if `drive`, also the
+  !> functions that the torque of the drive needs. Links changed in place keep the machine's joints, which are located only once.
   subroutine remember(members, phases, drive)
     type(members_type), intent(inout) :: members
     real(dp), intent(in) :: phases(:)
@@ -213,6 +220,7 @@ contains
 
   contains
 
+    !> Tabulates one mechanism. `link`: index of the link that was changed in place, 0: none.
     subroutine remember_one(frame, link)
       type(frame_type), intent(inout) :: frame
       integer, intent(in), optional :: link
@@ -246,7 +254,7 @@ contains
 
   end subroutine remember
 
-  !> The number that differs along the line: a speed (rad/s), or a factor.
+  !> The quantity that varies along the line: a speed (rad/s) or a factor.
   elemental real(dp) function number(self)
     class(condition_type), intent(in) :: self
 
@@ -255,7 +263,7 @@ contains
     if (self%along == along_stiffness) number = self%stiffness_factor
   end function number
 
-  !> This condition moved to another place of the line.
+  !> The condition moved to another position on its line.
   elemental function moved_to(self, value) result(there)
     class(condition_type), intent(in) :: self
     real(dp), intent(in) :: value
@@ -272,7 +280,7 @@ contains
     end if
   end function moved_to
 
-  !> Mean speed of the drive (1/min), which makes `turns` in the period; 0: the machine's own.
+  !> Mean speed of the drive (1/min), which turns `turns` times in the period; 0: the machine's own speed.
   elemental real(dp) function drive_rpm(self, turns)
     class(condition_type), intent(in) :: self
     integer, intent(in) :: turns
@@ -280,7 +288,7 @@ contains
     drive_rpm = self%speed * self%speed_factor * turns * 30 / pi
   end function drive_rpm
 
-  !> The machine as it is run.
+  !> Returns the machine under a condition: with its speed and its scaled mounting.
   subroutine at_condition(frame, condition, run)
     type(frame_type), intent(in) :: frame
     type(condition_type), intent(in) :: condition
@@ -293,7 +301,7 @@ contains
     call run%scale_mounting(condition%stiffness_factor, condition%damping_factor)
   end subroutine at_condition
 
-  !> `list` with those of `more` that it does not have yet.
+  !> `list` followed by the conditions of `more` that it does not contain yet.
   pure function joined(list, more)
     type(condition_type), intent(in) :: list(:), more(:)
     type(condition_type), allocatable :: joined(:)
@@ -305,10 +313,10 @@ contains
     end do
   end function joined
 
-  !> Whether two conditions are the same.
+  !> True if two conditions are equal up to a tolerance.
   elemental logical function is_same(one, other)
     type(condition_type), intent(in) :: one, other
-    ! tops of two goals at one resonance lie apart by a part of its width, which may be 1e-6 of the speed; one top is found to 1e-11
+    ! tops of two goals at one resonance differ by a part of its width, perhaps 1e-6 of the speed; one top is found to 1e-11
     real(dp), parameter :: alike = 1.0e-10_dp
 
     is_same = abs(one%speed * one%speed_factor - other%speed * other%speed_factor) <= alike * abs(one%speed * one%speed_factor) &

@@ -1,4 +1,4 @@
-!> A design as a minimax problem: goals at all conditions under which the machine is run, each the greatest of its branches.
+!> Formulates a design as a minimax problem: at every operating condition each goal is the maximum of its branches.
 module gestell_study_design_problem
   use gestell_base_error, only: error_type, invalid_input
   use gestell_base_kinds, only: dp
@@ -16,30 +16,30 @@ module gestell_study_design_problem
 
   public :: design_options, evaluate_goals, goal_branches_type, is_squared, take_inverse
 
-  !> A step is refused if its objective exceeds the least so far by this factor; by how much more need not be known.
+  !> A step is refused if its objective exceeds the smallest so far by this factor; larger values need not be exact.
   real(dp), parameter :: refused = 1.5_dp
-  !> The least objective, relative to its scale, whose inverse is taken.
+  !> Smallest objective, relative to its scale, whose inverse is taken.
   real(dp), parameter :: tiny_part = 1.0e-100_dp
 
-  !> Relative margin to each limit that the search keeps, so that the limit is met when it ends within its tolerance.
+  !> Relative margin that the search keeps to each limit, so that the limit is met if the search ends within its tolerance.
   real(dp), parameter, public :: inside = 2.0e-6_dp
 
-  !> Groups of branches: the objectives, or one where the largest counts, then the constraints, whose zero is their limit, and those
-  !> of the coordinates.
+  !> The minimax problem of a design. Its groups of branches are the objectives (one group if the largest counts), the constraints,
+  !> which are met at values <= 0, and the limits of the coordinates.
   type, extends(minimax_problem), public :: design_problem
     class(family_type), pointer :: family => null()
     type(design_options) :: options
     type(moments_type) :: moments
-    !> Whether the square of the one objective is taken, an rms: it has derivatives where nothing is left too, and is nearly a
-    !> quadratic function of masses.
+    !> True if the square of the single objective, an rms, is minimised: the square has derivatives at zero and is nearly a
+    !> quadratic function of masses
     logical :: squared = .false.
-    !> Whether the search minimises -1 / (objective + `shift`). Where a resonance comes close to the end of a range, the objective
-    !> rises like 1 / distance, and its inverse is nearly linear. Limits of vibrations over a range are inverted likewise.
+    !> True if the search minimises -1 / (objective + `shift`). If a resonance comes close to the end of a range, the objective
+    !> rises like 1 / distance, and its inverse is nearly linear. Limits of vibrations over a range are inverted in the same way
     logical :: inverted = .false.
-    !> The least objective so far.
+    !> The smallest objective so far
     real(dp), private :: least = huge(1.0_dp)
     real(dp) :: shift = 0
-    !> The last machine that was evaluated over a range, kept because a step that is accepted is evaluated again with derivatives.
+    !> The last machine evaluated over a range, kept because an accepted step is evaluated again with derivatives
     real(dp), allocatable, private :: last_x(:)
     type(goal_branches_type), private :: last
   contains
@@ -48,6 +48,7 @@ module gestell_study_design_problem
 
 contains
 
+  !> Evaluates the branches at the coordinates x, with derivatives if `gradients`. Fails if x or the goals are invalid.
   subroutine evaluate(self, x, gradients, at, error)
     class(design_problem), intent(inout) :: self
     real(dp), intent(in) :: x(:)
@@ -84,7 +85,7 @@ contains
       associate (goal => goals(g))
         if (g <= n) then
           at%group(i) = merge(1, g, self%options%largest)
-          ! an objective has no limit, unless it stands for what a limit is exceeded by
+          ! an objective has no limit, unless it stands for the excess over a limit
           at%value(i) = goal%weight * own%side(i) * (own%value(i) - goal%limit)
           if (gradients) at%slope(:, i) = goal%weight * own%side(i) * own%slope(:, i)
           if (self%inverted) then
@@ -101,7 +102,7 @@ contains
           at%value(i) = own%side(i) * (own%value(i) - goal%limit)
           if (gradients) at%slope(:, i) = own%side(i) * own%slope(:, i)
           if (allocated(self%options%range) .and. goal%sense > 0 .and. goal%is_periodic() .and. own%value(i) > 0) then
-            ! the same to first order at the limit
+            ! equal to first order at the limit
             if (gradients) at%slope(:, i) = (goal%limit / own%value(i))**2 * at%slope(:, i)
             at%value(i) = goal%limit / own%value(i) * at%value(i)
           end if
@@ -115,6 +116,7 @@ contains
 
   contains
 
+    !> True if the machine is the last one that was evaluated.
     pure logical function is_last()
       is_last = allocated(self%last_x)
       if (is_last) is_last = all(abs(self%last_x - parameters) <= 0)
@@ -122,14 +124,14 @@ contains
 
   end subroutine evaluate
 
-  !> Takes the inverse of an objective over a range where it is the greatest of vibrations.
+  !> Decides whether the inverse of the objective is minimised: over a range, if it is the maximum of vibrations.
   pure subroutine take_inverse(problem)
     type(design_problem), intent(inout) :: problem
 
     associate (goals => problem%options%objectives)
       if (.not. allocated(problem%options%range) .or. problem%objectives > 1) return
       problem%inverted = all(goals%is_periodic() .and. goals%sense > 0)
-      ! what a limit is exceeded by, in parts of it, plus 1
+      ! relative excess over a limit, plus 1
       if (any(abs(goals%limit) > 0)) then
         problem%shift = 1
         problem%inverted = problem%inverted .and. all(abs(goals%weight * goals%limit - 1) < 1.0e-9_dp)
@@ -138,7 +140,7 @@ contains
     end associate
   end subroutine take_inverse
 
-  !> Whether the objective is one rms.
+  !> True if the objective is a single rms without a limit.
   pure logical function is_squared(options)
     type(design_options), intent(in) :: options
 
@@ -147,14 +149,19 @@ contains
       & .and. .not. abs(options%objectives(1)%limit) > 0
   end function is_squared
 
-  !> The branches of `goals`, whose numbers are their groups, at x, over all conditions, or over the range; not known where there is
-  !> no such machine, or no vibration. Errors: x or goals make no sense.
+  !> Evaluates the branches of `goals` at x over all conditions or over the range. Fails if x or the goals are invalid.
   subroutine evaluate_goals(family, options, goals, x, gradients, at, error)
+    !> The family of machines
     class(family_type), intent(in) :: family
+    !> Conditions or range, and settings of the solution
     type(design_options), intent(in) :: options
+    !> The goals; their numbers are the groups of their branches
     type(goal_type), intent(in) :: goals(:)
+    !> Parameters of the machine
     real(dp), intent(in) :: x(:)
+    !> True if derivatives are requested
     logical, intent(in) :: gradients
+    !> The branches; not `known` if there is no such machine or no vibration
     type(goal_branches_type), intent(out) :: at
     type(error_type), allocatable, intent(out) :: error
     type(members_type) :: members
@@ -176,7 +183,7 @@ contains
     if (error%code /= invalid_input) deallocate(error)
   end subroutine evaluate_goals
 
-  !> The branches of `goals` over the given conditions. Error: there is no vibration at one of them.
+  !> Evaluates the branches of `goals` at the given conditions. Fails if there is no vibration at one of them.
   subroutine evaluate_conditions(members, conditions, goals, gradients, at, error)
     type(members_type), intent(in) :: members
     type(condition_type), intent(in) :: conditions(:)
@@ -208,7 +215,7 @@ contains
     end do
   end subroutine evaluate_conditions
 
-  !> The branches of `goals` over the whole range. Error: there is no vibration at one of its maxima.
+  !> Evaluates the branches of `goals` over the whole range. Fails if there is no vibration at one of the maxima.
   subroutine evaluate_range(members, range, goals, gradients, at, error)
     type(members_type), intent(in) :: members
     class(range_type), intent(in) :: range
@@ -237,8 +244,8 @@ contains
     end do
   end subroutine evaluate_range
 
-  !> The conditions where a goal is near the worst of all: at the others it cannot become that within a step that the model of the
-  !> problem is good for; should it, the step is shortened.
+  !> True for the conditions at which a goal is near its worst value. At other conditions a goal cannot become worst within a step
+  !> for which the model of the problem is valid; if it does, the step is shortened.
   pure function near_the_greatest(goals, values, conditions) result(counts)
     type(goal_type), intent(in) :: goals(:)
     type(goal_branches_type), intent(in) :: values

@@ -1,4 +1,4 @@
-!> The goals of one machine as they are reported: solved as every machine is, with bounds on their errors, at every condition.
+!> Computes the goals of one machine for the report: at every condition, by full solutions with error bounds.
 module gestell_study_design_reported_goals
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_verdict, only: undecided, verdict_type, worst_verdict => worst
@@ -24,10 +24,11 @@ module gestell_study_design_reported_goals
 
   public :: report_goals
 
+  !> Goals and verdicts of one machine at all conditions.
   type, public :: reported_goals_type
-    !> The value of every goal at every condition and a bound on its error, shapes (goals, conditions); NaN: it is not known.
+    !> Value of every goal at every condition and a bound on its error, shapes (goals, conditions); NaN if unknown
     real(dp), allocatable :: values(:, :), errors(:, :)
-    !> The verdict on the machine at every condition.
+    !> Verdict on the machine at every condition, shape (conditions)
     type(verdict_type), allocatable :: verdicts(:)
   contains
     procedure :: worst
@@ -36,7 +37,7 @@ module gestell_study_design_reported_goals
 
 contains
 
-  !> The condition at which goal number `g` exceeds its limit most; 0: its value is not known at any.
+  !> Index of the condition at which goal number `g` exceeds its limit most; 0 if its value is unknown at all conditions.
   pure integer function worst(self, g, goal)
     class(reported_goals_type), intent(in) :: self
     integer, intent(in) :: g
@@ -45,7 +46,7 @@ contains
     worst = maxloc(goal%excess(self%values(g, :)), dim=1, mask=ieee_is_finite(self%values(g, :)))
   end function worst
 
-  !> The worst verdict of all conditions.
+  !> The worst verdict over all conditions.
   pure type(verdict_type) function verdict(self)
     class(reported_goals_type), intent(in) :: self
     integer :: c
@@ -55,10 +56,12 @@ contains
     end do
   end function verdict
 
-  !> Solves a machine under all conditions of `options`. Error: the goals make no sense.
+  !> Solves a machine under all conditions of `options`. Fails if the goals are invalid.
   subroutine report_goals(machine, options, goals, reported, error)
+    !> The machine, not yet settled by a model
     type(frame_type), intent(in) :: machine
     type(design_options), intent(in) :: options
+    !> The goals to evaluate
     type(goal_type), intent(in) :: goals(:)
     type(reported_goals_type), intent(out) :: reported
     type(error_type), allocatable, intent(out) :: error
@@ -79,7 +82,7 @@ contains
     end associate
   end subroutine report_goals
 
-  !> The goals that need no solution. The forces are sums that may cancel: they are known to the roundings of their terms.
+  !> Computes the goals that need no solution. Forces are sums that may cancel: their errors are the rounding errors of the terms.
   subroutine report_without_motion(goals, run, options, values, errors, error)
     type(goal_type), intent(in) :: goals(:)
     type(frame_type), intent(in) :: run
@@ -115,7 +118,7 @@ contains
     end do
   end subroutine report_without_motion
 
-  !> The goals that need the vibration or the multipliers.
+  !> Computes the goals that need the vibration or the multipliers.
   subroutine report_with_motion(goals, run, options, values, errors, verdict, error)
     type(goal_type), intent(in) :: goals(:)
     type(frame_type), intent(in) :: run
@@ -155,7 +158,7 @@ contains
     end do
   end subroutine report_with_motion
 
-  !> A measure of the drive's torque and a bound on its error.
+  !> Computes a measure of the drive's torque and a bound on its error.
   subroutine take_torque(goal, frame, vibration, value, bound, error)
     type(goal_type), intent(in) :: goal
     class(frame_type), intent(in) :: frame
@@ -179,7 +182,7 @@ contains
       & unused)
     series = fourier_series(power(torque, :))
     if (goal%measure%kind == peak_measure) bound = bound + series%beyond()
-    ! of the drive, which turns faster than the linkage's crank angle
+    ! refers to the shaft of the drive, which turns `turns` times in the period
     value = maxval(values) / frame%mechanism%turns
     bound = bound / frame%mechanism%turns
   end subroutine take_torque

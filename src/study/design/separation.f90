@@ -1,10 +1,10 @@
-!> How far the natural frequencies of a machine lie from the orders of its crank, as branches with derivatives.
+!> Computes the distances of the natural frequencies of a machine from the orders of its crank, as branches with derivatives.
 !>
-!> Between two natural frequencies that meet, the eigenvectors turn by any angle for the smallest change of the machine, so the
-!> greater of both has no derivative. It is the greatest of Rayleigh's quotients u' C u / u' M u over the directions u of their
-!> plane (R. A. Horn, C. R. Johnson, Matrix Analysis, 1985, section 4.2): directions all around that plane are branches as well.
-!> With mean gyroscopic moments G, which grow with the speed, the functional is the root w of w^2 u* M u = i w u* G u + u* C u; it
-!> is stationary at the modes u, too.
+!> Where two natural frequencies meet, the smallest change of the machine turns the eigenvectors by any angle, so the larger
+!> frequency has no derivative. Its square is the maximum of Rayleigh's quotients u' C u / u' M u over the directions u of the
+!> modes' plane (R. A. Horn, C. R. Johnson, Matrix Analysis, 1985, section 4.2). Therefore directions all around the plane are
+!> branches too. With mean gyroscopic moments G, which grow with the speed, the quotient becomes the root w of w^2 u* M u = i w u* G
+!> u + u* C u. It is stationary at the modes u, too.
 module gestell_study_design_separation
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -16,25 +16,28 @@ module gestell_study_design_separation
 
   public :: find_branches, take_distances
 
-  !> Directions in which the machine vibrates, shape (degrees of freedom, branches), each beside a harmonic of the period, and the
-  !> side on which its frequency is to stay, 1: above, -1: below; shapes (branches).
+  !> Directions in which the machine vibrates, shape (degrees of freedom, branches); for each a harmonic of the period and the side
+  !> of the harmonic on which its frequency should stay, 1: above, -1: below; shapes (branches).
   type, public :: separation_type
     complex(dp), allocatable :: u(:, :)
     integer, allocatable :: harmonic(:), side(:)
   end type separation_type
 
-  !> Orders of the drive that count; directions between two modes; how near squares of frequencies are that may meet.
+  !> Largest order of the drive that counts; number of directions in the plane of two modes; relative difference of squared
+  !> frequencies below which two modes may meet.
   integer, parameter :: orders = 4, around = 12
   real(dp), parameter :: near = 0.1_dp
 
 contains
 
-  !> The modes beside every harmonic that the shafts excite, up to four times the drive's speed, over crank `speeds`, the least and
-  !> the greatest (rad/s, of the shaft that turns once in the period; 0: the machine's own). A frequency within the range of an
-  !> order is to leave it at the nearer end. Error: the mass matrix is not positive definite.
+  !> Finds the modes beside every harmonic that the shafts excite, up to four times the drive's speed. A frequency that coincides
+  !> with an order somewhere in the range should leave it at the nearer end. Fails if the mass matrix is not positive definite.
   subroutine find_branches(frame, speeds, branches, error)
+    !> The machine
     class(frame_type), intent(in) :: frame
+    !> Minimum and maximum speed (rad/s) of the shaft that turns once in the period; 0: the machine's own speed
     real(dp), intent(in) :: speeds(2)
+    !> The modes and the directions between modes
     type(separation_type), intent(out) :: branches
     type(error_type), allocatable, intent(out) :: error
     type(averaged_system) :: model
@@ -89,12 +92,15 @@ contains
 
   end subroutine find_branches
 
-  !> The distance of each branch from its order, 100 (f / (k n) - 1) above and 100 (1 - f / (k n)) below it, at the end of the range
-  !> that is nearer; negative within the range.
+  !> Computes the distance of each branch from its order (per cent), at the nearer end of the range: 100 (f / (k n) - 1) above and
+  !> 100 (1 - f / (k n)) below the order. A distance is negative if the order meets the frequency within the range.
   subroutine take_distances(frame, speeds, branches, distances)
+    !> The machine, and the speeds as in `find_branches`
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: speeds(2)
+    !> Branches of this machine or of a neighbour
     type(separation_type), intent(in) :: branches
+    !> The distances, shape (branches)
     real(dp), allocatable, intent(out) :: distances(:)
     type(averaged_system) :: model
     real(dp) :: ends(2), m, g, c, root, frequency
@@ -116,8 +122,8 @@ contains
     end do
   end subroutine take_distances
 
-  !> Frequencies without damping, ascending, and modes u exp(i w t). Modes that do not swing are those without G.
-  !> Error: the mass matrix is not positive definite.
+  !> Computes the undamped frequencies, ascending, and the modes u exp(i w t). Modes that do not oscillate are computed without G.
+  !> Fails if the mass matrix is not positive definite.
   subroutine find_modes(m, g, c, frequencies, modes, error)
     real(dp), intent(in) :: m(:, :), g(:, :), c(:, :)
     real(dp), intent(out) :: frequencies(:)
@@ -152,7 +158,7 @@ contains
     end do
   end subroutine find_modes
 
-  !> The mean gyroscopic moments at a speed of the crank (rad/s).
+  !> Mean gyroscopic moments at a speed of the crank (rad/s).
   pure function gyroscopic(frame, model, speed) result(g)
     class(frame_type), intent(in) :: frame
     type(averaged_system), intent(in) :: model
@@ -162,13 +168,14 @@ contains
     g = (model%b - transpose(model%b)) / 2 * (speed / abs(frame%speed))
   end function gyroscopic
 
-  !> The end of the range, 1 or 2, that is nearer to a mode on this side of an order.
+  !> Index of the end of the range, 1 or 2, that is nearer to a mode on this side of an order.
   pure integer function end_of(side)
     integer, intent(in) :: side
 
     end_of = merge(2, 1, side > 0)
   end function end_of
 
+  !> The speeds at the ends of the range (rad/s).
   pure function ends_of(frame, speeds) result(ends)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: speeds(2)

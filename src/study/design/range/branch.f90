@@ -1,8 +1,9 @@
-!> A peak is the greatest of several maxima over the turn of the crank, and each of these has a maximum of its own over the speed.
-!> Within one resonance they lie beside each other: where the vibration that resonates is added to another, one of its half-waves
-!> is the greatest at one speed and the next half-wave a small part of the width away. A climb ends on one of them. Here the others
-!> are climbed too, each by itself: over the speed it is smooth. It is known by its place in the turn, which within a half-width
-!> changes by a quarter of the distance to the next.
+!> Climbs every local maximum over the turn of the crank to its maximum over the speed.
+!>
+!> A peak is the largest of several local maxima over the turn. Within one resonance their maxima over the speed lie close together:
+!> one half-wave of the resonant vibration is largest at one speed, the next one at a speed a fraction of the width away.
+!> `climb_from` ends on one of them. Here the others are climbed separately, because each is a smooth function of the speed.
+!> A maximum is identified by its phase. Within a half width the phase moves by a quarter of the distance to the next maximum.
 module gestell_study_design_range_branch
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -17,29 +18,31 @@ module gestell_study_design_range_branch
 
   public :: climb_branches
 
-  !> The maxima over the turn under one condition: where they are (turns), and their levels.
+  !> The local maxima over the turn under one condition: their phases (turns) and their levels.
   type :: turn_type
     real(dp), allocatable :: places(:), levels(:)
   end type turn_type
 
-  !> The maxima are compared at this distance from the top, in half-widths of the resonance.
+  !> Distance from the top at which maxima are compared, in half widths of the resonance.
   real(dp), parameter :: beside = 0.125_dp
-  !> The part of what a parabola through three points expects that may be missing in it.
+  !> Safety margin on the gain that a parabola through three points predicts, relative to the gain.
   real(dp), parameter :: margin = 1
 
 contains
 
-  !> Climbs those of the other maxima over the turn that may rise above `climb`, a smooth top over the line, and moves it to the
-  !> highest. Error: the goal makes no sense.
+  !> Climbs the other maxima over the turn that may exceed `climb`, a smooth maximum over the line, and moves `climb` to the
+  !> highest. Fails if the goal is invalid.
   subroutine climb_branches(members, goal, start, bounds, climb, error, motion)
+    !> The machine and the goal that is climbed
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goal
-    !> A condition on the line, and the part of the line that is not left
+    !> A condition on the line, and the limits of the search on the line
     type(condition_type), intent(in) :: start
     real(dp), intent(in) :: bounds(2)
+    !> The maximum found so far; becomes the highest one
     type(climb_type), intent(inout) :: climb
     type(error_type), allocatable, intent(out) :: error
-    !> As of `climb_from`
+    !> As in `climb_from`
     type(motion_type), intent(inout), optional :: motion
     type(turn_type) :: at(-1:1)
     type(climb_type) :: other
@@ -58,7 +61,7 @@ contains
     levels = reshape([((at(k)%levels(closest(at(k), at(0)%places(b))), k = -1, 1), b = 1, size(at(0)%places))], &
       & [3, size(at(0)%places)])
     expected = [(levels(2, b) + (1 + margin) * gain_of(levels(:, b)), b = 1, size(levels, 2))]
-    ! this one is climbed already
+    ! this maximum has been climbed already
     expected(maxloc(at(0)%levels, dim=1)) = -huge(h)
     do
       b = maxloc(expected, dim=1)
@@ -78,14 +81,14 @@ contains
     end do
   end subroutine climb_branches
 
-  !> The maxima over the turn under a condition; none where there is no vibration. Error: the goal makes no sense.
+  !> Computes the maxima over the turn under a condition; none if there is no vibration. Fails if the goal is invalid.
   subroutine look_over_turn(members, goal, condition, turn, error, near)
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goal
     type(condition_type), intent(in) :: condition
     type(turn_type), intent(out) :: turn
     type(error_type), allocatable, intent(out) :: error
-    !> As of `look`
+    !> As in `look`
     type(motion_type), intent(inout), optional :: near
     type(motion_type) :: motion
     type(error_type), allocatable :: failure
@@ -102,7 +105,7 @@ contains
     if (present(near)) near = motion
   end subroutine look_over_turn
 
-  !> The maximum whose place is the nearest.
+  !> Index of the maximum nearest to a phase.
   pure integer function closest(turn, place)
     type(turn_type), intent(in) :: turn
     real(dp), intent(in) :: place
@@ -110,7 +113,7 @@ contains
     closest = minloc(abs(modulo(turn%places - place + 0.5_dp, 1.0_dp) - 0.5_dp), dim=1)
   end function closest
 
-  !> How much higher than the value in the middle a parabola through three equidistant values rises.
+  !> Height by which the parabola through three equidistant values rises above the middle one.
   pure real(dp) function gain_of(f)
     real(dp), intent(in) :: f(3)
     real(dp) :: bend

@@ -1,4 +1,4 @@
-!> The maximum of a function of one number within an interval, step by step:
+!> Finds the maximum of a function of one variable within an interval, step by step:
 !>
 !>     call climb%start(places, values)                  ! three, ascending
 !>     do while (.not. climb%done)
@@ -6,23 +6,25 @@
 !>       call climb%take(value)
 !>     end do
 !>
-!> Where the place in the middle is not the highest the places move uphill, twice as far apart each time. Then parabolas, and
-!> sections by the golden mean where these do not shorten the interval (R. P. Brent, Algorithms for Minimization without
-!> Derivatives, 1973, chapter 5). Beside a resonance a peak goes as P = P_0 / sqrt(1 + u^2): of -1/P^2 the parabola is exact.
+!> If the middle point is not the highest, the points move uphill, twice as far apart each time. Then follow parabolas, and golden
+!> sections if parabolas do not shorten the interval (R. P. Brent, Algorithms for Minimization without Derivatives, 1973, chapter
+!> 5). Near a resonance a peak is P = P_0 / sqrt(1 + u^2), so -1/P^2 is exactly a parabola.
 module gestell_study_design_range_climb
   use gestell_base_kinds, only: dp
   implicit none (type, external)
   private
 
+  !> State and result of the search.
   type, public :: climb_type
-    !> The place to be looked at next; where the maximum is, which may be a little above the highest value that is known, `highest`.
+    !> Point to evaluate next; position of the maximum; largest value so far, which may be a little below the maximum
     real(dp) :: next = 0, top = 0, highest = 0
-    !> Whether the maximum is found, to a relative `gain`, or the steps are used up; how many values were taken.
+    !> True if the maximum is found to the relative accuracy `gain`, or if the steps are used up
     logical :: done = .false.
-    !> Whether it is a smooth maximum; otherwise it lies at a jump or at the end of the interval, or was not found.
+    !> True for a smooth maximum. Otherwise it lies at a jump or an end of the interval, or was not found
     logical :: smooth = .false.
-    !> Of a smooth maximum: the value falls by `bend` t^2 at the distance t from it.
+    !> Curvature of a smooth maximum: the value falls by `bend` t^2 at the distance t
     real(dp) :: bend = 0
+    !> Number of values taken
     integer :: steps = 0
     real(dp), private :: x(3) = 0, f(3) = 0, bounds(2) = 0, before = 0
     integer, private :: most = 0
@@ -33,16 +35,16 @@ module gestell_study_design_range_climb
   end type climb_type
 
   real(dp), parameter :: golden = 0.381966011250105_dp
-  !> What a further step of a search may win, relative to the value.
+  !> Relative gain below which another step is not worth its cost.
   real(dp), parameter, public :: gain = 1.0e-10_dp
-  !> A smooth maximum is found within so many steps.
+  !> Number of steps in which a smooth maximum is found.
   integer, parameter, public :: of_smooth = 12
-  !> The shortest interval, relative to the place.
+  !> Length of the shortest interval, relative to its position.
   real(dp), parameter :: shortest = 1.0e-10_dp
 
 contains
 
-  !> `bounds`: the interval that is never left; `most`: most steps.
+  !> Starts the search from three ascending points x with values f. `bounds`: limits of the search; `most`: maximum number of steps.
   subroutine start(self, x, f, bounds, most)
     class(climb_type), intent(out) :: self
     real(dp), intent(in) :: x(3), f(3), bounds(2)
@@ -56,7 +58,7 @@ contains
     call self%aim()
   end subroutine start
 
-  !> The value at `next`.
+  !> Takes the value at `next` and sets the next point.
   pure subroutine take(self, value)
     class(climb_type), intent(inout) :: self
     real(dp), intent(in) :: value
@@ -88,7 +90,7 @@ contains
     call self%aim()
   end subroutine take
 
-  !> Where to look next.
+  !> Sets the next point, or ends the search.
   pure subroutine aim(self)
     class(climb_type), intent(inout) :: self
     real(dp) :: left, right, a, b, step
@@ -125,12 +127,12 @@ contains
         return
       end if
       if (self%steps > of_smooth) then
-        ! beside a jump parabolas win nothing
+        ! near a jump parabolas gain nothing
         step = merge(-0.5_dp * left, 0.5_dp * right, left > right)
       else if (.not. a > 0 .or. (left + right > 0.5_dp * self%before .and. modulo(self%steps, 3) == 2)) then
         step = merge(-golden * left, golden * right, left > right)
       else if (abs(step) < 1.0e-3_dp * min(left, right)) then
-        ! the other side closes in on a top that is all but found
+        ! step to the other side, to close in on a top that is almost found
         step = sign(min(left, right) * 1.0e-2_dp, merge(-1.0_dp, 1.0_dp, left > right))
       end if
       if (modulo(self%steps, 3) == 2) self%before = left + right

@@ -1,7 +1,7 @@
-!> One machine looked at over a range of conditions: what its goals and its free vibrations are at one of them, and where along a
-!> line through the range a goal is worst. At such a top the derivative with respect to the condition is zero, so the derivatives
-!> with respect to the parameters are those at the condition held fixed (local reduction, as in semi-infinite programming: R.
-!> Hettich, K. O. Kortanek, SIAM Review 35, 1993, 380-429, section 2.2).
+!> Evaluates one machine at a condition within a range, and finds where along a line through the range a goal is worst.
+!> The derivative with respect to the condition vanishes at such a maximum. So its derivatives with respect to the parameters are
+!> those at fixed condition (local reduction in semi-infinite programming: R. Hettich, K. O. Kortanek, SIAM Review 35, 1993,
+!> 380-429, section 2.2).
 module gestell_study_design_range_top
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: failed, operator(/=), operator(==), stable
@@ -24,24 +24,24 @@ module gestell_study_design_range_top
 
   public :: climb_from, look, look_beside_end
 
-  !> Steps of a search at the most.
+  !> Maximum number of steps of a search.
   integer, parameter :: most_steps = 40
-  !> Halvings towards the end of a line.
+  !> Maximum number of halvings towards the end of a line.
   integer, parameter :: most_halvings = 8
 
 contains
 
-  !> The machine at a condition: `point%values(1, g)` is by how much goal g exceeds its limit; its turns and growth are those of the
-  !> free vibrations where they can be told. No solution: `point%state`. Error: the goals make no sense.
+  !> Solves the machine at a condition. `point%values(1, g)` is the excess of goal g over its limit; turns and growth of the free
+  !> vibrations are set if they can be computed. If there is no solution, `point%state` says so. Fails if the goals are invalid.
   subroutine look(members, goals, condition, multipliers, point, error, near)
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goals(:)
     type(condition_type), intent(in) :: condition
-    !> Whether the free vibrations are wanted too
+    !> True if the free vibrations are requested too
     logical, intent(in) :: multipliers
     type(speed_point_type), intent(out) :: point
     type(error_type), allocatable, intent(out) :: error
-    !> A motion under a condition beside this one, where it is known, from which the search begins; becomes the motion that is found
+    !> The motion under a similar condition, where the search for an exact vibration begins; becomes the computed motion
     type(motion_type), intent(inout), optional :: near
     type(motion_type) :: motion
     type(goal_branches_type) :: at
@@ -70,7 +70,7 @@ contains
     end do
   end subroutine look
 
-  !> Turns and growth of the free vibrations. Errors: as of `solve_floquet` and `solve_multipliers`.
+  !> Computes turns and growth of the free vibrations. Fails as `solve_floquet` and `solve_multipliers` do.
   subroutine take_free_vibrations(motion, accuracy, point, error)
     type(motion_type), intent(in) :: motion
     type(accuracy_type), intent(in) :: accuracy
@@ -84,7 +84,7 @@ contains
 
     call find_coordinates(motion%frame, size(motion%phases), coarse(accuracy), free, fits, motion%quick)
     if (fits) then
-      ! of two real multipliers, as within a tongue of instability, the first is taken
+      ! two real multipliers, as within a tongue of instability: the one that grows more is taken
       by_growth = ascending(-real(free%lambda))
       associate (lambda => free%lambda(by_growth))
         call take_turns(motion%frame, aimag(lambda) * free%period, real(lambda) * free%period, spread(free%scale, 2, &
@@ -97,22 +97,24 @@ contains
     if (.not. allocated(error)) call take_turns(motion%frame, multipliers%arg, multipliers%log_abs, multipliers%vectors, point)
   end subroutine take_free_vibrations
 
-  !> Climbs to the maximum of a goal over a line from three places, ascending, whose levels are known. Error: the goal makes no
-  !> sense.
+  !> Climbs to the maximum of a goal over a line. Fails if the goal is invalid.
   subroutine climb_from(members, goal, start, places, levels, climb, error, motion)
+    !> The machine and the goal
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goal
     !> A condition on the line
     type(condition_type), intent(in) :: start
+    !> Three ascending positions on the line and their levels
     real(dp), intent(in) :: places(3), levels(3)
+    !> The maximum
     type(climb_type), intent(out) :: climb
     type(error_type), allocatable, intent(out) :: error
-    !> With it each motion is found from the last; becomes the last
+    !> If present, each motion is computed from the last one; becomes the last motion
     type(motion_type), intent(inout), optional :: motion
     type(speed_point_type) :: point
     real(dp) :: level
 
-    ! what is found from its neighbour is a step of a search: where it is not smooth a rough place is enough
+    ! with a motion from the neighbour this is a step of a larger search: if it is not smooth, a rough position is enough
     call climb%start(places, levels, places([1, 3]), merge(of_smooth, most_steps, present(motion)))
     do while (.not. climb%done)
       call look(members, [goal], start%moved_to(climb%next), .false., point, error, motion)
@@ -124,17 +126,18 @@ contains
     call climb_branches(members, goal, start, places([1, 3]), climb, error, motion)
   end subroutine climb_from
 
-  !> Looks for a maximum between the end of a line, which is higher than the point before it, and that point: the middle is looked
-  !> at until it is higher than the end, or until the parabola through the three has its vertex beyond the end. Error: the goal
-  !> makes no sense.
+  !> Searches for a maximum between the end of a line, where the goal is larger than at the point before it, and that point. The
+  !> interval is halved until its middle is higher than the end, or until a parabola has its vertex beyond the end.
+  !> Fails if the goal is invalid.
   subroutine look_beside_end(members, goal, start, ends, end_levels, places, levels, error)
+    !> The machine and the goal
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goal
     !> A condition on the line
     type(condition_type), intent(in) :: start
-    !> The point before the end, then the end
+    !> The point before the end, then the end, and their levels
     real(dp), intent(in) :: ends(2), end_levels(2)
-    !> Ascending; of these the middle is the highest, if there is a maximum
+    !> Three ascending points and their levels; if there is a maximum, the middle point is the highest
     real(dp), intent(out) :: places(3), levels(3)
     type(error_type), allocatable, intent(out) :: error
     type(speed_point_type) :: point
@@ -149,7 +152,7 @@ contains
       if (allocated(error) .or. point%state /= stable) exit
       levels(2) = goal%level(point%values(1, 1))
       if (levels(2) > levels(3)) exit
-      ! the slope at the end: far from it the parabola may be wrong once
+      ! slope at the end; the parabola may be wrong once, far from the end
       if (.not. 3 * levels(3) - 4 * levels(2) + levels(1) < 0) beyond = beyond + 1
       if (beyond > 1) exit
       places(1) = places(2)
