@@ -1,4 +1,4 @@
-!> All tasks, in the order in which they are run and told. A new one is a line here.
+!> All tasks, in the order in which they run and appear in the report. A new task is one line in this module.
 module gestell_task_registry
   use gestell_base_error, only: error_type
   use gestell_base_words, only: word_length
@@ -34,12 +34,12 @@ module gestell_task_registry
 
   public :: all_tables, all_tasks, input_schema, orders_any, read_configuration, read_input
 
-  !> Room for all of them.
+  !> Maximum number of tasks.
   integer, parameter :: most = 50
 
 contains
 
-  !> One of each.
+  !> Makes the list of all tasks.
   subroutine all_tasks(tasks)
     type(any_task_type), allocatable, intent(out) :: tasks(:)
     integer :: n
@@ -78,10 +78,13 @@ contains
 
   end subroutine all_tasks
 
-  !> The tasks and the machine of a checked document. Errors point into the input.
+  !> Reads the tasks and the machine from a checked document. Errors refer to the input file.
   subroutine read_input(doc, schema, tasks, configuration, error)
+    !> The checked document
     type(document_type), intent(in) :: doc
+    !> Groups and keys that an input may contain
     type(schema_type), intent(in) :: schema
+    !> All tasks, each marked if the document requests it
     type(any_task_type), allocatable, intent(out) :: tasks(:)
     type(configuration_type), intent(out) :: configuration
     type(error_type), allocatable, intent(out) :: error
@@ -110,7 +113,7 @@ contains
     end do
   end subroutine read_input
 
-  !> The names of all tables that a run can leave.
+  !> Names of all tables that a run may write.
   function all_tables() result(names)
     character(len=longest_table), allocatable :: names(:)
     type(any_task_type), allocatable :: tasks(:)
@@ -124,7 +127,7 @@ contains
     names = pack(names, [(all(names(:i - 1) /= names(i)), i = 1, size(names))])
   end function all_tables
 
-  !> The schema of the input file.
+  !> Schema of the input file.
   function input_schema() result(schema)
     type(schema_type) :: schema
     type(any_task_type), allocatable :: tasks(:)
@@ -137,7 +140,7 @@ contains
     end do
   end function input_schema
 
-  !> The machine of a checked document alone.
+  !> Reads the machine of a checked document and discards the tasks.
   subroutine read_configuration(doc, configuration, error)
     type(document_type), intent(in) :: doc
     type(configuration_type), intent(out) :: configuration
@@ -147,7 +150,7 @@ contains
     call read_input(doc, input_schema(), tasks, configuration, error)
   end subroutine read_configuration
 
-  !> Whether a task is ordered that is about this.
+  !> True if a task that deals with these machines is requested.
   pure logical function orders_any(tasks, about)
     type(any_task_type), intent(in) :: tasks(:)
     integer, intent(in) :: about
@@ -156,7 +159,7 @@ contains
     orders_any = any([(tasks(i)%task%ordered .and. tasks(i)%task%about == about, i = 1, size(tasks))])
   end function orders_any
 
-  !> What can be ordered.
+  !> Names of all tasks that can be requested.
   pure function names_of(tasks) result(names)
     type(any_task_type), intent(in) :: tasks(:)
     character(len=11), allocatable :: names(:)

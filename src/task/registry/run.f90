@@ -1,4 +1,4 @@
-!> A run: all tasks that were ordered, one after the other.
+!> A run: all requested tasks, one after the other.
 module gestell_task_registry_run
   use gestell_base_error, only: error_type
   use gestell_output_result, only: result_type
@@ -11,14 +11,14 @@ module gestell_task_registry_run
 
   public :: run_tasks
 
-  !> Who hears what is found as soon as it is.
+  !> Receives the results of a run as soon as they are available.
   type, abstract, public :: listener_type
   contains
     procedure(hear), deferred :: hear
   end type listener_type
 
   abstract interface
-    !> Takes from `result` what of the report was not yet taken.
+    !> Takes the part of the report that it has not yet received from `result`.
     subroutine hear(self, result)
       import :: listener_type, result_type
       implicit none (type, external)
@@ -31,12 +31,16 @@ module gestell_task_registry_run
 
 contains
 
-  !> The tasks, one after the other. Error: that of the first that fails; the others are not begun.
+  !> Runs the tasks one after the other. If one fails, its error is returned and the remaining tasks are not started.
   subroutine run_tasks(tasks, context, result, error, listener)
+    !> All tasks; those that are not requested are skipped
     type(any_task_type), intent(inout) :: tasks(:)
+    !> The machine, the options and the executor
     type(context_type), intent(inout) :: context
+    !> Collects the reports, tables and pictures
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
+    !> Receives the results of each task as soon as it is done
     class(listener_type), intent(inout), optional :: listener
     logical :: parts, others
     integer :: i
@@ -56,7 +60,7 @@ contains
         if (.not. (task%ordered .or. task%implied) .or. parts .and. .not. task%shared) cycle
         if (context%one_line .and. .not. task%brief) cycle
         if (allocated(context%configuration%impossible) .and. task%about == own_machine) cycle
-        ! what is told of the machine itself waits for its headlines, and no longer
+        ! Results for the machine of the input are reported together, after its headlines; results of other tasks at once.
         if (present(listener) .and. task%about /= own_machine) call listener%hear(result)
         call task%run(context, result, error)
       end associate

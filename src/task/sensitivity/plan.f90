@@ -1,4 +1,4 @@
-!> What the task `sensitivity` is about: the parameters, and the machines in which they are changed a little.
+!> Plan of the task `sensitivity`: the parameters, and the family of machines in which they are varied.
 module gestell_task_sensitivity_plan
   use gestell_base_error, only: error_type
   use gestell_base_words, only: word_length
@@ -19,17 +19,17 @@ module gestell_task_sensitivity_plan
   public :: read_sensitivity
 
   type, public :: sensitivity_plan_type
-    !> The parameters: paths whose numbers change together.
+    !> Paths of the parameters; all numbers under one path change together.
     character(len=word_length), allocatable :: paths(:)
     type(document_family_type) :: family
   end type sensitivity_plan_type
 
-  !> More supports are changed together alone, unless the input names them.
+  !> With more supports than this, the default parameters vary all supports together only.
   integer, parameter :: most_supports = 100
 
 contains
 
-  !> The plan of a checked document. Errors: a path that names no number of the machine, or zeros alone.
+  !> Reads the plan of a checked document. Errors: a path does not name a number of the machine, or names only zeros.
   subroutine read_sensitivity(doc, schema, units, plan, error)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
@@ -77,7 +77,7 @@ contains
     end if
   end subroutine check_path
 
-  !> Whether any of the numbers is given and is not zero.
+  !> True if one of the numbers is given and is not zero.
   pure logical function is_there(doc, target)
     type(document_type), intent(in) :: doc
     type(target_type), intent(in) :: target
@@ -96,7 +96,7 @@ contains
     end do
   end function is_there
 
-  !> Speed, masses, stiffness and damping, all that are given and not zero.
+  !> Default parameters: speed, masses, moments of inertia, stiffness and damping, as far as they are given and not zero.
   subroutine usual_paths(doc, schema, paths)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema

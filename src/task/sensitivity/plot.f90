@@ -1,4 +1,4 @@
-!> The picture of what matters: by how much peaks change with every parameter.
+!> Plot of a sensitivity analysis: change of the peaks with each parameter.
 module gestell_task_sensitivity_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
@@ -15,16 +15,19 @@ module gestell_task_sensitivity_plot
   public :: plot_sensitivity
 
   character, parameter :: newline = new_line("a")
-  !> Quantities that are told apart in one picture.
+  !> Maximum number of quantities in the plot.
   integer, parameter :: most_quantities = 8
 
 contains
 
-  !> The picture of the `table` sensitivity: a row for every parameter of `paths` with a point for each quantity.
+  !> Plot of the `table` sensitivity: one row for each parameter of `paths`, with one point for each quantity.
   function plot_sensitivity(table, quantities, paths, found) result(figure)
     type(table_type), intent(in) :: table
+    !> Names of the parameters
     character(len=*), intent(in) :: paths(:)
+    !> The quantities
     type(quantity_type), intent(in) :: quantities(:)
+    !> Sensitivities, one element for each parameter
     type(sensitivity_type), intent(in) :: found(:)
     type(figure_type) :: figure
     character(len=:), allocatable :: lines, points, assignments
@@ -37,7 +40,7 @@ contains
       changes(:, i) = found(i)%slope(1, :)
       effects(i) = maxval([0.0_dp, abs(changes(:, i))], mask=ieee_is_finite([0.0_dp, changes(:, i)]))
     end do
-    ! rows by the greatest change, what changes nothing last
+    ! Rows are sorted by the largest change; parameters without effect come last.
     order = ascending(-effects)
     rows(order) = [(i, i = 1, size(paths))]
     longest = maxval([10, (character_count(trim(paths(i))), i = 1, size(paths))])

@@ -1,4 +1,4 @@
-!> The report on sensitivity for people.
+!> Text report on a sensitivity analysis.
 module gestell_task_sensitivity_report
   use gestell_base_verdict, only: state_word
   use gestell_base_kinds, only: dp
@@ -17,7 +17,7 @@ module gestell_task_sensitivity_report
 
 contains
 
-  !> `warning`: of great motions.
+  !> Section of the report. `warning` concerns motions beyond the range of linear equations.
   pure function report_sensitivity(quantities, paths, base, found, warning) result(report)
     type(quantity_type), intent(in) :: quantities(:)
     character(len=*), intent(in) :: paths(:)
@@ -40,7 +40,7 @@ contains
     end do
   end function report_sensitivity
 
-  !> The changes of quantity `i`, by their size; what failed comes last.
+  !> Rows for quantity `i`, sorted by the size of the change; parameters without a result come last.
   pure function rows(i, paths, found) result(report)
     integer, intent(in) :: i
     character(len=*), intent(in) :: paths(:)

@@ -1,10 +1,10 @@
-!> By how much peaks and rms values change with the parameters of a machine: d ln(peak) / d ln(parameter), per
-!> cent for each per cent.
+!> Sensitivity of peaks and rms values to the parameters of a machine: d ln(peak) / d ln(parameter), in per cent per per cent.
 !>
-!> The family's parameters are relative changes, all zero for the machine itself. The derivative is that of the central
-!> differences (F(h) - F(-h)) / (2 h), F the logarithm, whose error is a series in h^2: Neville's table over h, h/2, h/4, ...
-!> extrapolates them to h = 0. Of its entries that one counts whose error, what it differs from its neighbours in the table and
-!> the roundings over h, is the least (Ridders, Adv. Eng. Software 4, 1982, 75).
+!> The family's parameters are relative changes, all zero for the machine itself. The derivative is extrapolated from central
+!> differences (F(h) - F(-h)) / (2 h) of the logarithm F, whose error is a power series in h^2. Neville's table over h, h/2, h/4,
+!> ... extrapolates them to h = 0. The result is the entry with the smallest error estimate, which is its difference from its
+!> neighbours in the table plus the rounding error over h (Ridders, Adv. Eng. Software 4, 1982, 75). Small steps lose digits by
+!> cancellation.
 module gestell_task_sensitivity
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_verdict, only: has_vibration, in_resonance, operator(==), state_word, verdict_type
@@ -21,7 +21,7 @@ module gestell_task_sensitivity
 
   public :: solve_base, solve_parameter, solve_sensitivity
 
-  !> What changes: the peak and the rms.
+  !> Number of results for each quantity: peak and rms.
   integer, parameter, public :: changes = 2
 
   !> The machine itself.
@@ -29,28 +29,29 @@ module gestell_task_sensitivity
     type(speed_options) :: options
     integer :: parameters = 0
     type(verdict_type) :: state
-    !> How far its frame moves.
+    !> Magnitude of the motion of the frame.
     type(moved_type) :: moved
-    !> Peak and rms, and the relative error of the peak; shapes (changes, quantities), (quantities).
+    !> Peak and rms, shape (changes, quantities); relative error of the peak, shape (quantities).
     real(dp), allocatable :: values(:, :), relative_error(:)
-    !> The greatest change that is tried; the rounding error of a logarithm; the error at which a derivative is exact enough,
-    !> relative to the larger of the derivative and 1.
+    !> `step`: largest change of a parameter. `rounding`: rounding error of a logarithm. `enough`: error at which a derivative is
+    !> accurate enough, relative to the larger of the derivative and 1.
     real(dp) :: step = 0, rounding = 0, enough = 0
   end type sensitivity_base_type
 
-  !> The change with one parameter; all shapes (changes, quantities).
+  !> Sensitivity to one parameter; shapes (changes, quantities).
   type, public :: sensitivity_type
-    !> d ln / d ln and its error; NaN where there is none, as for a quantity that is zero.
+    !> Derivative d ln / d ln and its error; NaN if there is none, as for a quantity that is zero.
     real(dp), allocatable :: slope(:, :), error(:, :)
-    !> The quantity has a bend there: it goes up and down by different rates, `slope` is their mean.
+    !> True if the quantity has a kink: the slopes on the two sides differ, and `slope` is their mean.
     logical, allocatable :: bend(:, :)
-    !> Quantities that are zero within their errors, shape (quantities): nothing excites them, and they have no relative change.
+    !> True for quantities that are zero within their errors, shape (quantities): nothing excites them, and they have no relative
+    !> change.
     logical, allocatable :: zero(:)
   contains
     procedure :: state
   end type sensitivity_type
 
-  !> A piece is a parameter.
+  !> Computation of sensitivities; each piece of work is one parameter.
   type, extends(work_type) :: parameters_type
     class(family_type), pointer :: family => null()
     type(sensitivity_base_type) :: base
@@ -60,19 +61,19 @@ module gestell_task_sensitivity
     procedure :: exchange
   end type parameters_type
 
-  !> A derivative whose error is more than this, relative to what is greater, it or 1, is undecided.
+  !> A derivative with a larger error, relative to the larger of the derivative and 1, is undecided.
   real(dp), parameter :: too_much = 0.02_dp
 
-  !> How many steps h, h/2, ... are tried: at least, and at most if the derivatives are not exact enough before.
+  !> Minimum number of steps h, h/2, ..., and maximum number if the derivatives are not accurate enough before.
   integer, parameter :: fewest_steps = 3, steps = 7
-  !> The greatest step, and how far a step may bring a multiplier towards 1, relative to its distance.
+  !> Largest step, and fraction of its distance from 1 by which a step may move a multiplier.
   real(dp), parameter :: greatest_step = 1.0e-2_dp, part_of_distance = 0.1_dp
-  !> Tolerance of the solutions, if none sharper was ordered; rounding of a logarithm found so, far from resonances.
+  !> Tolerance of the solutions unless the user requests a smaller one; resulting rounding error of a logarithm far from resonance.
   real(dp), parameter :: sharp = 1.0e-12_dp, least_rounding = 1.0e-13_dp
 
 contains
 
-  !> Of quantity `q`: 'ok', 'zero', 'undecided' or 'failed'.
+  !> State of quantity `q`: 'ok', 'zero', 'undecided' or 'failed'.
   pure character(len=9) function state(self, q)
     class(sensitivity_type), intent(in) :: self
     integer, intent(in) :: q
@@ -88,15 +89,20 @@ contains
     end if
   end function state
 
-  !> The derivatives with respect to each of `parameters` relative changes. With an `executor` several threads may ask for members
-  !> of the family. Error: that of the machine itself.
+  !> Computes the derivatives with respect to all parameters. Error: the machine itself cannot be solved.
   subroutine solve_sensitivity(family, parameters, options, base, found, error, executor)
+    !> Machines over relative changes of the parameters
     class(family_type), intent(in), target :: family
+    !> Number of parameters
     integer, intent(in) :: parameters
+    !> Quantities, probes and accuracy
     type(speed_options), intent(in) :: options
+    !> Results for the machine itself
     type(sensitivity_base_type), intent(out) :: base
+    !> Sensitivities, one element for each parameter
     type(sensitivity_type), allocatable, intent(out) :: found(:)
     type(error_type), allocatable, intent(out) :: error
+    !> Spreads the work over threads, several of which may then ask the family for members
     class(executor_type), intent(inout), optional :: executor
     type(parameters_type) :: work
 
@@ -135,12 +141,15 @@ contains
     end associate
   end subroutine exchange
 
-  !> The machine itself, and how large steps may be: a change p of a parameter turns a free vibration of N swings by at
-  !> most 2 pi N p more in a turn, which has to be little against the distance of its multiplier from 1.
-  !> Errors: no parameters; there is no periodic vibration; what `solve_response` finds.
+  !> Solves the machine itself and chooses the largest step. A relative change p of a parameter changes the phase of a free
+  !> vibration with N cycles per turn by at most 2 pi N p. This must be small compared with the distance of its multiplier from 1.
+  !> Errors: no parameters; there is no periodic vibration; as in `solve_response`.
   subroutine solve_base(family, parameters, options, base, error)
+    !> Machines over relative changes of the parameters
     class(family_type), intent(in) :: family
+    !> Number of parameters
     integer, intent(in) :: parameters
+    !> Quantities, probes and accuracy
     type(speed_options), intent(in) :: options
     type(sensitivity_base_type), intent(out) :: base
     type(error_type), allocatable, intent(out) :: error
@@ -178,10 +187,12 @@ contains
     base%step = min(greatest_step, part_of_distance * distance / (2 * pi * swings))
   end subroutine solve_base
 
-  !> The derivatives with respect to parameter `number`. Errors: there is none of that number, or no base; what
-  !> `solve_response` finds.
+  !> Computes the derivatives with respect to parameter `number`. Errors: there is no such parameter, or `base` is not solved; as in
+  !> `solve_response`.
   subroutine solve_parameter(family, base, number, found, error)
+    !> Machines over relative changes of the parameters
     class(family_type), intent(in) :: family
+    !> The machine itself, from `solve_base`
     type(sensitivity_base_type), intent(in) :: base
     integer, intent(in) :: number
     type(sensitivity_type), intent(out) :: found
@@ -221,7 +232,7 @@ contains
 
   contains
 
-    !> ln of the values where the parameter is changed by `p`.
+    !> Computes ln of the values for a relative change `p` of the parameter. `known`: false if there is no vibration.
     subroutine logarithms(p, values, known)
       real(dp), intent(in) :: p
       real(dp), intent(out) :: values(:, :)
@@ -241,8 +252,8 @@ contains
 
   end subroutine solve_parameter
 
-  !> The derivative at 0 of a function with the value `middle` there, `above` at h and `below` at -h, h descending by halves,
-  !> each known to `noise`.
+  !> Computes the derivative at 0 of a function from its values `middle` at 0, `above` at h and `below` at -h, where h is halved
+  !> from element to element. `noise` is the error of each value.
   pure subroutine differentiate(h, above, below, middle, noise, slope, error, bend)
     real(dp), intent(in) :: h(:), above(:), below(:), middle, noise
     real(dp), intent(out) :: slope, error
@@ -264,7 +275,7 @@ contains
         slope = table(i, k)
       end do
     end do
-    ! The difference of the slopes on both sides goes as h, unless there is a bend.
+    ! The difference between the slopes on the two sides is proportional to h, unless there is a kink.
     gap = abs(above - middle + (below - middle)) / h
     bend = gap(n) > 0.75_dp * gap(n - 2) .and. gap(n) / 2 > too_much * max(abs(slope), 1.0_dp)
     if (.not. bend) return

@@ -1,4 +1,4 @@
-!> The task `sensitivity`: by how much vibrations change with the numbers of the machine.
+!> The task `sensitivity`: changes of the vibration with the parameters of the machine.
 module gestell_task_sensitivity_task
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: state_word, verdict_length
@@ -27,7 +27,7 @@ module gestell_task_sensitivity_task
 
   type, extends(task_type), public :: sensitivity_task
     private
-    !> What it is about, and to what.
+    !> The quantities whose changes are computed, and the parameters.
     type(quantity_type), allocatable :: quantities(:)
     type(sensitivity_plan_type) :: plan
   contains
@@ -58,7 +58,7 @@ contains
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
 
-    ! what is not ordered is read for its faults alone
+    ! If the task is not requested, its group is only read to report errors in it.
     if (.not. (self%ordered .or. count_groups(configuration%document, "sensitivity") > 0)) return
     call read_quantities(configuration%document, sensitivity_keys, configuration%frame, configuration%probes, .false., &
       & self%quantities, error)
@@ -100,7 +100,7 @@ contains
     end associate
   end subroutine run
 
-  !> The parameter that changes a peak most; empty where none is known to.
+  !> Headline on the parameter with the largest effect on a peak; empty if no effect is known.
   pure function strongest(quantity, q, paths, found) result(line)
     type(quantity_type), intent(in) :: quantity
     integer, intent(in) :: q
@@ -115,7 +115,7 @@ contains
       & // trim(paths(i)) // ", which matters most"
   end function strongest
 
-  !> sensitivity.csv: a row for every quantity and parameter.
+  !> Table sensitivity.csv: one row for each quantity and parameter.
   pure type(table_type) function table_of(quantities, paths, base, found, verdict) result(table)
     type(quantity_type), intent(in) :: quantities(:)
     character(len=*), intent(in) :: paths(:), verdict

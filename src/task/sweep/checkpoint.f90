@@ -1,9 +1,12 @@
-!> The files of a sweep while it is computed, in the folder sweep.blocks: `rows`, where every tile has its places
-!> (gestell_task_sweep_layout), and `marks`, which say what is done. Whoever computes tiles, in one process or many, now or after an
-!> interruption, gives them to `store`; `finish` makes a table of `rows` by giving it its head and its name. A mark is written when
-!> the rows are; rows without one are of no account. `origin` is the note that says what all belongs to, with the table's head;
-!> whoever changes the folder holds `lock`, those who store share it. `lock` is there first and goes last: files of these names
-!> without it are not those of a sweep, and are left alone.
+!> Files of a sweep during its computation, in the folder sweep.blocks.
+!>
+!> `rows` has a fixed place for the rows of each tile (gestell_task_sweep_layout); `marks` lists the finished tiles. A mark is
+!> written after its rows, and rows without a mark are ignored. One or several processes, also after an interruption, compute tiles
+!> and pass them to `store`. `finish` turns `rows` into the table by adding its header and its name.
+!>
+!> `origin` identifies the input and the version of the program, and holds the header of the table. A process that changes the
+!> folder holds `lock` exclusively; processes that store tiles share it. `lock` is created first and removed last. Files of these
+!> names without a `lock` do not belong to a sweep and are left alone.
 module gestell_task_sweep_checkpoint
   use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
   use gestell_base_files, only: close_file, file_size, last_reason, link_file, lock_file, open_to_read, open_to_write, read_at, &
@@ -30,16 +33,16 @@ module gestell_task_sweep_checkpoint
   public :: open_campaign
 
   type, public :: campaign_type
-    !> Which tiles are done, of those that were looked for, and which of these are damaged.
+    !> True for finished tiles, and for tiles with damaged rows or marks, shape (tiles). Only the tiles that were examined count.
     logical, allocatable :: done(:), damaged(:)
     type(layout_type) :: layout
-    !> The folder sweep.blocks.
+    !> Path of the folder sweep.blocks.
     character(len=:), allocatable, private :: blocks
     type(sweep_options), private :: options
     integer(int64), private :: content = 0, fingerprint = 0
-    !> Bytes of the table's head, as the note has it.
+    !> Bytes of the table's header, according to `origin`.
     integer(int64), private :: head = 0
-    !> Whether the table has its name.
+    !> True if the table has been completed.
     logical, private :: finished = .false.
   contains
     procedure :: begin
@@ -51,19 +54,21 @@ module gestell_task_sweep_checkpoint
   end type campaign_type
 
   character, parameter :: newline = new_line("a")
-  !> Missing tiles that a message names.
+  !> Maximum number of missing tiles in a message.
   integer, parameter :: most_named = 10
 
 contains
 
-  !> Looks what is there of a sweep in `folder`; nothing is changed. `content`: hash of the input. Only the `wanted` tiles
-  !> are looked for, all by default. Error: there are points of another input or version.
+  !> Examines the state of a sweep in `folder` without changing anything. Error: the folder has points of another input or version.
   subroutine open_campaign(campaign, folder, plan, content, error, wanted)
     type(campaign_type), intent(out) :: campaign
+    !> Folder that contains sweep.blocks
     character(len=*), intent(in) :: folder
     type(sweep_plan_type), intent(in) :: plan
+    !> Hash of the input
     integer(int64), intent(in) :: content
     type(error_type), allocatable, intent(out) :: error
+    !> True for the tiles to examine; all by default
     logical, intent(in), optional :: wanted(:)
 
     campaign%blocks = folder // "/sweep.blocks"
@@ -77,7 +82,7 @@ contains
     if (.not. allocated(error)) call campaign%look(wanted)
   end subroutine open_campaign
 
-  !> Which of the `wanted` tiles are done: their marks are there, and their rows are those that were written.
+  !> Finds the finished tiles among the `wanted` ones. A tile is finished if its mark is valid and the checksum of its rows agrees.
   subroutine look(self, wanted)
     class(campaign_type), intent(inout) :: self
     logical, intent(in), optional :: wanted(:)
@@ -106,7 +111,7 @@ contains
     if (rows >= 0) call close_file(rows, closed)
   end subroutine look
 
-  !> A file in the folder of the sweep.
+  !> Path of a file in the folder of the sweep.
   pure function file_of(campaign, file) result(name)
     type(campaign_type), intent(in) :: campaign
     character(len=*), intent(in) :: file
@@ -115,7 +120,7 @@ contains
     name = campaign%blocks // "/" // file
   end function file_of
 
-  !> Version and content as the first lines of the note.
+  !> First lines of `origin`: version of the program and hash of the input.
   pure function first_lines(campaign) result(lines)
     type(campaign_type), intent(in) :: campaign
     character(len=len(version) + 18) :: lines
@@ -125,7 +130,7 @@ contains
     lines = version // newline // word // newline
   end function first_lines
 
-  !> Reads the note, and how long the head is. Error: it is of another input or version.
+  !> Reads `origin` and determines the length of the header. Error: it belongs to another input or version.
   subroutine compare_origin(campaign, error)
     type(campaign_type), intent(inout) :: campaign
     type(error_type), allocatable, intent(out) :: error
@@ -152,7 +157,7 @@ contains
       & "; remove this folder to start afresh, or name another with --output", wrong_usage)
   end subroutine compare_origin
 
-  !> Error: as of `compare_origin`, or the blocks are no longer there.
+  !> Checks that the folder still exists. Errors: as in `compare_origin`; the folder was removed.
   subroutine check_there(campaign, error)
     type(campaign_type), intent(inout) :: campaign
     type(error_type), allocatable, intent(out) :: error
@@ -163,7 +168,7 @@ contains
       & failed_computation)
   end subroutine check_there
 
-  !> The whole note; empty where it cannot be read.
+  !> Reads the file `origin`; empty if it cannot be read.
   subroutine read_note(campaign, note)
     type(campaign_type), intent(in) :: campaign
     character(len=:), allocatable, intent(out) :: note
@@ -178,8 +183,8 @@ contains
     if (handle >= 0) call close_file(handle, done)
   end subroutine read_note
 
-  !> Makes the folder and its files, before the first tile is stored; `preamble`: complete lines of remarks that head the table,
-  !> which are those of the run that begins it. Error: they cannot be made.
+  !> Makes the folder and its files before the first tile is stored. `preamble`: complete comment lines at the top of the table; the
+  !> process that begins the sweep provides them. Error: the files cannot be written.
   subroutine begin(self, preamble, error)
     class(campaign_type), intent(inout) :: self
     character(len=*), intent(in) :: preamble
@@ -190,13 +195,13 @@ contains
     call make_folder(self%blocks, error)
     if (allocated(error)) return
     call lock_file(file_of(self, "lock"), lock, shared=.false.)
-    ! another process may have begun meanwhile
+    ! Another process may have begun in the meantime.
     call compare_origin(self, error)
     if (.not. (self%has_begun() .or. allocated(error))) then
       call write_file(file_of(self, "rows"), "", error)
       if (.not. allocated(error)) call write_file(file_of(self, "marks"), "", error)
       head = self%layout%header
-      ! an array of NumPy has no place for remarks
+      ! An array of NumPy has no place for comments.
       if (.not. self%layout%binary) head = preamble // head
       if (.not. allocated(error)) call write_file(file_of(self, "origin"), first_lines(self) // head, error)
       self%head = len(head)
@@ -204,14 +209,14 @@ contains
     call unlock_file(lock)
   end subroutine begin
 
-  !> Whether there is a folder for the points.
+  !> True if the sweep has been begun, that is, if the file `origin` exists.
   logical function has_begun(self)
     class(campaign_type), intent(in) :: self
 
     has_begun = file_size(file_of(self, "origin")) >= 0
   end function has_begun
 
-  !> Keeps the results of a tile; several threads may. Error: they cannot be written.
+  !> Stores the results of a tile. Several threads may call this procedure. Error: the results cannot be written.
   subroutine store(self, number, results, error)
     class(campaign_type), intent(inout) :: self
     integer, intent(in) :: number
@@ -239,14 +244,15 @@ contains
     self%done(number) = .not. allocated(error)
   end subroutine store
 
-  !> Gives the table its head, and its name in the folder `staging`; the name in its own folder stays until `clear`. `values`: the
-  !> points, shape (numbers, points of the second axis, of the first); of size 0 where they are not wanted.
-  !> Errors: tiles are missing; a file cannot be written.
+  !> Completes the table: writes its header and gives it its name in the folder `staging`. Its name in the folder of the sweep
+  !> remains until `clear`. Errors: tiles are missing; a file cannot be written.
   subroutine finish(self, staging, summary, error, values)
     class(campaign_type), intent(inout) :: self
+    !> Folder for the finished table
     character(len=*), intent(in) :: staging
     type(summary_type), intent(out) :: summary
     type(error_type), allocatable, intent(out) :: error
+    !> All points, shape (numbers, points of the second axis, points of the first axis); size 0 if they are not needed
     real(dp), intent(inout), optional :: values(:, :, :)
     character(len=:), allocatable :: list
     integer(c_int) :: lock
@@ -275,7 +281,7 @@ contains
     call unlock_file(lock)
   end subroutine finish
 
-  !> What all tiles tell. Error: a mark is not what it was.
+  !> Adds up the summaries of all tiles. Error: a mark has changed or is damaged.
   subroutine sum_up(campaign, summary, error)
     type(campaign_type), intent(in) :: campaign
     type(summary_type), intent(inout) :: summary
@@ -298,8 +304,8 @@ contains
     if (.not. sound) call fatal_error(error, campaign%blocks // ": was damaged meanwhile; start again", failed_computation)
   end subroutine sum_up
 
-  !> The head, and the name: a second one, so that all is there still if the run is killed before `clear`; where the file system
-  !> knows none the name is another one from then on.
+  !> Writes the header and adds a second name (hard link) for the file. All files then still exist if the run is killed before
+  !> `clear`. If the file system has no hard links, the file is renamed instead.
   subroutine name_table(campaign, name, error)
     type(campaign_type), intent(in) :: campaign
     character(len=*), intent(in) :: name
@@ -321,7 +327,8 @@ contains
     error%unwritten = .true.
   end subroutine name_table
 
-  !> Removes the folder after `finish`, when the table is in its place; what another input has begun meanwhile stays.
+  !> Removes the folder after `finish`, when the table is in place. Files that a run with another input has begun in the meantime
+  !> remain.
   subroutine clear(self)
     class(campaign_type), intent(inout) :: self
     type(error_type), allocatable :: another

@@ -1,4 +1,4 @@
-!> The columns of a sweep's table: the parameters, what is reported of every point, and measures with the bounds on their errors.
+!> Columns of a sweep's table: the parameters, the results at each point, and measures with their error bounds.
 module gestell_task_sweep_columns
   use gestell_base_kinds, only: dp
   use gestell_base_verdict, only: verdict_length, verdict_numbered, verdict_type
@@ -14,21 +14,21 @@ module gestell_task_sweep_columns
   public :: columns_of, explained, table_of, verdict_word
 
   type, public :: column_type
-    !> As a table takes them: the column `error` holds its error
+    !> Name of the column, and name of the column with its error bound
     character(len=word_length + 16) :: name = "", error = ""
     type(unit_type) :: unit
     character(len=64) :: meaning = ""
     logical :: is_verdict = .false.
-    !> Characters of a field in CSV
+    !> Number of characters of a CSV field
     integer :: width = number_width
   end type column_type
 
-  !> Characters of a number without a sign.
+  !> Number of characters of a number without a sign.
   integer, parameter, public :: unsigned_width = number_width - 1
 
 contains
 
-  !> All columns of the table, in its order: the numbers of a point stand behind the parameters.
+  !> All columns of the table in their order: parameters first, then the numbers of a point.
   pure function columns_of(plan) result(columns)
     type(sweep_plan_type), intent(in) :: plan
     type(column_type) :: columns(size(plan%grid%axes) + plan%options%numbers())
@@ -69,7 +69,8 @@ contains
     end do
   end function columns_of
 
-  !> The points in the grid's order, the first parameter slow; `values` of shape (numbers, points of the second axis, of the first).
+  !> Table of the points in the order of the grid, the first parameter varying slowest. `values` has the shape (numbers, points of
+  !> the second axis, points of the first axis).
   pure type(table_type) function table_of(plan, values) result(table)
     type(sweep_plan_type), intent(in) :: plan
     real(dp), intent(in) :: values(:, :, :)
@@ -96,7 +97,7 @@ contains
     end do
   end function table_of
 
-  !> What the columns of a table without names mean, one row each.
+  !> Table that explains the columns of a table without names, one row each.
   pure type(table_type) function explained(table)
     type(table_type), intent(in) :: table
     character(len=word_length + 16) :: names(size(table%columns))
@@ -117,7 +118,7 @@ contains
     call explained%add("meaning", "of the numbers", meanings)
   end function explained
 
-  !> The word of a verdict that stands among the numbers of a sweep.
+  !> Verdict in words, from its number in the results of a sweep.
   elemental character(len=verdict_length) function verdict_word(number) result(word)
     real(dp), intent(in) :: number
     type(verdict_type) :: judged

@@ -1,6 +1,6 @@
-!> The lines of sweep.csv, in pieces of any length, so that no more than a piece is ever in memory. All have the same width, by
-!> blanks before numbers. The blanks that a verdict lacks stand before the number ahead of it, for readers of such files keep the
-!> blanks of words.
+!> Lines of sweep.csv, produced in pieces of any length so that only one piece is in memory. All lines have the same width, with
+!> numbers padded on the left. The padding for a short verdict is put before the number that precedes it, because readers of CSV
+!> keep blanks in words.
 module gestell_task_sweep_csv
   use gestell_base_kinds, only: dp
   use gestell_base_verdict, only: verdict_length, verdict_named, verdict_type
@@ -17,7 +17,7 @@ module gestell_task_sweep_csv
 
   character, parameter :: newline = new_line("a")
 
-  !> A word of a line, with its length: of a parameter's value, written once for many rows, or of a verdict.
+  !> Text of a field with its length: a parameter, formatted once for many rows, or a verdict.
   type :: field_type
     character(len=number_width) :: word = ""
     integer :: length = 0
@@ -25,7 +25,7 @@ module gestell_task_sweep_csv
 
 contains
 
-  !> The names of the columns.
+  !> Line with the names of the columns.
   pure function header(plan) result(line)
     type(sweep_plan_type), intent(in) :: plan
     character(len=:), allocatable :: line
@@ -40,8 +40,8 @@ contains
     end do
   end function header
 
-  !> The lines of points of which the first is point `first` on the axes; `values` of shape (numbers, points of the second axis,
-  !> points of the first).
+  !> Lines of a block of points that begins at point `first` of the axes. `values` has the shape (numbers, points of the second
+  !> axis, points of the first axis).
   pure function csv_rows(grid, columns, first, values) result(lines)
     type(grid_type), intent(in) :: grid
     type(column_type), intent(in) :: columns(:)
@@ -79,7 +79,7 @@ contains
     end do
   end function csv_rows
 
-  !> The numbers of a line behind its parameters.
+  !> Reads the numbers that follow the parameters in a line.
   pure subroutine csv_values(line, columns, values)
     character(len=*), intent(in) :: line
     type(column_type), intent(in) :: columns(:)
@@ -101,7 +101,7 @@ contains
     end do
   end subroutine csv_values
 
-  !> A parameter's value.
+  !> Text of a parameter's value.
   pure type(field_type) function parameter_field(value) result(text)
     real(dp), intent(in) :: value
     character(len=:), allocatable :: line
@@ -111,7 +111,7 @@ contains
     text%word = line
   end function parameter_field
 
-  !> Adds a word on the right of `width` characters, and a comma.
+  !> Appends a word, right-aligned in `width` characters, and a comma.
   pure subroutine put(lines, n, text, width)
     character(len=:), allocatable, intent(inout) :: lines
     integer, intent(inout) :: n
@@ -126,7 +126,7 @@ contains
     lines(n:n) = ","
   end subroutine put
 
-  !> Adds a number on the right of `width` characters, and a comma.
+  !> Appends a number, right-aligned in `width` characters, and a comma.
   pure subroutine put_number_right(lines, n, value, width)
     character(len=:), allocatable, intent(inout) :: lines
     integer, intent(inout) :: n
@@ -134,7 +134,7 @@ contains
     integer, intent(in) :: width
     integer :: begin, last
 
-    ! nearly all numbers take these characters: they are written where they stay
+    ! Nearly all numbers have this number of characters, so they are written directly in place.
     begin = max(n, n + width - merge(number_width, unsigned_width, sign(1.0_dp, value) < 0))
     last = begin
     call put_number(lines, last, value)

@@ -1,6 +1,6 @@
-!> Where the points of a sweep stand in the file of its table: all rows have the same width, so every tile has its places before
-!> anything is computed, and whoever computes it writes them. Rows are lines of CSV, or those of an array of NumPy (format version
-!> 1.0 of numpy.lib.format): shape (points, columns), numbers of eight bytes, verdicts as their numbers.
+!> Positions of the points of a sweep in the file of its table. All rows have the same width, so the place of each tile is known
+!> before the computation, and each process writes its tiles directly there. Rows are lines of CSV, or rows of a NumPy array (format
+!> version 1.0 of numpy.lib.format) of shape (points, columns). The array has numbers of eight bytes, and verdicts as numbers.
 module gestell_task_sweep_layout
   use gestell_base_kinds, only: dp
   use gestell_study_grid, only: grid_type, tile_type
@@ -14,7 +14,7 @@ module gestell_task_sweep_layout
   public :: new_layout
 
   type, public :: layout_type
-    !> The name of the file; what stands before the rows, but for the lines of remarks.
+    !> Name of the file; header before the rows, without the comment lines.
     character(len=:), allocatable :: file, header
     !> Bytes of a row.
     integer :: width = 0
@@ -28,15 +28,15 @@ module gestell_task_sweep_layout
     procedure :: values
   end type layout_type
 
-  !> Points (i, j) that stand one behind the other.
+  !> Points (first to last on both axes) that are contiguous in the file.
   type, public :: piece_type
     integer :: first(2) = 1, last(2) = 1
   end type piece_type
 
   !> Maximum number of rows of a piece.
   integer, parameter :: most_rows = 4096
-  !> Bytes of a number; bytes before the numbers of an array: the format wants a multiple of 64, and the text of any shape has room
-  !> in this one.
+  !> Bytes of a number; bytes of the header of an array, with its part before the text. The format requires a multiple of 64, and
+  !> 128 bytes suffice for every shape.
   integer, parameter :: number_bytes = 8, head_bytes = 128, before_text = 10
 
 contains
@@ -57,7 +57,7 @@ contains
     end if
   end function new_layout
 
-  !> Magic word, version, length of the text that follows, and the text, filled with blanks.
+  !> Header of a NumPy array: magic string, version, length of the text, and the text padded with blanks.
   pure function npy_head(points, columns) result(head)
     integer(int64), intent(in) :: points
     integer, intent(in) :: columns
@@ -71,7 +71,7 @@ contains
     head = char(147) // "NUMPY" // achar(1) // achar(0) // achar(len(text)) // achar(0) // text
   end function npy_head
 
-  !> Bytes before the row of point (i, j), among those of all rows.
+  !> Offset in bytes of the row of point (i, j) from the first row.
   pure integer(int64) function place(self, point)
     class(layout_type), intent(in) :: self
     integer, intent(in) :: point(2)
@@ -82,7 +82,7 @@ contains
     place = self%width * ((point(1) - 1_int64) * fast + point(2) - 1)
   end function place
 
-  !> A tile as pieces, in the order of their places.
+  !> Pieces of a tile, in the order of their positions in the file.
   pure function pieces(self, tile)
     class(layout_type), intent(in) :: self
     type(tile_type), intent(in) :: tile
@@ -90,7 +90,7 @@ contains
     integer :: along, i, k
 
     along = 1
-    ! rows that reach from end to end stand one behind the other
+    ! Rows of tiles that span the whole second axis are contiguous.
     if (self%place([2, 1]) == self%width * (tile%last(2) - tile%first(2) + 1_int64)) then
       along = max(1, most_rows / (tile%last(2) - tile%first(2) + 1))
     end if
@@ -101,8 +101,8 @@ contains
     end do
   end function pieces
 
-  !> The rows of points of which the first is point `first` on the axes; `values` of shape (numbers, points of the second axis,
-  !> points of the first).
+  !> Rows of a block of points that begins at point `first` of the axes. `values` has the shape (numbers, points of the second axis,
+  !> points of the first axis).
   pure function rows(self, first, values)
     class(layout_type), intent(in) :: self
     integer, intent(in) :: first(2)
@@ -124,7 +124,7 @@ contains
     rows = transfer(numbers, repeat(" ", number_bytes * size(numbers)))
   end function rows
 
-  !> The numbers of rows, one point after the other; shape (numbers, points of the second axis, points of the first).
+  !> Reads the numbers from rows, point after point; shape (numbers, points of the second axis, points of the first axis).
   pure subroutine values(self, rows, numbers)
     class(layout_type), intent(in) :: self
     character(len=*), intent(in) :: rows

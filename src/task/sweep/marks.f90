@@ -1,4 +1,4 @@
-!> What is known of the tiles of a sweep that are done: a file of sealed records, all of one length, each at its tile's place.
+!> Marks of the finished tiles of a sweep: a file of sealed records of equal length, each at the position of its tile.
 module gestell_task_sweep_marks
   use gestell_base_error, only: error_type
   use gestell_base_files, only: open_to_write, read_at, write_whole
@@ -16,10 +16,10 @@ module gestell_task_sweep_marks
   type, public :: mark_type
     integer(int64) :: fingerprint = 0
     integer :: tile = 0
-    !> Of the bytes of its rows.
+    !> Checksum of the bytes of the rows.
     integer(int64) :: checksum = 0
     type(summary_type) :: summary
-    !> Whether there is nothing; whether there is a mark, and it is complete and not damaged.
+    !> `none`: true if there is no mark. `sound`: true if the mark is complete and not damaged.
     logical :: none = .true., sound = .false.
   end type mark_type
 
@@ -28,7 +28,7 @@ module gestell_task_sweep_marks
 
 contains
 
-  !> Writes a mark at its place in the file `name`. Error: it cannot be written.
+  !> Writes a mark at its position in the file `name`. Error: it cannot be written.
   subroutine write_mark(name, mark, error)
     character(len=*), intent(in) :: name
     type(mark_type), intent(in) :: mark
@@ -44,7 +44,7 @@ contains
     call end_writing(handle, done, name // ": tile " // text(mark%tile), error)
   end subroutine write_mark
 
-  !> The mark of a tile from the open file.
+  !> Reads the mark of a tile from the open file.
   subroutine read_mark(handle, tile, mark)
     integer(c_int), intent(in) :: handle
     integer, intent(in) :: tile

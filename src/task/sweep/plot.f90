@@ -1,4 +1,4 @@
-!> Pictures of sweeps: curves over one parameter, a chart over two.
+!> Plots of sweeps: curves over one parameter, charts over two.
 module gestell_task_sweep_plot
   use gestell_base_kinds, only: dp
   use gestell_base_verdict, only: failed, impossible, operator(==), undamped, undecided, unstable, unstable_number, verdict_type
@@ -18,14 +18,14 @@ module gestell_task_sweep_plot
   public :: plot_sweep
 
   character, parameter :: newline = new_line("a")
-  !> Beyond any picture, but finite.
+  !> Coordinate outside every plot, but finite.
   character(len=*), parameter :: nowhere = "1e290"
-  !> Of what is measured that many are drawn in one panel.
+  !> Maximum number of measures in one panel.
   integer, parameter :: most_measures = 4
 
 contains
 
-  !> sweep.gp, from the columns of sweep.csv that were requested; so many turns of the drive are a period.
+  !> Plot sweep.gp of the requested columns of sweep.csv. `turns`: number of turns of the drive in a period.
   function plot_sweep(plan, turns, summary) result(figure)
     type(sweep_plan_type), intent(in) :: plan
     integer, intent(in) :: turns
@@ -50,7 +50,7 @@ contains
     end if
   end function plot_sweep
 
-  !> Over parameter `k`, the only one that runs. `label`: of the growth; `found`: the verdicts, behind the heading.
+  !> Curves over parameter `k`, the only one that varies. `label`: label of the growth. `found`: verdicts in the title.
   function plot_curves(plan, k, column, label, found, summary) result(figure)
     type(sweep_plan_type), intent(in) :: plan
     integer, intent(in) :: k, column(sweep_columns)
@@ -60,7 +60,7 @@ contains
     type(marks_type) :: marks
     character(len=:), allocatable :: lines, x, style, axis_lines, half, unstable_rows, margins
     character(len=16) :: symbols(xi_peak:last_peak)
-    !> Boxes that are a little wider than the distance between values have no seams.
+    !> Boxes slightly wider than the distance between values leave no gaps.
     real(dp), parameter :: overlap = 1.05_dp
     logical :: growth, peaks, bounds
     real(dp) :: ends(2), height
@@ -110,8 +110,8 @@ contains
 
   contains
 
-    !> Adds a panel with a logarithmic axis: columns of sweep.csv, 0 for none, times a factor. Only the last of several panels
-    !> labels the parameter.
+    !> Adds a panel with a logarithmic axis. `columns`: numbers of columns of sweep.csv, 0 for none; `factor` multiplies their
+    !> values. Only the last of several panels labels the parameter.
     subroutine add(columns, titles, factor, label)
       integer, intent(in) :: columns(:)
       character(len=*), intent(in) :: titles(:), factor, label
@@ -121,7 +121,7 @@ contains
       lines = lines // logarithmic_panel(columns, titles, factor, label, x, style, shades("bottom", "top"))
     end subroutine add
 
-    !> What is unstable, and entries of the key.
+    !> Shading of the unstable ranges, and legend entries.
     pure function shades(low, high) result(words)
       character(len=*), intent(in) :: low, high
       character(len=:), allocatable :: words
@@ -131,7 +131,7 @@ contains
     end function shades
   end function plot_curves
 
-  !> ln |rho| over the parameter, the points of bad verdicts marked.
+  !> Panel of ln |rho| over the parameter, with points of undesirable verdicts marked.
   pure function growth_panel(column, x, style, label, summary, shades) result(lines)
     integer, intent(in) :: column(sweep_columns)
     character(len=*), intent(in) :: x, style, label, shades
@@ -181,14 +181,14 @@ contains
     lines = lines // newline // "unset object 1; unset arrow 1; set ytics" // newline
   end function growth_panel
 
-  !> A measure with its unit.
+  !> Title of a measure with its unit.
   elemental character(len=word_length + 16) function title_of(measure) result(title)
     type(measure_type), intent(in) :: measure
 
     title = trim(measure%quantity) // " " // trim(measure_names(measure%kind)) // " (" // trim(measure%unit) // ")"
   end function title_of
 
-  !> Columns of sweep.csv by their numbers, 0 for none, times a factor.
+  !> Panel with a logarithmic axis for columns of sweep.csv, given by their numbers (0 for none) and multiplied by a factor.
   pure function logarithmic_panel(column, titles, factor, label, x, style, shades) result(lines)
     integer, intent(in) :: column(:)
     character(len=*), intent(in) :: titles(:), factor, label, x, style, shades
@@ -214,7 +214,7 @@ contains
     lines = lines // newline
   end function logarithmic_panel
 
-  !> Over two parameters: ln |rho| as a chart, and all other columns that the input names.
+  !> Charts over two parameters: ln |rho|, and all other columns that the input names.
   function plot_chart(plan, column, growth_label, found) result(figure)
     type(sweep_plan_type), intent(in) :: plan
     integer, intent(in) :: column(sweep_columns)
@@ -259,7 +259,7 @@ contains
 
   contains
 
-    !> A chart of `value`, an expression of gnuplot's, `signed` where it is negative for what is stable.
+    !> Adds a chart of `value`, a gnuplot expression. `signed`: true if stable points have negative values.
     subroutine add(value, label, signed)
       character(len=*), intent(in) :: value, label
       logical, intent(in) :: signed
@@ -278,7 +278,7 @@ contains
       charts = charts // "plot 'sweep.csv' using (X(column(1))):(Y(column(2))):(" // value // ") with image @over" // newline
     end subroutine add
 
-    !> A chart of the decimal logarithm of a column.
+    !> Adds a chart of the decimal logarithm of a column.
     subroutine add_decades(number, name)
       integer, intent(in) :: number
       character(len=*), intent(in) :: name
@@ -288,7 +288,7 @@ contains
 
   end function plot_chart
 
-  !> ln |rho| of the greatest multiplier.
+  !> Expression for ln |rho| of the largest multiplier.
   pure function growth_of(column) result(expression)
     integer, intent(in) :: column(sweep_columns)
     character(len=:), allocatable :: expression

@@ -1,4 +1,4 @@
-!> The report on a sweep for people.
+!> Text report on a sweep.
 module gestell_task_sweep_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
@@ -18,7 +18,7 @@ module gestell_task_sweep_report
 
 contains
 
-  !> What was ordered: axes, points, tiles, engine.
+  !> Heading: axes, number of points and tiles, engine.
   pure function report_grid(plan) result(report)
     type(sweep_plan_type), intent(in) :: plan
     character(len=:), allocatable :: report
@@ -36,7 +36,7 @@ contains
     end do
   end function report_grid
 
-  !> What was found.
+  !> Results: number of points with each verdict, range of rho_max, and motions beyond the range of linear equations.
   pure function report_sweep(plan, summary) result(report)
     type(sweep_plan_type), intent(in) :: plan
     type(summary_type), intent(in) :: summary
@@ -70,7 +70,7 @@ contains
     end if
   end function report_sweep
 
-  !> What the points rest on.
+  !> Line on the number of solutions, and on the points that were compared with separate solutions.
   pure function evidence_line(summary) result(line)
     type(summary_type), intent(in) :: summary
     character(len=:), allocatable :: line
@@ -81,7 +81,7 @@ contains
     line = line // newline
   end function evidence_line
 
-  !> A modulus, or that it overflows.
+  !> A modulus, or a note that it overflows.
   pure function within_range(value) result(words)
     real(dp), intent(in) :: value
     character(len=:), allocatable :: words

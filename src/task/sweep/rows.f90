@@ -1,4 +1,4 @@
-!> The rows of a sweep in the file that becomes its table: each tile in its places.
+!> Rows of a sweep in the file that becomes its table, each tile at its own positions.
 module gestell_task_sweep_rows
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_files, only: close_file, last_reason, open_to_read, open_to_write, read_at, write_whole
@@ -16,7 +16,7 @@ module gestell_task_sweep_rows
 
 contains
 
-  !> The checksum of a tile's rows in the open file, whose head has so many bytes; 0 where they cannot be read.
+  !> Checksum of a tile's rows in the open file, whose header has `head` bytes; 0 if they cannot be read.
   integer(int64) function checksum_of(layout, rows, head, tile) result(checksum)
     type(layout_type), intent(in) :: layout
     integer(c_int), intent(in) :: rows
@@ -37,7 +37,7 @@ contains
     if (.not. done) checksum = 0
   end function checksum_of
 
-  !> The rows of a piece from the open file.
+  !> Reads the rows of a piece from the open file.
   subroutine read_piece(layout, rows, head, piece, bytes, done)
     type(layout_type), intent(in) :: layout
     integer(c_int), intent(in) :: rows
@@ -50,7 +50,7 @@ contains
     call read_at(rows, head + layout%place(piece%first) + 1, bytes, done)
   end subroutine read_piece
 
-  !> The numbers of all points, for those who want them in memory. Error: they cannot be read.
+  !> Reads the numbers of all points into memory. Error: they cannot be read.
   subroutine read_values(layout, name, head, values, error)
     type(layout_type), intent(in) :: layout
     character(len=*), intent(in) :: name
@@ -80,14 +80,17 @@ contains
     if (.not. done) call fatal_error(error, name // ": cannot be read any more", failed_computation)
   end subroutine read_values
 
-  !> Writes the rows of a tile; `values` of shape (numbers, points of the second axis, of the first). `checksum`: of their bytes.
-  !> Error: they cannot be written.
+  !> Writes the rows of a tile. Error: they cannot be written.
   subroutine write_tile(layout, name, head, tile, values, checksum, error)
+    !> Path of the file
     type(layout_type), intent(in) :: layout
+    !> Bytes of the header before the rows
     character(len=*), intent(in) :: name
     integer(int64), intent(in) :: head
     type(tile_type), intent(in) :: tile
+    !> Results of the tile, shape (numbers, points of the second axis, points of the first axis)
     real(dp), contiguous, intent(in) :: values(:, :, :)
+    !> Checksum of the written bytes
     integer(int64), intent(out) :: checksum
     type(error_type), allocatable, intent(out) :: error
     type(piece_type), allocatable :: pieces(:)
@@ -102,7 +105,7 @@ contains
     done = handle >= 0
     do k = 1, size(pieces)
       if (.not. done) exit
-      ! a piece reaches from side to side of its tile
+      ! A piece extends over the whole second axis of its tile.
       first = pieces(k)%first(1) - tile%first(1) + 1
       last = pieces(k)%last(1) - tile%first(1) + 1
       rows = layout%rows(pieces(k)%first, values(:, :, first:last))
@@ -112,7 +115,8 @@ contains
     call end_writing(handle, done, name // ": tile " // text(tile%number), error)
   end subroutine write_tile
 
-  !> Closes a file that was opened to write. Error: the last call was not `done`, or closing fails; `name`: what was written.
+  !> Closes a file that was opened for writing. Error: the last write was not `done`, or closing fails; `name` is named in the
+  !> message.
   subroutine end_writing(handle, done, name, error)
     integer(c_int), intent(in) :: handle
     logical, intent(in) :: done

@@ -1,4 +1,4 @@
-!> What the points of a sweep tell together.
+!> Summary of the points of a sweep.
 module gestell_task_sweep_summary
   use gestell_base_kinds, only: dp
   use gestell_base_verdict, only: last_number, verdict_numbered, verdict_type
@@ -13,25 +13,25 @@ module gestell_task_sweep_summary
 
   public :: big
 
-  !> A verdict and the number of points that have it.
+  !> A verdict and the number of points with this verdict.
   type, public :: verdict_count_type
     type(verdict_type) :: verdict
     integer(int64) :: points = 0
   end type verdict_count_type
 
-  !> Components of eight bytes each: `transfer` makes words of a file of them.
+  !> Summary. All components have eight bytes, so that `transfer` can convert them to words of a file.
   type, public :: summary_type
     integer(int64) :: points = 0
-    !> Points of each verdict, by its number; zeros if the column was not requested.
+    !> Number of points with each verdict, by its number; zeros if the column is not requested.
     integer(int64) :: verdicts(0:last_number) = 0
-    !> Range of rho_max and the point of the greatest, on each axis; nothing was found while least > most.
+    !> Smallest and largest rho_max, and indices of the point with the largest on each axis; least > most if there is none.
     real(dp) :: least = huge(1.0_dp), most = -huge(1.0_dp)
     integer(int64) :: where(2) = 0
-    !> Points at which the frame turns too far for linear equations, the greatest turn of all (rad) and the degree of freedom that
-    !> makes it.
+    !> Number of points at which the frame rotates too far for linear equations; degree of freedom with the largest rotation, and
+    !> its amplitude (rad).
     integer(int64) :: turned = 0, furthest = 0
     real(dp) :: greatest_turn = 0
-    !> As in tile_results_type, of all tiles.
+    !> Sums and maximum over all tiles, as in tile_results_type.
     integer(int64) :: solutions = 0, checks = 0
     real(dp) :: deviation = 0
   contains
@@ -43,12 +43,12 @@ module gestell_task_sweep_summary
   end type summary_type
 
   type(summary_type), parameter :: nothing = summary_type()
-  !> Words of a summary.
+  !> Number of 64-bit words of a summary.
   integer, parameter, public :: summary_words = storage_size(nothing) / storage_size(0_int64)
 
 contains
 
-  !> How a tile was computed.
+  !> Adds the statistics of the computation of a tile.
   pure subroutine add_tile(self, results)
     class(summary_type), intent(inout) :: self
     type(tile_results_type), intent(in) :: results
@@ -58,8 +58,8 @@ contains
     self%deviation = max(self%deviation, results%deviation)
   end subroutine add_tile
 
-  !> Points, values of shape (requested columns, points of the second axis, points of the first), of which the first is
-  !> point `first` on the axes.
+  !> Adds points, whose block begins at point `first` of the axes. `values` has the shape (requested columns, points of the second
+  !> axis, points of the first axis).
   pure subroutine add_points(self, options, first, values)
     class(summary_type), intent(inout) :: self
     type(sweep_options), intent(in) :: options
@@ -89,7 +89,7 @@ contains
         end associate
       case (xi_peak:last_peak)
         if (.not. is_rotation(ordered(k) - xi_peak + 1)) cycle
-        ! a comparison with NaN would raise a floating-point exception
+        ! A comparison with NaN would raise a floating-point exception.
         associate (peaks => merge(0.0_dp, values(k, :, :), ieee_is_nan(values(k, :, :))))
           turns = turns .or. peaks > small_turn
           greatest = maxval([0.0_dp, peaks])
@@ -98,13 +98,13 @@ contains
         self%greatest_turn = greatest
         self%furthest = ordered(k) - xi_peak + 1
       case default
-        ! nothing is said of the other columns
+        ! The summary does not use the other columns.
       end select
     end do
     self%turned = self%turned + count(turns)
   end subroutine add_points
 
-  !> The verdicts that occur, in the order of their numbers in files.
+  !> Verdicts that occur, in the order of their numbers in files.
   pure function verdict_counts(self) result(list)
     class(summary_type), intent(in) :: self
     type(verdict_count_type), allocatable :: list(:)
@@ -113,7 +113,7 @@ contains
     list = pack([(verdict_count_type(verdict_numbered(k), self%verdicts(k)), k = 0, last_number)], self%verdicts > 0)
   end function verdict_counts
 
-  !> What other points tell. Of greatest ones that are equal the first in the grid's order is told.
+  !> Adds the summary of other points. Of equal maxima the first in the order of the grid is kept.
   pure subroutine add(self, other)
     class(summary_type), intent(inout) :: self
     type(summary_type), intent(in) :: other
@@ -133,7 +133,7 @@ contains
     self%deviation = max(self%deviation, other%deviation)
   end subroutine add
 
-  !> How many points have which verdict, in words.
+  !> Text with the number of points of each verdict.
   pure function tally(self) result(words)
     class(summary_type), intent(in) :: self
     character(len=:), allocatable :: words
@@ -148,7 +148,7 @@ contains
     end do
   end function tally
 
-  !> A whole number that may be large.
+  !> Text of a whole number that may be large.
   pure function big(number) result(text)
     integer(int64), intent(in) :: number
     character(len=:), allocatable :: text

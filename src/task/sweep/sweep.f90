@@ -1,4 +1,4 @@
-!> A tile of a sweep: by expansions over cells where that pays, else point by point.
+!> Solves a tile of a sweep by expansions over cells where these are faster, otherwise point by point.
 module gestell_task_sweep
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -19,20 +19,22 @@ module gestell_task_sweep
 
   public :: solve_tile
 
-  !> Cells with fewer points are not worth a plan: it takes some hundred solutions.
+  !> Minimum number of points of a cell to be planned: planning takes several hundred solutions.
   integer, parameter :: least_points = 400
-  !> Points of a cell that are compared with solutions of their own.
+  !> Number of points of a cell that are compared with separate solutions.
   integer, parameter :: checked_points = 3
 
   character(len=*), parameter :: engines(3) = [character(len=9) :: "auto", "expansion", "direct"]
 
 contains
 
-  !> The points of `tile`. Errors: a grid, tile, engine or accuracy that makes no sense, or the parameters of a point.
+  !> Solves the points of `tile`. Errors: grid, tile, engine, accuracy or the parameters of a point are invalid.
   subroutine solve_tile(family, grid, tile, options, results, error)
+    !> Machines over the parameters of the grid
     class(family_type), intent(in), target :: family
     type(grid_type), intent(in) :: grid
     type(tile_type), intent(in) :: tile
+    !> Engine, columns, measures and accuracy
     type(sweep_options), intent(in) :: options
     type(tile_results_type), intent(out), target :: results
     type(error_type), allocatable, intent(out) :: error
@@ -92,7 +94,7 @@ contains
     end select
   end subroutine solve_cell
 
-  !> By an expansion. `plan` becomes the axis to split where the expansion does not hold.
+  !> Solves a cell by an expansion. If the expansion is not accurate enough, `plan` becomes the axis along which to split the cell.
   subroutine expand_cell(problem, cell, variables, points, sampler, plan, error)
     type(problem_type), intent(in) :: problem
     type(tile_type), intent(in) :: cell
@@ -117,8 +119,9 @@ contains
     call evaluate(problem, cell, sampler, expansion, perturbations, error)
   end subroutine expand_cell
 
-  !> Compares the expansion with solutions of their own at points drawn at random. `fits`: none deviates by more than
-  !> `perturbations` (of Phi(T), of all numbers) and its own bound; `deviation`: the greatest one, relative to Phi.
+  !> Compares the expansion with separate solutions at random points. `fits`: true if no deviation exceeds `perturbations` (of
+  !> Phi(T), of all numbers) plus the bound of the separate solution. `deviation`: largest deviation relative to the separate
+  !> solution.
   subroutine check_cell(problem, cell, expansion, perturbations, sampler, deviation, fits)
     type(problem_type), intent(in) :: problem
     type(tile_type), intent(in) :: cell
@@ -133,7 +136,7 @@ contains
     integer :: ends(2), part
 
     deviation = 0
-    ! Phi(T) by itself, and with x_p(T).
+    ! Phi(T) alone, and together with x_p(T).
     ends = [size(sampler%scale)**2, size(own)]
     points = random_points(cell, checked_points)
     do k = 1, checked_points
@@ -152,7 +155,7 @@ contains
     end do
   end subroutine check_cell
 
-  !> Compares the peaks, where the expansion has them, with those of a solution of their own.
+  !> Compares the peaks from the expansion, where it gives any, with the peaks of a separate solution.
   subroutine check_peaks(problem, parameters, sampler, numbers, perturbation, fits)
     type(problem_type), intent(in) :: problem
     real(dp), intent(in) :: parameters(:), numbers(:), perturbation

@@ -1,4 +1,4 @@
-!> The task `sweep`: many machines, tile by tile, by threads, by parts, now or after an interruption.
+!> The task `sweep`: solves many machines, tile by tile, in several threads or separate parts, and continues after an interruption.
 module gestell_task_sweep_task
   use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
   use gestell_base_kinds, only: dp
@@ -37,8 +37,8 @@ module gestell_task_sweep_task
     procedure :: settle
   end type sweep_task
 
-  !> A piece is a tile, which is stored, or kept where `values` is allocated, shape (numbers, points of the second axis, of the
-  !> first).
+  !> Computation of tiles; each piece of work is one tile. It is stored in a file, or kept in `values` if this is allocated, shape
+  !> (numbers, points of the second axis, points of the first axis).
   type, extends(work_type) :: tiles_type
     type(locked_family_type) :: family
     type(sweep_plan_type) :: plan
@@ -63,7 +63,7 @@ contains
     self%shared = .true.
   end subroutine describe
 
-  !> Error: a verdict is wanted and not ordered.
+  !> Checks the options of the run. Error: the verdict is required for the exit code but not requested as a column.
   subroutine prepare(context, error)
     type(context_type), intent(in) :: context
     type(error_type), allocatable, intent(out) :: error
@@ -118,7 +118,7 @@ contains
           return
         end if
         if (context%executor%together) then
-          ! not all file systems keep what two processes write beside each other
+          ! Some file systems lose data if two processes write to neighbouring places.
           call self%campaign%look(context%executor%share_of(size(mine)))
           call context%executor%share_marks(self%campaign%done)
           if (.not. all(self%campaign%done)) then
@@ -144,8 +144,8 @@ contains
     if (judgement%verdict /= not_judged) call result%judge(judgement)
   end subroutine run
 
-  !> What there is of the tiles `mine`: each of several processes looks for its share, after one has begun where they are new.
-  !> Errors: blocks that do not fit; the folder cannot be made, or is not the same for all.
+  !> Opens the campaign for the tiles `mine`. One process begins it if it is new, then each process examines its share of the tiles.
+  !> Errors: the stored tiles do not belong to this input; the folder cannot be made, or is not shared by all processes.
   subroutine open_together(context, mine, campaign, error)
     type(context_type), intent(in) :: context
     logical, intent(in) :: mine(:)
@@ -174,7 +174,7 @@ contains
     call context%executor%share_marks(campaign%damaged)
   end subroutine open_together
 
-  !> The table of the tiles that are done, its picture and its report. Error: tiles are missing; it cannot be written.
+  !> Reports the finished sweep: the table, its picture and its text. Error: tiles are missing; the table cannot be written.
   subroutine tell_sweep(context, campaign, summary, result, error)
     type(context_type), intent(in) :: context
     type(campaign_type), intent(inout) :: campaign
@@ -195,7 +195,7 @@ contains
     end associate
   end subroutine tell_sweep
 
-  !> Room for all points. Error: there is none; `option`: what to leave out then.
+  !> Allocates memory for all points. Error: there is not enough; the message names the `option` to omit.
   subroutine allocate_values(plan, option, values, error)
     type(sweep_plan_type), intent(in) :: plan
     character(len=*), intent(in) :: option
@@ -210,7 +210,7 @@ contains
       & failed_computation)
   end subroutine allocate_values
 
-  !> The table with its picture, and what is told of it.
+  !> Adds the table with its picture, and the text of the report.
   subroutine tell_found(context, summary, table, result)
     type(context_type), intent(in) :: context
     type(summary_type), intent(in) :: summary
@@ -233,14 +233,14 @@ contains
     end associate
   end subroutine tell_found
 
-  !> Gives its folder back.
+  !> Removes the folder of the stored tiles.
   subroutine settle(self)
     class(sweep_task), intent(inout) :: self
 
     call self%campaign%clear()
   end subroutine settle
 
-  !> Computes and stores those of `mine` that are not done.
+  !> Computes and stores those tiles of `mine` that are not finished.
   subroutine compute_tiles(context, campaign, mine, error)
     type(context_type), intent(inout) :: context
     type(campaign_type), intent(inout) :: campaign
@@ -255,11 +255,11 @@ contains
     work%campaign = campaign
     call context%executor%spread(work, pending, error, points_of(work%plan, pending))
     campaign = work%campaign
-    ! other processes have done some of them
+    ! Other processes have finished some of them.
     if (.not. allocated(error)) campaign%done(pending) = .true.
   end subroutine compute_tiles
 
-  !> Computes all points at once, nothing is stored.
+  !> Computes all points at once, without storing them in files.
   subroutine compute_all(context, summary, table, error)
     type(context_type), intent(inout) :: context
     type(summary_type), intent(out) :: summary
@@ -276,7 +276,7 @@ contains
     end associate
     if (allocated(error)) return
     call summary%add_points(work%plan%options, [1, 1], work%values)
-    ! not of the copy in `work`: gfortran 12 loses the length of its paths
+    ! Use the original plan: gfortran 12 loses the length of the paths in the copy in `work`.
     table = table_of(context%configuration%plan, work%values)
   end subroutine compute_all
 
@@ -305,7 +305,7 @@ contains
     end if
   end subroutine compute
 
-  !> Points of each of these tiles.
+  !> Number of points of each of these tiles.
   pure function points_of(plan, tiles) result(points)
     type(sweep_plan_type), intent(in) :: plan
     integer, intent(in) :: tiles(:)

@@ -1,4 +1,4 @@
-!> Cells of a tile: what one expansion covers.
+!> Cells of a tile: the range of points that one expansion covers.
 module gestell_task_sweep_expansion_cell
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -14,7 +14,7 @@ module gestell_task_sweep_expansion_cell
 
   public :: cell_points, halves, plan_cell, random_points
 
-  !> A tile to be solved: the machines, their grid, what is wanted of each, and what has been found so far.
+  !> A tile to be solved: the machines, their grid, the requested columns, and the results so far.
   type, public :: problem_type
     class(family_type), pointer :: family => null()
     type(grid_type) :: grid
@@ -25,20 +25,20 @@ module gestell_task_sweep_expansion_cell
     procedure :: solve_single
   end type problem_type
 
-  !> What becomes of a cell: it is expanded, solved point by point, or split along an axis.
+  !> Decision on a cell: expand it, or solve it point by point; a positive number is the axis along which to split it.
   integer, parameter, public :: expand_it = 0, solve_it = -1
-  !> Part of the tolerance that the terms beyond may add up to on a line: a cell has more terms than a line.
+  !> Part of the tolerance allowed for the sum of the omitted terms on a line; a cell has more terms than a line.
   real(dp), parameter :: part_of_tolerance = 1 / 16.0_dp
-  !> Points more than a line needs: the last terms of the cell's series are to tell what is missing.
+  !> Points in addition to those that a line needs, so that the last terms of the cell's series can estimate the truncation error.
   integer, parameter :: margin = 2
-  !> Points that an axis needs at least where there are two.
+  !> Minimum number of points on an axis if there are two axes.
   integer, parameter :: fewest = 5
-  !> Points that an expansion needs are looked for in all variables where they are more than this.
+  !> All variables are tried if the expansion in the first one needs more points than this.
   integer, parameter :: few_points = 20
 
 contains
 
-  !> Solves point (i, j) by itself. Error: as of `solve_point`.
+  !> Solves the single point (i, j). Error: as in `solve_point`.
   subroutine solve_single(self, i, j, error)
     class(problem_type), intent(in) :: self
     integer, intent(in) :: i, j
@@ -53,27 +53,32 @@ contains
     end associate
   end subroutine solve_single
 
-  !> The number of points of a cell.
+  !> Number of points of a cell.
   pure integer function cell_points(cell)
     type(tile_type), intent(in) :: cell
 
     cell_points = product(cell%last - cell%first + 1)
   end function cell_points
 
-  !> Decides on a cell by expansions along lines through it: both edges and the middle, along each axis. `plan`: `expand_it`
-  !> with the variables and their points, `solve_it`, or the axis along which to split.
+  !> Decides about a cell by expansions along lines through it: both edges and the middle, along each axis. `plan`: `expand_it` with
+  !> the variables and their numbers of points, `solve_it`, or the axis along which to split.
   subroutine plan_cell(problem, cell, sampler, variables, points, plan)
+    !> The tile to be solved
     type(problem_type), intent(in) :: problem
+    !> Part of the tile
     type(tile_type), intent(in) :: cell
+    !> Integrates the machines of the cell by one common method
     type(sampler_type), intent(out) :: sampler
+    !> Variable of the expansion for each axis
     type(variable_type), allocatable, intent(out) :: variables(:)
+    !> Number of Chebyshev points along each axis; the decision
     integer, intent(out) :: points(2), plan
     logical :: fits
     integer :: axis, side, needed, most, middle(2), tried(2)
     real(dp) :: line(size(problem%grid%axes)), tolerance
 
     points = 1
-    ! the axis with the most points
+    ! By default split along the axis with the most points.
     plan = maxloc(cell%last - cell%first, dim=1)
     middle = (cell%first + cell%last) / 2
     associate (grid => problem%grid, options => problem%options)
@@ -110,12 +115,13 @@ contains
       end do
     end associate
     plan = expand_it
-    ! A solution with its bounds is three expansions' points at least.
+    ! One solution with its error bound costs at least as much as three points of an expansion.
     if (problem%options%engine == "auto" .and. 2 * product(points) > cell_points(cell)) plan = solve_it
   end subroutine plan_cell
 
-  !> Whether an expansion may be quicker than solutions of their own: of two axes one at least needs no more points than the root of
-  !> what pays. `tried`: the points that an axis needs, 0: more, -1: not tried.
+  !> Finds out if an expansion may be faster than separate solutions. This requires that at least one of two axes needs no more
+  !> points than the square root of the largest useful number. `tried`: number of points that an axis needs; 0: too many; -1: not
+  !> tried.
   subroutine try_to_pay(sampler, middle, tolerance, variables, options, cell, tried, fits)
     type(sampler_type), intent(inout) :: sampler
     real(dp), intent(in) :: middle(:), tolerance
@@ -136,8 +142,8 @@ contains
     end do
   end subroutine try_to_pay
 
-  !> The most points of an expansion along an axis with which it is quicker than solutions of their own, with `others` points along
-  !> the other one: two of its points cost as much as a solution with its bounds.
+  !> Largest number of points along an axis for which an expansion is faster than separate solutions, with `others` points along the
+  !> other axis. Two points of the expansion cost as much as one solution with its error bound.
   pure integer function most_useful(options, cell, others) result(most)
     type(sweep_options), intent(in) :: options
     type(tile_type), intent(in) :: cell
@@ -147,7 +153,7 @@ contains
     if (options%engine == "auto") most = cell_points(cell) / (2 * others)
   end function most_useful
 
-  !> The variable that needs the fewest points along a line.
+  !> Finds the variable that needs the fewest points along a line.
   subroutine best_variable(sampler, axis, line, tolerance, most, variable, points, fits)
     type(sampler_type), intent(inout) :: sampler
     integer, intent(in) :: axis
@@ -158,7 +164,7 @@ contains
     logical, intent(out) :: fits
     type(variable_type) :: other
     integer :: kind, needed
-    !> Ratio of the ends of a range above which its variables differ.
+    !> Below this ratio of the ends of a range its variables hardly differ.
     real(dp), parameter :: wide = 1.5_dp
 
     call count_points(sampler, axis, variable, line, tolerance, most, points, fits)
@@ -177,7 +183,7 @@ contains
     end do
   end subroutine best_variable
 
-  !> The corners of a cell and its middle, shape (axes, corners).
+  !> Corners of a cell and its middle, shape (axes, corners).
   pure function corners(grid, cell)
     type(grid_type), intent(in) :: grid
     type(tile_type), intent(in) :: cell
@@ -192,7 +198,7 @@ contains
     if (size(grid%axes) == 1) corners = corners(:, [1, 2, 5])
   end function corners
 
-  !> A cell's halves along an axis.
+  !> Halves of a cell along an axis.
   pure function halves(cell, axis)
     type(tile_type), intent(in) :: cell
     integer, intent(in) :: axis
@@ -203,8 +209,8 @@ contains
     halves(2)%first(axis) = halves(1)%last(axis) + 1
   end function halves
 
-  !> Points of a cell drawn at random, always the same ones; shape (2, n). (The generator of S. K. Park and K. W. Miller,
-  !> Communications of the ACM 31 (1988) 1192.)
+  !> Random points of a cell, the same in every run; shape (2, n). (Generator of S. K. Park and K. W. Miller, Communications of the
+  !> ACM 31 (1988) 1192.)
   pure function random_points(cell, n) result(points)
     type(tile_type), intent(in) :: cell
     integer, intent(in) :: n

@@ -1,4 +1,4 @@
-!> The columns of a sweep at the points of a cell, from the expansion over it.
+!> Evaluates the columns of a sweep at the points of a cell from the expansion over the cell.
 module gestell_task_sweep_expansion_evaluation
   use gestell_math_lanes_products, only: combine
   use gestell_math_lanes, only: lanes, vector_border
@@ -21,13 +21,16 @@ module gestell_task_sweep_expansion_evaluation
 
 contains
 
-  !> Sets the results in `cell`, a part of the tile; `perturbations` bound the errors of Phi(T) and of all numbers in norm. A
-  !> point whose vibration is not known, beside a resonance, gets a solution of its own. Error: that of a point.
+  !> Computes the results in `cell`, a part of the tile. A point close to resonance, where the expansion is not accurate enough for
+  !> the vibration, is solved separately. Error: that of such a point.
   subroutine evaluate(problem, cell, sampler, expansion, perturbations, error)
+    !> The tile and its results
     type(problem_type), intent(in) :: problem
     type(tile_type), intent(in) :: cell
+    !> Integrates the machines of the cell by one common method
     type(sampler_type), intent(in) :: sampler
     type(expansion_type), intent(in) :: expansion
+    !> Bounds on the errors of Phi(T) and of all numbers of the expansion, in norm
     real(dp), intent(in) :: perturbations(2)
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: lines(:, :, :), points(:, :, :), blocks(:, :, :), eight(:, :, :), columns(:, :)
@@ -37,7 +40,7 @@ contains
     along = cell%last - cell%first + 1
     first = cell%first - problem%tile%first + 1
     associate (grid => problem%grid, axes => size(problem%grid%axes), values => problem%results%values)
-      ! A single axis is the second of the expansion.
+      ! A single axis is the second axis of the expansion.
       if (axes == 1) along = [1, along(1)]
       lines = expansion%factors(1, grid%axes(1)%value([(cell%first(1) + i, i = 0, along(1) - 1)]))
       points = expansion%factors(2, grid%axes(axes)%value([(cell%first(axes) + i, i = 0, along(2) - 1)]))
@@ -53,7 +56,7 @@ contains
         end do
       end do
       if (.not. sampler%parts%forced) return
-      ! points without a peak
+      ! Solve the points without a peak separately.
       last = findloc(ordered >= xi_peak, .true., dim=1, back=.true.)
       do i = cell%first(1), cell%last(1)
         do j = cell%first(2), cell%last(2)
@@ -65,14 +68,15 @@ contains
     end associate
   end subroutine evaluate
 
-  !> The columns along a line of points, shape (points, columns), from the values at the points of the series and their factors.
+  !> Computes the columns along a line of points, shape (points, columns), from the values at the points of the series and the
+  !> interpolation factors.
   subroutine set_columns(options, sampler, factors, line, perturbations, columns)
     type(sweep_options), intent(in) :: options
     type(sampler_type), intent(in) :: sampler
     real(dp), contiguous, intent(in) :: factors(:, :, :), line(:, :)
     real(dp), intent(in) :: perturbations(2)
     real(dp), contiguous, intent(inout) :: columns(:, :)
-    ! On the border of a vector: the numbers of eight points, and their motions.
+    ! Memory aligned for vectors: the numbers of eight points, and their motions.
     real(dp), allocatable, target :: room(:)
     integer :: numbers, border
 
@@ -123,7 +127,7 @@ contains
       call peaks_of_motion(sampler, values, motion, filled, perturbations(2), peak_limit(options), peaks, known)
       do i = 1, filled
         if (.not. known(i)) then
-          ! A degree of freedom that is locked rests, but is as little known.
+          ! A locked degree of freedom is at rest, but is also marked as unknown.
           columns(first + i - 1, xi_peak:last_peak) = ieee_value(1.0_dp, ieee_quiet_nan)
         else
           columns(first + i - 1, xi_peak - 1 + sampler%free) = peaks(i, :)

@@ -1,5 +1,5 @@
-!> The motion of a family over a cell, a range of one or two parameters, as a Chebyshev series. The maps of the parts of a period
-!> are analytic functions of nearly all parameters, eigenvalues are not: the series is for the matrices.
+!> Expansion of the motion of a family over a cell, a range of one or two parameters, as a Chebyshev series. The matrices of the
+!> parts of a period are analytic functions of nearly all parameters. Their eigenvalues are not, so the matrices are expanded.
 module gestell_task_sweep_expansion
   use gestell_math_series_chebyshev, only: chebyshev_coefficients, chebyshev_points, chebyshev_values
   use gestell_base_kinds, only: dp
@@ -13,15 +13,15 @@ module gestell_task_sweep_expansion
   public :: expand
 
   type, public :: expansion_type
-    !> One or two.
+    !> Variables of the two axes; a single axis is the second.
     type(variable_type) :: variables(2)
-    !> Points of the series on both axes, numbers that are expanded.
+    !> Number of points of the series along both axes; number of expanded numbers.
     integer :: points(2) = 1, numbers = 0
-    !> Values at the points: (points of the second axis, numbers and what fills them up to fours, eight at least, points of the
-    !> first). A single axis is the second.
+    !> Values at the points, shape (points(2), numbers, points(1)). The second extent is padded to a multiple of four, at least
+    !> eight. A single axis is the second.
     real(dp), allocatable :: values(:, :, :)
-    !> Bound on what the missing terms add up to, in norm; the greatest norms of Phi(T) and of [Phi(T) x_p(T)] at a point,
-    !> and the least of Phi(T): beside the motion Phi(T) may be small.
+    !> `rest`: bound on the sum of the omitted terms, in norm. `greatest`: largest norms of Phi(T) and of [Phi(T) x_p(T)] at the
+    !> points. `least`: smallest norm of Phi(T), which may be small compared with the motion.
     real(dp) :: rest = 0, greatest(2) = 0, least = 0
   contains
     procedure :: factors
@@ -32,7 +32,7 @@ module gestell_task_sweep_expansion
 
 contains
 
-  !> Samples the sampler's family at points(1) times points(2) Chebyshev points. `fits` is false where a member has no solution.
+  !> Samples the sampler's family at points(1) times points(2) Chebyshev points. `fits` is false if a member has no solution.
   subroutine expand(expansion, sampler, variables, points, fits)
     type(expansion_type), intent(out) :: expansion
     type(sampler_type), intent(inout) :: sampler
@@ -69,13 +69,13 @@ contains
         end do
       end do
     end associate
-    ! What the parts miss adds up in Phi(T).
+    ! Truncation errors of the parts add up in Phi(T).
     expansion%rest = reach * sqrt(real(sampler%parts%parts, dp)) * missing(expansion)
   end subroutine expand
 
-  !> An estimate of what the missing terms add up to: by the last two that are there, an even and an odd one, on both axes.
-  !> Terms of an analytic function fall by a factor at least; what follows is taken as no more than the last two, and
-  !> interpolation on the other axis enlarges it by less than four (Lebesgue's constant).
+  !> Estimated norm of the sum of the omitted terms, from the last two terms (one even, one odd) along both axes. The terms of an
+  !> analytic function decrease at least geometrically, so the omitted terms are taken to be at most as large as the last two.
+  !> Interpolation along the other axis amplifies them by less than the Lebesgue constant 4.
   pure real(dp) function missing(expansion) result(rest)
     type(expansion_type), intent(in) :: expansion
     real(dp), parameter :: lebesgue = 4
@@ -98,8 +98,8 @@ contains
     end do
   end function missing
 
-  !> The factors of the values at the points of an axis at some parameters, eight side by side and the last one repeated; shape
-  !> (lanes, points, size(parameters) / lanes, rounded up).
+  !> Interpolation factors of the points of an axis at the given parameters, in groups of eight with the last parameter repeated;
+  !> shape (lanes, points, groups).
   pure function factors(self, axis, parameters)
     class(expansion_type), intent(in) :: self
     integer, intent(in) :: axis
@@ -118,7 +118,7 @@ contains
     end associate
   end function factors
 
-  !> The values in blocks of eight at every point of the first axis, the last block up to the last value; shape (lanes, points(1),
+  !> Values in blocks of eight for each point of the first axis, the last block ending with the last value; shape (lanes, points(1),
   !> blocks).
   pure function blocks(self)
     class(expansion_type), intent(in) :: self
@@ -136,8 +136,8 @@ contains
     end do
   end function blocks
 
-  !> The values at the points of the second axis for eight points of the first by their `factors`, shape (lanes, points(1)); shape
-  !> (points(2) size(values, 2), lanes).
+  !> Computes the values at the points of the second axis for eight positions on the first axis, given by their `factors` of shape
+  !> (lanes, points(1)). The result has the shape (points(2) size(values, 2), lanes).
   pure subroutine lines(self, blocks, factors, values)
     class(expansion_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: blocks(:, :, :), factors(:, :)
@@ -148,7 +148,7 @@ contains
     terms = transpose(factors)
     do block = 1, size(blocks, 3)
       call combine(self%points(1), lanes, blocks(:, :, block), terms, sums)
-      ! The last block ends with the values: some of them stand in the one before too.
+      ! The last block ends with the last value, so it may overlap the block before.
       first = min(lanes * (block - 1), size(values, 1) - lanes) + 1
       do lane = 1, lanes
         values(first:first + lanes - 1, lane) = sums(:, lane)
@@ -156,7 +156,7 @@ contains
     end do
   end subroutine lines
 
-  !> The series at one point of the cell, shape (numbers).
+  !> Value of the series at one point of the cell, shape (numbers).
   pure function point(self, parameters) result(values)
     class(expansion_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)
@@ -165,7 +165,7 @@ contains
     real(dp), allocatable :: first(:, :, :), second(:, :, :)
     integer :: i
 
-    ! A single axis is the second; the first has one point.
+    ! A single axis is the second axis; the first axis then has one point.
     first = self%factors(1, parameters(:1))
     second = self%factors(2, parameters(size(parameters):))
     at = 0

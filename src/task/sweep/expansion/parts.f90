@@ -1,10 +1,11 @@
-!> The motion over a period as numbers: the maps of its parts, x -> A_k x + b_k in balanced units (b_k where the periodic vibration
-!> is asked for, in a unit of its own), and of the times within a part what the positions are of the state at its beginning.
-!> A part turns the vibrations by less than the period does: so much shorter are series in the parameters.
+!> The motion over a period as a list of numbers: for each part of the period the map x -> A_k x + b_k in balanced units, and for
+!> times within a part the maps from the state at its beginning to the positions. b_k is present if the periodic vibration is
+!> requested, and has a unit of its own. Vibrations turn by a smaller angle in a part than in the whole period, so series in the
+!> parameters are shorter.
 !>
-!> An error of A_k reaches the state at the beginning of part j as A_(j-1) ... A_(k+1) times it times the state before. The numbers
-!> of a part are multiplied by a weight as great as the norms of both factors: so errors, and terms that are missing of a
-!> series, count by what becomes of them.
+!> An error of A_k affects the state at the beginning of part j by the factor A_(j-1) ... A_(k+1) times the state before part k. The
+!> numbers of a part are therefore multiplied by weights equal to the norms of both factors. Errors and omitted terms of a series
+!> then count by their effect on the motion.
 module gestell_task_sweep_expansion_parts
   use gestell_base_kinds, only: dp
   use gestell_base_processor, only: vector_length
@@ -13,8 +14,9 @@ module gestell_task_sweep_expansion_parts
   implicit none (type, external)
   private
 
-  !> `states` states, and one column more than them where `forced`. Numbers: part after part, [A_k b_k] row by row, then the same
-  !> for the positions at each of the `between` times within the part. Weights of the maps and of the times, shape (parts).
+  !> Sizes and weights. There are `states` states and, if `forced`, one more column. Order of the numbers: part after part, [A_k
+  !> b_k] row by row, then the same for the positions at each of the `between` times within the part. `of_map`, `of_times`: weights
+  !> of the maps and of the times, shape (parts).
   type, public :: parts_type
     integer :: states = 0, parts = 1, between = 0
     logical :: forced = .false.
@@ -41,21 +43,21 @@ contains
     columns = self%states + merge(1, 0, self%forced)
   end function columns
 
-  !> How many numbers there are.
+  !> Number of all numbers.
   pure integer function numbers(self)
     class(parts_type), intent(in) :: self
 
     numbers = self%times_at(self%parts + 1, 1) - 1 - self%states * self%columns()
   end function numbers
 
-  !> How many there are of Phi(T) and x_p(T).
+  !> Number of elements of Phi(T) and x_p(T).
   pure integer function numbers_of_period(self)
     class(parts_type), intent(in) :: self
 
     numbers_of_period = self%states * self%columns()
   end function numbers_of_period
 
-  !> The first number of the map of a part.
+  !> Index of the first number of the map of a part.
   pure integer function map_at(self, part)
     class(parts_type), intent(in) :: self
     integer, intent(in) :: part
@@ -63,7 +65,7 @@ contains
     map_at = self%times_at(part, 1) - self%states * self%columns()
   end function map_at
 
-  !> The first number of a time within a part.
+  !> Index of the first number of a time within a part.
   pure integer function times_at(self, part, time)
     class(parts_type), intent(in) :: self
     integer, intent(in) :: part, time
@@ -71,7 +73,7 @@ contains
     times_at = 1 + self%columns() * (part * self%states + ((part - 1) * self%between + time - 1) * (self%states / 2))
   end function times_at
 
-  !> The weights that these numbers without weights need, shape (numbers, samples).
+  !> Sets the weights from numbers without weights, shape (numbers, samples).
   pure subroutine set_weights(self, values)
     class(parts_type), intent(inout) :: self
     real(dp), intent(in) :: values(:, :)
@@ -87,7 +89,7 @@ contains
     end do
   end subroutine set_weights
 
-  !> Numbers with their weights, shape (numbers).
+  !> The numbers multiplied by their weights, shape (numbers).
   pure function weighted(self, values)
     class(parts_type), intent(in) :: self
     real(dp), intent(in) :: values(:)
@@ -102,7 +104,7 @@ contains
     end do
   end function weighted
 
-  !> Phi(T) column by column and x_p(T), of weighted numbers; shape (numbers_of_period).
+  !> Phi(T), column by column, and x_p(T), computed from weighted numbers; shape (numbers_of_period).
   pure function period(self, values)
     class(parts_type), intent(in) :: self
     real(dp), intent(in) :: values(:)
@@ -117,7 +119,7 @@ contains
     period = reshape(motion, [size(motion)])
   end function period
 
-  !> Phi(T) of weighted numbers, shape (states, states).
+  !> Phi(T) computed from weighted numbers, shape (states, states).
   pure function phi(self, values)
     class(parts_type), intent(in) :: self
     real(dp), intent(in) :: values(:)
@@ -128,7 +130,7 @@ contains
     end associate
   end function phi
 
-  !> By how much the weights are too small for these weighted numbers: 1, or more.
+  !> Factor (at least 1) by which the weights are too small for these weighted numbers.
   pure real(dp) function reach(self, values)
     class(parts_type), intent(in) :: self
     real(dp), intent(in) :: values(:)
@@ -147,7 +149,7 @@ contains
     end do
   end function reach
 
-  !> What the weights of these numbers without weights would be.
+  !> Computes the weights for these numbers without weights.
   pure subroutine find_weights(self, values, of_map, of_times)
     class(parts_type), intent(in) :: self
     real(dp), intent(in) :: values(:)
@@ -174,11 +176,11 @@ contains
       of_map(k) = max(of_map(k) * of_times(k), tiny(1.0_dp))
       before = moved(self, maps(:, :, k), before)
     end do
-    ! Norms of what is told at few times or at many compare.
+    ! The root makes norms over few times and over many times comparable.
     of_times = max(of_times, tiny(1.0_dp)) / sqrt(real(self%parts * self%between + 1, dp))
   end subroutine find_weights
 
-  !> The greatest norm of what becomes of a state of size 1 by the maps of n states that follow, at the end of any of these.
+  !> Largest norm to which the following maps of n states amplify a state of size 1, at the end of any of them.
   pure real(dp) function greatest_behind(n, maps) result(greatest)
     integer, intent(in) :: n
     real(dp), intent(in) :: maps(:, :, :)
@@ -193,14 +195,15 @@ contains
     end do
   end function greatest_behind
 
-  !> A bound on |M|, the norm as an operator, at most the root of the number of rows or columns above it; 1 for E.
+  !> Upper bound of the spectral norm |M|. It exceeds |M| at most by the square root of the number of rows or columns, and is 1 for
+  !> the unit matrix.
   pure real(dp) function norm_bound(matrix)
     real(dp), intent(in) :: matrix(:, :)
 
     norm_bound = sqrt(maxval(sum(abs(matrix), dim=1)) * maxval(sum(abs(matrix), dim=2)))
   end function norm_bound
 
-  !> [E 0].
+  !> Initial motion [E 0].
   pure function unit_motion(self) result(motion)
     class(parts_type), intent(in) :: self
     real(dp) :: motion(self%states, self%columns())
@@ -220,7 +223,7 @@ contains
     end associate
   end function map_of
 
-  !> [A Phi, A x + b] for the motion [Phi x].
+  !> Motion [A Phi, A x + b] after a map [A b], for the motion [Phi x] before it.
   pure function moved(self, map, motion)
     class(parts_type), intent(in) :: self
     real(dp), intent(in) :: map(:, :), motion(:, :)
@@ -232,8 +235,8 @@ contains
     end associate
   end function moved
 
-  !> [Phi x_p] at the ends of all parts, shape (lanes, states, columns, 0:parts), of weighted numbers of eight machines, shape
-  !> (lanes, numbers).
+  !> Computes [Phi x_p] at the ends of all parts, shape (lanes, states, columns, 0:parts), from the weighted numbers of eight
+  !> machines, shape (lanes, numbers).
   pure subroutine compose(self, values, motion)
     class(parts_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: values(:, :)
@@ -247,7 +250,7 @@ contains
     do i = 1, n
       motion(:, i, i, 0) = 1
     end do
-    ! E and 0 become the first map.
+    ! The first map acts on E and 0.
     do i = 1, n
       motion(:, i, :, 1) = values(:, columns * (i - 1) + 1:columns * i) / self%of_map(1)
     end do

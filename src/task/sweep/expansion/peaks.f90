@@ -1,4 +1,4 @@
-!> The greatest displacements of the periodic vibration of eight machines side by side, from the numbers of a sampler.
+!> Peak displacements of the periodic vibration of eight machines side by side, computed from the numbers of a sampler.
 module gestell_task_sweep_expansion_peaks
   use gestell_base_kinds, only: dp
   use gestell_math_lanes_equations, only: solve_equations
@@ -13,15 +13,20 @@ module gestell_task_sweep_expansion_peaks
 
 contains
 
-  !> max |q(t)| of the periodic motion x(t) = Phi(t) x0 + x_p(t), x0 = (E - Phi(T))^-1 x_p(T), for each position, in the units
-  !> of the states; shape (lanes, states / 2). `motion`: [Phi x_p] at the ends of the parts. The numbers' error is at most
-  !> `perturbation` in norm. `known`: so x0 is wrong by less than `limit` of its size; else there are no peaks.
+  !> Computes max |q(t)| for each position of the periodic motion x(t) = Phi(t) x0 + x_p(t), x0 = (E - Phi(T))^-1 x_p(T), in units
+  !> of the states. Digits are lost near resonance, where E - Phi(T) is nearly singular.
   subroutine peaks_of_motion(sampler, values, motion, filled, perturbation, limit, peaks, known)
+    !> Gives the sizes, units and times of the numbers
     type(sampler_type), intent(in) :: sampler
+    !> Weighted numbers, shape (lanes, numbers); [Phi x_p] at the ends of the parts, shape (lanes, states, columns, 0:parts)
     real(dp), contiguous, intent(in) :: values(:, :), motion(:, :, :, 0:)
+    !> Number of machines; the remaining lanes are not used
     integer, intent(in) :: filled
+    !> Bound on the error of the numbers, in norm; relative error of x0 that is allowed
     real(dp), intent(in) :: perturbation, limit
+    !> Peaks, shape (lanes, states / 2); 0 if they are not known
     real(dp), intent(out) :: peaks(:, :)
+    !> True if the relative error of x0 is below `limit`
     logical, intent(out) :: known(lanes)
     real(dp) :: q(lanes, sampler%times, sampler%parts%states / 2)
     real(dp) :: harmonics(lanes, size(sampler%transform, 2))
@@ -37,7 +42,7 @@ contains
     end do
   end subroutine peaks_of_motion
 
-  !> x0 in the unit of x_p, shape (lanes, states); zero where it is not `known`.
+  !> Computes x0 in the unit of x_p, shape (lanes, states); zero if it is not `known`.
   pure subroutine start(sampler, motion, filled, perturbation, limit, x0, known)
     type(sampler_type), intent(in) :: sampler
     real(dp), contiguous, intent(in) :: motion(:, :, :, 0:)
@@ -49,7 +54,7 @@ contains
     integer :: lane, i
 
     associate (n => size(x0, 2))
-      ! E - Phi, x_p.
+      ! Equations (E - Phi) x0 = x_p.
       equations = motion(:, :, :, sampler%parts%parts)
       equations(:, :, :n) = -equations(:, :, :n)
       do i = 1, n
@@ -64,7 +69,7 @@ contains
     end associate
   end subroutine start
 
-  !> The positions at all times, shape (lanes, times, states / 2): from the state at the beginning of each part.
+  !> Computes the positions at all times, shape (lanes, times, states / 2), from the state at the beginning of each part.
   pure subroutine move(sampler, values, motion, x0, q)
     type(sampler_type), intent(in) :: sampler
     real(dp), contiguous, intent(in) :: values(:, :), motion(:, :, :, 0:), x0(:, :)
@@ -83,7 +88,7 @@ contains
           end do
         end do
         q(:, (k - 1) * (parts%between + 1) + 1, :) = x(:, :f)
-        ! The numbers of the times with their weights.
+        ! Remove the weights from the numbers of the times.
         x(:, :n) = x(:, :n) / parts%of_times(k)
         x(:, n + 1) = 1 / parts%of_times(k)
         do time = 1, parts%between
@@ -95,7 +100,7 @@ contains
     end associate
   end subroutine move
 
-  !> q = P x + p for the rows of [P p] and [x 1]; shapes (lanes, n + 1, n / 2), (lanes, n + 1), (lanes, n / 2).
+  !> Computes q = P x + p from the rows of [P p] and from [x 1]; shapes (lanes, n + 1, n / 2), (lanes, n + 1), (lanes, n / 2).
   pure subroutine apply(n, rows, x, q)
     integer, intent(in) :: n
     real(dp), intent(in) :: rows(lanes, n + 1, n / 2), x(lanes, n + 1)
@@ -103,7 +108,7 @@ contains
     real(dp) :: s1, s2, s3
     integer :: lane, i, i2, i3, j
 
-    ! Three rows together; where there are no more the last one stands for them.
+    ! Three rows at a time; if fewer remain, the last row is computed repeatedly.
     do i = 1, n / 2, 3
       i2 = min(i + 1, n / 2)
       i3 = min(i + 2, n / 2)

@@ -1,4 +1,4 @@
-!> How many Chebyshev points a line through a cell needs.
+!> Number of Chebyshev points that a line through a cell needs.
 module gestell_task_sweep_expansion_pilot
   use gestell_math_series_chebyshev, only: chebyshev_coefficients, chebyshev_points
   use gestell_base_kinds, only: dp
@@ -9,21 +9,28 @@ module gestell_task_sweep_expansion_pilot
 
   public :: count_points, most_points
 
-  !> Points of the first trial, and the most: each trial has twice as many intervals, so that values serve again.
+  !> Number of points of the first trial, and largest number. Each trial doubles the number of intervals, so that earlier values are
+  !> used again.
   integer, parameter :: first_trial = 9, most_points = 129
 
 contains
 
-  !> The points that a series needs whose terms beyond stay below `tolerance` times the least norm of Phi(T) on the line.
-  !> The line: parameter `axis` moves through `variable`, the others are `fixed`. Zero: more than trials of up to `most` points
-  !> tell, or `fits` is false and some member of the family has no solution.
+  !> Counts the Chebyshev points needed for a series whose omitted terms stay below `tolerance` times the smallest norm of Phi(T) on
+  !> the line.
   subroutine count_points(sampler, axis, variable, fixed, tolerance, most, needed, fits)
+    !> Integrates the machines
     type(sampler_type), intent(inout) :: sampler
+    !> Number of the parameter that varies along the line
     integer, intent(in) :: axis
+    !> Variable in which it is expanded
     type(variable_type), intent(in) :: variable
+    !> All parameters; the others keep these values
     real(dp), intent(in) :: fixed(:), tolerance
+    !> Maximum number of points of a trial
     integer, intent(in) :: most
+    !> Number of points; 0 if the trials do not suffice or `fits` is false
     integer, intent(out) :: needed
+    !> False if a member of the family on the line has no solution
     logical, intent(out) :: fits
     real(dp), allocatable :: values(:, :), finer(:, :), x(:)
     real(dp) :: parameters(size(fixed)), least
@@ -59,8 +66,8 @@ contains
     end do
   end subroutine count_points
 
-  !> The least number of terms of the series through `values`, shape (numbers, points), beyond which those that follow add up
-  !> to less than `limit`; it may be up to twice the points. Zero: the series is too short to tell.
+  !> Smallest number of terms of the series through `values`, shape (numbers, points), after which the remaining terms sum to less
+  !> than `limit`. It may be up to twice the number of points. 0: the series is too short to decide.
   pure integer function needed_points(values, limit) result(needed)
     real(dp), intent(in) :: values(:, :), limit
     real(dp) :: size_of_term(size(values, 2)), rest
@@ -74,7 +81,7 @@ contains
       rest = rest + size_of_term(k)
       if (.not. rest <= limit) exit
     end do
-    ! Two terms, an even and an odd one, have to be small before more of them are taken to be.
+    ! At least two terms, one even and one odd, must be small before the following ones are assumed to be small.
     if (k <= n - 3) then
       needed = k + 1
     else
@@ -82,18 +89,18 @@ contains
     end if
   end function needed_points
 
-  !> The same where the terms there are do not get so small but tell how it goes on: those of cos(h x) are Bessel functions J_k(h),
-  !> which fall by h / 2k from one to the next in the end. Zero: they do not fall so.
+  !> Number of terms needed, extrapolated from terms that are not yet small enough. The terms of cos(h x) are Bessel functions
+  !> J_k(h), which finally decrease by the factor h / 2k from term to term. 0: the terms do not decrease fast enough.
   pure integer function continued(size_of_term, limit) result(needed)
     real(dp), intent(in) :: size_of_term(:), limit
-    !> The fall from one term to the next, at the most, with which more can be told.
+    !> Largest ratio of successive terms for which the extrapolation is reliable.
     real(dp), parameter :: telling = 0.5_dp
     real(dp) :: fall, term, pair
     integer :: n, k
 
     needed = 0
     n = size(size_of_term)
-    ! Pairs of an even and an odd term; the last one is half of what it should be.
+    ! Pairs of an even and an odd term; the last term is only half its proper value and is left out.
     pair = sum(size_of_term(n - 2:n - 1))
     if (.not. pair > 0) return
     fall = (pair / sum(size_of_term(n - 6:n - 5)))**0.25_dp

@@ -1,5 +1,5 @@
-!> The motion over a period as numbers that depend smoothly on the parameters: those of its parts (`parts_type`), by the same method
-!> for every member of a family.
+!> Represents the motion over a period by numbers that depend smoothly on the parameters: those of its parts (`parts_type`),
+!> computed by the same method for every member of a family.
 module gestell_task_sweep_expansion_sampler
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -24,61 +24,69 @@ module gestell_task_sweep_expansion_sampler
 
   public :: new_sampler
 
-  !> Integrates members of a family by one method, with steps in proportion to what their fastest motion turns by. With the same
-  !> steps errors are as smooth as the numbers; where the number changes they jump, by a sixteenth of them at the most.
+  !> Integrates the members of a family by one method. The number of steps is proportional to the phase advance of the fastest
+  !> motion. With equal steps the integration errors are as smooth as the numbers. Where the number of steps changes the errors
+  !> jump, by at most a sixteenth.
   type, public :: sampler_type
     class(family_type), pointer :: family => null()
     class(method_type), allocatable :: method
-    !> Numbers of steps, ascending: the last for a member whose fastest motion turns by `fastest`, none with fewer nodes than
-    !> `fewest`, which the least demanding member takes.
+    !> `steps`: possible numbers of steps in ascending order; the last one suffices for a member whose fastest motion is `fastest`.
+    !> `fewest`: number of nodes of the least demanding member; no other member has fewer.
     integer, allocatable :: steps(:)
     real(dp) :: fastest = 0, fewest = huge(1.0_dp)
-    !> What the numbers are.
+    !> Structure of the numbers.
     type(parts_type) :: parts
     !> Units that balance the states, shape (n).
     real(dp), allocatable :: scale(:)
-    !> Bound on the relative error of the numbers by integration and rounding, where it was measured.
+    !> Bound on the relative error of the numbers due to integration and rounding, from the members where it was measured.
     real(dp) :: error = 0
-    !> Solutions computed so far.
+    !> Number of solutions computed so far.
     integer :: solutions = 0
-    !> Times within a period at which the periodic vibration is wanted; zero: it is not. From these to harmonics. Unit of x_p.
+    !> Number of times within a period at which the periodic vibration is evaluated, 0 if it is not requested; transformation of
+    !> values at these times to harmonics; unit of x_p.
     integer :: times = 0
     real(dp), allocatable :: transform(:, :)
     real(dp) :: unit = 1
-    !> Whether all members conserve (gestell_system_periodic): those at the corners do.
+    !> True if the members at all corners are undamped (`conserves` in gestell_system_periodic).
     logical :: conserves = .true.
-    !> Which of xi, eta, psi the positions are.
+    !> Degrees of freedom (numbers of xi, eta, psi) of the positions.
     integer, allocatable :: free(:)
-    !> A member that remembers the mechanism of all, if they share one.
+    !> Member with the stored motion of the mechanism, if all members share the mechanism.
     type(frame_type), allocatable :: remembered
   contains
     procedure :: sample
     procedure :: check
   end type sampler_type
 
-  !> Where vibrations turn by more radians than this within the period, expansions need too many points, and reduction is
-  !> the better way.
+  !> Maximum phase (rad) of vibrations within the period. Beyond it expansions need too many points, and order reduction is the
+  !> better method.
   real(dp), parameter :: most_turns = 700
-  !> Roundings in the series of numbers of size 1.
+  !> Rounding error of the series of numbers of magnitude 1.
   real(dp), parameter :: rounded = 16 * epsilon(1.0_dp)
-  !> Times within a period for which expansions pay.
+  !> Largest number of times within a period for which expansions are worthwhile.
   integer, parameter :: most_times = 256
-  !> Parts of a period at the most; terms of a series that does not turn, a solution in what a term of a part costs at a point, and
-  !> what composing costs beside the terms.
+  !> `most_parts`: maximum number of parts of a period. `least_terms`: number of terms of a series whose phase does not change.
+  !> `solution`: cost of a solution relative to one term of a part at a point. `composition`: cost of composing the parts, relative
+  !> to a term.
   integer, parameter :: most_parts = 16
   real(dp), parameter :: least_terms = 17, solution = 20000, composition = 6
 
 contains
 
-  !> A sampler for a cell of `points` points that is accurate at the parameters `corners`, shape (parameters, corners): with the
-  !> steps of the most demanding of them. `forced`: with the periodic vibration. `fits` is false where there is none.
+  !> Sets up a sampler for a cell that is accurate at all corners, with the number of steps of the most demanding one.
   subroutine new_sampler(sampler, family, corners, accuracy, forced, points, fits)
     type(sampler_type), intent(out) :: sampler
+    !> Machines over the parameters
     class(family_type), intent(in), target :: family
+    !> Parameters of the corners, shape (parameters, corners)
     real(dp), intent(in) :: corners(:, :)
+    !> Tolerance of the sweep
     type(accuracy_type), intent(in) :: accuracy
+    !> True if the periodic vibration is requested
     logical, intent(in) :: forced
+    !> Number of points of the cell
     integer, intent(in) :: points
+    !> False if the cell cannot be expanded
     logical, intent(out) :: fits
     class(periodic_system), allocatable :: system
     type(survey_type) :: survey
@@ -91,8 +99,9 @@ contains
     fits = .false.
     most = -1
     sampler%family => family
-    ! An eighth of the tolerance for the integration: most of it is left to the expansion. A 64th with the periodic vibration:
-    ! beside resonances errors grow, and a point where they are too great is solved by itself, which takes a hundred times as long.
+    ! The integration gets an eighth of the tolerance, because most of it is left to the expansion. With the periodic vibration it
+    ! gets a 64th: errors grow near resonance, and a point with too large an error must be solved separately, which takes a hundred
+    ! times as long.
     sharper = accuracy
     sharper%tolerance = max(accuracy%tolerance / merge(64, 8, forced), 10 * epsilon(1.0_dp))
     do k = 1, size(corners, 2)
@@ -110,7 +119,7 @@ contains
       if (allocated(error)) return
       sampler%error = max(sampler%error, monodromy%error / monodromy%norm)
       if (forced) then
-        ! Phi(T) is lost in the roundings of Phi(t), which begins with E.
+        ! A very small Phi(T) is lost in the rounding errors of Phi(t), which begins with E.
         if (accuracy%tolerance * monodromy%norm < rounded) return
         call look_at_vibration(sampler, system, accuracy, fits)
         if (.not. fits) return
@@ -130,7 +139,7 @@ contains
     associate (parts => sampler%parts)
       parts%states = size(sampler%scale)
       parts%forced = sampler%times > 0
-      ! Between breaks steps are not of one length.
+      ! Steps between breaks have different lengths, so the period is not divided.
       if (.not. allocated(system%breaks)) parts%parts = cheapest_parts((maxval(turns) - minval(turns)) / 2, points, sampler%times)
       parts%between = max(sampler%times, parts%parts) / parts%parts - 1
     end associate
@@ -139,7 +148,7 @@ contains
     call weigh(sampler, corners, fits)
   end subroutine new_sampler
 
-  !> Remembers the mechanism of a frame in the plane.
+  !> Stores the motion of the mechanism of a planar frame.
   subroutine remember(sampler, system)
     type(sampler_type), intent(inout) :: sampler
     class(periodic_system), intent(in) :: system
@@ -156,8 +165,8 @@ contains
     end select
   end subroutine remember
 
-  !> Numbers of steps that end with the parts and with the times that are wanted, and fill the lanes, each more by a tenth than the
-  !> one before at least, up to that of the most demanding corner, which takes `most` nodes.
+  !> Chooses the possible numbers of steps. Steps end at the ends of the parts and at the required times, and they fill the lanes.
+  !> Each number exceeds the one before by at least a tenth, up to that of the most demanding corner, which takes `most` nodes.
   pure subroutine choose_steps(sampler, most)
     type(sampler_type), intent(inout) :: sampler
     real(dp), intent(in) :: most
@@ -174,15 +183,15 @@ contains
     sampler%steps = [sampler%steps, last]
   end subroutine choose_steps
 
-  !> How many times as many steps leave a sixteenth of the error. Interpolation may enlarge it by about as much where it is not
-  !> smooth: Lebesgue's constant is 4 for a hundred points on an axis.
+  !> Factor on the number of steps that reduces the error to a sixteenth. Interpolation may amplify the error by about as much where
+  !> it is not smooth, since the Lebesgue constant is 4 for a hundred points on an axis.
   pure real(dp) function reserve(self)
     class(sampler_type), intent(in) :: self
 
     reserve = 16**(1.0_dp / self%method%order)
   end function reserve
 
-  !> The steps that are enough for a member whose fastest motion turns by so much, and for its coefficients.
+  !> Number of steps that suffices for a member with this fastest motion and for its coefficients.
   pure integer function enough(self, fastest, system)
     class(sampler_type), intent(in) :: self
     real(dp), intent(in) :: fastest
@@ -196,9 +205,9 @@ contains
     enough = self%steps(k)
   end function enough
 
-  !> The number of parts with which `points` points cost the least; it divides `times`, where these are wanted. Along an axis the
-  !> angle of the fastest vibration at the end of the period changes by `half_turn` to both sides: cos(z + x h) has about h terms
-  !> (Bessel's J_k(h)) and some more.
+  !> Number of parts with the lowest cost for `points` points; it divides `times` if these are required. Along an axis the phase of
+  !> the fastest vibration at the end of the period changes by +-`half_turn`. A function cos(z + x h) needs about h terms (Bessel
+  !> functions J_k(h)) and some more.
   pure integer function cheapest_parts(half_turn, points, times) result(cheapest)
     real(dp), intent(in) :: half_turn
     integer, intent(in) :: points, times
@@ -217,7 +226,7 @@ contains
     end do
   end function cheapest_parts
 
-  !> Weights of the parts by what becomes of errors at the corners.
+  !> Sets the weights of the parts from the propagation of errors at the corners.
   subroutine weigh(sampler, corners, fits)
     type(sampler_type), intent(inout) :: sampler
     real(dp), intent(in) :: corners(:, :)
@@ -233,13 +242,13 @@ contains
     call sampler%parts%set_weights(values)
   end subroutine weigh
 
-  !> Counts the times at which a frame's vibration has to be known. `fits` is false for other systems.
+  !> Determines the number of times at which the vibration of a frame must be known. `fits` is false for systems other than frames.
   subroutine look_at_vibration(sampler, system, accuracy, fits)
     type(sampler_type), intent(inout) :: sampler
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
     logical, intent(out) :: fits
-    !> Part of the greatest amplitude below which a harmonic does not matter for the peak, at most.
+    !> Harmonics below this part of the largest amplitude do not affect the peak.
     real(dp), parameter :: small = 1.0e-9_dp
     type(floquet_type) :: floquet
     type(vibration_type) :: vibration
@@ -258,14 +267,14 @@ contains
         associate (amplitude => vibration%series(system%free(i))%amplitude)
           order = findloc(amplitude > min(small, accuracy%tolerance) * maxval(amplitude), .true., dim=1, back=.true.)
         end associate
-        ! Two orders more, and a multiple of eight.
+        ! Two more orders, and a multiple of eight.
         sampler%times = max(sampler%times, 8 * ((2 * (order + 2)) / 8 + 1))
       end do
       fits = .true.
     end select
   end subroutine look_at_vibration
 
-  !> The numbers at these parameters, weighted. `fits` is false where there are none.
+  !> Computes the weighted numbers at these parameters. `fits` is false if there is no solution.
   subroutine sample(self, parameters, values, fits)
     class(sampler_type), intent(inout) :: self
     real(dp), intent(in) :: parameters(:)
@@ -293,7 +302,7 @@ contains
     if (fits) values = self%parts%weighted(numbers_of(self, maps))
   end subroutine sample
 
-  !> A member takes the mechanism that remembers, or gives it back.
+  !> Exchanges the mechanism of a member with the one whose motion is stored; a second call reverses the exchange.
   pure subroutine exchange(self, system)
     class(sampler_type), intent(inout) :: self
     class(periodic_system), intent(inout) :: system
@@ -305,7 +314,7 @@ contains
     end select
   end subroutine exchange
 
-  !> The numbers of the period from a solution of their own, with a bound on its error relative to their norms.
+  !> Computes the numbers of the period by a separate solution, with a bound on its error relative to the norms of the numbers.
   subroutine check(self, parameters, accuracy, values, bound, fits)
     class(sampler_type), intent(inout) :: self
     real(dp), intent(in) :: parameters(:)
@@ -332,7 +341,7 @@ contains
     fits = .true.
   end subroutine check
 
-  !> The numbers of maps that begin with each part, shape (n, columns, parts * (between + 1)).
+  !> Numbers computed from maps that start at the beginning of each part, shape (n, columns, parts * (between + 1)).
   pure function numbers_of(self, maps) result(values)
     class(sampler_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: maps(:, :, :)
@@ -341,7 +350,7 @@ contains
     integer :: n, k, i, at, time
 
     n = size(maps, 1)
-    ! D^-1 A D and D^-1 b / unit.
+    ! Balanced units: D^-1 A D and D^-1 b / unit.
     unit = spread(1 / self%scale, 2, size(maps, 2))
     unit(:, :n) = unit(:, :n) * spread(self%scale, 1, n)
     unit(:, n + 1:) = unit(:, n + 1:) / self%unit

@@ -1,5 +1,5 @@
-!> The variable in which a parameter is expanded: the motion over a period is smoother in one than in another. The turn of
-!> the vibrations within a period, for instance, goes with the inverse of the speed.
+!> Variable in which a parameter is expanded. The motion over a period is smoother in one variable than in another. For example, the
+!> phase of vibrations within a period is proportional to the inverse of the speed.
 module gestell_task_sweep_expansion_variable
   use gestell_base_kinds, only: dp
   implicit none (type, external)
@@ -7,7 +7,7 @@ module gestell_task_sweep_expansion_variable
 
   integer, parameter, public :: itself = 1, inverse = 2, logarithm = 3
 
-  !> A range of a parameter, mapped to x in [-1, 1].
+  !> Range of a parameter, mapped to x in [-1, 1].
   type, public :: variable_type
     real(dp) :: from = 0, to = 0
     integer :: kind = itself
@@ -19,7 +19,7 @@ module gestell_task_sweep_expansion_variable
 
 contains
 
-  !> Whether the variable exists all over the range.
+  !> True if the variable is defined in the whole range.
   pure logical function suits(self)
     class(variable_type), intent(in) :: self
 
@@ -54,7 +54,7 @@ contains
     case default
       parameter = u
     end select
-    ! Roundings must not leave the range.
+    ! Rounding must not lead out of the range.
     parameter = max(min(self%from, self%to), min(max(self%from, self%to), parameter))
   end function parameter_of
 
