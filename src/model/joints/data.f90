@@ -1,4 +1,4 @@
-!> The data of a joint: what its keys are given in an input, and what joints and guides can be given at all.
+!> Data of a joint: the values of its keys in an input, and checks on the numbers of joints and guides.
 module gestell_model_joints_data
   use gestell_base_kinds, only: dp
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -7,22 +7,22 @@ module gestell_model_joints_data
 
   public :: check_coordinates, check_finite, check_lengths
 
-  !> Lengths of links (m) within which squares and their quotients neither vanish nor overflow.
+  !> Range of lengths of links (m) in which squares and their quotients neither vanish nor overflow.
   real(dp), parameter :: shortest = 1.0e-100_dp, longest = 1.0e100_dp
 
-  !> What one key is given: numbers in SI and rad, or joints by their indices.
+  !> Value of one key: numbers in SI and rad, or indices of joints.
   type :: datum_type
     character(len=16) :: key
     real(dp), allocatable :: numbers(:)
     integer, allocatable :: joints(:)
   end type datum_type
 
-  !> What all keys of a joint are given, or have as default.
+  !> Values of all keys of a joint, given or default.
   type, public :: joint_data_type
     private
     type(datum_type) :: given(20)
     integer :: count = 0
-    !> Why they make no joint, and by which key, if it is one alone: of the joint type that has taken them.
+    !> Reason why the values define no joint, and the key at fault if it is a single one; set by the joint type's `define`.
     character(len=200), public :: reason = ""
     character(len=16), public :: key = ""
   contains
@@ -64,7 +64,7 @@ contains
     has = index_of(self, key) > 0
   end function has
 
-  !> The numbers of a key that is there.
+  !> Numbers of a key, which must be present.
   pure function numbers(self, key)
     class(joint_data_type), intent(in) :: self
     character(len=*), intent(in) :: key
@@ -73,7 +73,7 @@ contains
     allocate(numbers, source=self%given(index_of(self, key))%numbers)
   end function numbers
 
-  !> The one number of a key that is there.
+  !> First number of a key, which must be present.
   pure real(dp) function number(self, key)
     class(joint_data_type), intent(in) :: self
     character(len=*), intent(in) :: key
@@ -81,7 +81,7 @@ contains
     number = self%given(index_of(self, key))%numbers(1)
   end function number
 
-  !> The joints of a key that is there.
+  !> Indices of the joints of a key, which must be present.
   pure function joints(self, key)
     class(joint_data_type), intent(in) :: self
     character(len=*), intent(in) :: key
@@ -90,7 +90,7 @@ contains
     allocate(joints, source=self%given(index_of(self, key))%joints)
   end function joints
 
-  !> `reason`, where it says nothing yet: not all of the numbers are finite.
+  !> Sets `reason`, unless it is set already, if a number is not finite.
   pure subroutine check_finite(numbers, reason)
     real(dp), intent(in) :: numbers(:)
     character(len=:), allocatable, intent(inout) :: reason
@@ -98,7 +98,7 @@ contains
     if (reason == "" .and. .not. all(ieee_is_finite(numbers))) reason = "its numbers must be finite"
   end subroutine check_finite
 
-  !> `reason`, where it says nothing yet: coordinates (m) are not finite, or beyond all lengths.
+  !> Sets `reason`, unless it is set already, if a coordinate (m) is not finite or exceeds 1e100 m.
   pure subroutine check_coordinates(coordinates, reason)
     real(dp), intent(in) :: coordinates(:)
     character(len=:), allocatable, intent(inout) :: reason
@@ -107,8 +107,8 @@ contains
     if (reason == "" .and. any(abs(coordinates) > longest)) reason = "coordinates must lie between -1e100 m and 1e100 m"
   end subroutine check_coordinates
 
-  !> `reason`, where it says nothing yet: lengths (m) are not positive, or beyond what can be computed with; a branch is neither 1
-  !> nor -1.
+  !> Sets `reason`, unless it is set already, if a length (m) is not positive or not between 1e-100 m and 1e100 m, or if the branch
+  !> is neither 1 nor -1.
   pure subroutine check_lengths(lengths, branch, reason)
     real(dp), intent(in) :: lengths(:)
     integer, intent(in) :: branch

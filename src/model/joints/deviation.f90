@@ -1,6 +1,6 @@
-!> How far a joint's acceleration may lie from that in the middle of an interval of the crank angle. What bars and guides fix lies
-!> along them, so this is a parallelogram and not a disc: bounds would grow by 1 / sin mu from dyad to dyad in a disc, by what the
-!> motions themselves grow in a parallelogram.
+!> Sets that contain the deviation of a joint's acceleration from its value in the middle of an interval of the crank angle; (25) of
+!> doc/theory.md. Bars and guides fix components along themselves, so the set is a parallelogram. With discs the bounds would grow
+!> by 1 / sin mu from dyad to dyad, with parallelograms they grow only as the motions do.
 module gestell_model_joints_deviation
   use gestell_base_kinds, only: dp
   use gestell_math_ball, only: ball, operator(*), operator(+), operator(-), operator(/)
@@ -10,7 +10,7 @@ module gestell_model_joints_deviation
 
   public :: along_bar, disc, of_body, parallelogram
 
-  !> All s a + t b with |s|, |t| <= 1 (m).
+  !> Parallelogram of all s a + t b with |s|, |t| <= 1 (m).
   type, public :: deviation_type
     real(dp) :: a(2) = 0, b(2) = 0
   contains
@@ -20,7 +20,7 @@ module gestell_model_joints_deviation
 
 contains
 
-  !> The greatest component along a unit direction.
+  !> Maximum component along a unit direction.
   pure real(dp) function along(self, direction)
     class(deviation_type), intent(in) :: self
     real(dp), intent(in) :: direction(2)
@@ -28,7 +28,7 @@ contains
     along = abs(dot_product(self%a, direction)) + abs(dot_product(self%b, direction))
   end function along
 
-  !> The greatest length.
+  !> Maximum length of a vector in the set.
   pure real(dp) function radius(self)
     class(deviation_type), intent(in) :: self
 
@@ -42,7 +42,7 @@ contains
     disc = deviation_type([radius, 0.0_dp], [0.0_dp, radius])
   end function disc
 
-  !> What has components of at most `bounds` along two unit directions.
+  !> Parallelogram of all vectors with components of at most `bounds` along two unit directions.
   pure type(deviation_type) function parallelogram(directions, bounds)
     real(dp), intent(in) :: directions(2, 2), bounds(2)
     real(dp) :: sine
@@ -53,15 +53,16 @@ contains
     end associate
   end function parallelogram
 
-  !> The bound on the component along a bar p of constant length l that leads from a joint to this one, and the bar's direction in
-  !> the middle. With p . p'' = -|p'|^2 at all times, in the middle too, there marked by 0, and |p''| <= b in the interval,
+  !> Computes the direction, in the middle, of a bar p of constant length that leads from a joint to this one, and a bound on the
+  !> deviation's component along it. At all times p . p'' = -|p'|^2. With 0 for values in the middle and |p''| <= b in the interval,
   !>
   !>     |p0 . (p'' - p0'')| = ||p0'|^2 - |p'|^2 - (p - p0) . p''| <= b w (3 |p0'| + 2 b w)
   !>
-  !> within the half width w. `radius`: a bound on how far this joint's acceleration deviates.
+  !> within the half width w.
   pure subroutine along_bar(from, to, deviation, radius, half_width, direction, bound)
     type(point_type), intent(in) :: from, to
     class(deviation_type), intent(in) :: deviation
+    !> Bound on the deviation of this joint's acceleration (m); half width of the interval (rad)
     real(dp), intent(in) :: radius, half_width
     real(dp), intent(out) :: direction(2), bound
     real(dp) :: length, change
@@ -73,13 +74,13 @@ contains
     bound = deviation%along(direction) + slack * change * (3 * hypot(to%x%d - from%x%d, to%y%d - from%y%d) + 2 * change) / length
   end subroutine along_bar
 
-  !> Of the point at `arm` (m, from `from` toward `to` and to the left) of the body that carries both. s = to - from of length L has
-  !> the unit direction u, which turns with omega by theta from the middle:
+  !> Computes the deviation for the point at `arm` (m, from `from` toward `to` and to the left) of the body that carries both
+  !> joints. s = to - from of length L has the unit direction u, which turns with omega, by theta from the middle:
   !>
   !>     u'' = omega' u_perp - omega^2 u,   omega' = (u_perp . s'' - 2 omega L') / L,   L'' = u . s'' + omega^2 L.
   !>
-  !> Components along u and u_perp in the middle stay apart: where L is constant, what is across it grows from body to body by
-  !> squares of theta alone. `known`: the ends keep apart.
+  !> Components along u and u_perp in the middle stay separate. If L is constant, the component across grows from body to body by
+  !> squares of theta only. `known` is false if the two joints may meet.
   pure subroutine of_body(from, to, deviations, arm, half_width, deviation, known)
     type(point_type), intent(in) :: from, to
     class(deviation_type), intent(in) :: deviations(2)
@@ -102,7 +103,7 @@ contains
     known = length > slack * most * half_width
     if (.not. known) return
     apart = ball(length, most * half_width)
-    ! From bounds on omega' and L'' come better ones.
+    ! Bounds on omega' and L'' yield better ones in the next round.
     change = (bend + 2 * most**2 / (length - apart%radius)) / (length - apart%radius)
     curve = bend + most**2 / (length - apart%radius)
     do round = 1, 2
@@ -122,7 +123,7 @@ contains
     deviation = total(deviation, deviations(1))
   end subroutine of_body
 
-  !> What holds all sums of the two: a rectangle along the longest of their sides.
+  !> A rectangle that contains all sums of a vector of `one` and a vector of `two`, along the longest of their sides.
   pure type(deviation_type) function total(one, two)
     class(deviation_type), intent(in) :: one, two
     real(dp) :: sides(2, 4), directions(2, 2)
@@ -136,7 +137,7 @@ contains
     total = parallelogram(directions, [(one%along(directions(:, k)) + two%along(directions(:, k)), k = 1, 2)])
   end function total
 
-  !> A vector turned to its left.
+  !> The vector turned by 90 degrees to the left.
   pure function left(v)
     real(dp), intent(in) :: v(2)
     real(dp) :: left(2)

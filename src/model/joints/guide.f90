@@ -12,8 +12,8 @@ module gestell_model_joints_guide
 
   public :: crossing, meet, parallel
 
-  !> The line through `point` (m) at `angle` (rad), in x-y or, with `carriers` P and Q (indices of joints), in the system
-  !> with its origin at P and its first axis toward Q.
+  !> A guide: the line through `point` (m) at `angle` (rad), in x-y. With `carriers` P and Q (indices of joints) the origin of the
+  !> axes is P and the first axis points to Q.
   type, public :: guide_type
     integer :: carriers(2) = 0
     real(dp) :: point(2) = 0, angle = 0
@@ -26,7 +26,7 @@ module gestell_model_joints_guide
     procedure :: move
   end type guide_type
 
-  !> The keys of a guide, and of a second one.
+  !> Keys of a guide and of a second guide.
   character(len=*), parameter :: of_guide = "two joints whose body carries the guide; without, it is fixed", &
     & of_point = "a point of the guide: in x-y, of a carried guide in the system with its origin at `guide(1)` and its first " // &
     &   "axis toward `guide(2)`", of_angle_there = "direction of the guide in the same system, 0 along its first axis"
@@ -43,11 +43,11 @@ module gestell_model_joints_guide
 
   !> Bounds on a guide's motion over an interval of the crank angle.
   type, public :: guide_motion_type
-    !> Whether the carriers keep apart, so that the guide has a direction.
+    !> True if the carriers cannot meet, so that the guide has a direction.
     logical :: sound = .true.
-    !> On the speed of its point (m) and on its turning (rad), both per radian of the crank.
+    !> Bounds on the speed of its point (m) and on its rate of rotation (rad), both per radian of the crank.
     real(dp) :: speed = 0, turning = 0
-    !> On the point's acceleration (m) and on the change of its turning, both per radian squared.
+    !> Bounds on the acceleration of its point (m) and on the change of its rate of rotation, both per radian squared.
     real(dp) :: acceleration = 0, turning_change = 0
     !> Crank angle over which its direction changes noticeably (rad).
     real(dp) :: angle_scale = 1
@@ -55,7 +55,7 @@ module gestell_model_joints_guide
 
 contains
 
-  !> Takes the guide that the keys `name`, `name`_point and `name`_angle give. If they make none, `data` gets the reason.
+  !> Sets the guide from the keys `name`, `name`_point and `name`_angle. If they define no guide, the reason is stored in `data`.
   pure subroutine define(self, data, name)
     class(guide_type), intent(inout) :: self
     type(joint_data_type), intent(inout) :: data
@@ -72,7 +72,7 @@ contains
     if (data%has(name // "_angle")) self%angle = data%number(name // "_angle")
   end subroutine define
 
-  !> `reason`, where it says nothing yet: the guide's numbers make no sense, or its carriers are the same joint.
+  !> Sets `reason`, unless it is set already, if the guide's numbers make no sense or its carriers are one joint.
   pure subroutine check(self, reason)
     class(guide_type), intent(in) :: self
     character(len=:), allocatable, intent(inout) :: reason
@@ -85,7 +85,7 @@ contains
     if (self%carriers(1) == self%carriers(2)) reason = "its guide needs two different joints"
   end subroutine check
 
-  !> Puts a guide that is fixed to the frame where its mechanism stands.
+  !> Moves a guide that is fixed to the frame from the mechanism's axes to the machine's.
   pure subroutine move(self, placement)
     class(guide_type), intent(inout) :: self
     type(placement_type), intent(in) :: placement
@@ -95,7 +95,7 @@ contains
     self%angle = self%angle + placement%angle
   end subroutine move
 
-  !> The guide's point and its unit direction.
+  !> Computes the guide's point and its unit direction at one crank angle.
   pure subroutine line(self, points, origin, along)
     class(guide_type), intent(in) :: self
     type(point_type), intent(in) :: points(:)
@@ -112,7 +112,7 @@ contains
     along = carried(point_type(), e, cos(self%angle), sin(self%angle))
   end subroutine line
 
-  !> The same along the paths of the joints.
+  !> Computes the guide's point and its unit direction along the paths of the joints.
   pure subroutine trace(self, points, origin, along)
     class(guide_type), intent(in) :: self
     type(path_type), intent(in) :: points(:)
@@ -151,7 +151,7 @@ contains
     end associate
   end function motion
 
-  !> The crossing of two lines: g1 + s u1 = g2 + t u2, s = (g2 - g1) x u2 / (u1 x u2).
+  !> Intersection of two lines: g1 + s u1 = g2 + t u2, s = (g2 - g1) x u2 / (u1 x u2).
   pure type(point_type) function crossing(g1, u1, g2, u2)
     type(point_type), intent(in) :: g1, u1, g2, u2
     type(jet) :: s
@@ -160,7 +160,8 @@ contains
     crossing = point_type(g1%x + s * u1%x, g1%y + s * u1%y)
   end function crossing
 
-  !> The crossing r = g + s u of two lines: s, s' and s'' from (r - h) x w = 0, differentiated,
+  !> Computes the intersection r = g + s u of two lines g + s u and h + t w along paths. s, s' and s'' follow from (r - h) x w = 0
+  !> and its derivatives,
   !>
   !>     r' = g' + s u' + s' u,                 (r' - h') x w + (r - h) x w' = 0,
   !>     r'' = g'' + s u'' + 2 s' u' + s'' u,   (r'' - h'') x w + 2 (r' - h') x w' + (r - h) x w'' = 0.
@@ -193,7 +194,7 @@ contains
     end do
   end subroutine meet
 
-  !> Whether lines at this angle (rad) are parallel.
+  !> True if lines at this angle (rad) are parallel within 1e-9.
   pure logical function parallel(angle)
     real(dp), intent(in) :: angle
 

@@ -1,4 +1,4 @@
-!> A joint of a linkage: a point that earlier joints and the crank angle determine.
+!> A joint of a linkage: a point whose position follows from earlier joints and the crank angle.
 module gestell_model_joints_joint
   use gestell_base_key, only: integer_key, key_type, of_length, one_or_minus_one, positive, real_key, text_key
   use gestell_base_kinds, only: dp
@@ -13,13 +13,13 @@ module gestell_model_joints_joint
 
   public :: greatest_change, point_type, reach_body, slack
 
-  !> Within an interval the sine of a transmission angle keeps this part of what it is in the middle: so the least of the
-  !> sines in the middles is nearly the least of all.
+  !> Within an interval the sine of a transmission angle keeps at least this part of its value in the middle. The minimum of the
+  !> sines in the middles is then nearly the minimum over the turn.
   real(dp), parameter, public :: steady = 0.8_dp
 
-  !> What holds for a joint over an interval of the crank angle, proved from its middle.
+  !> Bounds for a joint over an interval of the crank angle, proved from its middle.
   type, public :: reach_type
-    !> Whether the joint can be assembled, without a dead point, in the whole interval.
+    !> True if the joint can be assembled in the whole interval without a dead point.
     logical :: assembled = .true.
     !> Bounds on the joint's speed |dr / dphi| and acceleration |d2r / dphi2| in the interval (m).
     real(dp) :: speed = 0, acceleration = 0
@@ -27,20 +27,20 @@ module gestell_model_joints_joint
     real(dp) :: angle_scale = 1
   end type reach_type
 
-  !> How well a joint is placed at one crank angle, with derivatives with respect to it.
+  !> Quality of the transmission of motion at a joint for one crank angle, with derivatives with respect to this angle.
   type, public :: transmission_type
     !> Sine of the transmission angle: 1 at best, 0 at a dead point.
     type(jet) :: sine = jet(v=1.0_dp)
-    !> Change of one of the joint's lengths that would bring it to a dead point (m); huge where no length can.
+    !> Change of one of the joint's lengths that would bring it to a dead point (m); huge if no length can.
     type(jet) :: margin = jet(v=huge(1.0_dp))
-    !> Whether the joint slides on a guide, and how far from the guide's point (m).
+    !> True if the joint slides on a guide; its distance along the guide from the guide's point (m).
     logical :: slides = .false.
     type(jet) :: travel = jet()
   end type transmission_type
 
-  !> What a joint is: the name of its type in an input and a sentence that says where such a joint lies; the links and the pairs of
-  !> one degree of freedom that it adds to Gruebler's count, and pairs of two (as cams have); the keys of an input, those that are
-  !> `required` first; of this one the bars that are drawn, pairs of joints in a row, and the guides on which it slides.
+  !> Description of a joint and of its type: `name` is the type in an input, `meaning` a sentence about the joint's position.
+  !> `links` and `pairs` of one degree of freedom, and `higher_pairs` of two (as cams have), enter Gruebler's count. `keys` are the
+  !> keys of an input, required ones first. `bars` are drawn, each a pair of joints; on `guides` this joint slides.
   type, public :: form_type
     character(len=8) :: name
     character(len=320) :: meaning
@@ -49,14 +49,14 @@ module gestell_model_joints_joint
     type(key_type), allocatable :: keys(:)
     integer, allocatable :: bars(:)
     type(guide_type), allocatable :: guides(:)
-    !> Why it cannot be assembled where it cannot, for a message.
+    !> Reason, for a message, why the joint cannot be assembled at some crank angle.
     character(len=80) :: obstacle = "it has no place there"
   end type form_type
 
-  !> Stands for the joint itself in its bars.
+  !> Index that stands for the joint itself in its bars.
   integer, parameter, public :: itself = 0
 
-  !> Keys that several types have.
+  !> Keys that several types share.
   character(len=*), parameter :: of_ends = "the earlier joints that the dyad hangs on, or whose body carries the joint", &
     & of_lengths = "lengths of the dyad's links"
   type(key_type), parameter, public :: one_end = key_type("joint", "ends", text_key, of_ends, 1, 1, 1, required=.true.)
@@ -68,7 +68,7 @@ module gestell_model_joints_joint
   type(key_type), parameter, public :: branch_key = key_type("joint", "branch", integer_key, &
     & "which of the two ways to assemble the dyad", required=.true., range=one_or_minus_one)
 
-  !> Joints refer to earlier ones by their index in the list.
+  !> A joint. It refers to earlier joints by their indices in the list.
   type, abstract, public :: joint_type
   contains
     procedure(describe_joint), deferred :: describe
@@ -90,7 +90,7 @@ module gestell_model_joints_joint
   end type named_joint_type
 
   abstract interface
-    !> What the joint is; before its data are there, what holds for its type.
+    !> Describes the joint; before `define` only the type.
     pure subroutine describe_joint(self, form)
       import :: form_type, joint_type
       implicit none (type, external)
@@ -98,7 +98,7 @@ module gestell_model_joints_joint
       type(form_type), intent(out) :: form
     end subroutine describe_joint
 
-    !> The joint's point at a crank angle (rad), from the points of the earlier joints. It must be assembled there.
+    !> Computes the joint's point at a crank angle (rad) from the points of the earlier joints. The joint must be assembled there.
     pure subroutine locate_joint(self, crank_angle, points, here)
       import :: joint_type, point_type, dp
       implicit none (type, external)
@@ -108,8 +108,8 @@ module gestell_model_joints_joint
       type(point_type), intent(out) :: here
     end subroutine locate_joint
 
-    !> What holds while the crank turns by at most `half_width` (rad) to either side, given the earlier joints' points
-    !> in the middle and bounds on their speeds and accelerations.
+    !> Bounds that hold while the crank turns by at most `half_width` (rad) to either side, from the earlier joints' points in the
+    !> middle and bounds on their speeds and accelerations.
     pure function reach_joint(self, points, speeds, accelerations, half_width) result(reach)
       import :: joint_type, point_type, reach_type, dp
       implicit none (type, external)
@@ -122,17 +122,18 @@ module gestell_model_joints_joint
 
 contains
 
-  !> By how much a length changes at most within `half_width` (rad) of the crank angle: by its greatest speed there, or by its
-  !> speed in the middle and its greatest second derivative, whichever is less. Near a dead point the second lets go: the
-  !> length is extreme there.
+  !> Maximum change of a length (m) within `half_width` (rad) of the crank angle: the smaller of two bounds, from the maximum speed,
+  !> and from the speed in the middle and the maximum second derivative. Near a dead point the length has an extremum, and the
+  !> second bound is much smaller.
   pure real(dp) function greatest_change(speed, speed_in_middle, second_derivative, half_width) result(change)
     real(dp), intent(in) :: speed, speed_in_middle, second_derivative, half_width
 
     change = slack * half_width * min(speed, abs(speed_in_middle) + second_derivative * half_width / 2)
   end function greatest_change
 
-  !> A point at `arm` from end number `base`. The direction turns with at most the sum of the ends' speeds over their
-  !> distance d, which must not vanish; its turning omega changes by e_perp . (a2 - a1) / d - 2 omega d' / d.
+  !> Bounds for a point at distance `arm` (m) from end number `base` of a body that carries both ends. The ends are d apart, which
+  !> must not vanish, so the body turns with omega <= the sum of their speeds over d. Its change is omega' = e_perp . (a2 - a1) / d
+  !> - 2 omega d' / d.
   pure function reach_body(ends, speeds, accelerations, half_width, base, arm) result(reach)
     type(point_type), intent(in) :: ends(2)
     real(dp), intent(in) :: speeds(2), accelerations(2), half_width, arm
@@ -150,9 +151,9 @@ contains
     if (sum(speeds) > 0) reach%angle_scale = apart / sum(speeds)
   end function reach_body
 
-  !> How far the joint's acceleration lies at most from that in the middle, where the joint is `here`, within `half_width` (rad):
-  !> from how far those of the earlier joints do, and from a bound on its own `acceleration`, which alone makes a disc. Override it
-  !> where long chains are made of such joints.
+  !> Set that contains the deviation of the joint's acceleration from its value in the middle, where the joint is `here`, within
+  !> `half_width` (rad). It follows from the deviations of the earlier joints and from a bound on the joint's own `acceleration`. By
+  !> default this bound alone gives a disc. Override this function for joints that form long chains.
   pure function deviation(self, points, here, deviations, acceleration, half_width)
     class(joint_type), intent(in) :: self
     type(point_type), intent(in) :: points(:), here
@@ -165,8 +166,8 @@ contains
     deviation = disc(acceleration + hypot(here%x%dd, here%y%dd))
   end function deviation
 
-  !> The joint's path over a batch of crank angles (rad), from those of the earlier joints: `locate` at each of them.
-  !> Override it by straight loops over the batch where speed matters.
+  !> Computes the joint's path over a batch of crank angles (rad) from the paths of the earlier joints, by `locate` at each angle.
+  !> Override it by loops over the batch for speed.
   pure subroutine trace(self, angles, points, here)
     class(joint_type), intent(in) :: self
     real(dp), intent(in) :: angles(batch)
@@ -191,7 +192,8 @@ contains
     end do
   end subroutine trace
 
-  !> How well the joint transmits motion. Default: nothing is reported. `points`: all joints at one crank angle; `here`: this one.
+  !> Quality of the transmission at the joint; by default nothing is reported. `points` are all joints at one crank angle, `here` is
+  !> this joint.
   pure function transmission(self, points, here)
     class(joint_type), intent(in) :: self
     type(point_type), intent(in) :: points(:), here
@@ -202,8 +204,9 @@ contains
     transmission = transmission_type()
   end function transmission
 
-  !> Why the joint cannot be assembled with the earlier ones at these points, for a message: its form's `obstacle`. (No function:
-  !> gfortran keeps the length of a text that a function allocates in static memory, which threads share.)
+  !> Returns the reason, for a message, why the joint cannot be assembled with the earlier ones at `points`; by default the form's
+  !> `obstacle`. This is no function because gfortran keeps the length of an allocatable text result in static memory, which threads
+  !> share.
   pure subroutine explain(self, points, text)
     class(joint_type), intent(in) :: self
     type(point_type), intent(in) :: points(:)
@@ -216,8 +219,8 @@ contains
     text = trim(form%obstacle)
   end subroutine explain
 
-  !> Takes what an input gives for the keys of the joint's form; they are all there that it requires. If they make no joint, `data`
-  !> gets the reason.
+  !> Sets the joint from the values of its keys in an input; all required keys are present. If the values define no joint, the
+  !> reason is stored in `data`.
   pure subroutine define(self, data)
     class(joint_type), intent(inout) :: self
     type(joint_data_type), intent(inout) :: data
@@ -227,7 +230,7 @@ contains
     data%reason = "no joint of this type can be read from an input"
   end subroutine define
 
-  !> `reason`, empty before: why one of the joint's numbers makes no sense.
+  !> Sets `reason`, which is empty before, if one of the joint's numbers makes no sense.
   pure subroutine check(self, reason)
     class(joint_type), intent(in) :: self
     character(len=:), allocatable, intent(inout) :: reason
@@ -236,8 +239,8 @@ contains
     end associate
   end subroutine check
 
-  !> Puts what is fixed to the frame, and the crank, where the mechanism stands. Joints that earlier ones carry have nothing to
-  !> move.
+  !> Moves parts that are fixed to the frame, and cranks, from the mechanism's axes to the machine's. Joints that earlier joints
+  !> carry have nothing to move.
   pure subroutine move(self, placement)
     class(joint_type), intent(inout) :: self
     type(placement_type), intent(in) :: placement
@@ -246,7 +249,7 @@ contains
     end associate
   end subroutine move
 
-  !> The earlier joints that this one is built on, as its bars and guides name them.
+  !> Returns the indices of the earlier joints on which this one is built, from its bars and guides.
   pure subroutine carriers(self, joints)
     class(joint_type), intent(in) :: self
     integer, allocatable, intent(out) :: joints(:)

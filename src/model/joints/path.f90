@@ -1,4 +1,4 @@
-!> Points and directions at one crank angle, and along a batch of them: the same motion in classical kinematics and in loops
+!> Points and directions at one crank angle (jets) and along a batch of crank angles. The batch uses classical kinematics in loops
 !> that the compiler can vectorise.
 module gestell_model_joints_path
   use gestell_base_processor, only: has_versions, vector_length
@@ -14,10 +14,10 @@ module gestell_model_joints_path
     type(jet) :: x = jet(), y = jet()
   end type point_type
 
-  !> Bounds on motions are taken this much longer, so that rounding cannot prove what does not hold.
+  !> Factor on bounds on motions, so that rounding cannot prove a false statement.
   real(dp), parameter, public :: slack = 1.01_dp
 
-  !> Crank angles that go through a linkage together.
+  !> Number of crank angles that pass through a linkage together.
   integer, parameter, public :: batch = 32
 
   !> A point (m) or a direction at the crank angles of a batch, with its first (vx, vy) and second (ax, ay) derivatives
@@ -51,8 +51,8 @@ contains
     direction = point_type(direction%x / length, direction%y / length)
   end function direction
 
-  !> Crank angle over which the direction from one point to another changes noticeably (rad): where they come close to
-  !> each other it turns fast.
+  !> Crank angle over which the direction from one point to another changes noticeably (rad). It is small if the points come close
+  !> to each other.
   pure real(dp) function turning_scale(from, to) result(angle_scale)
     type(point_type), intent(in) :: from, to
     real(dp) :: apart, rate
@@ -63,7 +63,7 @@ contains
     if (rate > apart) angle_scale = apart / rate
   end function turning_scale
 
-  !> The point at `along` (m) from `base` in the direction u and `across` to its left.
+  !> Point at `along` (m) from `base` in the direction u and at `across` (m) to its left.
   pure type(point_type) function carried(base, u, along, across)
     type(point_type), intent(in) :: base, u
     real(dp), intent(in) :: along, across
@@ -83,7 +83,8 @@ contains
     cross = a%x * b%y - a%y * b%x
   end function cross
 
-  !> The batch of the angles that begins with number `first`: up to number `last`, filled up with that one.
+  !> Copies the batch of angles that begins with number `first` and ends with number `last`. A short batch is filled up with its
+  !> last angle.
   pure subroutine take_batch(angles, first, last, some)
     real(dp), contiguous, intent(in) :: angles(:)
     integer, intent(in) :: first
@@ -95,7 +96,7 @@ contains
     some(last - first + 2:) = angles(last)
   end subroutine take_batch
 
-  !> What stays at one position.
+  !> Sets a path that stays at one position.
   pure subroutine keep(position, here)
     real(dp), intent(in) :: position(2)
     type(path_type), intent(out) :: here
@@ -108,7 +109,7 @@ contains
     here%ay = 0
   end subroutine keep
 
-  !> The unit vector u along e = to - from, d = |e|. It turns with w:
+  !> Computes the unit vector u along e = to - from, d = |e|. It turns with w:
   !>
   !>     u' = w u_perp,  u'' = w' u_perp - w^2 u,  w = e x e' / d^2,  w' = (e x e'' - 2 w e.e') / d^2.
   pure subroutine find_direction(from, to, u)
@@ -133,7 +134,7 @@ contains
     integer :: k
 
     inverse = 0
-    ! The second of two: gestell_base_processor.
+    ! A vector version runs this body twice; the second run has nothing to do (gestell_base_processor).
     if (once > 1) return
     do k = 1, batch
       inverse(k) = 1 / ((to%x(k) - from%x(k))**2 + (to%y(k) - from%y(k))**2)
@@ -158,7 +159,7 @@ contains
     end do
   end subroutine direction_here
 
-  !> `carried` along the paths.
+  !> Computes `carried` along paths.
   pure subroutine carry(base, u, along, across, here)
     type(path_type), intent(in) :: base, u
     real(dp), intent(in) :: along, across
@@ -175,7 +176,7 @@ contains
     end do
   end subroutine carry
 
-  !> The direction u turned to the left by a constant angle (rad).
+  !> Rotates the direction u to the left by a constant angle (rad).
   pure subroutine turn(u, angle, turned)
     type(path_type), intent(in) :: u
     real(dp), intent(in) :: angle

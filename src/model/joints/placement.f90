@@ -1,12 +1,12 @@
-!> Where a mechanism stands: its x-y system in that of the whole machine, and how its crank turns with the drive.
+!> Placement of a mechanism: its x-y axes in those of the whole machine, and the motion of its crank with the drive.
 module gestell_model_joints_placement
   use gestell_base_kinds, only: dp
   implicit none (type, external)
   private
 
-  !> The mechanism's origin (m), the angle of its x-axis (rad), what is added to its crank's angle (rad), and the turns of its crank
-  !> in one of the drive's, `ratio` over `denominator`.
-  !> In space also where along the plane's normal (m), and the number of its plane, 0: the frame's own.
+  !> Origin of the mechanism (m), angle of its x-axis (rad), phase added to its crank's angle (rad), and turns of its crank per turn
+  !> of the drive, ratio/denominator. In space also the position `z` along the plane's normal (m) and the number of its plane, 0 for
+  !> the plane of the frame.
   type, public :: placement_type
     real(dp) :: origin(2) = 0, angle = 0, phase = 0, z = 0
     integer :: ratio = 1, denominator = 1, plane = 0
@@ -17,7 +17,7 @@ module gestell_model_joints_placement
 
 contains
 
-  !> Where a point of the mechanism is (m).
+  !> Position of a point of the mechanism in the machine's axes (m).
   pure function point(self, p)
     class(placement_type), intent(in) :: self
     real(dp), intent(in) :: p(2)
@@ -26,7 +26,7 @@ contains
     point = self%origin + self%vector(p)
   end function point
 
-  !> What becomes of its vectors. Quarter turns leave no roundings.
+  !> A vector of the mechanism in the machine's axes. Quarter turns are free of rounding errors.
   pure function vector(self, v)
     class(placement_type), intent(in) :: self
     real(dp), intent(in) :: v(2)

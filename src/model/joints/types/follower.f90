@@ -1,4 +1,4 @@
-!> The follower of a cam: a slider whose position on its guide a cam determines.
+!> The follower of a cam: a slider on a guide whose position the cam determines.
 module gestell_model_joints_types_follower
   use gestell_base_key, only: key_type, of_angle, of_length, real_key, text_key
   use gestell_base_kinds, only: dp
@@ -14,7 +14,7 @@ module gestell_model_joints_types_follower
 
   public :: lift_through
 
-  !> Numbers of a lift, at the most.
+  !> Maximum number of values of a lift.
   integer, parameter :: most = 1001
 
   type(key_type), parameter :: keys(*) = [ &
@@ -25,17 +25,18 @@ module gestell_model_joints_types_follower
     &   "from 0", 1, 3, most, unit=of_length, otherwise="none"), &
     & key_type("joint", "lift_phase", real_key, "added to the cam's angle", unit=of_angle, default=0.0_dp)]
 
-  !> The joint lies on `guide`, by the lift L from the guide's point:
+  !> The joint lies on `guide` at the distance L, the lift, from the guide's point:
   !>
   !>     r = g + L(theta) u,   L = lift(1) + sum over k of lift(2 k) cos(k theta) + lift(2 k + 1) sin(k theta)   (m),
   !>
-  !> theta being the angle from the guide's direction u to the way from joint `cam(1)` to joint `cam(2)`, plus `phase` (rad).
+  !> where theta is the angle from the guide's direction u to the direction from joint `cam(1)` to joint `cam(2)`, plus `phase`
+  !> (rad).
   type, extends(joint_type), public :: follower_joint
     integer :: cam(2) = 0
     type(guide_type) :: guide
     real(dp), allocatable :: lift(:)
     real(dp) :: phase = 0
-    !> Orders of the table that the lift goes through, 0: it is given by its harmonics.
+    !> Number of orders of the table of lifts; 0 if the lift is given by its harmonics.
     integer :: table_orders = 0
   contains
     procedure :: describe
@@ -92,8 +93,8 @@ contains
     end if
   end subroutine define
 
-  !> The lift as a trigonometric polynomial through these values at equal steps of the angle over a turn, from 0; of an even
-  !> number n the term cos(n theta/2) is the last. Orders that are nothing but rounding are left out.
+  !> Lift as a trigonometric polynomial through values at equal steps of the angle over a turn, from 0. For an even number n of
+  !> values the last term is cos(n theta/2). The highest orders are left out if they are only rounding.
   pure function lift_through(table) result(lift)
     real(dp), intent(in) :: table(:)
     real(dp), allocatable :: lift(:)
@@ -131,7 +132,7 @@ contains
     end if
   end subroutine check
 
-  !> L and its first three derivatives with respect to theta, of which c and s are cosine and sine; f of shape (angles, 0:3).
+  !> Computes L and its first three derivatives with respect to theta, shape (angles, 0:3), from the cosine c and sine s of theta.
   pure subroutine follow(lift, c, s, f)
     real(dp), intent(in) :: lift(:), c(:), s(:)
     real(dp), intent(out) :: f(:, 0:)
@@ -156,7 +157,7 @@ contains
     end do
   end subroutine follow
 
-  !> Guide, lift and slope dL/dtheta with the cam, at one crank angle: theta' = c s' - s c' and so on, as c^2 + s^2 = 1.
+  !> Computes the guide, the lift and the slope dL/dtheta at one crank angle. Since c^2 + s^2 = 1, theta' = c s' - s c', and so on.
   pure subroutine lift_here(self, points, g, u, lift, slope)
     class(follower_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)
@@ -204,7 +205,7 @@ contains
     here = point_type(g%x + lift * u%x, g%y + lift * u%y)
   end subroutine locate
 
-  !> r' = g' + L u' + L' u,  r'' = g'' + L u'' + 2 L' u' + L'' u.
+  !> Computes the path: r' = g' + L u' + L' u, r'' = g'' + L u'' + 2 L' u' + L'' u.
   pure subroutine trace(self, angles, points, here)
     class(follower_joint), intent(in) :: self
     real(dp), intent(in) :: angles(batch)
@@ -223,7 +224,7 @@ contains
     call cam%trace(points, center, e)
     c = u%x * e%x + u%y * e%y
     s = u%x * e%y - u%y * e%x
-    ! Both directions turn: theta' = e x e' - u x u'.
+    ! Both directions turn, hence theta' = e x e' - u x u'.
     w = e%x * e%vy - e%y * e%vx - (u%x * u%vy - u%y * u%vx)
     w1 = e%x * e%ay - e%y * e%ax - (u%x * u%ay - u%y * u%ax)
     call follow(self%lift, c, s, f)
@@ -237,11 +238,12 @@ contains
     here%ay = g%ay + f(:, 0) * u%ay + 2 * l1 * u%vy + l2 * u%y
   end subroutine trace
 
-  !> There is a follower wherever guide and cam have a direction: with A_k the amplitude of order k
+  !> Bounds for the joint. The follower can be assembled if guide and cam have a direction. With the amplitude A_k of order k
   !>
   !>     |L| <= |lift(1)| + sum of A_k,   |dL/dtheta| <= sum of k A_k,   |d2L/dtheta2| <= sum of k^2 A_k,
   !>
-  !> and theta turns with at most omega + omega_guide. What bounds r' and r'' are the sums of their terms in `trace`.
+  !> and theta turns with at most omega + omega_guide. The sums of the absolute terms of r' and r'' in `trace` bound speed and
+  !> acceleration.
   pure function reach(self, points, speeds, accelerations, half_width)
     class(follower_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)
@@ -276,9 +278,9 @@ contains
     if (orders * rate > 1) reach%angle_scale = min(reach%angle_scale, 1 / (orders * rate))
   end function reach
 
-  !> The sine of the transmission angle is the cosine of the pressure angle, between the guide and the normal of cam and point,
-  !> which passes the instantaneous centre of their relative motion: with cam(1) as the centre of the turning it lies by dL/dtheta
-  !> beside it, across the guide.
+  !> Quality of the transmission. The sine of the transmission angle is the cosine of the pressure angle, between the guide and the
+  !> common normal of cam and follower. The normal passes through the instantaneous centre of their relative motion. This centre
+  !> lies at the distance dL/dtheta from cam(1), the centre of rotation of the cam, perpendicular to the guide.
   pure function transmission(self, points, here)
     class(follower_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:), here

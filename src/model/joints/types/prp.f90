@@ -1,4 +1,4 @@
-!> The dyad of two sliders that turn against each other, each on its guide.
+!> The dyad PRP of two sliders that turn against each other, each on its guide.
 module gestell_model_joints_types_prp
   use gestell_base_kinds, only: dp
   use gestell_math_jet, only: jet, operator(*), operator(-)
@@ -11,7 +11,7 @@ module gestell_model_joints_types_prp
   implicit none (type, external)
   private
 
-  !> The joint of two sliders, each on its guide: where the guides cross.
+  !> The joint of two sliders: the intersection of their guides.
   type, extends(joint_type), public :: prp_joint
     type(guide_type) :: guides(2)
   contains
@@ -90,9 +90,10 @@ contains
     call meet(g1, u1, g2, u2, here)
   end subroutine trace
 
-  !> The sine of the guides' angle loses at most (omega_1 + omega_2) half_width, or less where its derivative in the middle is
-  !> small: its second is at most omega_1' + omega_2' + (omega_1 + omega_2)^2. Each guide fixes the joint's velocity
-  !> across itself to v_g + omega |r - g|, where |r - g| grows while the joint moves with at most V: what bounds V is
+  !> Bounds for the joint. The sine of the angle between the guides decreases by at most (omega_1 + omega_2) half_width, or less if
+  !> its derivative in the middle is small: the second derivative is at most omega_1' + omega_2' + (omega_1 + omega_2)^2. Each guide
+  !> fixes the joint's velocity perpendicular to itself to v_g + omega |r - g|. |r - g| grows while the joint moves with at most V,
+  !> which the following inequality bounds:
   !>
   !>     V sin <= sum over the guides of v_g + omega (|r - g| + (V + v_g) half_width).
   pure function reach(self, points, speeds, accelerations, half_width)
@@ -118,7 +119,7 @@ contains
     end do
     sine = cross(u(1), u(2))
     left = abs(sine%v) - 2 * greatest_change(turning, sine%d, bend + turning**2, half_width)
-    ! Closer to parallel `crossing` has lost half its digits.
+    ! If the guides are closer to parallel, `crossing` loses half its digits.
     reach%assembled = left > max(sqrt(epsilon(left)), steady * abs(sine%v))
     if (.not. reach%assembled) return
     here = crossing(g(1), u(1), g(2), u(2))
@@ -140,7 +141,7 @@ contains
     if (turning > 0) reach%angle_scale = abs(sine%v) / turning
   end function reach
 
-  !> The transmission angle is the one between the guides; the travel that on the first.
+  !> Quality of the transmission. The transmission angle is the angle between the guides; the travel is that on the first guide.
   pure function transmission(self, points, here)
     class(prp_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:), here

@@ -1,4 +1,4 @@
-!> The dyad of a yoke: it slides on a guide, and a joint slides in its slot.
+!> The dyad RPP of a yoke, which slides on a guide while a joint slides in its slot.
 module gestell_model_joints_types_rpp
   use gestell_base_key, only: key_type, of_angle, real_key
   use gestell_base_kinds, only: dp, pi
@@ -16,8 +16,8 @@ module gestell_model_joints_types_rpp
   type(key_type), parameter :: slot_key = key_type("joint", "slot_angle", real_key, "of the yoke's slot to the guide's direction", &
     & required=.true., unit=of_angle)
 
-  !> The yoke: it slides along `guide` and has a straight slot at `slot_angle` (rad) to the guide's direction, in which
-  !> joint `end` slides. The joint is the point of the yoke where the slot crosses the guide.
+  !> The yoke slides along `guide`. Joint `end` slides in its straight slot, which makes the angle `slot_angle` (rad) with the
+  !> guide's direction. The joint is the point of the yoke where slot and guide intersect.
   type, extends(joint_type), public :: rpp_joint
     integer :: end = 0
     type(guide_type) :: guide
@@ -72,7 +72,7 @@ contains
     call self%guide%move(placement)
   end subroutine move
 
-  !> The slot is a line through `end` at a fixed angle to the guide.
+  !> Computes the position. The slot is a line through `end` at a fixed angle to the guide.
   pure subroutine locate(self, crank_angle, points, here)
     class(rpp_joint), intent(in) :: self
     real(dp), intent(in) :: crank_angle
@@ -100,7 +100,8 @@ contains
     call meet(g, u, points(self%end), slot, here)
   end subroutine trace
 
-  !> In the guide's own system the slot hands `end`'s velocity on, divided by the sine of the slot's angle.
+  !> Bounds for the joint. In the guide's own axes the speed of the yoke is at most the speed of `end` divided by the sine of the
+  !> slot's angle.
   pure function reach(self, points, speeds, accelerations, half_width)
     class(rpp_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)
@@ -128,7 +129,7 @@ contains
     reach%angle_scale = motion%angle_scale
   end function reach
 
-  !> The transmission angle is that of the slot.
+  !> Quality of the transmission. The transmission angle is the angle between slot and guide.
   pure function transmission(self, points, here)
     class(rpp_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:), here

@@ -1,4 +1,4 @@
-!> The dyad of turning pair, slider and turning pair: the slotted lever.
+!> The dyad RPR of turning pair, slider and turning pair: a slotted lever.
 module gestell_model_joints_types_rpr
   use gestell_base_kinds, only: dp
   use gestell_math_jet, only: jet, operator(*), operator(+), operator(-), sqrt
@@ -10,8 +10,8 @@ module gestell_model_joints_types_rpr
   implicit none (type, external)
   private
 
-  !> The lever turns about joint `ends(2)`, its slot passes through joint `ends(1)`. The joint lies on it at `length` (m) from
-  !> `ends(2)`, toward `ends(1)` (`branch` = 1) or away (-1).
+  !> The lever turns about joint `ends(2)`; its slot passes through joint `ends(1)`. The joint is a point of the lever at `length`
+  !> (m) from `ends(2)`, toward `ends(1)` (`branch` = 1) or away from it (-1).
   type, extends(joint_type), public :: rpr_joint
     integer :: ends(2) = 0
     real(dp) :: length = 0
@@ -105,7 +105,7 @@ contains
     if (.not. known) deviation = disc(acceleration + hypot(here%x%dd, here%y%dd))
   end function deviation
 
-  !> A dead point is where the joint in the slot meets the lever's pivot.
+  !> Quality of the transmission. At a dead point the joint in the slot meets the lever's pivot.
   pure function transmission(self, points, here)
     class(rpr_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:), here

@@ -1,4 +1,4 @@
-!> The dyad of a rod and a slider: the joint at a given distance from an earlier one, on a guide.
+!> The dyad RRP of a rod and a slider: the joint on a guide, at a given distance from an earlier joint.
 module gestell_model_joints_types_rrp
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
@@ -69,7 +69,7 @@ contains
     call self%guide%move(placement)
   end subroutine move
 
-  !> With the guide g + s u and r = end - g: s = r . u +- sqrt(l^2 - (r x u)^2).
+  !> Computes the position: with the guide g + s u and r = end - g, s = r . u +- sqrt(l^2 - (r x u)^2).
   pure subroutine locate(self, crank_angle, points, here)
     class(rrp_joint), intent(in) :: self
     real(dp), intent(in) :: crank_angle
@@ -100,12 +100,13 @@ contains
     call hold_on_guide(points(self%end), self%length, g, u, self%branch, here)
   end subroutine trace
 
-  !> The position as in `locate`. The joint moves along the guide, and the rod b = r - r_end keeps its length:
+  !> Computes the path of the joint, with the position as in `locate`. The joint moves along the guide, and the rod b = r - r_end
+  !> keeps its length:
   !>
   !>     r' = g' + s u' + s' u,                 b . (r' - r_end') = 0,
   !>     r'' = g'' + s u'' + 2 s' u' + s'' u,   b . (r'' - r_end'') = -|r' - r_end'|^2,
   !>
-  !> and b . u is the root.
+  !> where b . u is the root.
   pure subroutine hold_on_guide(end, length, g, u, branch, here)
     type(path_type), intent(in) :: end, g, u
     real(dp), intent(in) :: length
@@ -139,10 +140,10 @@ contains
     end do
   end subroutine hold_on_guide
 
-  !> The distance of `end` from the guide changes by at most v_end + v_g + omega |r| per radian, or less where its derivative in
-  !> the middle is small: its second is at most a_end + a_g + 2 (v_end + v_g) omega + |r| (omega' + omega^2). Where it stays
-  !> below l the rod keeps an angle to the guide's normal with cosine c > 0. The rod fixes the slider's velocity along
-  !> itself, so it slides with at most (v_end + v_guide) / c.
+  !> Bounds for the joint. The distance of `end` from the guide changes by at most v_end + v_g + omega |r| per radian, or less if
+  !> its derivative in the middle is small: the second derivative is at most a_end + a_g + 2 (v_end + v_g) omega + |r| (omega' +
+  !> omega^2). If the distance stays below l, the cosine c of the angle between rod and guide stays positive. The rod fixes the
+  !> component of the slider's velocity along itself, so it slides with at most (v_end + v_guide) / c.
   pure function reach(self, points, speeds, accelerations, half_width)
     class(rrp_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)
@@ -167,7 +168,7 @@ contains
     reach%assembled = farthest < self%length
     if (.not. reach%assembled) return
     cosine = cosine_at(farthest)
-    ! Closer to a dead point `locate` has lost half its digits.
+    ! Closer to a dead point `locate` loses half its digits.
     reach%assembled = cosine > max(1.0e-6_dp, steady * cosine_at(abs(off%v)))
     if (.not. reach%assembled) return
     carried = motion%speed + motion%turning * (apart + self%length)
@@ -190,8 +191,8 @@ contains
 
   end function reach
 
-  !> On a fixed guide it has no component across the guide. The first round, from the bound on the acceleration, brings a better one
-  !> for the second.
+  !> Deviation; on a fixed guide it has no component perpendicular to the guide. The first round starts from the bound on the
+  !> acceleration and gives a better radius for the second.
   pure function deviation(self, points, here, deviations, acceleration, half_width)
     class(rrp_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:), here
@@ -213,7 +214,7 @@ contains
     end do
   end function deviation
 
-  !> A dead point is where the rod stands across the guide.
+  !> Quality of the transmission. At a dead point the rod is perpendicular to the guide.
   pure function transmission(self, points, here)
     class(rrp_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:), here
@@ -226,7 +227,7 @@ contains
     off = cross(r, u)
     transmission = transmission_type(sine=jet(), margin=(-sign(1.0_dp, off%v)) * off + self%length, slides=.true., &
       & travel=dot(point_type(here%x - g%x, here%y - g%y), u))
-    ! the cosine of the rod's angle to the guide; where it does not reach, zero
+    ! the cosine of the angle between rod and guide; zero if the rod does not reach the guide
     square = transmission%margin * (sign(1.0_dp, off%v) * off + self%length)
     if (square%v > 0) transmission%sine = (1 / self%length) * sqrt(square)
   end function transmission

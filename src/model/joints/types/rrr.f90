@@ -1,4 +1,4 @@
-!> The dyad of three turning pairs: the joint at given distances from two earlier ones.
+!> The dyad RRR of three turning pairs: the joint at given distances from two earlier joints, (24) of doc/theory.md.
 module gestell_model_joints_types_rrr
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
@@ -75,7 +75,7 @@ contains
       d2 = ex * ex + ey * ey
       cos_mu = (-0.5_dp / (l1 * l2)) * d2 + (l1**2 + l2**2) / (2 * l1 * l2)
       along = (0.5_dp * d2 + (l1 - l2) * (l1 + l2) / 2) / d2
-      ! 1 - cos^2 as (1 - cos)(1 + cos): no digits are lost beside a dead point
+      ! 1 - cos^2 as (1 - cos)(1 + cos) loses no digits near a dead point
       across = self%branch * l1 * l2 * sqrt((-1.0_dp) * (cos_mu + (-1.0_dp)) * (cos_mu + 1.0_dp)) / d2
       here%x = one%x + along * ex - across * ey
       here%y = one%y + along * ey + across * ex
@@ -93,12 +93,13 @@ contains
     call close_dyad(points(self%ends(1)), points(self%ends(2)), self%lengths(1), self%lengths(2), self%branch, here)
   end subroutine trace
 
-  !> The position as in `locate`. With the links p = r - r1 and q = r - r2 that turn by w and z,
+  !> Computes the path of the joint, with the position as in `locate`. With the links p = r - r1 and q = r - r2, which turn with w
+  !> and z,
   !>
   !>     r' = r1' + w p_perp = r2' + z q_perp:          w = (r2' - r1') . q / (p x q),  z = (r2' - r1') . p / (p x q),
   !>     r'' = r1'' + w' p_perp - w^2 p = r2'' + ...:   w' = [(r2'' - r1'') . q + w^2 p . q - z^2 q . q] / (p x q),
   !>
-  !> and p x q = branch l1 l2 sin mu.
+  !> where p x q = branch l1 l2 sin mu.
   pure subroutine close_dyad(one, two, l1, l2, branch, here)
     type(path_type), intent(in) :: one, two
     real(dp), intent(in) :: l1, l2
@@ -137,11 +138,11 @@ contains
     end do
   end subroutine close_dyad
 
-  !> The ends' distance d changes by at most (v1 + v2) half_width, or less where its derivative in the middle is small and
-  !> |d''| <= a1 + a2 + (v1 + v2)^2 / d. So mu keeps clear of 0 and pi if both ends of that range lie inside
-  !> |l1 - l2| < d < l1 + l2. Of the joint's velocity the links fix the components along themselves,
-  !> hence |v| <= (v1 + v2) / sin mu; of its acceleration likewise, those of the ends along the links less the
-  !> centripetal |v - v_i|^2 / l_i.
+  !> Bounds for the joint. The distance d of the ends changes by at most (v1 + v2) half_width, or less if its derivative in the
+  !> middle is small and |d''| <= a1 + a2 + (v1 + v2)^2 / d. The angle mu stays away from 0 and pi if this range of d lies inside
+  !> |l1 - l2| < d < l1 + l2. The links fix the components of the joint's velocity along themselves, hence |v| <= (v1 + v2) / sin
+  !> mu. They fix those of its acceleration likewise: the ends' accelerations along the links minus the centripetal terms |v -
+  !> v_i|^2 / l_i.
   pure function reach(self, points, speeds, accelerations, half_width)
     class(rrr_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)
@@ -163,23 +164,23 @@ contains
       reach%assembled = d%v - change > abs(l1 - l2) .and. d%v + change < l1 + l2
       if (.not. reach%assembled) return
       sine = sqrt(min(sine2(d%v - change), sine2(d%v + change)))
-      ! Closer to a dead point `locate` has lost half its digits.
+      ! Closer to a dead point `locate` loses half its digits.
       reach%assembled = sine > max(1.0e-6_dp, steady * sqrt(sine2(d%v)))
       if (.not. reach%assembled) return
       reach%speed = v / sine
       reach%acceleration = (sum(accelerations(self%ends)) + (reach%speed + speeds(self%ends(1)))**2 / l1 &
         & + (reach%speed + speeds(self%ends(2)))**2 / l2) / sine
-      ! Where the ends come together this bound has no limit: no link that hangs on the joint could be secured.
+      ! If the ends meet, this bound has no limit, and no link that hangs on the joint could be proved sound.
       reach%assembled = reach%speed * half_width < min(l1, l2) / 4
       if (.not. reach%assembled) return
-      ! cos mu changes at most at this rate; near an extreme it takes sin mu / sqrt(rate) to the complex dead point.
+      ! cos mu changes at most at this rate; near an extremum it takes sin mu / sqrt(rate) to the complex dead point.
       rate = d%v * v / (l1 * l2)
       if (rate > 0) reach%angle_scale = sqrt(sine2(d%v)) / sqrt(rate)
     end associate
 
   contains
 
-    !> sin^2 mu at a distance of the ends.
+    !> sin^2 mu for a distance of the ends (m).
     pure real(dp) function sine2(distance)
       real(dp), intent(in) :: distance
 
@@ -191,7 +192,8 @@ contains
 
   end function reach
 
-  !> Its components along both links; the first round, from the bound on the acceleration, brings a better one for the second.
+  !> Deviation from its components along both links. The first round starts from the bound on the acceleration and gives a better
+  !> radius for the second.
   pure function deviation(self, points, here, deviations, acceleration, half_width)
     class(rrr_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:), here
@@ -220,7 +222,7 @@ contains
     d = sqrt(ex * ex + ey * ey)
   end function distance_of
 
-  !> A dead point is where the links stretch or fold: d = l1 + l2 or d = |l1 - l2|.
+  !> Quality of the transmission. At a dead point the links stretch or fold: d = l1 + l2 or d = |l1 - l2|.
   pure function transmission(self, points, here)
     class(rrr_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:), here
