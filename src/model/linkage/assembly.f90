@@ -1,4 +1,5 @@
-!> Proves that a linkage can be assembled at every crank angle, not only at sampled ones.
+!> Proves that a linkage can be assembled at every crank angle, not only at sampled ones. See Assembly over the whole turn in
+!> doc/theory.md.
 module gestell_model_linkage_assembly
   use gestell_base_error, only: error_type, fatal_error, impossible_mechanism
   use gestell_base_kinds, only: dp, pi
@@ -15,28 +16,29 @@ module gestell_model_linkage_assembly
 
   public :: prove_assembly
 
-  !> A joint that cannot be secured over this angle (rad) stands at a dead point: near one the proof needs ever shorter
-  !> intervals. About the angle between its links (rad) squared.
+  !> A joint counts as standing at a dead point if the proof fails over this interval (rad): near a dead point the proof needs ever
+  !> shorter intervals. The interval is about the square of the angle between the joint's links (rad).
   real(dp), parameter :: narrowest = 1.0e-9_dp
-  !> Intervals over the turn, at the most.
+  !> Maximum number of intervals over the turn.
   integer, parameter :: most_intervals = 1000000
-  !> Angles of the turn at which a joint that cannot turn is tried, every 4 deg; halvings that refine the ends of the intervals in
-  !> which it closes; intervals that are listed.
+  !> Number of crank angles, every 4 deg, at which a joint that cannot turn is tried; halvings that refine the ends of the intervals
+  !> in which it closes; maximum number of such intervals in a message.
   integer, parameter :: samples = 90, halvings = 24, most_listed = 3
 
 contains
 
-  !> Marches over the whole turn in intervals that are each proved from their middle: bounds on the joints' speeds pass
-  !> from joint to joint and limit how far each can move within the interval. `angle_scale`: the crank angle (rad) over which
-  !> the motion changes noticeably; `intervals`: how many were tried.
-  !> Errors: a joint that cannot be assembled or reaches a dead point; a link whose two joints meet; too many intervals. They
-  !> are named with the angle of the drive, which turns `turns` times, else once.
+  !> Proves interval by interval that the linkage can turn. Each interval is proved from its middle: bounds on the joints' speeds
+  !> pass from joint to joint and limit the distance that each joint can move within the interval. Errors: a joint cannot be
+  !> assembled or reaches a dead point; the two joints of a link meet; too many intervals. Messages give the angle of the drive.
   subroutine prove_assembly(joints, links, angle_scale, intervals, error, turns)
     type(named_joint_type), intent(in) :: joints(:)
     type(link_type), intent(in) :: links(:)
+    !> Crank angle over which the motion changes noticeably (rad)
     real(dp), intent(out) :: angle_scale
+    !> Number of intervals that were tried
     integer, intent(out) :: intervals
     type(error_type), allocatable, intent(out) :: error
+    !> Turns of the drive in the turn; default: 1
     integer, intent(in), optional :: turns
     real(dp) :: angle, width, local
     integer :: bad_joint, bad_link, of_drive
@@ -64,8 +66,8 @@ contains
     end do
   end subroutine prove_assembly
 
-  !> Tries to prove that all joints and links are sound within `half_width` of the crank angle `middle`. The index of
-  !> the first joint or link for which that fails, else 0.
+  !> Tries to prove that all joints and links are sound within `half_width` of the crank angle `middle` (rad). Returns the index of
+  !> the first joint or link for which the proof fails, or 0.
   subroutine secure(joints, links, middle, half_width, angle_scale, bad_joint, bad_link)
     type(named_joint_type), intent(in) :: joints(:)
     type(link_type), intent(in) :: links(:)
@@ -89,7 +91,7 @@ contains
       end if
       angle_scale = min(angle_scale, reach%angle_scale)
       call joints(i)%joint%locate(middle, at(:i - 1), at(i))
-      ! Acceleration and speed in the middle are known, so in short intervals bounds do not pile up along a chain.
+      ! Acceleration and speed in the middle are known, so bounds over short intervals do not accumulate along a chain.
       deviations(i) = joints(i)%joint%deviation(at(:i - 1), at(i), deviations(:i - 1), reach%acceleration, half_width)
       beyond = disc(reach%acceleration + hypot(at(i)%x%dd, at(i)%y%dd))
       if (.not. deviations(i)%radius() < beyond%radius()) deviations(i) = beyond
@@ -109,7 +111,7 @@ contains
     end do
   end subroutine secure
 
-  !> Error: what is wrong with a joint or a link at an angle; or, where all intervals are `spent`, that nothing is known of it.
+  !> Writes the error about a joint or a link at an angle. If all intervals are `spent`, the error says that nothing is proved.
   subroutine report(joints, links, angle, turns, bad_joint, bad_link, spent, error)
     type(named_joint_type), intent(in) :: joints(:)
     type(link_type), intent(in) :: links(:)
@@ -143,8 +145,8 @@ contains
     call fatal_error(error, subject // reason, impossible_mechanism, subject)
   end subroutine report
 
-  !> Between which crank angles joint number `bad` can be assembled, and what kind of four-bar it belongs to; starts with "; ". The
-  !> drive turns `turns` times in the turn.
+  !> Describes the crank angles at which joint number `bad` can be assembled, and its four-bar linkage if it belongs to one. The
+  !> text starts with "; ". The drive turns `turns` times in the turn.
   subroutine explain_closure(joints, bad, turns, words)
     type(named_joint_type), intent(in) :: joints(:)
     integer, intent(in) :: bad, turns
@@ -154,7 +156,7 @@ contains
     real(dp) :: from, to
     integer :: first, k, found
 
-    ! Aside of round angles, where dead points lie.
+    ! Samples avoid round angles, where dead points often lie.
     closes = [(assembled(joints, bad, (k + aside) * step), k = 0, samples)]
     if (.not. any(closes)) then
       words = "; it closes at no crank angle"
@@ -166,7 +168,7 @@ contains
       return
     end if
     words = "; it closes"
-    ! From an angle at which it does not close once round.
+    ! Goes once around, from an angle at which the joint does not close.
     first = findloc(closes, .false., dim=1) - 1
     found = 0
     do k = first + 1, first + samples
@@ -185,7 +187,7 @@ contains
 
   contains
 
-    !> The angle between an open sample and a closing one beside it at which it begins to close.
+    !> Angle (rad) at which the joint begins to close, between an open sample and a neighbouring closed one.
     real(dp) function end_of(open, closed) result(angle)
       integer, intent(in) :: open, closed
       real(dp) :: outside
@@ -210,7 +212,7 @@ contains
 
   end subroutine explain_closure
 
-  !> Whether all joints up to number `bad` can be assembled at a crank angle.
+  !> True if all joints up to number `bad` can be assembled at a crank angle (rad).
   logical function assembled(joints, bad, angle)
     type(named_joint_type), intent(in) :: joints(:)
     integer, intent(in) :: bad
@@ -230,7 +232,7 @@ contains
     end do
   end function assembled
 
-  !> Adds of a dyad between the crank and the ground that it is a parallelogram, or no Grashof linkage.
+  !> If the joint is a dyad between the crank and the ground, adds that it is a parallelogram or no Grashof linkage.
   subroutine add_four_bar(joints, bad, words)
     type(named_joint_type), intent(in) :: joints(:)
     integer, intent(in) :: bad

@@ -1,4 +1,4 @@
-!> The links of a linkage as bodies, and the sums over them.
+!> Links of a linkage as bodies, and the sums (4) to (7) of doc/theory.md over their masses.
 module gestell_model_linkage_bodies
   use gestell_base_processor, only: has_versions, vector_length
   use gestell_math_jet, only: jet, operator(*), operator(+), operator(-)
@@ -12,18 +12,18 @@ module gestell_model_linkage_bodies
 
   public :: move_link, sum_drive, sum_masses, tabulate_masses
 
-  !> Sums that cancel to this part of their terms' magnitudes are zero: a balanced mechanism does not shake at all.
+  !> A sum below this part of the sum of its absolute terms is set to zero, so that a balanced mechanism does not shake at all.
   real(dp), parameter :: noise = 8 * epsilon(1.0_dp)
 
-  !> A body. Its xi-axis points from joint `from` to joint `to`; without `to` (0) it keeps the directions of x and y.
+  !> A body. Its xi-axis points from joint `from` to joint `to`; if `to` is 0 it keeps the directions of x and y.
   type, public :: link_type
     character(len=:), allocatable :: name
     integer :: from = 0, to = 0
-    !> Mass (kg), moment of inertia about the centre of mass (kg m^2), centre of mass in the link's system (m).
+    !> Mass (kg), moment of inertia about the centre of mass (kg m^2), centre of mass in the link's axes (m).
     real(dp) :: mass = 0, inertia = 0, center(2) = 0
-    !> What only a frame in space feels: the place of the centre of mass along the plane's normal (m), and within its mechanism,
-    !> which has its own; the moments of inertia along the link's xi-axis and across it, in the plane (kg m^2), the xi-axis of a
-    !> link that only translates; the number of its plane, 0: the frame's own.
+    !> Data for a frame in space only: position `z` of the centre of mass along the plane's normal (m), and `own_z` the part of it
+    !> within the link's mechanism; moments of inertia along the link's xi-axis and across it in the plane (kg m^2); direction of
+    !> the xi-axis of a link that only translates; number of its plane, 0 for the plane of the frame.
     real(dp) :: z = 0, own_z = 0, along = 0, across = 0, axis(2) = [1.0_dp, 0.0_dp]
     integer :: plane = 0
   end type link_type
@@ -45,7 +45,7 @@ module gestell_model_linkage_bodies
 
 contains
 
-  !> `to` becomes `from`, which loses its name: nothing is allocated.
+  !> Moves a link without allocating anything: `to` becomes `from`, and `from` loses its name.
   pure subroutine move_link(from, to)
     type(link_type), intent(inout) :: from
     type(link_type), intent(out) :: to
@@ -64,7 +64,8 @@ contains
     to%plane = from%plane
   end subroutine move_link
 
-  !> The sums (4) to (7) over the links, with all joints at `at`; `terms`: of the absolute terms of a1'', a2'', a4, K'.
+  !> Computes the sums (4) to (7) over the links with all joints at `at`, and the sums of the absolute terms of a1'', a2'' (kg m),
+  !> a4 and K' (kg m^2).
   pure subroutine sum_masses(links, at, a, terms)
     type(link_type), intent(in) :: links(:)
     type(point_type), intent(in) :: at(:)
@@ -98,7 +99,7 @@ contains
     if (present(terms)) terms = [size1%dd, size2%dd, a4_size, energy_size]
   end subroutine sum_masses
 
-  !> What the drive feels, summed over the links, with all joints at `at`: shape (drive_columns).
+  !> Computes the drive's functions, summed over the links, with all joints at `at`: shape (drive_columns).
   pure subroutine sum_drive(links, at, drive)
     type(link_type), intent(in) :: links(:)
     type(point_type), intent(in) :: at(:)
@@ -126,8 +127,8 @@ contains
     if (abs(drive(energy_d)) <= noise * magnitude) drive(energy_d) = 0
   end subroutine sum_drive
 
-  !> The motion of a link's centre of mass, and its angular velocity and acceleration, d(phi_i) / dphi and d2(phi_i) / dphi2, with
-  !> the `change` of that; `turn_terms`: of the acceleration's absolute terms.
+  !> Computes the motion of a link's centre of mass, its rates of rotation d(phi_i)/dphi, d2(phi_i)/dphi2 and `change`, the third
+  !> derivative. `turn_terms` is the sum of the absolute terms of the second.
   pure subroutine body_motion(link, at, center, rate, turn, change, turn_terms)
     type(link_type), intent(in) :: link
     type(point_type), intent(in) :: at(:)
@@ -169,7 +170,7 @@ contains
       & merge(0.0_dp, sum%dd, abs(sum%dd) <= noise * magnitude%dd))
   end function cleaned
 
-  !> The sums over a batch of crank angles, with all joints on the paths `at`: rows `first` to `last` of the table.
+  !> Computes the sums over a batch of crank angles, with all joints on the paths `at`, into rows `first` to `last` of the table.
   pure subroutine tabulate_masses(links, at, first, last, table)
     type(link_type), intent(in) :: links(:)
     type(path_type), intent(in) :: at(:)
@@ -196,8 +197,8 @@ contains
     end do
   end subroutine tabulate_masses
 
-  !> Adds a body with the direction u to the sums, and the magnitudes of its terms to theirs, but for a3, which no
-  !> balancing cancels.
+  !> Adds a body with the direction u to the sums, and the absolute values of its terms to `magnitudes`. a3 has no magnitudes
+  !> because its terms never cancel.
   pure subroutine add_body(mass, inertia, center, from, u, sums, magnitudes)
     real(dp), intent(in) :: mass, inertia, center(2)
     type(path_type), intent(in) :: from, u
@@ -223,7 +224,7 @@ contains
     integer :: k
 
     turn = 0
-    ! The second of two: gestell_base_processor.
+    ! A vector version runs this body twice; the second run has nothing to do (gestell_base_processor).
     if (once > 1) return
     do k = 1, batch
       turn(k) = u%x(k) * u%ay(k) - u%y(k) * u%ax(k)

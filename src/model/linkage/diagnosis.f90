@@ -1,4 +1,4 @@
-!> What a linkage tells before any dynamics: mobility, Grashof's class, ranges, strokes, transmission angles.
+!> Kinematic diagnosis of a linkage, without dynamics: mobility, Grashof's class, ranges, strokes, transmission angles.
 module gestell_model_linkage_diagnosis
   use gestell_base_error, only: error_type
   use gestell_math_jet, only: jet
@@ -16,55 +16,55 @@ module gestell_model_linkage_diagnosis
 
   public :: diagnose, diagnose_joints
 
-  !> What one joint does over a turn.
+  !> Motion of one joint over a turn.
   type, public :: joint_report_type
-    !> Least and greatest x, y and, for a slider, travel on its guide (m).
+    !> Minimum and maximum of x, y and, for a slider, of its travel on the guide (m).
     real(dp) :: x(2) = 0, y(2) = 0, travel(2) = 0
     logical :: slides = .false.
-    !> Greatest speed and acceleration on the guide, per unit of the crank's speed (m) and of its square (m).
+    !> Maximum speed on the guide divided by the crank speed (m), and maximum acceleration divided by its square (m).
     real(dp) :: rate = 0, second_rate = 0
-    !> The crank angle through which it slides forward on its guide (rad); 0 where it does not go forward and back once a turn.
+    !> Crank angle through which the slider moves forward on its guide (rad); 0 if it does not move forward and back once per turn.
     real(dp) :: forward = 0
-    !> Smallest transmission angle (rad, at most pi/2) and the crank angle where it is met (rad).
+    !> Minimum transmission angle (rad, at most pi/2) and the crank angle at which it occurs (rad).
     real(dp) :: transmission = pi / 2, transmission_at = 0
-    !> Least change of one of its lengths that would reach a dead point (m), huge where none can.
+    !> Minimum change of one of the joint's lengths that would reach a dead point (m), huge if no length can.
     real(dp) :: margin = huge(1.0_dp)
   end type joint_report_type
 
   type, public :: diagnosis_type
-    !> Gruebler's count: links with the frame, pairs of one degree of freedom and of two, mobility
-    !> 3 (links - 1) - 2 pairs - higher_pairs.
+    !> Gruebler's count: links including the frame, pairs of one degree of freedom and of two, mobility 3 (links - 1) - 2 pairs -
+    !> higher_pairs.
     integer :: links = 0, pairs = 0, higher_pairs = 0, mobility = 0
-    !> Grashof's class of a four-bar, else empty.
+    !> Grashof's class of a four-bar linkage, empty for other mechanisms.
     character(len=40) :: grashof = ""
     type(joint_report_type), allocatable :: joints(:)
-    !> Whether each link turns fully, else the angle that it swings through (rad).
+    !> True for each link that turns fully; angle through which each link swings (rad).
     logical, allocatable :: turns(:)
     real(dp), allocatable :: swing(:)
-    !> What it cost: joints placed at a crank angle, one by one.
+    !> Cost: number of evaluations of single joints at single crank angles.
     integer :: placements = 0
   end type diagnosis_type
 
-  !> What is followed of a joint and of a link, as it was at the last crank angle, with its extremes so far.
+  !> State of a joint or a link at the last crank angle, and its extremes so far.
   type :: joint_track_type
     type(point_type) :: here
     type(transmission_type) :: transmission
     type(extremes_type) :: x, y, travel, rate, second_rate, sine, margin
-    !> The direction in which it slides, and how often that has changed.
+    !> Direction in which the joint slides, and how often it has changed.
     real(dp) :: direction = 0
     integer :: reversals = 0
   end type joint_track_type
 
   type :: link_track_type
     type(point_type) :: direction
-    !> The angle it has turned through (rad).
+    !> Angle through which the link has turned (rad).
     type(jet) :: angle
     type(extremes_type) :: swing
   end type link_track_type
 
 contains
 
-  !> The diagnosis of a linkage. Error: it has no joints or no links.
+  !> Computes the diagnosis of a linkage. Fails if the linkage has no joints or no links.
   subroutine diagnose(linkage, diagnosis, error)
     class(linkage_type), intent(in) :: linkage
     type(diagnosis_type), intent(out) :: diagnosis
@@ -77,7 +77,7 @@ contains
     call turn_once(linkage, linkage%links, diagnosis)
   end subroutine diagnose
 
-  !> Of the diagnosis what concerns the joints.
+  !> Computes only the part of the diagnosis that concerns the joints.
   subroutine diagnose_joints(linkage, diagnosis)
     class(linkage_type), intent(in) :: linkage
     type(diagnosis_type), intent(out) :: diagnosis
@@ -85,8 +85,7 @@ contains
     call turn_once(linkage, linkage%links(:0), diagnosis)
   end subroutine diagnose_joints
 
-  !> Follows all joints and `links` through one turn, from angle to angle: in steps of half a degree, or as many as the
-  !> mechanism's angle scale asks for.
+  !> Follows all joints and `links` through one turn, in steps of half a degree or less, as the mechanism's angle scale requires.
   subroutine turn_once(linkage, links, diagnosis)
     class(linkage_type), intent(in) :: linkage
     type(link_type), intent(in) :: links(:)
@@ -111,7 +110,7 @@ contains
     diagnosis%swing = merge(bodies%swing%greatest - bodies%swing%least, 0.0_dp, links%to > 0)
   end subroutine turn_once
 
-  !> What the joints do on the step that ends at this `angle`; with `first` nothing lies behind them.
+  !> Updates the joints' extremes by the step that ends at `angle`. With `first` there is no earlier angle.
   subroutine follow_joints(joints, at, angle, step, first, tracks)
     type(named_joint_type), intent(in) :: joints(:)
     type(point_type), intent(in) :: at(:)
@@ -146,7 +145,7 @@ contains
     end do
   end subroutine follow_joints
 
-  !> The same for links: u = (cos phi, sin phi) turns by phi' = u x u', phi'' = u x u''.
+  !> Updates the links' extremes by the step that ends at `angle`. u = (cos phi, sin phi) turns by phi' = u x u', phi'' = u x u''.
   subroutine follow_links(links, at, angle, step, first, tracks)
     type(link_type), intent(in) :: links(:)
     type(point_type), intent(in) :: at(:)
@@ -188,7 +187,7 @@ contains
     report%margin = track%margin%least
   end function joint_report
 
-  !> The links and pairs that all joints bring, and the frame.
+  !> Counts the frame and the links and pairs that the joints add.
   subroutine count_links(linkage, diagnosis)
     class(linkage_type), intent(in) :: linkage
     type(diagnosis_type), intent(inout) :: diagnosis
@@ -210,12 +209,12 @@ contains
       diagnosis%pairs = diagnosis%pairs + form%pairs
       diagnosis%higher_pairs = diagnosis%higher_pairs + form%higher_pairs
     end do
-    ! a pair of gears joins each shaft that turns with the drive, but for the first, to another
+    ! each shaft that turns with the drive, except the first, is joined to another by a pair of gears
     diagnosis%higher_pairs = diagnosis%higher_pairs + shafts - 1
     diagnosis%mobility = 3 * (diagnosis%links - 1) - 2 * diagnosis%pairs - diagnosis%higher_pairs
   end subroutine count_links
 
-  !> Whether a joint is a crank pin on a shaft that carries an earlier one: about the same place, with the same ratio.
+  !> True if a joint is a crank pin on the shaft of an earlier one: same pivot position, same ratio.
   pure logical function on_shaft(linkage, at, i)
     class(linkage_type), intent(in) :: linkage
     !> All joints, at any crank angle
@@ -237,8 +236,8 @@ contains
     end select
   end function on_shaft
 
-  !> A four-bar is one RRR dyad between the crank's joint and a ground joint. It turns, so by Grashof's rule the shortest
-  !> and the longest link together are shorter than the other two; which one is shortest makes the class.
+  !> Grashof's class of a four-bar: one RRR dyad between the crank pin and a ground joint. It turns, so by Grashof's rule the
+  !> shortest and the longest link together are shorter than the other two. The shortest link determines the class.
   character(len=40) function grashof_class(linkage)
     class(linkage_type), intent(in) :: linkage
     type(point_type) :: at(size(linkage%joints))

@@ -1,4 +1,5 @@
-!> A linkage as a kinematic diagram: bars between joints, guides with the travel of their sliders, and the paths of all of it.
+!> Kinematic diagram of a linkage: bars between joints, guides with the travel of their sliders, and the paths of joints and centres
+!> of mass.
 module gestell_model_linkage_diagram
   use gestell_base_kinds, only: dp
   use gestell_model_joints_guide, only: guide_type
@@ -12,13 +13,13 @@ module gestell_model_linkage_diagram
   !> A straight line between two joints, as indices into the list of joints.
   type, public :: bar_type
     integer :: joints(2) = 0
-    !> The link it belongs to, 0 where none has its mass.
+    !> Number of the link to which the bar belongs, 0 if no link does.
     integer :: link = 0
-    !> Whether its length changes, because something slides along it.
+    !> True if the length of the bar changes because something slides along it.
     logical :: slides = .false.
   end type bar_type
 
-  !> A joint's slider on a guide, and how far it goes from the guide's point (m).
+  !> A slider of a joint on a guide, and its least and greatest distance from the guide's point (m).
   type, public :: slider_type
     integer :: joint = 0
     type(guide_type) :: guide
@@ -28,15 +29,15 @@ module gestell_model_linkage_diagram
   type, public :: diagram_type
     type(bar_type), allocatable :: bars(:)
     type(slider_type), allocatable :: sliders(:)
-    !> Which joints are fixed to the frame.
+    !> True for each joint that is fixed to the frame.
     logical, allocatable :: grounded(:)
-    !> Joints and centres of mass of the links in x-y (m), shapes (2, joints, angles) and (2, links, angles).
+    !> Positions of joints and of the links' centres of mass in x-y (m), shapes (2, joints, angles) and (2, links, angles).
     real(dp), allocatable :: joints(:, :, :), centers(:, :, :)
   end type diagram_type
 
 contains
 
-  !> The diagram of a linkage that turns, at these crank angles (rad).
+  !> Computes the diagram of a linkage that can turn, at crank angles (rad).
   subroutine trace_diagram(linkage, angles, diagram)
     class(linkage_type), intent(in) :: linkage
     real(dp), intent(in) :: angles(:)
@@ -77,8 +78,8 @@ contains
     end do
   end subroutine trace_diagram
 
-  !> The bars that joints and links say there are, and the sliders. A joint that brings no link is a point of a body that is there:
-  !> the bars to it are this body's, and it is fixed to the frame where all that it is built on is.
+  !> Finds the bars of joints and links, and the sliders. A joint that adds no link is a point of an existing body, and the bars to
+  !> it belong to this body. It is fixed to the frame if all joints on which it is built are.
   subroutine find_parts(linkage, diagram)
     class(linkage_type), intent(in) :: linkage
     type(diagram_type), intent(inout) :: diagram
@@ -115,7 +116,7 @@ contains
     end do
   end subroutine find_parts
 
-  !> Adds a bar unless it is there, or lies on the frame.
+  !> Adds a bar unless the diagram has it already or both its joints are fixed to the frame.
   subroutine add_bar(diagram, joints, link)
     type(diagram_type), intent(inout) :: diagram
     integer, intent(in) :: joints(2), link
@@ -124,7 +125,7 @@ contains
     diagram%bars = [diagram%bars, bar_type(joints, link)]
   end subroutine add_bar
 
-  !> The bar between two joints, 0 where there is none.
+  !> Number of the bar between two joints, 0 if there is none.
   pure integer function index_of_bar(diagram, joints) result(i)
     type(diagram_type), intent(in) :: diagram
     integer, intent(in) :: joints(2)

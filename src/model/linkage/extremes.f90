@@ -1,4 +1,4 @@
-!> Least and greatest value of a function over the turn, from its jets at successive crank angles.
+!> Minimum and maximum of a function over the turn, from its jets at successive crank angles.
 module gestell_model_linkage_extremes
   use gestell_math_jet, only: jet
   use gestell_base_kinds, only: dp
@@ -7,7 +7,7 @@ module gestell_model_linkage_extremes
 
   type, public :: extremes_type
     real(dp) :: least = huge(1.0_dp), greatest = -huge(1.0_dp)
-    !> Where they are met.
+    !> Angles at which they occur (rad).
     real(dp) :: least_at = 0, greatest_at = 0
   contains
     procedure :: take
@@ -15,9 +15,9 @@ module gestell_model_linkage_extremes
 
 contains
 
-  !> Takes in the function between the angles `from` and `from` + `step`, where it has the jets `before` and `now`: the values
-  !> there, and where the derivative changes its sign the extreme of the polynomial of degree five with the same six
-  !> numbers. It errs by step^6/46080 times the sixth derivative.
+  !> Updates the extremes by the function between the angles `from` and `from` + `step`, where it has the jets `before` and `now`.
+  !> If the derivative changes its sign, the extremum is that of the polynomial of degree five with the values and the first two
+  !> derivatives of both jets. Its error is step^6/46080 times the sixth derivative.
   pure subroutine take(self, before, now, from, step)
     class(extremes_type), intent(inout) :: self
     type(jet), intent(in) :: before, now
@@ -27,7 +27,7 @@ contains
     call keep(self, before%v, from)
     call keep(self, now%v, from + step)
     if (before%d * now%d >= 0) return
-    ! Farther it hardly gets between the two; most turns of roundings end here.
+    ! Between the two angles the function hardly gets farther than this; most sign changes due to rounding end here.
     reach = step * (abs(before%d) + abs(now%d))
     if (max(before%v, now%v) + reach <= self%greatest .and. min(before%v, now%v) - reach >= self%least) return
     c = coefficients(before, now, step)
@@ -45,7 +45,7 @@ contains
     self%least = min(self%least, value)
   end subroutine keep
 
-  !> Coefficients of 1, t, ... t^5, t from 0 to 1 over the step.
+  !> Coefficients of 1, t, ... t^5 of this polynomial, t from 0 to 1 over the step.
   pure function coefficients(before, now, step) result(c)
     type(jet), intent(in) :: before, now
     real(dp), intent(in) :: step
@@ -55,7 +55,7 @@ contains
     c(0) = before%v
     c(1) = step * before%d
     c(2) = step**2 * before%dd / 2
-    ! What these three leave of the function and its derivatives at t = 1.
+    ! Remainders at t = 1 of the function and its derivatives after these three terms.
     rise = (now%v - before%v) - c(1) - c(2)
     slope = step * now%d - c(1) - 2 * c(2)
     bend = step**2 * now%dd - 2 * c(2)
@@ -64,10 +64,10 @@ contains
     c(5) = 6 * rise - 3 * slope + bend / 2
   end function coefficients
 
-  !> Where the derivative is zero: it has different signs at 0 and 1.
+  !> Zero t of the derivative, which has different signs at 0 and 1.
   pure real(dp) function turning_point(c) result(t)
     real(dp), intent(in) :: c(0:5)
-    !> An extreme is flat: half the digits of its angle give all of its value.
+    !> An extremum is flat: half the digits of its angle are enough for all digits of its value.
     integer, parameter :: halvings = 30
     real(dp) :: left, right
     integer :: i

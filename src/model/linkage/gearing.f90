@@ -1,4 +1,4 @@
-!> Cranks that do not turn a whole number of times in one turn of the drive.
+!> Gearing of cranks that do not turn a whole number of times per turn of the drive.
 module gestell_model_linkage_gearing
   use gestell_math_rational, only: common_multiple
   use gestell_model_joints_joint, only: named_joint_type
@@ -8,17 +8,18 @@ module gestell_model_linkage_gearing
 
   public :: gear
 
-  !> Turns of the drive in a period at the most, and of a crank.
+  !> Maximum number of turns of the drive, and of a crank, in a period.
   integer, parameter, public :: most_turns = 64, most_crank_turns = 4096
 
 contains
 
-  !> After `turns` turns of the drive all cranks stand where they stood. The crank angle of the linkage becomes that of a shaft that
-  !> turns once in them: every crank then turns a whole number of times, `crank_turns` where there is more than one turn. `joint`:
-  !> one whose ratio asks for too many turns, or 0.
+  !> Finds the smallest number of turns of the drive after which all cranks are back at their initial angles. The crank angle of the
+  !> linkage becomes that of a shaft that turns once in these turns, and every crank then turns a whole number of times.
   pure subroutine gear(joints, turns, crank_turns, joint)
     type(named_joint_type), intent(inout) :: joints(:)
+    !> Turns of the drive in the period; index of a joint whose ratio would require too many turns, or 0
     integer, intent(out) :: turns, joint
+    !> Turns of each crank in the period, without sign; allocated if `turns` > 1
     integer, allocatable, intent(out) :: crank_turns(:)
     integer :: i
 

@@ -1,4 +1,4 @@
-!> Planar linkages: a list of joints, each from earlier ones, and the links that move with them.
+!> Planar linkages: a list of joints, each built on earlier ones, and the links that move with them.
 module gestell_model_linkage
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type, fatal_error, invalid_input
@@ -21,15 +21,15 @@ module gestell_model_linkage
   implicit none (type, external)
   private
 
-  !> Build it joint by joint and link by link, then give it to a frame.
+  !> A linkage. Build it joint by joint and link by link, then give it to a frame.
   type, extends(mechanism_type), public :: linkage_type
     type(named_joint_type), allocatable :: joints(:)
     type(link_type), allocatable :: links(:)
-    !> Whether it is known to turn freely.
+    !> True if `prepare` has proved that the linkage can turn through the whole turn.
     logical :: prepared = .false.
-    !> Intervals of the crank angle that the proof of it took.
+    !> Number of intervals of the crank angle that this proof took.
     integer :: intervals = 0
-    !> The joints' names.
+    !> Names of the joints.
     type(dictionary_type), private :: names
   contains
     procedure :: ground => add_ground
@@ -55,7 +55,7 @@ module gestell_model_linkage
 
 contains
 
-  !> A joint fixed to the frame at `position` (m).
+  !> Adds a joint that is fixed to the frame at `position` (m).
   subroutine add_ground(self, name, position, error)
     class(linkage_type), intent(inout) :: self
     character(len=*), intent(in) :: name
@@ -65,7 +65,7 @@ contains
     call self%add_joint(name, ground_joint(position), error)
   end subroutine add_ground
 
-  !> The crank's joint: at `radius` (m) about the joint `pivot`, at the crank angle + `phase` (rad).
+  !> Adds a crank pin: a joint at `radius` (m) from the joint `pivot`, at the crank angle + `phase` (rad).
   subroutine add_crank(self, name, pivot, radius, phase, error)
     class(linkage_type), intent(inout) :: self
     character(len=*), intent(in) :: name, pivot
@@ -77,7 +77,8 @@ contains
     if (.not. allocated(error)) call self%add_joint(name, crank_joint(joint, radius, phase), error)
   end subroutine add_crank
 
-  !> A dyad's joint at `lengths` (m) from the joints `ends`, left (`branch` = 1) or right (-1) of the way between them.
+  !> Adds the joint of a dyad RRR at `lengths` (m) from the joints `ends`, to the left (`branch` = 1) or right (-1) of the direction
+  !> from ends(1) to ends(2).
   subroutine add_rrr(self, name, ends, lengths, branch, error)
     class(linkage_type), intent(inout) :: self
     character(len=*), intent(in) :: name, ends(:)
@@ -90,8 +91,8 @@ contains
     if (.not. allocated(error)) call self%add_joint(name, rrr_joint(joints, lengths, branch), error)
   end subroutine add_rrr
 
-  !> A slider on a guide, at `length` (m) from the joint `end`; of two solutions the one farther along the guide
-  !> (`branch` = 1) or the other (-1).
+  !> Adds a slider on a guide at `length` (m) from the joint `end`. Of the two solutions `branch` = 1 takes the one farther along
+  !> the guide, -1 the other.
   subroutine add_rrp(self, name, end, length, guide, branch, error)
     class(linkage_type), intent(inout) :: self
     character(len=*), intent(in) :: name, end
@@ -105,8 +106,8 @@ contains
     if (.not. allocated(error)) call self%add_joint(name, rrp_joint(joint, length, guide, branch), error)
   end subroutine add_rrp
 
-  !> A point of the lever that turns about `ends(2)` and whose slot passes through `ends(1)`: at `length` (m) from
-  !> `ends(2)`, toward `ends(1)` (`branch` = 1) or away (-1).
+  !> Adds a point of the lever that turns about `ends(2)` and whose slot passes through `ends(1)`. The point is at `length` (m) from
+  !> `ends(2)`, toward `ends(1)` (`branch` = 1) or away from it (-1).
   subroutine add_rpr(self, name, ends, length, branch, error)
     class(linkage_type), intent(inout) :: self
     character(len=*), intent(in) :: name, ends(:)
@@ -119,7 +120,7 @@ contains
     if (.not. allocated(error)) call self%add_joint(name, rpr_joint(joints, length, branch), error)
   end subroutine add_rpr
 
-  !> A point of the body that carries the joints `ends`: `offset` (m) from `ends(1)`, toward `ends(2)` and to the left.
+  !> Adds a point of the body that carries the joints `ends`, at `offset` (m) from `ends(1)`: toward `ends(2)`, and to the left.
   subroutine add_rigid(self, name, ends, offset, error)
     class(linkage_type), intent(inout) :: self
     character(len=*), intent(in) :: name, ends(:)
@@ -131,7 +132,7 @@ contains
     if (.not. allocated(error)) call self%add_joint(name, rigid_joint(joints, offset), error)
   end subroutine add_rigid
 
-  !> The joint of two sliders, where their guides cross.
+  !> Adds the joint of two sliders at the intersection of their guides.
   subroutine add_prp(self, name, guides, error)
     class(linkage_type), intent(inout) :: self
     character(len=*), intent(in) :: name
@@ -141,7 +142,8 @@ contains
     call self%add_joint(name, prp_joint(guides), error)
   end subroutine add_prp
 
-  !> A yoke on a guide, with a slot at `slot_angle` (rad) to it in which the joint `end` slides: where they cross.
+  !> Adds a yoke on a guide, with a slot at `slot_angle` (rad) to the guide in which the joint `end` slides. The joint is the
+  !> intersection of slot and guide.
   subroutine add_rpp(self, name, end, guide, slot_angle, error)
     class(linkage_type), intent(inout) :: self
     character(len=*), intent(in) :: name, end
@@ -154,11 +156,13 @@ contains
     if (.not. allocated(error)) call self%add_joint(name, rpp_joint(joint, guide, slot_angle), error)
   end subroutine add_rpp
 
-  !> A guide that the body between two joints carries, its point (m) and angle (rad) in the system with its origin at
-  !> `carriers(1)` and its first axis toward `carriers(2)`.
+  !> Makes a guide that the body between two joints carries. Errors: there is no such joint; the two joints are the same; a number
+  !> makes no sense.
   subroutine moving_guide(self, carriers, point, angle, guide, error)
     class(linkage_type), intent(in) :: self
+    !> Names of the two joints
     character(len=*), intent(in) :: carriers(:)
+    !> Point (m) and angle (rad) of the guide in axes with origin carriers(1), first axis toward carriers(2)
     real(dp), intent(in) :: point(2), angle
     type(guide_type), intent(out) :: guide
     type(error_type), allocatable, intent(out) :: error
@@ -173,7 +177,7 @@ contains
     if (reason /= "") call fatal_error(error, reason, invalid_input)
   end subroutine moving_guide
 
-  !> The indices of two different joints.
+  !> Finds the indices of two different joints by their names; `name` is the subject of the error message.
   subroutine find_both(self, name, names, joints, error)
     class(linkage_type), intent(in) :: self
     character(len=*), intent(in) :: name, names(:)
@@ -193,8 +197,8 @@ contains
     if (joints(1) == joints(2)) call fatal_error(error, name // " needs two different joints", invalid_input)
   end subroutine find_both
 
-  !> Any joint, given by an object whose references are indices into the list of joints. Errors: its name is empty or taken; numbers
-  !> that make no sense; it is built on joints that are not there.
+  !> Adds a joint of any type, whose references are indices into the list of joints. Errors: its name is empty or taken; a number
+  !> makes no sense; it is built on joints that are not in the list.
   subroutine add_joint(self, name, joint, error)
     class(linkage_type), intent(inout) :: self
     character(len=*), intent(in) :: name
@@ -235,11 +239,12 @@ contains
     self%prepared = .false.
   end subroutine add_joint
 
-  !> A body of `mass` (kg) and `inertia` (kg m^2, about its centre of mass `center` in its own system, m) on the joints
-  !> `from` and `to`; an empty `to`: it only translates with `from`.
+  !> Adds a body as a link. Errors: a number is not finite or negative; there is no such joint; `from` and `to` are the same joint.
   subroutine add_link(self, name, from, to, mass, inertia, center, error)
     class(linkage_type), intent(inout) :: self
+    !> Name of the link and of the joints that carry it; with an empty `to` it only translates with `from`
     character(len=*), intent(in) :: name, from, to
+    !> Mass (kg), moment of inertia about the centre of mass (kg m^2), centre of mass in the link's axes (m)
     real(dp), intent(in) :: mass, inertia, center(2)
     type(error_type), allocatable, intent(out) :: error
     type(link_type) :: link
@@ -267,7 +272,7 @@ contains
     count = 0
     if (allocated(self%links)) count = size(self%links)
     allocate(longer(count + 1))
-    ! The names move: copies of all would cost more than the rest.
+    ! The names are moved, because copies of all names would cost more than everything else.
     do i = 1, count
       call move_link(self%links(i), longer(i))
     end do
@@ -278,7 +283,7 @@ contains
     self%inertia = self%inertia + inertia
   end subroutine add_link
 
-  !> The index of the joint of that name. Error: there is none.
+  !> Finds the index of the joint with a name. Fails if there is no such joint.
   subroutine find(self, name, joint, error)
     class(linkage_type), intent(in) :: self
     character(len=*), intent(in) :: name
@@ -290,7 +295,7 @@ contains
     call fatal_error(error, "no joint '" // trim(name) // "' stands before it", invalid_input)
   end subroutine find
 
-  !> All joints at a crank angle (rad), shape (joints).
+  !> Computes the points of all joints at a crank angle (rad), shape (joints).
   pure subroutine points(self, crank_angle, at)
     class(linkage_type), intent(in) :: self
     real(dp), intent(in) :: crank_angle
@@ -302,12 +307,12 @@ contains
     end do
   end subroutine points
 
-  !> Turns the linkage once and finds its `angle_scale`.
-  !> Errors: no crank; no link; it cannot be assembled somewhere (see `prove_assembly`).
+  !> Proves that the linkage can turn, and computes its `angle_scale` and `terms`. Errors: no crank; no link; the linkage cannot be
+  !> assembled at some crank angle (see `prove_assembly`).
   subroutine prepare(self, error)
     class(linkage_type), intent(inout) :: self
     type(error_type), allocatable, intent(out) :: error
-    !> Angles at which the terms are summed.
+    !> Number of crank angles at which the absolute terms are summed.
     integer, parameter :: angles = 16
     type(mass_functions_type) :: a
     type(point_type), allocatable :: at(:)
@@ -342,7 +347,7 @@ contains
     end do
   end subroutine prepare
 
-  !> Error: it has no joints or no links.
+  !> Fails if the linkage has no joints or no links.
   subroutine check(self, error)
     class(linkage_type), intent(in) :: self
     type(error_type), allocatable, intent(out) :: error
@@ -351,7 +356,7 @@ contains
       & invalid_input)
   end subroutine check
 
-  !> The sums (4) to (7) over the links.
+  !> Computes the sums (4) to (7) over the links at a crank angle (rad).
   subroutine mass_functions(self, crank_angle, a)
     class(linkage_type), intent(in) :: self
     real(dp), intent(in) :: crank_angle
@@ -362,12 +367,12 @@ contains
     call sum_masses(self%links, at, a)
   end subroutine mass_functions
 
-  !> The same at many crank angles (rad), shape (angles, table_columns), batch by batch.
+  !> Tabulates the sums (4) to (7) at crank angles (rad), shape (angles, table_columns), batch by batch.
   subroutine tabulate(self, angles, table)
     class(linkage_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: angles(:)
     real(dp), contiguous, intent(out) :: table(:, :)
-    !> On the heap: threads have small stacks.
+    !> Allocated on the heap because threads have small stacks.
     type(path_type), allocatable :: at(:)
     real(dp) :: some(batch)
     integer :: first, last, i
@@ -382,7 +387,7 @@ contains
     end do
   end subroutine tabulate
 
-  !> What the drive feels at many crank angles (rad), shape (angles, drive_columns).
+  !> Tabulates the drive's functions at crank angles (rad), shape (angles, drive_columns).
   subroutine tabulate_drive(self, angles, table, known)
     class(linkage_type), intent(in) :: self
     real(dp), intent(in) :: angles(:)
@@ -400,7 +405,7 @@ contains
     known = .true.
   end subroutine tabulate_drive
 
-  !> The distance (m) of a link's centre of mass from the joint that it begins at; negative: there is no such link.
+  !> Distance (m) of a link's centre of mass from the joint at which the link begins; negative if there is no such link.
   pure real(dp) function link_offset(self, name) result(offset)
     class(linkage_type), intent(in) :: self
     character(len=*), intent(in) :: name
