@@ -1,4 +1,4 @@
-!> Ball arithmetic: all numbers within `radius` of `mid`. Roundings are left to who uses it.
+!> Ball arithmetic: a ball contains all numbers within `radius` of `mid`. Rounding errors are not included; the caller adds them.
 module gestell_math_ball
   use gestell_base_kinds, only: dp
   implicit none (type, external)
@@ -30,7 +30,7 @@ module gestell_math_ball
 
 contains
 
-  !> The greatest size of its numbers.
+  !> Maximum of |x| over the numbers x in the ball.
   elemental real(dp) function greatest(self)
     class(ball), intent(in) :: self
 
@@ -55,7 +55,7 @@ contains
     multiply = ball(a%mid * b%mid, abs(a%mid) * b%radius + a%radius * b%greatest())
   end function multiply
 
-  !> By what does not reach zero.
+  !> Quotient; `b` must not contain zero.
   elemental type(ball) function divide(a, b)
     type(ball), intent(in) :: a, b
 

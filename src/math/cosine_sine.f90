@@ -1,5 +1,5 @@
-!> Cosines and sines of many angles at once, in a loop that the compiler vectorises on every system. (Of run-time libraries
-!> only the GNU one has vectorised functions, and those err by up to four units in the last place.)
+!> Computes cosines and sines of many angles in a loop that the compiler vectorises on every system. (Only the GNU run-time library
+!> has vectorised functions, with errors of up to four units in the last place.)
 module gestell_math_cosine_sine
   use gestell_base_kinds, only: dp, pi
   implicit none (type, external)
@@ -7,22 +7,22 @@ module gestell_math_cosine_sine
 
   public :: cosine_sine
 
-  !> A quarter turn in two parts. The first has 33 bits, so that its multiples up to `farthest` / (pi / 2) are exact.
+  !> pi / 2 in two parts. The first has 33 bits, so that its multiples up to `farthest` / (pi / 2) are exact.
   real(dp), parameter :: quarter_head = anint(pi / 2 * 2.0_dp**32) / 2.0_dp**32
   real(dp), parameter :: quarter_tail = 6.077100506506192e-11_dp
 
-  !> Larger angles (rad) are left to the run-time library.
+  !> Larger angles (rad) are computed by the run-time library.
   real(dp), parameter :: farthest = 1.0e6_dp
 
-  !> Added and taken away again, it rounds to the nearest whole number.
+  !> Adding and subtracting this number rounds to the nearest integer.
   real(dp), parameter :: rounder = 1.5_dp / epsilon(1.0_dp)
 
 contains
 
-  !> c = cos(angles), s = sin(angles), all of one shape, to within 0.8 epsilon.
+  !> Computes c = cos(angles), s = sin(angles), all of one shape; errors are below 0.8 epsilon.
   !>
-  !> What is left of an angle after whole quarter turns, |x| <= pi / 4, goes into the Taylor series up to x^16 / 16! and
-  !> x^17 / 17!; the next terms are below 2e-18. Each quarter turn makes (c, s) into (-s, c).
+  !> After subtracting multiples of pi / 2 the remaining angle, |x| <= pi / 4, enters the Taylor series up to x^16 / 16! and x^17 /
+  !> 17!. The next terms are below 2e-18. Each multiple of pi / 2 turns (c, s) into (-s, c).
   pure subroutine cosine_sine(angles, c, s)
     real(dp), contiguous, intent(in) :: angles(:)
     real(dp), contiguous, intent(out) :: c(:), s(:)

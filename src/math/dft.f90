@@ -9,11 +9,11 @@ module gestell_math_dft
 
 contains
 
-  !> y_k = sum over j of x_j exp(-2 pi i j k / n), j and k from 0 to n - 1, by n (p1 + p2 + ...) multiplications, n = p1 p2 ... .
+  !> Discrete Fourier transform y_k = sum over j of x_j exp(-2 pi i j k / n), j and k from 0 to n - 1. It takes n (p1 + p2 + ...)
+  !> multiplications for n = p1 p2 ... .
   !>
-  !> With n = l m there are l transforms of length l known, one of each m-th part: X(a, j), of x_a, x_a+m, x_a+2m, ... (D. A.
-  !> Bailey, Int. J. Supercomput. Appl. 2, 1988, 82: Stockham's order, in which nothing is sorted). Each factor p of m joins p of
-  !> them into one.
+  !> With n = l m there are m transforms of length l, X(a, j), of the samples x_a, x_a+m, x_a+2m, ... Each factor p of m joins p of
+  !> them into one. The order is Stockham's, in which nothing is sorted (D. A. Bailey, Int. J. Supercomput. Appl. 2, 1988, 82).
   pure function dft(x) result(y)
     complex(dp), contiguous, intent(in) :: x(:)
     complex(dp) :: y(size(x))
@@ -55,7 +55,7 @@ contains
     end do
   end subroutine join
 
-  !> The least prime factor of n > 1.
+  !> Smallest prime factor of n > 1.
   pure integer function least_factor(n) result(p)
     integer, intent(in) :: n
 

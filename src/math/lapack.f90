@@ -1,4 +1,4 @@
-!> The one gateway to LAPACK: explicit interfaces, workspaces and `info` stay in here.
+!> Interface to LAPACK, the only one in the project. Explicit interfaces, workspaces and `info` are hidden here.
 module gestell_math_lapack
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -125,7 +125,7 @@ module gestell_math_lapack
 
 contains
 
-  !> LU factors of the square matrix `a`, in place (dgetrf). Error: `a` is singular.
+  !> Computes LU factors of the square matrix `a`, in place (dgetrf). Error: `a` is singular.
   subroutine factorise(a, pivots, error)
     real(dp), contiguous, intent(inout) :: a(:, :)
     integer, intent(out) :: pivots(:)
@@ -146,7 +146,7 @@ contains
     call dgetrs("N", size(a, 1), size(b, 2), a, size(a, 1), pivots, b, size(b, 1), info)
   end subroutine solve_factored
 
-  !> ln |det A| of the square matrix `a`. Error: `a` is singular.
+  !> Computes ln |det A| of the square matrix `a`. Error: `a` is singular.
   subroutine log_abs_determinant(a, value, error)
     real(dp), intent(in) :: a(:, :)
     real(dp), intent(out) :: value
@@ -161,7 +161,7 @@ contains
     value = sum([(log(abs(lu(i, i))), i = 1, size(a, 1))])
   end subroutine log_abs_determinant
 
-  !> The inverse of `a`. Error: `a` is singular.
+  !> Computes the inverse of `a`. Error: `a` is singular.
   subroutine real_inverse(a, inverted, error)
     real(dp), intent(in) :: a(:, :)
     real(dp), allocatable, intent(out) :: inverted(:, :)
@@ -175,7 +175,7 @@ contains
     if (.not. allocated(error)) call solve_factored(lu, pivots, inverted)
   end subroutine real_inverse
 
-  !> The inverse of the complex `a`. Error: `a` is singular.
+  !> Computes the inverse of the complex `a`. Error: `a` is singular.
   subroutine complex_inverse(a, inverted, error)
     complex(dp), intent(in) :: a(:, :)
     complex(dp), allocatable, intent(out) :: inverted(:, :)
@@ -194,8 +194,8 @@ contains
     end if
   end subroutine complex_inverse
 
-  !> Eigenvalues of `a(n, n)`, with right and left eigenvectors as unit columns (dgeev, which balances).
-  !> Conjugate pairs are adjacent, the one with positive imaginary part first. Error: no convergence.
+  !> Computes the eigenvalues of `a(n, n)`, and right and left eigenvectors as unit columns (dgeev, which balances). Conjugate pairs
+  !> are adjacent, the eigenvalue with positive imaginary part first. Error: no convergence.
   subroutine real_eigensystem(a, values, right, left, error)
     real(dp), intent(in) :: a(:, :)
     complex(dp), allocatable, intent(out) :: values(:), right(:, :), left(:, :)
@@ -217,7 +217,7 @@ contains
     call unpack_vectors(vl, wi, left)
   end subroutine real_eigensystem
 
-  !> The same of a complex `a` (zgeev), in the order that LAPACK finds them.
+  !> Computes eigenvalues and unit eigenvectors of the complex `a(n, n)` (zgeev), in LAPACK's order. Error: no convergence.
   subroutine complex_eigensystem(a, values, right, left, error)
     complex(dp), intent(in) :: a(:, :)
     complex(dp), allocatable, intent(out) :: values(:), right(:, :), left(:, :)
@@ -233,7 +233,7 @@ contains
     if (info /= 0) call fatal_error(error, "the eigenvalues of the monodromy matrix did not converge", failed_computation)
   end subroutine complex_eigensystem
 
-  !> Complex eigenvectors from LAPACK's real storage: a pair's real and imaginary parts stand in its two columns.
+  !> Converts eigenvectors from LAPACK's real storage, where a pair's real and imaginary parts are two columns, to complex columns.
   pure subroutine unpack_vectors(v, wi, z)
     real(dp), contiguous, intent(in) :: v(:, :), wi(:)
     complex(dp), allocatable, intent(out) :: z(:, :)
@@ -251,8 +251,9 @@ contains
     end do
   end subroutine unpack_vectors
 
-  !> Eigenvalues lambda, ascending, of A x = lambda B x with symmetric A and symmetric positive definite B, and eigenvectors in
-  !> columns with X' B X = E (dsygv).
+  !> Computes the eigenvalues lambda, ascending, of A x = lambda B x with symmetric A and symmetric positive definite B, and
+  !> eigenvectors as columns with X' B X = E (dsygv).
+  !> Errors: B is not positive definite; no convergence.
   subroutine symmetric_pencil(a, b, values, error, vectors)
     real(dp), intent(in) :: a(:, :), b(:, :)
     real(dp), allocatable, intent(out) :: values(:)
@@ -274,7 +275,7 @@ contains
     if (present(vectors)) call move_alloc(a_copy, vectors)
   end subroutine symmetric_pencil
 
-  !> Powers of two d with rows and columns of D^-1 A D of like size, D = diag(d) (dgebal).
+  !> Powers of two d such that rows and columns of D^-1 A D have similar norms, D = diag(d) (dgebal).
   function balancing(a) result(d)
     real(dp), intent(in) :: a(:, :)
     real(dp) :: d(size(a, 1))
@@ -286,7 +287,8 @@ contains
     if (info /= 0) d = 1
   end function balancing
 
-  !> R, lower triangular, with R B R' = E for the symmetric, positive definite B (dpotrf, dtrtri). Error: it is not definite.
+  !> Computes the lower triangular R with R B R' = E for a symmetric, positive definite B (dpotrf, dtrtri). Error: B is not positive
+  !> definite.
   subroutine inverse_factor(b, r, error)
     real(dp), intent(in) :: b(:, :)
     real(dp), allocatable, intent(out) :: r(:, :)
@@ -303,9 +305,11 @@ contains
     end do
   end subroutine inverse_factor
 
-  !> The x with the least |A x - c| among those with B x = d (dgglse). Error: it is not the only one.
+  !> Computes the x with the smallest |A x - c| among those with B x = d (dgglse). Error: x is not unique.
   subroutine constrained_least_squares(a, c, b, d, x, error)
+    !> A, shape (m, n); c, shape (m); B, shape (p, n); d, shape (p)
     real(dp), intent(in) :: a(:, :), c(:), b(:, :), d(:)
+    !> Solution, shape (n)
     real(dp), intent(out) :: x(:)
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: a_copy(:, :), b_copy(:, :), work(:)

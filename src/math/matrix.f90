@@ -1,4 +1,4 @@
-!> Small things about square matrices.
+!> Basic operations on small matrices.
 module gestell_math_matrix
   use gestell_base_kinds, only: dp
   implicit none (type, external)
@@ -19,7 +19,7 @@ contains
     end do
   end function balanced
 
-  !> E, shape (n, n).
+  !> Unit matrix, shape (n, n).
   pure function unit_matrix(n) result(e)
     integer, intent(in) :: n
     real(dp) :: e(n, n)
@@ -31,12 +31,14 @@ contains
     end do
   end function unit_matrix
 
-  !> C q = load of a positive semi-definite C, by elimination with full pivoting in units that make the diagonal 1; a part of q that
-  !> no number determines is 0. `sizes`: of the terms that the load sums. `left`: a row whose load C cannot balance, to 1e-9 of
-  !> these; 0: there is none.
+  !> Solves C q = load for a positive semi-definite C, by elimination with full pivoting in units that make the diagonal 1.
+  !> Components of q that the equations do not determine are set to 0.
   pure subroutine solve_semidefinite(c, load, sizes, q, left)
+    !> C, shape (n, n); load, shape (n); sizes of the terms that were summed to the load, shape (n)
     real(dp), intent(in) :: c(:, :), load(:), sizes(:)
+    !> Solution, shape (n); 0 if C cannot balance the load
     real(dp), intent(out) :: q(:)
+    !> Number of a row in which C cannot balance the load, to 1e-9 of the sizes; 0: there is none
     integer, intent(out) :: left
     real(dp), parameter :: singular = 1.0e-12_dp, negligible = 1.0e-9_dp
     real(dp) :: a(size(load), size(load)), b(size(load)), x(size(load)), unit(size(load)), greatest

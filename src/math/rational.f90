@@ -1,4 +1,4 @@
-!> Rational numbers of numbers as they are typed.
+!> Converts typed numbers to fractions.
 module gestell_math_rational
   use gestell_base_kinds, only: dp
   implicit none (type, external)
@@ -6,16 +6,16 @@ module gestell_math_rational
 
   public :: common_multiple, greatest_divisor, to_rational
 
-  !> Denominators of decimal numbers at the most, and how near to the fraction they must be, relative to it.
+  !> Maximum denominator of a decimal number, and its maximum relative distance from the fraction
   integer, parameter :: highest = 64
   real(dp), parameter :: rounding = 1.0e-9_dp
-  !> The greatest of two numbers that are given as a fraction.
+  !> Maximum of each number of a fraction
   real(dp), parameter :: greatest = 4096
 
 contains
 
-  !> `values`: one decimal number, 0.5, or a fraction, [1, 2], in lowest terms. `known` is false where it is none: zero, a decimal
-  !> number that is no fraction, two numbers that are not whole.
+  !> Converts `values` to a fraction in lowest terms. `values` is a decimal number, [0.5], or a fraction, [1, 2]. `known` is false
+  !> if it is not a fraction: a zero, a decimal number too far from a fraction, or two numbers that are not integers.
   pure subroutine to_rational(values, numerator, denominator, known)
     real(dp), intent(in) :: values(:)
     integer, intent(out) :: numerator, denominator
@@ -43,7 +43,7 @@ contains
     denominator = denominator / shared
   end subroutine to_rational
 
-  !> Of whole numbers that are not zero, by Euclid's algorithm.
+  !> Greatest common divisor of two integers that are not zero, by Euclid's algorithm.
   elemental integer function greatest_divisor(a, b) result(divisor)
     integer, intent(in) :: a, b
     integer :: rest, next
@@ -57,7 +57,7 @@ contains
     end do
   end function greatest_divisor
 
-  !> The least.
+  !> Least common multiple of two integers that are not zero.
   elemental integer function common_multiple(a, b) result(multiple)
     integer, intent(in) :: a, b
 

@@ -1,4 +1,4 @@
-!> A zero of a continuous function between two places where its signs differ, by inverse quadratic interpolation where that is
+!> Finds a zero of a continuous function between two points where its signs differ, by inverse quadratic interpolation where this is
 !> safe and bisection elsewhere (Chandrupatla, Adv. Eng. Software 28, 1997, 145). The caller evaluates the function:
 !>
 !>     call search%start(a, f(a), b, f(b))
@@ -12,11 +12,13 @@ module gestell_math_root_search
   implicit none (type, external)
   private
 
+  !> A search for a zero
   type, public :: root_search_type
-    !> The ends of the bracket, the newest point first, and the function there.
+    !> Ends of the bracket, newest point first; values of the function there
     real(dp) :: x(2) = 0, f(2) = 0
-    !> The point that left the bracket last, and the function there.
+    !> Point that left the bracket last; value of the function there
     real(dp), private :: x_before = 0, f_before = 0
+    !> True until the first point has been added
     logical, private :: is_new = .true.
   contains
     procedure :: start
@@ -30,7 +32,7 @@ module gestell_math_root_search
 
 contains
 
-  !> A search between `a` and `b`.
+  !> Starts a search between `a` and `b`, where the function is `fa` and `fb`.
   subroutine start(self, a, fa, b, fb)
     class(root_search_type), intent(out) :: self
     real(dp), intent(in) :: a, fa, b, fb
@@ -39,7 +41,7 @@ contains
     self%f = [fa, fb]
   end subroutine start
 
-  !> Whether the bracket is narrower than two tolerances, or a zero was met.
+  !> True if the bracket is narrower than two tolerances, or the function is zero at one of its ends.
   pure logical function found(self, tolerance)
     class(root_search_type), intent(in) :: self
     real(dp), intent(in) :: tolerance
@@ -47,7 +49,7 @@ contains
     found = tolerance > 0.5_dp * self%width() .or. .not. minval(abs(self%f)) > 0
   end function found
 
-  !> Where the function is wanted next, at least `tolerance` away from both ends.
+  !> Point at which the caller evaluates the function next; at least `tolerance` away from both ends of the bracket.
   pure real(dp) function next(self, tolerance)
     class(root_search_type), intent(in) :: self
     real(dp), intent(in) :: tolerance
@@ -65,11 +67,11 @@ contains
       least = min(tolerance / self%width(), 0.5_dp)
       part = min(max(part, least), 1 - least)
     end if
-    ! Rounding may lead out of a bracket whose ends differ by many decades.
+    ! Rounding can lead out of a bracket whose ends differ by many orders of magnitude.
     next = max(minval(self%x), min(maxval(self%x), self%x(1) + part * (self%x(2) - self%x(1))))
   end function next
 
-  !> Whether a point where the function is `f` takes the place of the newest end; else of the other one.
+  !> True if a point with the value `f` replaces the newest end of the bracket; false if it replaces the other end.
   pure logical function replaces(self, f)
     class(root_search_type), intent(in) :: self
     real(dp), intent(in) :: f
@@ -77,7 +79,7 @@ contains
     replaces = (f > 0) .eqv. (self%f(1) > 0)
   end function replaces
 
-  !> Takes in the function at `x` within the bracket.
+  !> Adds the point `x`, within the bracket, where the function is `f`.
   pure subroutine take(self, x, f)
     class(root_search_type), intent(inout) :: self
     real(dp), intent(in) :: x, f
@@ -95,14 +97,14 @@ contains
     self%is_new = .false.
   end subroutine take
 
-  !> The end of the bracket where the function is nearer to zero.
+  !> Result: the end of the bracket where the function is nearer to zero.
   pure real(dp) function root(self)
     class(root_search_type), intent(in) :: self
 
     root = merge(self%x(1), self%x(2), abs(self%f(1)) < abs(self%f(2)))
   end function root
 
-  !> Of the bracket.
+  !> Width of the bracket.
   pure real(dp) function width(self)
     class(root_search_type), intent(in) :: self
 

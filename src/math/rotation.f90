@@ -1,12 +1,12 @@
-!> Rotations in space by the rotation vector theta, a = |theta|:
+!> Rotations in space by a rotation vector theta (rad), with a = |theta|:
 !>
 !>     R = exp([theta]) = 1 + s_1 [theta] + s_2 [theta]^2,   s_1 = sin(a)/a,  s_2 = (1 - cos a)/a^2,
 !>
-!> [theta] x = theta x x. The angular velocity in the axes that turn is w = T theta' with
+!> where [theta] x is the cross product of theta and x. The angular velocity in the rotating axes is w = T theta' with
 !>
 !>     T = 1 - s_2 [theta] + s_3 [theta]^2,   s_3 = (a - sin a)/a^3.
 !>
-!> s_k are entire functions of a^2: s_k = sum over n of (-a^2)^n / (2 n + k)!. (A. Mueller, Applied Mechanics Reviews 73, 2021,
+!> The s_k are entire functions of a^2: s_k = sum over n of (-a^2)^n / (2 n + k)!. (A. Mueller, Applied Mechanics Reviews 73, 2021,
 !> 010803, doi 10.1115/1.4047987.)
 module gestell_math_rotation
   use gestell_base_kinds, only: dp
@@ -18,6 +18,7 @@ module gestell_math_rotation
 
 contains
 
+  !> Cross product of a and b.
   pure function cross(a, b)
     real(dp), intent(in) :: a(3), b(3)
     real(dp) :: cross(3)
@@ -25,7 +26,7 @@ contains
     cross = [a(2) * b(3) - a(3) * b(2), a(3) * b(1) - a(1) * b(3), a(1) * b(2) - a(2) * b(1)]
   end function cross
 
-  !> [a], so that [a] x = a x x.
+  !> [a], the matrix of the cross product: [a] x = a x x for every x.
   pure function cross_matrix(a) result(c)
     real(dp), intent(in) :: a(3)
     real(dp) :: c(3, 3)
@@ -33,7 +34,7 @@ contains
     c = reshape([0.0_dp, a(3), -a(2), -a(3), 0.0_dp, a(1), a(2), -a(1), 0.0_dp], [3, 3])
   end function cross_matrix
 
-  !> a b^T.
+  !> Outer product a b^T.
   pure function outer(a, b)
     real(dp), intent(in) :: a(:), b(:)
     real(dp) :: outer(size(a), size(b))
@@ -41,7 +42,7 @@ contains
     outer = spread(a, 2, size(b)) * spread(b, 1, size(a))
   end function outer
 
-  !> R.
+  !> R, the rotation matrix, shape (3, 3).
   pure function rotation_matrix(theta) result(r)
     real(dp), intent(in) :: theta(3)
     real(dp) :: r(3, 3)
@@ -49,7 +50,7 @@ contains
     r = rotation_less_one(theta) + identity()
   end function rotation_matrix
 
-  !> R - 1, whose digits the 1 would take from small rotations.
+  !> R - 1, shape (3, 3). Computing R first would lose digits of small rotations.
   pure function rotation_less_one(theta) result(r)
     real(dp), intent(in) :: theta(3)
     real(dp) :: r(3, 3), s(3, 0:2), c(3, 3)
@@ -59,8 +60,8 @@ contains
     r = s(1, 0) * c + s(2, 0) * matmul(c, c)
   end function rotation_less_one
 
-  !> R - 1 - [theta] and its first and second derivatives with respect to time, shape (3, 3, 0:2), of theta, theta', theta'', shape
-  !> (3, 0:2): R' = R [w], R'' = R ([w]^2 + [w']).
+  !> R - 1 - [theta] and its first and second time derivatives, shape (3, 3, 0:2), from theta, theta', theta'', shape (3, 0:2). The
+  !> derivatives are R' = R [w], R'' = R ([w]^2 + [w']).
   pure function turn_beyond_first_order(theta) result(beyond)
     real(dp), intent(in) :: theta(3, 0:2)
     real(dp) :: beyond(3, 3, 0:2), s(3, 0:2), t(3, 3, 0:2), r(3, 3), c(3, 3), spin(3, 3), w_d(3)
@@ -77,7 +78,7 @@ contains
     beyond(:, :, 2) = matmul(r, matmul(spin, spin) + cross_matrix(w_d)) - cross_matrix(theta(:, 2))
   end function turn_beyond_first_order
 
-  !> T and its first and second derivatives with respect to time, shape (3, 3, 0:2), of theta, theta', theta'', shape (3, 0:2).
+  !> T and its first and second time derivatives, shape (3, 3, 0:2), from theta, theta', theta'', shape (3, 0:2).
   pure function turning_matrices(theta) result(t)
     real(dp), intent(in) :: theta(:, 0:)
     real(dp) :: t(3, 3, 0:2), s(3, 0:2), f(2:3, 0:2), c(3, 3, 0:2), cc(3, 3, 0:2), x_d, x_dd
@@ -101,7 +102,7 @@ contains
       & + f(3, 2) * cc(:, :, 0) + 2 * f(3, 1) * cc(:, :, 1) + f(3, 0) * cc(:, :, 2)
   end function turning_matrices
 
-  !> T - 1.
+  !> T - 1, shape (3, 3), without loss of digits for small rotations.
   pure function turning_less_one(theta) result(t)
     real(dp), intent(in) :: theta(3)
     real(dp) :: t(3, 3), s(3, 0:2), c(3, 3)
@@ -111,8 +112,8 @@ contains
     t = s(3, 0) * matmul(c, c) - s(2, 0) * c
   end function turning_less_one
 
-  !> s_1, s_2, s_3 and their first and second derivatives with respect to x = a^2, shape (3, 0:2), by their series: a frame turns by
-  !> no more than some radians, for which these terms leave less than rounding, within one radian the first ten do.
+  !> s_1, s_2, s_3 and their first and second derivatives with respect to x = a^2, shape (3, 0:2), by their series. A frame turns by
+  !> no more than a few radians, for which the truncation error is below rounding; within one radian ten terms suffice.
   pure function coefficients(x) result(s)
     real(dp), intent(in) :: x
     real(dp) :: s(3, 0:2)
@@ -122,7 +123,7 @@ contains
       & [3, most + 1])
 
     s = 0
-    ! the derivatives by Horner's rule too
+    ! Horner's rule for the series and its derivatives
     do n = merge(few, most, x <= 1), 0, -1
       s(:, 2) = s(:, 2) * x + 2 * s(:, 1)
       s(:, 1) = s(:, 1) * x + s(:, 0)
@@ -130,6 +131,7 @@ contains
     end do
   end function coefficients
 
+  !> Unit matrix, shape (3, 3).
   pure function identity() result(e)
     real(dp) :: e(3, 3)
 

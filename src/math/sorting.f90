@@ -1,4 +1,4 @@
-!> The order of numbers.
+!> Sorts numbers.
 module gestell_math_sorting
   use gestell_base_kinds, only: dp
   implicit none (type, external)
@@ -8,7 +8,7 @@ module gestell_math_sorting
 
 contains
 
-  !> The positions of the values from the least to the greatest, of equal ones as they come; quick where they nearly ascend.
+  !> Positions of the values in ascending order. Equal values keep their order. Fast if the values are nearly ascending.
   pure function ascending(values) result(positions)
     real(dp), intent(in) :: values(:)
     integer :: positions(size(values))

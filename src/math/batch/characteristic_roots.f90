@@ -1,4 +1,4 @@
-!> Eigenvalues of small matrices, eight side by side: all roots of their characteristic polynomials at once.
+!> Eigenvalues of small matrices, eight side by side, as the roots of their characteristic polynomials.
 module gestell_math_batch_characteristic_roots
   use gestell_math_batch_hessenberg, only: characteristic_polynomial, evaluate, hessenberg_type, most_states
   use gestell_base_kinds, only: pi
@@ -11,26 +11,29 @@ module gestell_math_batch_characteristic_roots
 
   public :: find_roots, guess_roots
 
-  !> Iterations at most.
+  !> Maximum number of iterations
   integer, parameter :: most_iterations = 40
-  !> The last step relative to the matrix' norm, and to the distance from other roots. Convergence is cubic: the step after it,
-  !> which is not taken, is this times the square of that, below roundoff.
+  !> Bounds on the last step, relative to the norm of the matrix and to the distance from other roots. Convergence is cubic: the
+  !> error after this step is about the first bound times the square of the second one, below roundoff.
   real(dp), parameter :: last_step = 1.0e-9_dp, last_part = 1.0e-4_dp
-  !> Cosines of the angles at which the m pairs of roots begin, as columns; without a symmetry that would have to stay.
+  !> Cosines of the start angles of m pairs of roots, as column m. The angles are not symmetric, because the iteration would
+  !> preserve a symmetry.
   integer :: i, m
   real(dp), parameter :: begin_at(most_states / 2, most_states / 2) = &
     & reshape([((cos(pi * (i - 0.6_dp) / m), i = 1, most_states / 2), m = 1, most_states / 2)], [most_states / 2, most_states / 2])
 
 contains
 
-  !> Where the eigenvalues are about, shapes (lanes, n): the roots of quadratic factors of the characteristic polynomial, or, where
-  !> these are not found, places on a circle around the mean of the eigenvalues, its radius the geometric mean of their distances.
-  !> `conjugate`, shape (n): those that are the conjugate of the one before in all lanes, and remain so. `found`, shape (lanes): 1
-  !> where they are roots of factors, 0 on the circle. `length`: of the processor's vectors.
+  !> Computes starting values of the eigenvalues, shape (lanes, n): the roots of quadratic factors of the characteristic polynomial.
+  !> If the factors do not converge, points on a circle are used. Its centre is the mean of the eigenvalues, its radius the
+  !> geometric mean of their distances from it.
   pure subroutine guess_roots(length, h, z_re, z_im, conjugate, found)
+    !> Numbers per vector register (gestell_base_processor)
     integer, intent(in) :: length
     type(hessenberg_type), intent(in) :: h
+    !> Real and imaginary parts; 1 in lanes with roots of factors, 0 in lanes with points on a circle
     real(dp), intent(out) :: z_re(lanes, most_states), z_im(lanes, most_states), found(lanes)
+    !> True for roots that are the conjugate of the preceding root in all lanes; the iteration preserves this. Shape (n)
     logical, intent(out) :: conjugate(most_states)
     real(dp) :: c(lanes, 0:most_states), s(lanes, most_states), q(lanes, most_states)
     real(dp), dimension(lanes) :: mean, radius, middle, square
@@ -39,7 +42,7 @@ contains
     n = h%n
     mean = h%trace / n
     call characteristic_polynomial(h, mean, c)
-    ! The mean may be an eigenvalue.
+    ! The mean may be an eigenvalue: the radius must not vanish.
     radius = max(max(abs(c(:, 0)), tiny(1.0_dp))**(1.0_dp / n), 1.0e-3_dp * h%norm)
     found = 0
     conjugate = .false.
@@ -62,15 +65,15 @@ contains
     if (all(found > 0)) return
     do k = 1, n
       where (.not. found > 0)
-        ! None on the real axis, where it might have to stay.
+        ! No point lies on the real axis, which a point might be unable to leave.
         z_re(:, k) = mean + radius * cos(2 * pi * (k - 0.7_dp) / n)
         z_im(:, k) = radius * sin(2 * pi * (k - 0.7_dp) / n)
       end where
     end do
   end subroutine guess_roots
 
-  !> A step for root `k` in the lanes that have not converged, from the polynomial p and its derivative d there. `greatest`: squares
-  !> of the greatest steps so far; `near`: positive where another root is too near for that step.
+  !> Updates root `k` in the lanes that have not converged, from the polynomial p and its derivative d there. `greatest`: squares of
+  !> the largest steps so far; `near`: positive where another root is too near for the size of this step.
   pure subroutine step_here(n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, greatest, near, once) bind(C, &
     & name="lanes_gestell_aberth")
     !$omp declare simd uniform(n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, greatest, near) linear(once) simdlen(2) &
@@ -82,11 +85,11 @@ contains
     integer :: lane, j
 
     moving = 1 - converged
-    ! The second of two: gestell_base_processor.
+    ! The second call of a pair returns (gestell_base_processor).
     if (once > 1) return
     !GCC$ ivdep
     do lane = 1, lanes
-      ! q and its derivative e.
+      ! q and its derivative e
       q_re = 1
       q_im = 0
       e_re = 0
@@ -104,7 +107,7 @@ contains
         j = j + 1
         if (j >= k + n) exit
       end do
-      ! p q / (p' q - p q').
+      ! p q / (p' q - p q')
       n_re = p_re(lane) * q_re - p_im(lane) * q_im
       n_im = p_re(lane) * q_im + p_im(lane) * q_re
       a = d_re(lane) * q_re - d_im(lane) * q_im - (p_re(lane) * e_re - p_im(lane) * e_im)
@@ -120,22 +123,23 @@ contains
       z_im(lane, k + n) = z_im(lane, k)
       c = w_re**2 + w_im**2
       greatest(lane) = max(greatest(lane), c)
-      ! e / q is the sum of the reciprocal distances.
+      ! e / q is the sum of the reciprocal distances from the other roots.
       near(lane) = max(near(lane), c * (e_re**2 + e_im**2) - last_part**2 * (q_re**2 + q_im**2))
     end do
   end subroutine step_here
 
-  !> The eigenvalues z, shapes (lanes, n), from what they are about, by the iteration of Aberth and Ehrlich: Newton's steps for
-  !> p / q, where q has the other approximations as its roots. From quadratic factors of p one step is the rule, from a circle six
-  !> to seven. `conjugate`, shape (n): those that are the conjugate of the one before in all lanes. `converged`, shape (lanes): 1
-  !> where nothing is to be done; then 1, or 0 where they were not all found. A lane stands still once it has converged: nothing
-  !> in it depends on its neighbours. `length`: of the processor's vectors.
+  !> Computes the eigenvalues z, shape (lanes, n), from starting values by the iteration of Aberth and Ehrlich. It takes Newton
+  !> steps for p / q, where q has the other approximations as its roots. One step is usual from quadratic factors of p, six to seven
+  !> from a circle. A lane does not change once it has converged, so no lane depends on another.
   pure subroutine find_roots(length, h, conjugate, z_re, z_im, converged)
+    !> Numbers per vector register (gestell_base_processor)
     integer, intent(in) :: length
     type(hessenberg_type), intent(in) :: h
+    !> True for roots that are the conjugate of the preceding root in all lanes, shape (n)
     logical, intent(in) :: conjugate(most_states)
+    !> Real and imaginary parts; on input 1 in lanes to be skipped, on output 1 in lanes that have converged, else 0
     real(dp), intent(inout) :: z_re(lanes, most_states), z_im(lanes, most_states), converged(lanes)
-    !> Behind the n roots all stand once more.
+    !> The n roots are stored twice, one copy behind the other.
     real(dp), dimension(lanes, 2 * most_states) :: w_re, w_im
     real(dp), dimension(lanes) :: greatest, near, p_re, p_im, d_re, d_im
     procedure(step_here), bind(C, name="_ZGVeN2uuuuuuuuuuul_lanes_gestell_aberth") :: step_512
@@ -169,7 +173,7 @@ contains
     z_im = w_im(:, :most_states)
   end subroutine find_roots
 
-  !> Root `k` of n, and where all stand once more.
+  !> Stores root `k` of n in both copies.
   pure subroutine set(n, k, re, im, z_re, z_im)
     integer, intent(in) :: n, k
     real(dp), intent(in) :: re(lanes), im(lanes)

@@ -1,9 +1,9 @@
-!> Hessenberg matrices, eight side by side as in gestell_math_lanes, and their characteristic polynomials without coefficients.
-!> (`characteristic_polynomial` has them, for a start.)
+!> Hessenberg matrices, eight side by side as in gestell_math_lanes, and values of their characteristic polynomials without
+!> coefficients. (`characteristic_polynomial` computes coefficients, for starting values.)
 !>
-!> Hyman's method (J. H. Wilkinson, The Algebraic Eigenvalue Problem, chapter 7): x_n = 1 and rows n ... 2 of
-!> (H - lambda E) x = 0 give x_(n-1) ... x_1; what row 1 leaves, r(lambda), is det(H - lambda E) but for a constant factor.
-!> The rounding in it is that of a matrix whose elements are changed by a few roundings each, whatever the subdiagonal.
+!> Hyman's method (J. H. Wilkinson, The Algebraic Eigenvalue Problem, chapter 7): with x_n = 1, rows n ... 2 of (H - lambda E) x = 0
+!> give x_(n-1) ... x_1. The residual of row 1, r(lambda), equals det(H - lambda E) up to a constant factor. Its rounding error
+!> corresponds to a matrix whose elements are changed by a few roundings each, whatever the subdiagonal.
 module gestell_math_batch_hessenberg
   use gestell_base_processor, only: has_versions
   use gestell_math_lanes, only: lanes
@@ -13,33 +13,33 @@ module gestell_math_batch_hessenberg
 
   public :: characteristic_polynomial, evaluate, new_hessenberg, of_one
 
-  !> Most rows.
+  !> Maximum number of rows
   integer, parameter, public :: most_states = 12
 
-  !> The least product of subdiagonal elements with which nothing overflows.
+  !> Smallest product of subdiagonal elements for which no overflow can occur
   real(dp), parameter :: least_product = 1.0e-100_dp
 
   !> Hessenberg matrices of n rows. The first index of all arrays is the lane.
   type, bind(C), public :: hessenberg_type
     integer(c_int) :: n = 0
-    !> Rows divided by their subdiagonal element, row 1 by 1, with the sign changed; shape (lanes, most_states, most_states).
+    !> Rows divided by their subdiagonal element (row 1 by 1), with reversed sign; shape (lanes, most_states, most_states)
     real(dp) :: g(lanes, most_states, most_states)
-    !> Reciprocals of the subdiagonal elements h(i, i-1), 1 for i = 1; shape (lanes, most_states).
+    !> Reciprocals of the subdiagonal elements h(i, i-1), 1 for i = 1; shape (lanes, most_states)
     real(dp) :: v(lanes, most_states)
-    !> Frobenius norm and trace of the matrix, product of the absolute subdiagonal elements.
+    !> Frobenius norm and trace of the matrix, product of the absolute subdiagonal elements
     real(dp) :: norm(lanes), trace(lanes), product(lanes)
-    !> 1, or 0 where `product` is so small that numbers might overflow: another matrix has taken the place.
+    !> 1; or 0 where `product` is so small that overflow is possible: the subdiagonal elements are then taken as 1
     real(dp) :: sound(lanes)
   end type hessenberg_type
 
 contains
 
-  !> The reflection E - beta u u' that leaves one element below the diagonal of column `k`, from both sides.
+  !> Applies the reflection E - beta u u' from both sides, which leaves a single element below the diagonal of column `k`.
   pure subroutine reflect_here(a, n, k, once) bind(C, name="lanes_gestell_reflect")
     !$omp declare simd uniform(a, n, k) linear(once) simdlen(2) notinbranch
     real(dp), intent(inout) :: a(lanes, most_states, most_states)
     integer(c_int), value :: n, k, once
-    !> Below this there is nothing to reflect.
+    !> A shorter column below the diagonal needs no reflection.
     real(dp), parameter :: nothing = 1.0e-100_dp
     real(dp) :: u(lanes, most_states), beta(lanes), share(lanes), length, sum
     integer :: i, j, lane
@@ -47,7 +47,7 @@ contains
     do i = k + 1, n
       u(:, i) = a(:, i, k)
     end do
-    ! The second of two: gestell_base_processor.
+    ! The second call of a pair returns (gestell_base_processor).
     if (once > 1) return
     !GCC$ ivdep
     do lane = 1, lanes
@@ -103,8 +103,9 @@ contains
     end do
   end subroutine reflect_here
 
-  !> The matrices `a`, shape (lanes, most_states, most_states), of `n` rows and with elements below about 1, by Householder's
-  !> reflections. Subdiagonal elements below the roundoff are raised to it. `a` is used up. `length`: of the processor's vectors.
+  !> Reduces the matrices `a`, shape (lanes, most_states, most_states), to Hessenberg form by Householder reflections. They have `n`
+  !> rows and elements below about 1. Subdiagonal elements below the roundoff are raised to it. `a` is overwritten. `length`:
+  !> numbers per vector register (gestell_base_processor).
   pure subroutine new_hessenberg(length, a, n, h)
     real(dp), intent(inout) :: a(lanes, most_states, most_states)
     integer, intent(in) :: length, n
@@ -144,7 +145,7 @@ contains
     call take(a, h)
   end subroutine new_hessenberg
 
-  !> One Hessenberg matrix `a` of `n` rows, with elements below about 1, in all lanes.
+  !> Stores one Hessenberg matrix `a` of `n` rows, with elements below about 1, in all lanes.
   pure subroutine of_one(n, a, h)
     integer, intent(in) :: n
     real(dp), intent(in) :: a(most_states, most_states)
@@ -166,7 +167,7 @@ contains
     call take(eight, h)
   end subroutine of_one
 
-  !> The elements, with norm and trace known. Subdiagonal elements below the roundoff are raised to it.
+  !> Stores the elements; norm and trace must be set. Subdiagonal elements below the roundoff are raised to it.
   pure subroutine take(a, h)
     real(dp), intent(inout) :: a(lanes, most_states, most_states)
     type(hessenberg_type), intent(inout) :: h
@@ -193,8 +194,8 @@ contains
     end do
   end subroutine take
 
-  !> The coefficients c_0 ... c_(n-1) of det(lambda E - H) = t^n + c_(n-1) t^(n-1) + ... + c_0, lambda = `mean` + t; shape
-  !> (lanes, 0:n-1). x_(n-1) ... x_0 are polynomials in t here, `x` has their coefficients.
+  !> Computes the coefficients c_0 ... c_(n-1) of det(lambda E - H) = t^n + c_(n-1) t^(n-1) + ... + c_0, lambda = `mean` + t; shape
+  !> (lanes, 0:n-1). x_(n-1) ... x_0 are polynomials in t here; `x` holds their coefficients.
   pure subroutine characteristic_polynomial(h, mean, c)
     type(hessenberg_type), intent(in) :: h
     real(dp), intent(in) :: mean(lanes)
@@ -203,7 +204,7 @@ contains
     integer :: lane, n, i, j, k
 
     n = h%n
-    ! Beside the coefficients of each polynomial a zero at both ends.
+    ! A zero at both ends of the coefficients of each polynomial.
     do i = 1, n
       x(:, -1, i) = 0
       x(:, n - i + 1, i) = 0
@@ -251,7 +252,7 @@ contains
       y_re(lane, n - 1) = h%v(lane, n)
       y_im(lane, n - 1) = 0
     end do
-    ! The second of two: gestell_base_processor.
+    ! The second call of a pair returns (gestell_base_processor).
     if (once > 1) return
     do i = n - 1, 1, -1
       !GCC$ ivdep
@@ -260,7 +261,7 @@ contains
         s_im = 0
         t_re = 0
         t_im = 0
-        ! What was found last comes last: the others need not wait for it.
+        ! The element computed last is added last: the others need not wait for it.
         j = n
         do
           s_re = s_re + h%g(lane, i, j) * x_re(lane, j)
@@ -288,11 +289,14 @@ contains
     d_im = y_im(:, 0)
   end subroutine evaluate_here
 
-  !> -r and its derivative at lambda = z, real and imaginary parts. `length`: of the processor's vectors.
+  !> Computes p = -r(lambda) and its derivative d at lambda = z, real and imaginary parts.
   pure subroutine evaluate(length, h, z_re, z_im, p_re, p_im, d_re, d_im)
+    !> Numbers per vector register (gestell_base_processor)
     integer, intent(in) :: length
     type(hessenberg_type), intent(in) :: h
+    !> Real and imaginary parts of z
     real(dp), intent(in) :: z_re(lanes), z_im(lanes)
+    !> Real and imaginary parts of p and d
     real(dp), intent(out) :: p_re(lanes), p_im(lanes), d_re(lanes), d_im(lanes)
     procedure(evaluate_here), bind(C, name="_ZGVeN2uuuuuuul_lanes_gestell_evaluate") :: evaluate_512
     procedure(evaluate_here), bind(C, name="_ZGVdN2uuuuuuul_lanes_gestell_evaluate") :: evaluate_256

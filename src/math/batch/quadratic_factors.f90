@@ -1,8 +1,8 @@
-!> Real polynomials, eight side by side, as products of real quadratic factors f_k = t^2 - s_k t + q_k.
+!> Factorises real polynomials, eight side by side, into real quadratic factors f_k = t^2 - s_k t + q_k.
 !>
-!> The iteration of Weierstrass (Durand and Kerner) for factors in place of roots: with the product g of the others p = (f_k + d) g
-!> where d = p / g modulo f_k. Residues modulo f_k are linear, with t^2 = s_k t - q_k in their products. All numbers are real, and
-!> two roots part from a conjugate pair to real ones as a factor changes.
+!> The iteration is that of Weierstrass (Durand and Kerner) with factors in place of roots. With the product g of the other factors,
+!> p = (f_k + d) g where d = p / g modulo f_k. Residues modulo f_k are linear; their products use t^2 = s_k t - q_k. All numbers are
+!> real, and a conjugate pair of roots can become two real ones while a factor changes.
 module gestell_math_batch_quadratic_factors
   use gestell_base_processor, only: has_versions
   use gestell_math_lanes, only: lanes
@@ -12,11 +12,11 @@ module gestell_math_batch_quadratic_factors
 
   public :: find_factors
 
-  !> Iterations at most: with real roots the iteration may jump about.
+  !> Maximum number of iterations: with real roots the iteration may move erratically.
   integer, parameter :: most_iterations = 30
-  !> The last step relative to the mean radius of the roots: convergence is quadratic.
+  !> Bound on the last step, relative to the mean radius of the roots. Convergence is quadratic.
   real(dp), parameter :: last_step = 1.0e-6_dp
-  !> A smaller divisor of a step has vanished.
+  !> Smallest divisor of a step
   real(dp), parameter :: least_divisor = 1.0e-100_dp
 
 contains
@@ -30,7 +30,7 @@ contains
     integer :: iteration, k
 
     greatest = 0
-    ! The second of two: gestell_base_processor.
+    ! The second call of a pair returns (gestell_base_processor).
     if (once > 1) return
     s(:, m + 1:) = s(:, :m)
     q(:, m + 1:) = q(:, :m)
@@ -51,14 +51,16 @@ contains
     end do
   end subroutine find_here
 
-  !> The factors, shapes (lanes, m), of the polynomials t^2m + c_(2m-1) t^(2m-1) + ... + c_0 from others, whose roots have about the
-  !> mean `radius`; no root exceeds `bound`. `converged`, shape (lanes): 1, or 0 where they were not found. A lane stands still once
-  !> it has converged: nothing in it depends on its neighbours. (Behind the m factors all stand once more.) `length`: of the
-  !> processor's vectors.
+  !> Computes the quadratic factors of the polynomials t^2m + c_(2m-1) t^(2m-1) + ... + c_0 from starting values. A lane does not
+  !> change once it has converged, so no lane depends on another.
   pure subroutine find_factors(length, m, c, radius, bound, s, q, converged)
+    !> Numbers per vector register (gestell_base_processor); number of factors
     integer, intent(in) :: length, m
+    !> Coefficients; mean radius of the roots; bound on the moduli of all roots
     real(dp), intent(in) :: c(lanes, 0:2 * m - 1), radius(lanes), bound(lanes)
+    !> s_k and q_k, shape (lanes, m), from starting values to the result. Behind the m factors there is room for a second copy.
     real(dp), intent(inout) :: s(lanes, 2 * m), q(lanes, 2 * m)
+    !> 1 in lanes that have converged, else 0
     real(dp), intent(out) :: converged(lanes)
     procedure(find_here), bind(C, name="_ZGVeN2uuuuuuul_lanes_gestell_factors") :: find_512
     procedure(find_here), bind(C, name="_ZGVdN2uuuuuuul_lanes_gestell_factors") :: find_256
@@ -72,7 +74,7 @@ contains
     end if
   end subroutine find_factors
 
-  !> A step for factor `k` in the lanes that have not converged. `greatest`: squares of the greatest steps of q so far.
+  !> Updates factor `k` in the lanes that have not converged. `greatest`: squares of the largest steps of q so far.
   pure subroutine improve(m, k, c, bound, converged, s, q, greatest)
     integer, intent(in) :: m, k
     real(dp), intent(in) :: c(lanes, 0:2 * m - 1), bound(lanes), converged(lanes)
@@ -96,7 +98,8 @@ contains
       p1(lane) = g1
       p0(lane) = g0
     end do
-    ! g = g_1 t + g_0 modulo f_k, where f_j is f_j - f_k = a t + b; g (-g_1 t + g_1 s + g_0) = g_0^2 + g_0 g_1 s + g_1^2 q divides.
+    ! g = g_1 t + g_0 modulo f_k: each f_j equals f_j - f_k = a t + b there. The divisor is g (-g_1 t + g_1 s + g_0) = g_0^2 + g_0
+    ! g_1 s + g_1^2 q.
     !GCC$ ivdep
     do lane = 1, lanes
       g1 = 0

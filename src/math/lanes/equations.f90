@@ -1,5 +1,5 @@
-!> Small systems of equations, eight side by side as in gestell_math_lanes, by Householder's reflections: lanes would want different
-!> rows exchanged, and reflections exchange none.
+!> Solves small systems of equations, eight side by side as in gestell_math_lanes, by Householder reflections. Elimination would
+!> need different row exchanges in each lane; reflections need none.
 module gestell_math_lanes_equations
   use gestell_base_kinds, only: dp
   use gestell_math_lanes, only: lanes
@@ -8,16 +8,19 @@ module gestell_math_lanes_equations
 
   public :: solve_equations
 
-  !> What is less has vanished.
+  !> Smallest length of a column: a shorter one counts as zero.
   real(dp), parameter :: nothing = 1.0e-100_dp
 
 contains
 
-  !> x of A x = b, and the Frobenius norm of A^-1, which is that of R^-1 where A = Q R. `equations`: [A b], shape (lanes, n, n + 1),
-  !> are used up. Where A is singular the norm is 1e100 or more.
+  !> Solves A x = b, and computes the Frobenius norm of A^-1, which equals that of R^-1 with A = Q R. The norm is 1e100 or more if A
+  !> is singular.
   pure subroutine solve_equations(n, equations, x, inverse_norm)
+    !> Number of unknowns
     integer, intent(in) :: n
+    !> [A b], shape (lanes, n, n + 1); overwritten
     real(dp), intent(inout) :: equations(lanes, n, n + 1)
+    !> Solution, shape (lanes, n); norm of A^-1 in each lane
     real(dp), intent(out) :: x(lanes, n), inverse_norm(lanes)
     real(dp) :: pivot(lanes, n), column(lanes, n)
     integer :: k
@@ -38,7 +41,8 @@ contains
     call substitute(n, n, equations, pivot, x)
   end subroutine solve_equations
 
-  !> The reflection E - beta u u' that leaves `pivot` alone of the rows from `k` on of column `k`; u takes their place.
+  !> Applies the reflection E - beta u u' that leaves only `pivot` in the rows from `k` on of column `k`; u is stored in their
+  !> place.
   pure subroutine reflect(n, k, a, pivot)
     integer, intent(in) :: n, k
     real(dp), intent(inout) :: a(lanes, n, n + 1)

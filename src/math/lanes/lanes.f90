@@ -1,15 +1,15 @@
-!> Elimination in eight small matrices side by side. The lane, the number of the matrix, is the first index of all arrays:
-!> a processor's vector registers hold one element of several matrices each, and do the same arithmetic for all of them.
+!> Elimination in eight small matrices side by side. The first index of all arrays is the lane, the number of the matrix: a vector
+!> register of the processor holds one element of several matrices and applies the same arithmetic to all.
 !>
-!> How to read it: forget the lanes, and it is elimination by blocks of 3 x 3 from left to right, in panels of three or six columns.
-!> What the columns of a panel need of those before are their multipliers alone, L of A = L U, block row after block row:
-!> l(:, :, k, i) is column k in the rows of block i. U is nowhere kept, since what is sought is the Schur complement. So the matrix
-!> needs no place of its own: a panel is filled when its turn has come, and what is read again lies in the order in which it is
-!> read.
-!> The sums of a block stay in registers while they run over all eliminated unknowns (gestell_math_lanes_versions); this, and that
-!> nothing depends on the lane but the data, is what lets a compiler keep the registers full. The inner loop ends at its foot since
-!> a test at its head would be control flow in a lane. `!GCC$ ivdep` tells gfortran that lanes do not depend on each other; without
-!> it the results are the same.
+!> Without the lanes this is elimination by blocks of 3 x 3 from left to right, in panels of three or six columns. From the columns
+!> to its left a panel needs only their multipliers, L of A = L U. They are stored block row by block row: l(:, :, k, i) is column k
+!> in the rows of block i. U is not stored, since only the Schur complement is wanted. So the matrix itself needs no memory: a panel
+!> is filled just before its elimination. Data that are read again are stored in the order of reading.
+!>
+!> The sums of a block stay in registers while they run over all eliminated unknowns (gestell_math_lanes_versions). The compiler can
+!> keep the registers full because of this, and because only the data depend on the lane. The inner loop tests its end at the
+!> bottom: a test at the top would be control flow in a lane. `!GCC$ ivdep` tells gfortran that lanes do not depend on each other;
+!> results are the same without it.
 module gestell_math_lanes
   use gestell_base_kinds, only: dp
   use gestell_base_processor, only: has_long_vectors, vector_length
@@ -19,29 +19,29 @@ module gestell_math_lanes
   implicit none (type, external)
   private
 
-  !> Rows of a block, columns that a panel has room for, matrices side by side.
+  !> `block`: rows of a block; `width`: maximum number of columns in a panel; `lanes`: number of matrices side by side
   public :: block, columns_at_once, columns_of_panel, eliminate, lanes, padded, reduce, schur_complement, vector_border, width
-  !> Below this multiplier no digits that matter are lost (threshold pivoting in sparse elimination allows 10 to 100; I. S.
-  !> Duff, A. M. Erisman, J. K. Reid, Direct Methods for Sparse Matrices, section 5).
+  !> Largest multiplier for which elimination without exchanges loses no significant digits. Threshold pivoting in sparse
+  !> elimination allows 10 to 100 (I. S. Duff, A. M. Erisman, J. K. Reid, Direct Methods for Sparse Matrices, section 5).
   real(dp), parameter, public :: safe_multiplier = 16
-  !> A smaller pivot has vanished.
+  !> Smallest pivot: a smaller one counts as zero.
   real(dp), parameter :: least_pivot = 1.0e-8_dp
 
 contains
 
-  !> The next multiple of `block`.
+  !> n rounded up to a multiple of `block`.
   pure integer function padded(n)
     integer, intent(in) :: n
 
     padded = block * ((n + block - 1) / block)
   end function padded
 
-  !> How many columns of a panel are best treated together: eighteen sums need more than sixteen registers.
+  !> Best number of columns of a panel: six if the processor has 32 vector registers for eighteen sums, otherwise three.
   pure integer function columns_at_once()
     columns_at_once = merge(width, block, has_long_vectors())
   end function columns_at_once
 
-  !> How many of the next columns of a map are treated together, where so many are left: six or three, or the last one alone.
+  !> Number of columns of the next panel of a map that has `left` more columns: six or three, or one if it is the last column.
   pure integer function columns_of_panel(left) result(columns)
     integer, intent(in) :: left
 
@@ -49,7 +49,8 @@ contains
     if (left >= columns_at_once()) columns = columns_at_once()
   end function columns_of_panel
 
-  !> The first of these numbers that lies on the border of a vector of eight: one that does not costs two pieces of the cache.
+  !> Position of the first element of `numbers` that begins at a multiple of the length of a vector of eight. A vector elsewhere
+  !> occupies two cache lines.
   integer function vector_border(numbers)
     real(dp), contiguous, target, intent(in) :: numbers(:)
 
@@ -58,14 +59,14 @@ contains
     end associate
   end function vector_border
 
-  !> With A of `n` rows and columns in its upper left, the matrix `w`, shape (lanes, rows, columns),
+  !> Replaces the matrix `w`, shape (lanes, rows, columns), with A of `n` rows and columns in its upper left,
   !>
   !>     [ A  R ]
-  !>     [ G  S ]      becomes      [ ...  ... ;  ...  S - G A^-1 R ].
+  !>     [ G  S ]      by      [ ...  ... ;  ...  S - G A^-1 R ].
   !>
-  !> All numbers are multiples of `block`; A is in units in which its diagonal is about 1. There is no
-  !> exchange of rows: `multiplier`, shape (lanes), is the greatest factor by which a row of A was subtracted from another,
-  !> huge where a pivot vanished. Elimination is as safe as with exchanges while it is not far above 1.
+  !> All numbers of rows and columns are multiples of `block`; A is in units in which its diagonal is about 1. Rows are not
+  !> exchanged. `multiplier`, shape (lanes), is the largest factor by which a row of A was subtracted from another one, huge if a
+  !> pivot vanished. Elimination is as accurate as with exchanges if the multiplier is not far above 1.
   pure subroutine schur_complement(w, n, multiplier)
     real(dp), contiguous, intent(inout) :: w(:, :, :)
     integer, intent(in) :: n
@@ -101,10 +102,11 @@ contains
     end do
   end subroutine schur_complement
 
-  !> The next unknowns: three or six columns of A and G from `first` on, where those before have been eliminated and `l` has their
-  !> multipliers, to which those of these come. `multiplier` becomes the greatest in the rows of A, if that is greater.
+  !> Eliminates the next unknowns: three or six columns of A and G. The columns before `first` have been eliminated.
   pure subroutine eliminate(first, columns, n, rows, panel, l, multiplier)
+    !> First column of the panel; number of its columns; number of unknowns; number of rows
     integer, intent(in) :: first, columns, n, rows
+    !> The panel; the multipliers L, to which those of this panel are added; the largest multiplier in the rows of A so far
     real(dp), intent(inout) :: panel(lanes, width, rows), l(lanes, block, n, rows / block), multiplier(lanes)
     real(dp) :: unused(lanes)
     integer :: through, row, c
@@ -127,10 +129,13 @@ contains
     end do
   end subroutine eliminate
 
-  !> A panel of one, three or six columns after the elimination of the unknowns `from` to `to`, up to row `rows`.
+  !> Updates a panel of one, three or six columns, up to row `rows`, by the elimination of the unknowns `from` to `to`.
   pure subroutine reduce(from, to, columns, n, rows, panel, l)
+    !> First and last unknown; number of columns of the panel; number of unknowns; number of rows
     integer, intent(in) :: from, to, columns, n, rows
+    !> The panel
     real(dp), intent(inout) :: panel(lanes, width, rows)
+    !> The multipliers L of the unknowns
     real(dp), intent(in) :: l(lanes, block, n, rows / block)
     integer :: length, row, terms, i, c
     logical :: six
@@ -171,8 +176,8 @@ contains
     end do
   end subroutine solve_for_column
 
-  !> Three unknowns, columns `c` to c + 2 of a panel that begins with column `first`: their multipliers in the rows below them, up
-  !> to `rows`, and what their elimination makes of the columns to their right. Eight arguments: as `eliminate`, and which columns.
+  !> Eliminates three unknowns, columns `c` to c + 2 of a panel whose first column is `first`. Stores their multipliers in the rows
+  !> below, up to `rows`, and updates the columns to their right.
   pure subroutine divide(first, c, columns, n, rows, panel, l, multiplier)
     integer, intent(in) :: first, c, columns, n, rows
     real(dp), intent(inout) :: panel(lanes, width, rows), l(lanes, block, n, rows / block), multiplier(lanes)
@@ -198,7 +203,7 @@ contains
     end do
   end subroutine divide
 
-  !> W = L U with unit L; in place of the pivots their reciprocals are kept.
+  !> Factorises W = L U with unit L. The reciprocals of the pivots are stored in place of the pivots.
   pure subroutine factorise_block(w, l, multiplier)
     real(dp), intent(inout) :: w(lanes, width, block), l(lanes, block, block), multiplier(lanes)
     real(dp) :: p1, p2, p3, u12, u13, u23, l21, l31, l32
@@ -223,7 +228,7 @@ contains
       l(lane, 3, 1) = l31
       l(lane, 3, 2) = l32
       multiplier(lane) = max(multiplier(lane), abs(l21), abs(l31), abs(l32))
-      ! One by one: the least of several numbers loses one that is none.
+      ! Pivots are tested one by one: min over several numbers would lose a NaN.
       multiplier(lane) = merge(multiplier(lane), huge(1.0_dp), &
         & abs(p1) > least_pivot .and. abs(p2) > least_pivot .and. abs(p3) > least_pivot)
     end do

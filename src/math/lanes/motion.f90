@@ -1,4 +1,4 @@
-!> Affine maps applied one after the other to vectors side by side, as in gestell_math_lanes.
+!> Applies affine maps one after the other to vectors side by side, as in gestell_math_lanes.
 module gestell_math_lanes_motion
   use gestell_base_processor, only: has_versions, vector_length
   use gestell_math_lanes_versions, only: lanes
@@ -23,7 +23,7 @@ contains
     integer :: lane, i, i2, i3, j, k, group, at
 
     sizes = 0
-    ! The second of two: gestell_base_processor.
+    ! The second call of a pair returns (gestell_base_processor).
     if (once > 1) return
     do k = 1, steps
       sizes = 0
@@ -31,7 +31,8 @@ contains
       do group = 1, groups
         load = 0
         if (group == groups) load = forced
-        ! Three rows together, so that no sum waits for itself; where there are no more the last one stands for them.
+        ! Three rows at a time, so that no sum waits for its own last addition. If fewer rows remain, the last one is computed
+        ! repeatedly.
         do i = 1, n, 3
           i2 = min(i + 1, n)
           i3 = min(i + 2, n)
@@ -69,13 +70,16 @@ contains
     end do
   end subroutine apply_here
 
-  !> x <- A x + b for the maps [A b], or A alone, shape (room, n, columns), of so many steps in turn, from `first` on. The vectors
-  !> are `motion`, shape (lanes, n, groups, 0:steps), before the first and after each step; in the last of the groups b is added
-  !> where `forced` is 1 (without b it is 0). `done`: the steps before the first whose sizes add up to `most` or more in a lane.
+  !> Applies x <- A x + b for the maps of `steps` steps in turn.
   pure subroutine apply_in_turn(n, columns, room, first, steps, groups, maps, forced, most, motion, done)
+    !> Number of states; columns of the maps; first extent of `maps`; number of the first map; number of steps; groups of vectors
     integer, intent(in) :: n, columns, room, first, steps, groups
+    !> Maps [A b], or A alone, shape (room, n, columns); 1 in lanes of the last group to which b is added, else 0; limit of the sum
+    !> of absolute values of a lane
     real(dp), intent(in) :: maps(room, n, columns), forced(lanes), most
+    !> The vectors before the first step and after each step, shape (lanes, n, groups, 0:steps)
     real(dp), intent(inout) :: motion(lanes, n, groups, 0:steps)
+    !> Number of steps before the first one after which the absolute values in a lane sum to `most` or more
     integer, intent(out) :: done
     procedure(apply_here), bind(C, name="_ZGVeN2uuuuuuuuuuul_lanes_gestell_apply") :: apply_512
     procedure(apply_here), bind(C, name="_ZGVdN2uuuuuuuuuuul_lanes_gestell_apply") :: apply_256

@@ -1,4 +1,4 @@
-!> The greatest values of periodic functions, eight side by side, as gestell_math_series_fourier finds those of one.
+!> Maxima of periodic functions, eight side by side, by the method of gestell_math_series_fourier.
 module gestell_math_lanes_peaks
   use gestell_base_kinds, only: dp, pi
   use gestell_math_cosine_sine, only: cosine_sine
@@ -8,14 +8,15 @@ module gestell_math_lanes_peaks
 
   public :: greatest_values
 
-  !> Steps of Newton's iteration at most.
+  !> Maximum number of Newton steps
   integer, parameter :: most_steps = 60
 
 contains
 
-  !> max |f| of trigonometric polynomials: the zero of f' beside every one of the `samples`, shape (lanes, n), that the maximum can
-  !> lie at. Half a spacing away f has lost at most spacing^2 max |f''| / 8 of it. `harmonics`: as columns the coefficients of
-  !> cos(k theta), k = 1 ... (n - 1) / 2, then those of sin(k theta); what follows them does not matter.
+  !> Computes max |f| of trigonometric polynomials, by solving f' = 0 beside every sample near which the maximum can lie. Half a
+  !> spacing away from the maximum |f| is smaller by at most spacing^2 max |f''| / 8. `samples` has the shape (lanes, n). The
+  !> columns of `harmonics` are the coefficients of cos(k theta), k = 1 ... (n - 1) / 2, then those of sin(k theta); further columns
+  !> are ignored.
   pure subroutine greatest_values(samples, harmonics, greatest)
     real(dp), contiguous, intent(in) :: samples(:, :), harmonics(:, :)
     real(dp), intent(out) :: greatest(lanes)
@@ -39,7 +40,7 @@ contains
       loss = loss + real(k, dp)**2 * (abs(harmonics(:, k)) + abs(harmonics(:, orders + k)))
     end do
     loss = loss * (2 * pi / n)**2 / 8
-    ! Above all samples where there is nothing to find between them.
+    ! Above all samples if |f| cannot be larger between them.
     least = greatest - merge(loss, -greatest, loss > epsilon(1.0_dp) * greatest)
     at = 0
     do
@@ -49,7 +50,8 @@ contains
     end do
   end subroutine greatest_values
 
-  !> The next sample after `at` that is not below `least` nor its neighbours, in every lane; n + 1: there is none.
+  !> Finds the next sample after `at`, in every lane, that is not below `least` or its neighbours. The result is n + 1 if there is
+  !> none.
   pure subroutine find_next(n, size_at, least, at)
     integer, intent(in) :: n
     real(dp), intent(in) :: size_at(lanes, 0:n + 1), least(lanes)
@@ -73,9 +75,9 @@ contains
     end do
   end subroutine find_next
 
-  !> `greatest` with the greatest |f| beside the samples `at`, where |f| is not smaller than one spacing to both sides: Newton's
-  !> iteration for f' = 0, kept between a place where |f| rises to the top and one beyond it, until its next step would not raise
-  !> |f| by a rounding.
+  !> Raises `greatest` to the maximum of |f| beside the samples `at`, where |f| is at least as large as one spacing away on both
+  !> sides. Newton's iteration for f' = 0 is kept between a place where |f| rises towards the maximum and a place beyond it. It ends
+  !> when the next step would raise |f| by less than its rounding.
   pure subroutine refine(n, mean, harmonics, at, greatest)
     integer, intent(in) :: n
     real(dp), contiguous, intent(in) :: harmonics(:, :)
@@ -101,7 +103,7 @@ contains
       end do
       call evaluate((n - 1) / 2, mean, harmonics, theta, f, f_d, f_dd)
       greatest = merge(max(greatest, abs(f)), greatest, moving)
-      ! Up, in the direction of the place beyond?
+      ! Does |f| rise here in the direction of the place beyond?
       where (f * f_d * (falling - rising) > 0)
         rising = theta
       else where
@@ -111,7 +113,7 @@ contains
     end do
   end subroutine refine
 
-  !> f, df/dtheta and d2f/dtheta2; cos(k theta) and sin(k theta) follow from those before.
+  !> Computes f, df/dtheta and d2f/dtheta2. cos(k theta) and sin(k theta) follow by recurrence.
   pure subroutine evaluate(orders, mean, harmonics, theta, f, f_d, f_dd)
     integer, intent(in) :: orders
     real(dp), intent(in) :: mean(lanes), harmonics(lanes, 2 * orders), theta(lanes)

@@ -11,14 +11,14 @@ module gestell_math_lanes_products
 
 contains
 
-  !> The next multiple of four.
+  !> n rounded up to a multiple of four.
   pure integer function in_fours(n)
     integer, intent(in) :: n
 
     in_fours = 4 * ((n + 3) / 4)
   end function in_fours
 
-  !> values(lane, j) = sum over k = 1 ... n of factors(lane, k) terms(k, j), j = 1 ... numbers, a multiple of four.
+  !> Computes values(lane, j) = sum over k = 1 ... n of factors(lane, k) terms(k, j), j = 1 ... numbers, a multiple of four.
   pure subroutine combine(n, numbers, factors, terms, values)
     integer, intent(in) :: n, numbers
     real(dp), intent(in) :: factors(lanes, n), terms(n, numbers)
@@ -39,10 +39,11 @@ contains
     real(dp) :: s11, s21, s31, s12, s22, s32, s13, s23, s33
     integer :: lane, i, j, k, i2, i3, j2, j3
 
-    ! The second of two: gestell_base_processor.
+    ! The second call of a pair returns (gestell_base_processor).
     if (once > 1) return
-    ! Three rows and three columns together, so that no sum waits for itself; where there are no more the last one stands for them.
-    ! A loop over lanes becomes vectors only where the numbers of the sum lie at a constant distance: hence rows.
+    ! Three rows and three columns at a time, so that no sum waits for its own last addition. If fewer remain, the last one is
+    ! computed repeatedly. A loop over lanes is vectorised only if the elements of the sum lie at a constant distance: therefore A
+    ! is stored by rows.
     do i = 1, n, 3
       i2 = min(i + 1, n)
       i3 = min(i + 2, n)
@@ -88,8 +89,8 @@ contains
     end do
   end subroutine multiply_here
 
-  !> C = factor A B from the rows of A, shape (lanes, columns, n), of which the first n numbers count; B and C have the shape
-  !> (lanes, n, columns), columns >= n. `length`: of the processor's vectors.
+  !> Computes C = factor A B. The rows of A have the shape (lanes, columns, n), of which the first n elements are used. B and C have
+  !> the shape (lanes, n, columns), columns >= n. `length`: numbers per vector register (gestell_base_processor).
   pure subroutine multiply(length, n, columns, factor, rows, b, c)
     integer, intent(in) :: length, n, columns
     real(dp), intent(in) :: factor, rows(lanes, columns, n), b(lanes, n, columns)

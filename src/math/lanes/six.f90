@@ -1,8 +1,8 @@
-!> The inner loops of elimination for six columns at once, where there are 32 registers for vectors (AVX-512): in 18 of them are
-!> sums. As gestell_math_lanes_versions, whose procedures do the same for three.
+!> Inner loops of elimination for six columns at once, for processors with 32 vector registers (AVX-512), of which 18 hold sums. The
+!> procedures correspond to those of gestell_math_lanes_versions for three columns.
 !>
-!> What is stored in `kept` nobody reads: as it might be one of the factors (`target`), GCC loads these once for all their products,
-!> and not for each.
+!> Nobody reads the values stored in `kept`. Because it might overlap one of the factors (`target`), GCC loads each factor once for
+!> all its products, and not once for each.
 module gestell_math_lanes_six
   use gestell_base_processor, only: has_versions
   use gestell_math_lanes_versions, only: block, lanes, width
@@ -24,7 +24,7 @@ contains
     real(dp) :: r1, r2, r3, s1, s2, s3, s4, s5, s6
     integer :: lane, k
 
-    ! The second of two: gestell_base_processor.
+    ! The second call of a pair returns (gestell_base_processor).
     if (once > 1) return
     !GCC$ ivdep
     do lane = 1, lanes
@@ -33,7 +33,7 @@ contains
     end do
   end subroutine subtract_here
 
-  !> C <- C - R S in all lanes, `terms` columns of R and rows of S.
+  !> C <- C - R S in all lanes, with `terms` columns of R and rows of S.
   pure subroutine subtract_six(terms, c, r, s)
     integer, intent(in) :: terms
     real(dp), intent(inout) :: c(lanes, width, block)
@@ -59,7 +59,7 @@ contains
     real(dp) :: r1, r2, r3, s1, s2, s3, s4, s5, s6, l21, l31, l32
     integer :: lane, k
 
-    ! The second of two: gestell_base_processor.
+    ! The second call of a pair returns (gestell_base_processor).
     if (once > 1) return
     !GCC$ ivdep
     do lane = 1, lanes
@@ -110,7 +110,7 @@ contains
     real(dp) :: r1, r2, r3, s1, s2, s3, s4, s5, s6
     integer :: lane, k
 
-    ! The second of two: gestell_base_processor.
+    ! The second call of a pair returns (gestell_base_processor).
     if (once > 1) return
     !GCC$ ivdep
     do lane = 1, lanes
@@ -160,8 +160,8 @@ contains
     end do
   end subroutine divide_here
 
-  !> L <- (C - R S) U^-1 in all lanes; in place of the pivots U has their reciprocals. `multiplier` becomes the greatest of the
-  !> elements if that is greater.
+  !> L <- (C - R S) U^-1 in all lanes. U holds the reciprocals of the pivots in their place. `multiplier` is raised to the largest
+  !> element of L in absolute value.
   pure subroutine divide_six(terms, c, r, s, u, l, multiplier)
     integer, intent(in) :: terms
     real(dp), intent(in) :: c(lanes, width, block), u(lanes, width, width)

@@ -1,6 +1,6 @@
-!> The inner loops of elimination and of products for eight lanes, in versions for processors with long vectors
-!> (gestell_base_processor), so that a portable build needs no flag to use them. Three columns of a panel begin with the element
-!> that is handed over.
+!> Inner loops of elimination and of products for eight lanes. They are compiled in versions for processors with long vectors
+!> (gestell_base_processor), so that a portable build can use these without a compiler flag. Callers pass the first element of the
+!> three columns of a panel.
 module gestell_math_lanes_versions
   use gestell_base_processor, only: has_versions
   use, intrinsic :: iso_c_binding, only: c_int, dp => c_double
@@ -9,7 +9,7 @@ module gestell_math_lanes_versions
 
   public :: four_columns, solve_with_lower, solve_with_upper, subtract_column, subtract_product
 
-  !> As in gestell_math_lanes, which says what they are.
+  !> Defined in gestell_math_lanes, which explains them
   integer, parameter, public :: lanes = 8, block = 3, width = 6
 
 contains
@@ -22,7 +22,7 @@ contains
     real(dp) :: c11, c21, c31, c12, c22, c32, c13, c23, c33, r1, r2, r3, s1
     integer :: lane, k
 
-    ! The second of two: gestell_base_processor.
+    ! The second call of a pair returns (gestell_base_processor).
     if (once > 1) return
     !GCC$ ivdep
     do lane = 1, lanes
@@ -67,7 +67,7 @@ contains
     end do
   end subroutine subtract_here
 
-  !> C <- C - R S in all lanes, `terms` columns of R and rows of S; `length`: of the processor's vectors.
+  !> C <- C - R S in all lanes, with `terms` columns of R and rows of S. `length`: numbers per vector register.
   pure subroutine subtract_product(length, terms, c, r, s)
     integer, intent(in) :: length, terms
     real(dp), intent(inout) :: c(lanes, width, block)
@@ -92,7 +92,7 @@ contains
     real(dp) :: c11, c12, c13, s1
     integer :: lane, k
 
-    ! The second of two: gestell_base_processor.
+    ! The second call of a pair returns (gestell_base_processor).
     if (once > 1) return
     !GCC$ ivdep
     do lane = 1, lanes
@@ -114,7 +114,7 @@ contains
     end do
   end subroutine column_here
 
-  !> The first of these columns alone.
+  !> C <- C - R S for the first column of C and S only.
   pure subroutine subtract_column(length, terms, c, r, s)
     integer, intent(in) :: length, terms
     real(dp), intent(inout) :: c(lanes, width, block)
@@ -139,7 +139,7 @@ contains
     real(dp) :: l1, l2, l3
     integer :: lane, row
 
-    ! The second of two: gestell_base_processor.
+    ! The second call of a pair returns (gestell_base_processor).
     if (once > 1) return
     !GCC$ ivdep
     do lane = 1, lanes
@@ -155,8 +155,8 @@ contains
     end do
   end subroutine upper_here
 
-  !> L <- W U^-1 in all lanes; in place of the pivots U has their reciprocals. `multiplier` becomes the greatest of the elements if
-  !> that is greater.
+  !> L <- W U^-1 in all lanes. U holds the reciprocals of the pivots in their place. `multiplier` is raised to the largest element
+  !> of L in absolute value.
   pure subroutine solve_with_upper(length, w, u, l, multiplier)
     integer, intent(in) :: length
     real(dp), intent(in) :: w(lanes, width, block), u(lanes, width, block)
@@ -180,7 +180,7 @@ contains
     real(dp), intent(in) :: l(lanes, block, block)
     integer :: lane, column
 
-    ! The second of two: gestell_base_processor.
+    ! The second call of a pair returns (gestell_base_processor).
     if (once > 1) return
     !GCC$ ivdep
     do lane = 1, lanes
@@ -216,7 +216,7 @@ contains
     real(dp) :: c1, c2, c3, c4, row
     integer :: lane, k
 
-    ! The second of two: gestell_base_processor.
+    ! The second call of a pair returns (gestell_base_processor).
     if (once > 1) return
     !GCC$ ivdep
     do lane = 1, lanes
@@ -241,7 +241,7 @@ contains
     end do
   end subroutine four_here
 
-  !> C = A B for as many rows of A and C as there are lanes, and four columns of B and C.
+  !> C = A B with one row of A and C in each lane, and four columns of B and C.
   pure subroutine four_columns(length, terms, a, b, c)
     integer, intent(in) :: length, terms
     real(dp), intent(in) :: a(lanes, terms), b(terms, 4)

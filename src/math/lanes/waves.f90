@@ -1,5 +1,5 @@
-!> Waves cos k theta and sin k theta at equidistant phases of a turn, eight phases side by side: harmonics from values and values
-!> from harmonics, of the orders below half the number of phases. An even part and an odd one are told by half the turn.
+!> Waves cos k theta and sin k theta at equidistant phases of a turn, eight phases side by side. They convert values to harmonics
+!> and back, for orders below half the number of phases. Even and odd parts are treated separately, so half of the turn suffices.
 module gestell_math_lanes_waves
   use gestell_base_kinds, only: dp, pi
   use gestell_math_cosine_sine, only: cosine_sine
@@ -10,10 +10,11 @@ module gestell_math_lanes_waves
 
   public :: waves_at
 
+  !> Waves at a number of phases
   type, public :: waves_type
-    !> Half the number of phases, a multiple of `lanes`.
+    !> Half the number of phases, a multiple of `lanes`
     integer :: half = 0
-    !> cos k theta_j and sin k theta_j over half the turn, symmetric in k and j, shape (lanes, half, half / lanes).
+    !> cos k theta_j and sin k theta_j over half the turn, symmetric in k and j, shape (lanes, half, half / lanes)
     real(dp), allocatable, private :: cosine(:, :, :), sine(:, :, :)
   contains
     procedure :: values
@@ -22,7 +23,7 @@ module gestell_math_lanes_waves
 
 contains
 
-  !> At so many phases, a multiple of 2 lanes.
+  !> Returns the waves at `phases` phases, a multiple of 2 lanes.
   pure function waves_at(phases) result(waves)
     integer, intent(in) :: phases
     type(waves_type) :: waves
@@ -45,8 +46,8 @@ contains
     end do
   end function waves_at
 
-  !> Of harmonics, cosines of the orders 0 ... half - 1, then sines of the same, the values at the phases k/phases; shapes (phases,
-  !> functions).
+  !> Values at the phases k/phases from harmonics: cosines of the orders 0 ... half - 1, then sines of these orders. Both have the
+  !> shape (phases, functions).
   pure function values(waves, harmonics)
     class(waves_type), intent(in) :: waves
     real(dp), contiguous, intent(in) :: harmonics(0:, :)
@@ -64,7 +65,7 @@ contains
     end do
   end function values
 
-  !> Of values their harmonics; that of order half is left out.
+  !> Harmonics from values, both of shape (phases, functions). The order `half` is left out.
   pure function harmonics(waves, values)
     class(waves_type), intent(in) :: waves
     real(dp), contiguous, intent(in) :: values(0:, :)
@@ -90,7 +91,7 @@ contains
     harmonics(0, :) = harmonics(0, :) / 2
   end function harmonics
 
-  !> A B for an A whose rows lie in lanes.
+  !> A B for an A whose rows are stored in lanes.
   pure function products(a, b) result(c)
     real(dp), contiguous, intent(in) :: a(:, :, :)
     real(dp), intent(in) :: b(:, :)

@@ -1,6 +1,6 @@
-!> Chebyshev series sum over k = 0 ... n - 1 of c_k T_k(x) on [-1, 1], through the extreme points
-!> x_j = cos(pi j / (n - 1)), j = 0 ... n - 1 (n > 1; x_0 = 0 for n = 1).
-!> L. N. Trefethen, Approximation Theory and Approximation Practice, SIAM 2013, chapters 2 to 4.
+!> Chebyshev series sum over k = 0 ... n - 1 of c_k T_k(x) on [-1, 1], interpolating at the extreme points x_j = cos(pi j / (n -
+!> 1)), j = 0 ... n - 1 (n > 1; x_0 = 0 for n = 1). See L. N. Trefethen, Approximation Theory and Approximation Practice, SIAM 2013,
+!> chapters 2 to 4.
 module gestell_math_series_chebyshev
   use gestell_base_kinds, only: dp, pi
   implicit none (type, external)
@@ -10,7 +10,7 @@ module gestell_math_series_chebyshev
 
 contains
 
-  !> The points, descending from 1 to -1 and symmetric to the last digit; shape (n).
+  !> Interpolation points, descending from 1 to -1 and exactly symmetric; shape (n).
   pure function chebyshev_points(n) result(x)
     integer, intent(in) :: n
     real(dp) :: x(n)
@@ -24,7 +24,7 @@ contains
     end do
   end function chebyshev_points
 
-  !> The matrix that takes values at the points to coefficients, shape (n, n).
+  !> Matrix that maps values at the points to coefficients, shape (n, n).
   pure function chebyshev_coefficients(n) result(matrix)
     integer, intent(in) :: n
     real(dp) :: matrix(n, n)
@@ -42,7 +42,7 @@ contains
     matrix(:, [1, n]) = matrix(:, [1, n]) / 2
   end function chebyshev_coefficients
 
-  !> T_0 ... T_(n-1) at `x`, shape (size(x), n).
+  !> Chebyshev polynomials T_0 ... T_(n-1) at `x`, shape (size(x), n).
   pure function chebyshev_values(x, n) result(t)
     real(dp), intent(in) :: x(:)
     integer, intent(in) :: n

@@ -1,4 +1,4 @@
-!> Periodic functions from equidistant samples: harmonics, and extremes between the samples.
+!> Fourier series of periodic functions from equidistant samples, and their maxima between the samples.
 module gestell_math_series_fourier
   use gestell_math_dft, only: dft
   use gestell_base_kinds, only: dp, pi
@@ -8,10 +8,11 @@ module gestell_math_series_fourier
 
   public :: find_tops, fourier_series, greatest, greatest_between, transform_matrix
 
-  !> f(theta) = mean + sum_k amplitude(k) cos(k theta + phase(k)), theta from 0 to 2 pi over the period.
+  !> f(theta) = mean + sum_k amplitude(k) cos(k theta + phase(k)); theta runs from 0 to 2 pi over the period
   type, public :: fourier_type
+    !> Mean of f
     real(dp) :: mean = 0
-    !> Orders 1, 2, ...; amplitudes are not negative, phases in rad.
+    !> Amplitudes >= 0 and phases (rad) of orders 1, 2, ...
     real(dp), allocatable :: amplitude(:), phase(:)
   contains
     procedure :: value => series_value
@@ -24,7 +25,7 @@ module gestell_math_series_fourier
 
 contains
 
-  !> The series through `samples`, taken at theta = 2 pi (i - 1) / size(samples), of all orders below half their number.
+  !> Returns the series through `samples` at theta = 2 pi (i - 1) / size(samples), of all orders below half the number of samples.
   pure function fourier_series(samples) result(series)
     real(dp), intent(in) :: samples(:)
     type(fourier_type) :: series
@@ -36,7 +37,7 @@ contains
     series%phase = atan2(-sine, cosine)
   end function fourier_series
 
-  !> The coefficients of cos(k theta) and sin(k theta), k = 1 ... size(cosine).
+  !> Computes the coefficients of cos(k theta) and sin(k theta), k = 1 ... size(cosine).
   pure subroutine transform(samples, cosine, sine)
     real(dp), intent(in) :: samples(:)
     real(dp), intent(out) :: cosine(:), sine(:)
@@ -50,8 +51,8 @@ contains
     end do
   end subroutine transform
 
-  !> The matrix of `transform` for n samples: the coefficients of cos(k theta), then those of sin(k theta), are sums over the
-  !> samples with these columns as factors; columns of zeros fill them up to a multiple of four. Shape (n, columns).
+  !> Matrix of `transform` for n samples, shape (n, columns). The product samples * matrix gives the coefficients of cos(k theta),
+  !> then those of sin(k theta). Columns of zeros fill up to a multiple of four.
   pure function transform_matrix(n) result(matrix)
     integer, intent(in) :: n
     real(dp), allocatable :: matrix(:, :)
@@ -60,13 +61,13 @@ contains
     orders = (n - 1) / 2
     allocate(matrix(n, in_fours(2 * orders)), source=0.0_dp)
     do k = 1, orders
-      ! Whole turns are left out of the angles: they would cost digits.
+      ! Whole turns are removed from the angles: they would cost digits.
       matrix(:, k) = [(cos(2 * pi * mod(k * i, n) / n), i = 0, n - 1)] * 2 / n
       matrix(:, orders + k) = [(sin(2 * pi * mod(k * i, n) / n), i = 0, n - 1)] * 2 / n
     end do
   end function transform_matrix
 
-  !> The greatest |f| of the series through `samples`, without the series.
+  !> Maximum of |f| of the series through `samples`; the series itself is not returned.
   pure real(dp) function greatest(samples)
     real(dp), intent(in) :: samples(:)
     real(dp), dimension((size(samples) - 1) / 2) :: cosine, sine
@@ -75,7 +76,7 @@ contains
     greatest = greatest_between(samples, cosine, sine)
   end function greatest
 
-  !> f at theta, and with it its first and second derivative.
+  !> f at theta with its first and second derivative, shape (3).
   pure function series_value(self, theta) result(f)
     class(fourier_type), intent(in) :: self
     real(dp), intent(in) :: theta
@@ -84,7 +85,8 @@ contains
     f = value(self%mean, self%amplitude * cos(self%phase), -self%amplitude * sin(self%phase), theta)
   end function series_value
 
-  !> The same by coefficients; cos(k theta) and sin(k theta) follow from those before.
+  !> f at theta with its first and second derivative, shape (3), from coefficients. cos(k theta) and sin(k theta) follow by
+  !> recurrence.
   pure function value(mean, cosine, sine, theta) result(f)
     real(dp), intent(in) :: mean, cosine(:), sine(:), theta
     real(dp) :: f(3)
@@ -111,19 +113,19 @@ contains
     class(fourier_type), intent(in) :: self
 
     rms = self%greatest_term()
-    ! Relative to the greatest: squares of small numbers vanish.
+    ! Relative to the largest term: squares of small numbers underflow.
     if (rms > 0) rms = rms * sqrt((self%mean / rms)**2 + sum((self%amplitude / rms)**2) / 2)
   end function rms
 
-  !> The greatest of |mean| and amplitudes.
+  !> Maximum of |mean| and the amplitudes.
   pure real(dp) function greatest_term(self)
     class(fourier_type), intent(in) :: self
 
     greatest_term = max(abs(self%mean), maxval(self%amplitude))
   end function greatest_term
 
-  !> The greatest amplitude in the upper third of the orders relative to the greatest of all: small where the samples
-  !> resolve the function.
+  !> Largest amplitude in the upper third of the orders, relative to the largest of all orders. Small if the samples resolve the
+  !> function.
   pure real(dp) function tail(self)
     class(fourier_type), intent(in) :: self
     real(dp) :: greatest
@@ -135,9 +137,11 @@ contains
     if (greatest > 0) tail = maxval(self%amplitude(n - n / 3 + 1:)) / greatest
   end function tail
 
-  !> What the orders that the samples do not reach may add to a value between the samples, about: twice the sum of the upper third
-  !> of those that they reach, which is more than the sum of all beyond where amplitudes fall at least like 1/k^2; twice, since
-  !> the samples show these orders as lower ones.
+  !> Estimate of the error of a value between the samples by orders above those that the samples resolve.
+  !>
+  !> It is four times the sum of the amplitudes in the upper third of the resolved orders. Twice this sum exceeds the sum of all
+  !> unresolved amplitudes if amplitudes fall at least like 1/k^2. Another factor of two counts because unresolved orders also
+  !> appear as lower ones (aliasing).
   pure real(dp) function beyond(self)
     class(fourier_type), intent(in) :: self
     integer :: n
@@ -146,7 +150,7 @@ contains
     beyond = 4 * sum(self%amplitude(n - n / 3 + 1:))
   end function beyond
 
-  !> max |f| of a series and the samples that it goes through.
+  !> Maximum of |f| of the series; `samples` are those that the series goes through.
   pure real(dp) function peak(self, samples)
     class(fourier_type), intent(in) :: self
     real(dp), intent(in) :: samples(:)
@@ -154,9 +158,9 @@ contains
     peak = greatest_between(samples, self%amplitude * cos(self%phase), -self%amplitude * sin(self%phase))
   end function peak
 
-  !> max |f|: the zero of f' beside every one of the samples that the maximum can lie at. The highest orders are left out where
-  !> rounding of the samples makes amplitudes as great as theirs, epsilon / sqrt(samples) of the highest: k^2 would make them many
-  !> candidates.
+  !> Maximum of |f|, by solving f' = 0 beside every sample near which the maximum can lie. The highest orders are left out if their
+  !> amplitudes are below the rounding of the samples, epsilon / sqrt(samples) of the largest sample: multiplied by k^2 they would
+  !> create many candidates.
   pure real(dp) function greatest_between(samples, cosine, sine) result(peak)
     real(dp), intent(in) :: samples(:), cosine(:), sine(:)
     real(dp), parameter :: noise = 4 * epsilon(1.0_dp)
@@ -179,15 +183,19 @@ contains
     end do
   end function greatest_between
 
-  !> The places of samples that may have the maximum of |f| beside them: half a spacing away |f| has lost at most `loss`,
-  !> spacing^2 max |f''| / 8, of it. Samples that are as good as equal, as those of a constant with rounding, would all be such
-  !> places. More than a few cost more than samples at a part of the spacing, which say of most of them that they are none: the
-  !> loss falls with the square of the spacing, `step`.
+  !> Finds the samples that may have the maximum of |f| beside them. Half a spacing away from the maximum |f| is smaller by at most
+  !> `loss`, spacing^2 max |f''| / 8.
+  !>
+  !> Nearly equal samples, as of a constant with rounding, would all be candidates. If there are more than a few, it is cheaper to
+  !> evaluate f at a fraction of the spacing, which rules out most of them, because the loss falls with the square of the spacing.
   pure subroutine find_tops(samples, mean, cosine, sine, loss, places, step)
+    !> Samples of f; mean of f; coefficients of cos(k theta) and sin(k theta); maximum loss at the spacing of the samples
     real(dp), intent(in) :: samples(:), mean, cosine(:), sine(:), loss
+    !> Values of theta (rad) beside which the maximum may lie
     real(dp), allocatable, intent(out) :: places(:)
+    !> Spacing of theta (rad) between the places compared
     real(dp), intent(out) :: step
-    !> The spacing is divided by `finer` at a time, while so many places times the divisor are left.
+    !> The spacing is divided by `finer` until at most `few` places, times the next divisor, remain.
     integer, parameter :: finer = 4, finest = finer**2, few = 8
     real(dp), allocatable :: f(:)
     complex(dp), allocatable :: c(:)
@@ -208,8 +216,8 @@ contains
     end do
   end subroutine find_tops
 
-  !> The greatest |f| beside `start`, where |f| is not smaller than one `step` to both sides: Newton's iteration for f' = 0,
-  !> kept between a place where |f| rises to the top and one beyond it.
+  !> Maximum of |f| beside `start`, where |f| is at least as large as one `step` away on both sides. Newton's iteration for f' = 0
+  !> is kept between a place where |f| rises towards the maximum and a place beyond it.
   pure real(dp) function refined(mean, cosine, sine, start, step)
     real(dp), intent(in) :: mean, cosine(:), sine(:), start, step
     real(dp) :: theta, rising, falling, f(3)
@@ -222,13 +230,13 @@ contains
     theta = start
     do iteration = 1, 60
       if (.not. abs(f(2)) > epsilon(step) * abs(f(3))) return
-      ! To the top |f| rises by f'^2 / (2 |f''|): no more than its rounding.
+      !f| is below the maximum by f'^2 / (2 |f''|): stop if this is no more than its rounding.
       if (f(1) * f(3) < 0 .and. f(2)**2 <= epsilon(step) * abs(f(1) * f(3))) return
       theta = theta - f(2) / merge(f(3), 1.0_dp, abs(f(3)) > 0)
       if (.not. (theta - rising) * (theta - falling) < 0) theta = (rising + falling) / 2
       f = value(mean, cosine, sine, theta)
       refined = max(refined, abs(f(1)))
-      ! Up, in the direction of the place beyond?
+      ! Does |f| rise here in the direction of the place beyond?
       if (f(1) * f(2) * (falling - rising) > 0) then
         rising = theta
       else

@@ -1,4 +1,4 @@
-!> Trigonometric polynomials of several functions at once, with their derivatives, at many phases.
+!> Trigonometric polynomials: several functions at once, with derivatives, at many phases.
 module gestell_math_series_trigonometric
   use gestell_math_cosine_sine, only: cosine_sine
   use gestell_math_dft, only: dft
@@ -8,11 +8,11 @@ module gestell_math_series_trigonometric
 
   public :: series_through
 
-  !> f_j(theta) = sum over k of cosine(k, j) cos(k theta) + sine(k, j) sin(k theta), k = 0 ... K; shapes (0:K, functions).
+  !> f_j(theta) = sum over k of cosine(k, j) cos(k theta) + sine(k, j) sin(k theta), k = 0 ... K; shapes (0:K, functions)
   type, public :: series_type
     real(dp), allocatable :: cosine(:, :), sine(:, :)
     !> Taylor coefficients of f_j in K (theta - theta_p) at the equidistant places theta_p = 2 pi p / size(taylor, 3), shape
-    !> (0:terms, functions, 0:places - 1); only after `tabulate`.
+    !> (0:terms, functions, 0:places - 1). Allocated by `tabulate`.
     real(dp), allocatable, private :: taylor(:, :, :)
   contains
     procedure :: tabulate
@@ -22,16 +22,16 @@ module gestell_math_series_trigonometric
     procedure :: trim => trim_series
   end type series_type
 
-  !> With fewer orders the sum over the orders is cheaper than Taylor coefficients.
+  !> With fewer orders, summing over the orders is cheaper than Taylor coefficients.
   integer, parameter :: many_orders = 64
-  !> Places per order, and powers: no phase is further than z = pi / 4 from a place in K theta, so the part of the second derivative
-  !> of order K that is left out, z^(terms - 1) / (terms - 1)!, is below epsilon / 4.
+  !> Places per order, and highest power. No phase is further than z = pi / 4, in K theta, from a place. So the truncation error in
+  !> the second derivative of order K, z^(terms - 1) / (terms - 1)!, is below epsilon / 4.
   integer, parameter :: places_per_order = 4, terms = 18
 
 contains
 
-  !> The series through `samples`, shape (samples, functions), at theta = 2 pi (i - 1) / size(samples, 1), of all orders below
-  !> half their number.
+  !> Returns the series through `samples`, shape (samples, functions), at theta = 2 pi (i - 1) / size(samples, 1), of all orders
+  !> below half the number of samples.
   pure function series_through(samples) result(series)
     real(dp), intent(in) :: samples(:, :)
     type(series_type) :: series
@@ -50,8 +50,8 @@ contains
     series%sine(0, :) = 0
   end function series_through
 
-  !> Prepares a series of many orders for `values` at many phases, whose cost no longer grows with the number of orders. Call it
-  !> again after a change of the coefficients.
+  !> Prepares a series of many orders for `values` at many phases, so that the cost no longer grows with the number of orders. Call
+  !> this again after changing the coefficients.
   pure subroutine tabulate(self)
     class(series_type), intent(inout) :: self
     complex(dp), allocatable :: z(:)
@@ -65,8 +65,8 @@ contains
     if (orders < many_orders) return
     places = 2**ceiling(log(real(places_per_order * orders, dp)) / log(2.0_dp))
     allocate(self%taylor(0:terms, functions, 0:places - 1))
-    ! f = Re sum (a_k - i b_k) exp(i k theta). Two functions share a complex transform, one as its imaginary part; dft has the
-    ! other sign of i, which turns the places round.
+    ! f = Re sum (a_k - i b_k) exp(i k theta). Two functions share a complex transform, one as its imaginary part. dft has the
+    ! opposite sign of i, which reverses the order of the places.
     do n = 0, terms
       do j = 1, functions, 2
         allocate(z(places), source=(0.0_dp, 0.0_dp))
@@ -102,7 +102,7 @@ contains
     z(modulo(-k, size(z))) = z(modulo(-k, size(z))) + unit * conjg(c) / 2
   end subroutine add_order
 
-  !> f, df/dtheta and d2f/dtheta2 at theta = 2 pi `phases`, each of shape (phases, functions).
+  !> Computes f, df/dtheta and d2f/dtheta2 at theta = 2 pi `phases`, each of shape (phases, functions).
   pure subroutine values(self, phases, f, f_d, f_dd)
     class(series_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)
@@ -115,7 +115,7 @@ contains
     end if
   end subroutine values
 
-  !> By Horner's scheme from the nearest place.
+  !> Computes the values by Horner's scheme from the nearest place.
   pure subroutine expand(self, phases, f, f_d, f_dd)
     class(series_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)
@@ -146,8 +146,8 @@ contains
     end do
   end subroutine expand
 
-  !> By the sum over the orders: cos(k theta) and sin(k theta) follow from those before. Phases go in blocks that stay in the
-  !> processor's first cache.
+  !> Computes the values by summing over the orders. cos(k theta) and sin(k theta) follow by recurrence. Phases are processed in
+  !> blocks that stay in the processor's first cache.
   pure subroutine add_up(self, phases, f, f_d, f_dd)
     class(series_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)
@@ -188,7 +188,8 @@ contains
     end do
   end subroutine add_up
 
-  !> The greatest amplitude in the upper third of the orders, of each function: what the samples do not resolve is about as large.
+  !> Largest amplitude of each function in the upper third of the orders, shape (functions). The error by unresolved orders is about
+  !> as large.
   pure function tail(self)
     class(series_type), intent(in) :: self
     real(dp) :: tail(size(self%cosine, 2))
@@ -200,8 +201,9 @@ contains
     end associate
   end function tail
 
-  !> An estimate of the greatest amplitude of the orders that are not there any more, of each function: amplitudes fall from the
-  !> last sixth of the orders to those that follow as they do from the sixth before to the last one, but to no less than a tenth.
+  !> Estimate of the largest amplitude of each function above the highest order, shape (functions). From the last sixth of the
+  !> orders to those above, amplitudes are assumed to fall by the same factor as from the sixth before to the last one, but by no
+  !> more than ten.
   pure function beyond(self)
     class(series_type), intent(in) :: self
     real(dp), parameter :: steepest = 0.1_dp
@@ -217,8 +219,8 @@ contains
     beyond = last * min(1.0_dp, max(steepest, last / max(before, tiny(before))))
   end function beyond
 
-  !> Leaves out the highest orders, all of whose amplitudes, over `units` of the functions, are below `least`: what is noise in them
-  !> would be enlarged by the derivatives.
+  !> Removes the highest orders whose amplitudes, divided by `units` of the functions, are all below `least`: derivatives would
+  !> amplify the noise in them.
   pure subroutine trim_series(self, units, least)
     class(series_type), intent(inout) :: self
     real(dp), intent(in) :: units(:), least
