@@ -19,7 +19,9 @@ contains
 
   !> Appends the JSON object and a newline to `output`. `failure` says why results are missing; it is empty if none are.
   subroutine append_json(result, head, failure, output)
+    !> All results of the run
     type(result_type), intent(in) :: result
+    !> Origin of the results
     type(head_type), intent(in) :: head
     character(len=*), intent(in) :: failure
     type(output_type), intent(inout) :: output

@@ -79,6 +79,7 @@ contains
     end if
   end subroutine append
 
+  !> Writes the pending bytes.
   subroutine flush_pending(output)
     type(output_type), intent(inout) :: output
 

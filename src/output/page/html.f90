@@ -46,6 +46,7 @@ contains
       & "</head>" // newline // "<body>" // newline
   end function head
 
+  !> End of a page.
   pure function tail() result(page)
     character(len=:), allocatable :: page
 

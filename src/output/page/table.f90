@@ -64,6 +64,7 @@ contains
     if (column%unit%words /= "") words = words // " (" // trim(column%unit%words) // ")"
   end function head_of
 
+  !> Table cell with the value of a column in row `i`.
   pure function value_cell(column, i) result(words)
     type(column_type), intent(in) :: column
     integer, intent(in) :: i

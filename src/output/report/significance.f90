@@ -26,7 +26,9 @@ contains
   !> ratio of amplitude to peak would not do: for a vector the amplitude (the root sum of squares of its components) can exceed the
   !> peak. `turns` is the number of turns in the period; `order` counts harmonics of the period.
   pure function order_words(order, amplitude, rms, turns) result(words)
+    !> Number of the harmonic of the period; turns of the crank in the period
     integer, intent(in) :: order, turns
+    !> Amplitude of this harmonic; rms of the whole vibration, in the same unit
     real(dp), intent(in) :: amplitude, rms
     character(len=:), allocatable :: words
 

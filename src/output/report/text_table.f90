@@ -63,6 +63,7 @@ contains
 
   contains
 
+    !> Row `i` with padded cells; a name or remark that is too long goes on a line of its own.
     pure function row(i) result(line)
       integer, intent(in) :: i
       character(len=:), allocatable :: line, word

@@ -55,7 +55,9 @@ contains
 
   !> The worst of the `verdicts` and the speeds at which it holds. The text is empty if no machine was judged.
   pure type(judgement_type) function judge_range(speeds, verdicts, things, consequence) result(judgement)
+    !> Drive speeds (1/min)
     real(dp), intent(in) :: speeds(:)
+    !> One verdict for each speed
     type(verdict_type), intent(in) :: verdicts(:)
     !> The items counted ("speeds" if they form a range in ascending order); what instability means for these machines
     character(len=*), intent(in) :: things, consequence

@@ -43,6 +43,7 @@ contains
     end do
   end subroutine append_rows
 
+  !> The rows `first` to `last` as lines of the file.
   pure function rows(table, first, last) result(lines)
     type(table_type), intent(in) :: table
     integer, intent(in) :: first, last

@@ -51,6 +51,7 @@ contains
     self%judges = .true.
   end subroutine describe
 
+  !> Adds the group &balance to the input schema.
   subroutine extend(schema)
     type(schema_type), intent(inout) :: schema
 

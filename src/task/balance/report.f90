@@ -57,6 +57,7 @@ contains
 
   contains
 
+    !> Relative change of the rms force of variant `i`, on rigid ground or on the mounts.
     pure function change(i, rigidly) result(words)
       integer, intent(in) :: i
       logical, intent(in) :: rigidly
@@ -90,7 +91,9 @@ contains
 
   !> Section of the report on balancing.
   function report_balance(variants, rigid, linkage, options, state, length) result(report)
+    !> The machine as found, then the variants with counterweights
     type(variant_type), intent(in) :: variants(:)
+    !> Bodies of the linkage that can carry counterweights
     type(rigid_ground_type), intent(in) :: rigid
     class(linkage_type), intent(in) :: linkage
     !> Keys of the group &balance
@@ -209,7 +212,9 @@ contains
 
   !> The counterweights as &link groups of an input, in the units of the input.
   function link_lines(variants, rigid, linkage, units) result(lines)
+    !> The machine as found, then the variants with counterweights
     type(variant_type), intent(in) :: variants(:)
+    !> Bodies of the linkage that can carry counterweights
     type(rigid_ground_type), intent(in) :: rigid
     class(linkage_type), intent(in) :: linkage
     type(units_type), intent(in) :: units

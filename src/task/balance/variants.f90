@@ -66,6 +66,7 @@ contains
   !> Plans all variants and computes their forces on rigid ground. The first variant is the machine as found. Variants whose
   !> counterweight would have no effect are omitted.
   subroutine plan_variants(rigid, linkage, speed, options, variants, state, length)
+    !> Bodies of the linkage that can carry counterweights
     type(rigid_ground_type), intent(in) :: rigid
     class(linkage_type), intent(in) :: linkage
     !> Crank speed (rad/s)
@@ -174,9 +175,11 @@ contains
 
   !> Solves the machine with the variant's counterweights on its mounts. If there is no vibration, `mounted%reason` says why.
   subroutine solve_variant(configuration, linkage, rigid, variant)
+    !> The input, whose frame is solved with the changed linkage
     type(configuration_type), intent(in) :: configuration
     class(linkage_type), intent(in) :: linkage
     type(rigid_ground_type), intent(in) :: rigid
+    !> The counterweights; receives the result on the mounts
     type(variant_type), intent(inout) :: variant
     class(linkage_type), allocatable :: other
     type(frame_type) :: frame
@@ -196,6 +199,7 @@ contains
   !> Extracts forces and vibration from a solved machine. A `failure` becomes the reason why there is no vibration and is cleared.
   subroutine take_mounted(analysis, orders, mounted, failure)
     type(analysis_type), intent(in) :: analysis
+    !> Number of orders whose rms is extracted
     integer, intent(in) :: orders
     type(mounted_type), intent(out) :: mounted
     type(error_type), allocatable, intent(inout) :: failure

@@ -236,7 +236,9 @@ contains
   !> Computes the modes at one speed, in ascending order of their frequencies. `point` stays unsolved if no machine exists at this
   !> speed. Fails if the family rejects the speed or its members are not frames.
   subroutine solve_point(family, speed, options, point, error)
+    !> Machines as a function of the speed (1/min)
     class(family_type), intent(in) :: family
+    !> Crank speed (1/min)
     real(dp), intent(in) :: speed
     type(campbell_options), intent(in) :: options
     type(campbell_point_type), intent(out) :: point

@@ -152,6 +152,7 @@ contains
 
   contains
 
+    !> Gnuplot label with the number of an order.
     pure function name(order, at) result(line)
       real(dp), intent(in) :: order
       character(len=*), intent(in) :: at

@@ -50,6 +50,7 @@ contains
     self%judges = .true.
   end subroutine describe
 
+  !> Computes the Campbell diagram and adds tables, pictures and report.
   subroutine run(self, context, result, error)
     class(campbell_task), intent(inout) :: self
     type(context_type), intent(inout) :: context

@@ -227,6 +227,7 @@ contains
 
   contains
 
+    !> Distance of a peak from its crossing in half widths.
     pure real(dp) function distance(one, quantity)
       type(critical_type), intent(in) :: one
       integer, intent(in) :: quantity

@@ -38,6 +38,7 @@ contains
     self%judges = .true.
   end subroutine describe
 
+  !> Finds the critical speeds and adds table, picture and report.
   subroutine run(self, context, result, error)
     class(critical_task), intent(inout) :: self
     type(context_type), intent(inout) :: context

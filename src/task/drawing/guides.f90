@@ -28,6 +28,7 @@ contains
   pure function guides(diagram, columns, origin, extent) result(words)
     type(diagram_type), intent(in) :: diagram
     type(columns_type), intent(in) :: columns
+    !> Origin of the mechanism in the frame (m); reference length of symbols (m)
     real(dp), intent(in) :: origin(2), extent
     character(len=:), allocatable :: words
     real(dp) :: travel(2)

@@ -76,6 +76,7 @@ contains
   !> Draws spring, damper and ground along both axes of a support, away from the centre of the picture. A spring that is much
   !> stiffer than the other one is drawn in `stiff`.
   subroutine draw_mount(drawing, stiff, support, middle, length)
+    !> Lines of ordinary springs, dampers and ground; lines of stiff springs
     type(drawing_type), intent(inout) :: drawing, stiff
     type(support_type), intent(in) :: support
     !> Centre of the picture; length of the mount (m)

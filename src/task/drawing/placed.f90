@@ -22,6 +22,7 @@ contains
   subroutine place_in_space(frame, linkage, diagram, placed)
     class(frame_type), intent(in) :: frame
     class(linkage_type), intent(in) :: linkage
+    !> Positions of the mechanism in the planes of its linkages
     type(diagram_type), intent(in) :: diagram
     type(placed_type), intent(out) :: placed
     integer :: mechanism(size(linkage%joints)), plane(size(linkage%joints)), i, k, n

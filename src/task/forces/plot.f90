@@ -111,6 +111,7 @@ contains
   function plot_orders(table, reactions, harmonics, turns) result(figure)
     type(table_type), intent(in) :: table
     type(reaction_type), intent(in) :: reactions(:)
+    !> Highest harmonic shown; turns of the crank in the period
     integer, intent(in) :: harmonics, turns
     type(figure_type) :: figure
     integer, parameter :: axes(3) = [along_x, along_y, along_z]

@@ -80,6 +80,7 @@ contains
     class(frame_type), intent(in) :: frame
     !> The periodic vibration of the frame
     type(vibration_type), intent(in) :: vibration
+    !> One element for each reaction; the last one is the total
     type(reaction_type), allocatable, intent(out) :: reactions(:)
     type(error_type), allocatable, intent(out) :: error
     !> Shows the progress over thousands of supports

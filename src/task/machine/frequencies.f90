@@ -58,6 +58,7 @@ contains
 
   contains
 
+    !> True if a matrix, shape (phases, dofs, dofs), varies over the phases.
     pure logical function changes(a)
       real(dp), intent(in) :: a(:, :, :)
 

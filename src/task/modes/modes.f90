@@ -31,6 +31,7 @@ contains
     self%tables = [character(len=longest_table) :: "multipliers", "modes"]
   end subroutine describe
 
+  !> Requests the eigenvectors if the task was requested.
   subroutine read_modes(self, configuration, error)
     class(modes_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration

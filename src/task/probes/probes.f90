@@ -41,6 +41,7 @@ contains
     self%brief = .true.
   end subroutine describe
 
+  !> Requests the accelerations if there are probes.
   subroutine read_probes(self, configuration, error)
     class(probes_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -50,6 +51,7 @@ contains
     if (self%ordered) configuration%analysis%rows = max(configuration%analysis%rows, accelerations)
   end subroutine read_probes
 
+  !> Computes the vibration at the probes and adds tables, pictures and report.
   subroutine run(self, context, result, error)
     class(probes_task), intent(inout) :: self
     type(context_type), intent(inout) :: context

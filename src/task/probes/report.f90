@@ -17,9 +17,11 @@ contains
   !> Table of all probes, then a line for each with its band and its comparison with the limit. `period` (s) has `turns` turns of
   !> the crank.
   pure function probe_lines(responses, period, turns, verdict) result(lines)
+    !> Vibration at each probe
     type(probe_response_type), intent(in) :: responses(:)
     real(dp), intent(in) :: period
     integer, intent(in) :: turns
+    !> Verdict on the vibration of the machine
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: lines
     type(growing_text_type) :: rows, bands

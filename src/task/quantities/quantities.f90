@@ -39,6 +39,7 @@ contains
     self%brief = .true.
   end subroutine describe
 
+  !> Reads the requested quantities and the rows of the motion that they need. Fails if a quantity is invalid.
   subroutine read_task(self, configuration, error)
     class(quantities_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -59,6 +60,7 @@ contains
     if (self%ordered) configuration%analysis%rows = max(configuration%analysis%rows, rows)
   end subroutine read_task
 
+  !> Evaluates the requested quantities and adds table and report.
   subroutine run(self, context, result, error)
     class(quantities_task), intent(inout) :: self
     type(context_type), intent(inout) :: context

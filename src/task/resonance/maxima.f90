@@ -263,7 +263,9 @@ contains
   !> relative gain in height. Both are zero if the parabola has no top.
   pure subroutine step_to_top(curve, maximum, step, won)
     class(curve_points_type), intent(in) :: curve
+    !> Maximum whose point has neighbours on both sides
     type(maximum_type), intent(in) :: maximum
+    !> Step (1/min); relative gain in height
     real(dp), intent(out) :: step, won
     real(dp) :: h(2), rise(2), a, b
 

@@ -144,6 +144,7 @@ contains
         & // beyond_colour // "' notitle"
     end function line
 
+    !> Gnuplot expression for the column of this name.
     pure character(len=16) function column(name)
       character(len=*), intent(in) :: name
 
@@ -186,6 +187,7 @@ contains
     visible = most > max(depth * high, below * low)
   end function visible_orders
 
+  !> Entry of the legend, as a part of a plot command.
   pure function entry(style, name) result(words)
     character(len=*), intent(in) :: style, name
     character(len=:), allocatable :: words
@@ -205,6 +207,7 @@ contains
   function plot_peaks(table, quantities, curve, input) result(figure)
     type(table_type), intent(in) :: table
     type(quantity_type), intent(in) :: quantities(:)
+    !> Curve with its list of maxima
     type(resonance_curve_type), intent(in) :: curve
     real(dp), intent(in) :: input(:)
     type(figure_type) :: figure

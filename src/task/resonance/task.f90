@@ -45,6 +45,7 @@ contains
     self%judges = .true.
   end subroutine describe
 
+  !> Reads the quantities of the curves. Fails if a quantity is invalid.
   subroutine read_resonance(self, configuration, error)
     class(resonance_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -54,6 +55,7 @@ contains
       & self%quantities, error)
   end subroutine read_resonance
 
+  !> Computes the resonance curves and adds tables, pictures and report.
   subroutine run(self, context, result, error)
     class(resonance_task), intent(inout) :: self
     type(context_type), intent(inout) :: context

@@ -34,6 +34,7 @@ contains
     self%brief = .true.
   end subroutine describe
 
+  !> Requests the periodic vibration if the task was requested.
   subroutine read_response(self, configuration, error)
     class(response_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -42,6 +43,7 @@ contains
     configuration%analysis%response = self%ordered
   end subroutine read_response
 
+  !> Adds tables, pictures and report of the periodic vibration.
   subroutine run(self, context, result, error)
     class(response_task), intent(inout) :: self
     type(context_type), intent(inout) :: context

@@ -122,6 +122,7 @@ contains
   !> Headline on the mode nearest to an order. `state` is "unstable" if a mode is too near, otherwise "stable" or "undecided".
   pure subroutine separation_headline(found, margin, state, words)
     type(separation_type), intent(in) :: found(:)
+    !> Minimum distance (%)
     real(dp), intent(in) :: margin
     character(len=:), allocatable, intent(out) :: state, words
     integer :: i

@@ -65,6 +65,7 @@ contains
     self%judges = .true.
   end subroutine describe
 
+  !> Adds the group &separation to the input schema.
   subroutine extend(schema)
     type(schema_type), intent(inout) :: schema
 

@@ -31,6 +31,7 @@ contains
     self%brief = .true.
   end subroutine describe
 
+  !> Requests the multipliers if the task was requested.
   subroutine read_stability(self, configuration, error)
     class(stability_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -39,6 +40,7 @@ contains
     configuration%analysis%stability = configuration%analysis%stability .or. self%ordered
   end subroutine read_stability
 
+  !> Adds the table, picture and report of the multipliers.
   subroutine run(self, context, result, error)
     class(stability_task), intent(inout) :: self
     type(context_type), intent(inout) :: context

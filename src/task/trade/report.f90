@@ -133,6 +133,7 @@ contains
 
   contains
 
+    !> Cells with the peaks of the degrees of freedom (mm, mrad).
     pure function peaks_of(found) result(cells)
       type(model_finding_type), intent(in) :: found
       character(len=:), allocatable :: cells

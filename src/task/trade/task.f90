@@ -34,6 +34,7 @@ contains
     self%tables = [character(len=longest_table) :: "trade"]
   end subroutine describe
 
+  !> Measures methods and models and adds table, picture and report.
   subroutine run(self, context, result, error)
     class(trade_task), intent(inout) :: self
     type(context_type), intent(inout) :: context

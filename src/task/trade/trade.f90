@@ -131,7 +131,9 @@ contains
   subroutine measure_row(frame, method, steps, converged, row, spent, error)
     class(frame_type), intent(in) :: frame
     class(method_type), intent(in) :: method
+    !> Number of steps in the period
     integer, intent(in) :: steps
+    !> Solution with which the row is compared
     type(converged_type), intent(in) :: converged
     type(trade_row_type), intent(out) :: row
     !> Total time of all solutions (s)
