@@ -1,12 +1,13 @@
 !> Forces of a mounting on a frame that has moved and turned by any amount, and their derivatives with respect to the motion, (32)
 !> to (34) of doc/theory.md.
 !>
-!> Vectors of the plane are complex numbers, E = exp(i psi). The head of a support at p, seen from F in the frame's system, has
-!> the displacement and velocity
+!> Vectors of the plane are complex numbers, E = exp(i psi). The head of a support is at p seen from F, along the frame's axes. It
+!> has the displacement and velocity
 !>
 !>     d = u + (E - 1) p,   v = u' + i psi' E p,   u = xi + i eta,
 !>
-!> and is held by F = -K d - B v with the moment M = Im(conj(E p) F) about F. Two springs k1, k2 along axes at the angle alpha are
+!> The support exerts the force F = -K d - B v and the moment M = Im(conj(E p) F) about F. Two springs k1, k2 along axes at the
+!> angle alpha give
 !>
 !>     K d = (k1 + k2)/2 d + (k1 - k2)/2 exp(2 i alpha) conj(d).
 !>

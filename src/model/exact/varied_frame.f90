@@ -1,9 +1,9 @@
 !> The frame linearised about a motion that it makes: the exact equations, for any rotation, and their derivatives. They are (30) to
 !> (34) of doc/theory.md.
 !>
-!> Vectors of the plane are complex numbers: u = xi + i eta, E = exp(i psi). With the whole mass m, the moment of the masses
-!> S = sum m r, the moment of inertia J and H' = sum (m r x r'' + J phi''), all about F in the frame's axes, r = O + x + i y,
-!> momentum and angular momentum about F give
+!> Vectors of the plane are complex numbers: u = xi + i eta, E = exp(i psi). Let m be the mass of the whole machine. With r = O + x
+!> + i y, the sums over the masses about F along the frame's axes are S = sum m r, the moment of inertia J and H' = sum (m r x r'' +
+!> J phi''). Momentum, and angular momentum about F, give
 !>
 !>     m u'' + E [S'' + 2 i psi' S' + (i psi'' - psi'^2) S]           = sum of F_j
 !>     J psi'' + J' psi' + H' + Im(conj(E S) u'')                     = sum of M_j
@@ -21,7 +21,7 @@
 !>     J_1 psi'' + J_1' psi' + psi'^2/2 dJ_1/dpsi + H_1' + Im(conj(E S_1) u'')    = sum of M_j - M
 !>
 !> If the crank turns evenly in space, J_1 = J - 2 p A + p^2 K and H_1' = Omega^2 d(A - p K/2)/dphi. Otherwise J_1 = J, which does
-!> not depend on psi, and H_1' = H'. M is the mean torque of a motor on the frame beside a flywheel, 0 in the other cases.
+!> not depend on psi, and H_1' = H'. M is the mean torque of a motor on the frame that drives a flywheel, 0 in the other cases.
 module gestell_model_exact_varied_frame
   use gestell_math_cosine_sine, only: cosine_sine
   use gestell_base_kinds, only: dp, pi

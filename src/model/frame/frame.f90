@@ -347,6 +347,7 @@ contains
   !> of C about rest.
   subroutine mean_matrices(self, free, m, g, c)
     class(frame_type), intent(in) :: self
+    !> Numbers of the degrees of freedom, free or locked
     integer, intent(in) :: free(:)
     real(dp), allocatable, intent(out) :: m(:, :), g(:, :), c(:, :)
     real(dp), allocatable, dimension(:, :, :) :: all_m, all_b, all_c

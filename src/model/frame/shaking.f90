@@ -112,8 +112,10 @@ contains
   !> orders 1, 2, .... With Re C_x e^(ik theta) along x and Re C_y e^(ik theta) along y the vector is F+ e^(ik theta) + F- e^(-ik
   !> theta) in the plane x + iy, where |F+-| = |C_x +- i C_y| / 2.
   pure function turning_vectors(series, orders, x, y) result(sizes)
+    !> Fourier series of the components along xi, eta, zeta
     type(fourier_type), intent(in) :: series(3)
     integer, intent(in) :: orders
+    !> Unit vectors that span the plane; the crank turns from x to y
     real(dp), intent(in) :: x(3), y(3)
     real(dp) :: sizes(orders, 2)
     complex(dp), parameter :: i = (0.0_dp, 1.0_dp)

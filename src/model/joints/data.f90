@@ -35,6 +35,7 @@ module gestell_model_joints_data
 
 contains
 
+  !> Adds the value of a key: numbers in SI and rad, or indices of joints.
   pure subroutine add(self, key, numbers, joints)
     class(joint_data_type), intent(inout) :: self
     character(len=*), intent(in) :: key
@@ -57,6 +58,7 @@ contains
     i = 0
   end function index_of
 
+  !> True if the key has a value.
   pure logical function has(self, key)
     class(joint_data_type), intent(in) :: self
     character(len=*), intent(in) :: key

@@ -35,7 +35,7 @@ contains
     radius = max(norm2(self%a + self%b), norm2(self%a - self%b))
   end function radius
 
-  !> A square around the disc.
+  !> A square that contains the disc with the given radius (m).
   pure type(deviation_type) function disc(radius)
     real(dp), intent(in) :: radius
 
@@ -83,6 +83,7 @@ contains
   !> squares of theta only. `known` is false if the two joints may meet.
   pure subroutine of_body(from, to, deviations, arm, half_width, deviation, known)
     type(point_type), intent(in) :: from, to
+    !> Deviations of the two joints
     class(deviation_type), intent(in) :: deviations(2)
     real(dp), intent(in) :: arm(2), half_width
     type(deviation_type), intent(out) :: deviation

@@ -1,4 +1,4 @@
-!> A directed line that a slider follows: fixed to the frame, or carried by the body between two joints.
+!> The guide of a slider: a directed line that is fixed to the frame or carried by the body between two joints.
 module gestell_model_joints_guide
   use gestell_math_jet, only: jet, operator(*), operator(+), operator(-), operator(/)
   use gestell_base_key, only: key_type, of_angle, of_length, real_key, text_key
@@ -129,7 +129,8 @@ contains
     call turn(e, self%angle, along)
   end subroutine trace
 
-  !> Bounds while the crank turns by at most `half_width` (rad) from the middle, where the joints are at `points`.
+  !> Bounds on the guide's motion while the crank turns by at most `half_width` (rad) from the middle, where the joints are at
+  !> `points`. `speeds` and `accelerations` are bounds for the joints.
   pure function motion(self, points, speeds, accelerations, half_width)
     class(guide_type), intent(in) :: self
     type(point_type), intent(in) :: points(:)
@@ -153,6 +154,7 @@ contains
 
   !> Intersection of two lines: g1 + s u1 = g2 + t u2, s = (g2 - g1) x u2 / (u1 x u2).
   pure type(point_type) function crossing(g1, u1, g2, u2)
+    !> A point and the unit direction of each line
     type(point_type), intent(in) :: g1, u1, g2, u2
     type(jet) :: s
 
@@ -166,6 +168,7 @@ contains
   !>     r' = g' + s u' + s' u,                 (r' - h') x w + (r - h) x w' = 0,
   !>     r'' = g'' + s u'' + 2 s' u' + s'' u,   (r'' - h'') x w + 2 (r' - h') x w' + (r - h) x w'' = 0.
   pure subroutine meet(g, u, h, w, here)
+    !> A point and the unit direction of each line
     type(path_type), intent(in) :: g, u, h, w
     type(path_type), intent(out) :: here
     real(dp) :: sine, s, s1, s2, x, y, vx, vy, ax, ay

@@ -84,6 +84,7 @@ module gestell_model_joints_joint
     procedure :: move
   end type joint_type
 
+  !> A joint with its name in the input.
   type, public :: named_joint_type
     character(len=:), allocatable :: name
     class(joint_type), allocatable :: joint
@@ -126,6 +127,7 @@ contains
   !> and from the speed in the middle and the maximum second derivative. Near a dead point the length has an extremum, and the
   !> second bound is much smaller.
   pure real(dp) function greatest_change(speed, speed_in_middle, second_derivative, half_width) result(change)
+    !> Maximum of the length's speed (m per rad), its speed in the middle, bound on its second derivative; half width (rad)
     real(dp), intent(in) :: speed, speed_in_middle, second_derivative, half_width
 
     change = slack * half_width * min(speed, abs(speed_in_middle) + second_derivative * half_width / 2)
@@ -136,6 +138,7 @@ contains
   !> - 2 omega d' / d.
   pure function reach_body(ends, speeds, accelerations, half_width, base, arm) result(reach)
     type(point_type), intent(in) :: ends(2)
+    !> Bounds on speeds and accelerations of the ends; half width of the interval (rad)
     real(dp), intent(in) :: speeds(2), accelerations(2), half_width, arm
     integer, intent(in) :: base
     type(reach_type) :: reach

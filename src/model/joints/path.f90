@@ -41,7 +41,7 @@ module gestell_model_joints_path
 
 contains
 
-  !> The unit vector from one point to another.
+  !> Unit vector from one point to another.
   pure type(point_type) function direction(from, to)
     type(point_type), intent(in) :: from, to
     type(jet) :: length
@@ -71,12 +71,14 @@ contains
     carried = point_type(base%x + along * u%x - across * u%y, base%y + along * u%y + across * u%x)
   end function carried
 
+  !> Scalar product of two vectors.
   pure type(jet) function dot(a, b)
     type(point_type), intent(in) :: a, b
 
     dot = a%x * b%x + a%y * b%y
   end function dot
 
+  !> Cross product of two vectors.
   pure type(jet) function cross(a, b)
     type(point_type), intent(in) :: a, b
 
@@ -162,6 +164,7 @@ contains
   !> Computes `carried` along paths.
   pure subroutine carry(base, u, along, across, here)
     type(path_type), intent(in) :: base, u
+    !> Distances along u and to its left (m)
     real(dp), intent(in) :: along, across
     type(path_type), intent(out) :: here
     integer :: k

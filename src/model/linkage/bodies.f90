@@ -68,6 +68,7 @@ contains
   !> a4 and K' (kg m^2).
   pure subroutine sum_masses(links, at, a, terms)
     type(link_type), intent(in) :: links(:)
+    !> Points of all joints at one crank angle
     type(point_type), intent(in) :: at(:)
     type(mass_functions_type), intent(out) :: a
     real(dp), intent(out), optional :: terms(4)
@@ -173,6 +174,7 @@ contains
   !> Computes the sums over a batch of crank angles, with all joints on the paths `at`, into rows `first` to `last` of the table.
   pure subroutine tabulate_masses(links, at, first, last, table)
     type(link_type), intent(in) :: links(:)
+    !> Paths of all joints over the batch
     type(path_type), intent(in) :: at(:)
     integer, intent(in) :: first, last
     real(dp), contiguous, intent(inout) :: table(:, :)

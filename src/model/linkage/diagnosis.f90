@@ -31,6 +31,7 @@ module gestell_model_linkage_diagnosis
     real(dp) :: margin = huge(1.0_dp)
   end type joint_report_type
 
+  !> Kinematic diagnosis of a linkage.
   type, public :: diagnosis_type
     !> Gruebler's count: links including the frame, pairs of one degree of freedom and of two, mobility 3 (links - 1) - 2 pairs -
     !> higher_pairs.
@@ -55,6 +56,7 @@ module gestell_model_linkage_diagnosis
     integer :: reversals = 0
   end type joint_track_type
 
+  !> Direction of a link at the last crank angle, and its extremes so far.
   type :: link_track_type
     type(point_type) :: direction
     !> Angle through which the link has turned (rad).

@@ -19,13 +19,14 @@ module gestell_model_linkage_diagram
     logical :: slides = .false.
   end type bar_type
 
-  !> A slider of a joint on a guide, and its least and greatest distance from the guide's point (m).
+  !> A slider of a joint on a guide, and its minimum and maximum distance from the guide's point (m).
   type, public :: slider_type
     integer :: joint = 0
     type(guide_type) :: guide
     real(dp) :: travel(2) = 0
   end type slider_type
 
+  !> Kinematic diagram of a linkage.
   type, public :: diagram_type
     type(bar_type), allocatable :: bars(:)
     type(slider_type), allocatable :: sliders(:)

@@ -5,6 +5,7 @@ module gestell_model_linkage_extremes
   implicit none (type, external)
   private
 
+  !> Extremes of a function so far.
   type, public :: extremes_type
     real(dp) :: least = huge(1.0_dp), greatest = -huge(1.0_dp)
     !> Angles at which they occur (rad).

@@ -1,4 +1,5 @@
-!> What the frame needs to know about a mechanism: sums over its moving masses as functions of the crank angle.
+!> Moving masses of a mechanism: sums over the links as functions of the crank angle. They are all that a frame needs to know about
+!> its mechanism.
 module gestell_model_mechanism
   use gestell_base_error, only: error_type
   use gestell_math_jet, only: jet

@@ -9,6 +9,7 @@ module gestell_model_mechanism_tabulated
 
   public :: new_tabulated
 
+  !> Table of a mechanism at some crank angles.
   type :: table_type
     !> Crank angles (rad); mass functions there, shape (angles, table_columns); the drive's functions, shape (angles,
     !> drive_columns), if requested and known.

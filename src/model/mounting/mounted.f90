@@ -7,6 +7,7 @@ module gestell_model_mounting_mounted
   implicit none (type, external)
   private
 
+  !> A second-order system on a mounting: supports and a foundation.
   type, abstract, extends(second_order_system), public :: mounted_system
     !> Mass m_F of the frame (kg); crank speed Omega (rad/s), negative if clockwise.
     real(dp) :: mass = 0, speed = 0

@@ -33,6 +33,7 @@ module gestell_model_mounting_weights
   !> Subject of the errors about weights, such as that nothing carries them.
   character(len=*), parameter, public :: gravity_subject = "gravity"
 
+  !> Weights of all masses and the static equilibrium that carries them.
   type, public :: weights_type
     !> False if nothing has weight.
     logical :: act = .false.

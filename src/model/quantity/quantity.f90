@@ -46,6 +46,7 @@ contains
   !> name.
   pure subroutine look_up_quantity(frame, probes, name, quantity, error)
     class(frame_type), intent(in) :: frame
+    !> Measuring points that the name may refer to
     type(probe_type), intent(in) :: probes(:)
     character(len=*), intent(in) :: name
     type(quantity_type), intent(out) :: quantity

@@ -35,6 +35,7 @@ module gestell_model_quantity_rows
     real(dp) :: position(2) = 0, z = 0, limit = 0, band(2) = [10.0_dp, 1000.0_dp]
   end type probe_type
 
+  !> A quantity that is linear in the rows of the motion.
   type, public :: quantity_type
     !> Number of degrees of freedom of the frame whose motion is weighted.
     integer :: dofs = 3

@@ -24,6 +24,7 @@ module gestell_model_space_drive
 
   public :: add_drive, find_torque, follow_frame, shift_time
 
+  !> The drive of a frame in space.
   type, public :: drive_type
     !> Who keeps the speed constant, one of `holders` of gestell_model_mechanism_held; axis n; moment of inertia of the flywheel
     !> beyond that of the links (kg m^2).
@@ -48,6 +49,7 @@ module gestell_model_space_drive
     real(dp) :: chi(0:2) = 0, b(3) = 0, rate_turn(3) = 0, gain_spin(3) = 0, gain_turn(3) = 0, bend(3, 3) = 0
   end type turn_type
 
+  !> A frame with its drive at one phase: motion of the frame, lag of the drive, masses that it moves.
   type, public :: driven_type
     type(moved_type) :: moved
     type(turn_type) :: turn
@@ -141,6 +143,7 @@ contains
     type(turn_type), intent(in) :: turn
     type(moving_type), intent(in) :: moving
     type(moved_type), intent(in) :: moved
+    !> Torque M_d; its derivatives with respect to d(u, alpha)'', d(u, alpha)' and d(u, alpha)
     real(dp), intent(out) :: torque, by_gain(6), by_rate(6), by_place(6)
     real(dp) :: spun(3), by_angle
 
@@ -168,6 +171,7 @@ contains
     type(turn_type), intent(in) :: turn
     type(moving_type), intent(in) :: moving
     type(moved_type), intent(in) :: moved
+    !> Left sides and their derivatives, to which the effect of the drive is added
     real(dp), intent(inout) :: r(6), m(6, 6), b(6, 6), c(6, 6)
     real(dp), dimension(6) :: of_gain, of_rate, of_angle, by_gain, by_rate, by_place, axis
     real(dp) :: torque

@@ -39,6 +39,7 @@ module gestell_model_space
   !> Rotation vector of a frame at rest and its derivatives.
   real(dp), parameter :: upright(3, 0:2) = 0
 
+  !> The mechanisms of a frame in space, each in its plane, with their drive.
   type, public :: space_type
     !> Inertia tensor of the frame about F (kg m^2); origin O of the mechanisms seen from F (m).
     real(dp) :: inertia(3, 3) = 0, origin(3) = 0
@@ -151,6 +152,7 @@ contains
   pure subroutine sample_at_rest(self, frame, angles, free, m, b, c, h)
     class(space_type), intent(in) :: self
     class(mounted_system), intent(in) :: frame
+    !> Angles of the drive (rad)
     real(dp), contiguous, intent(in) :: angles(:)
     integer, intent(in) :: free(:)
     real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)

@@ -15,6 +15,7 @@ module gestell_model_space_torque_roll
 
   public :: find_torque_roll
 
+  !> The torque-roll axis of a machine.
   type, public :: torque_roll_type
     !> True if the axis exists; false if J_c is singular or the numbers overflow.
     logical :: known = .false.

@@ -187,7 +187,7 @@ contains
     do i = 1, 3
       m(i, i) = masses%mass
     end do
-    ! with respect to dalpha'', dalpha', dalpha
+    ! derivatives with respect to dalpha'', dalpha', dalpha
     m(:3, 4:) = -matmul(rotation, s)
     m(4:, :3) = matmul(s, back)
     m(4:, 4:) = inertia(:, :, 0)

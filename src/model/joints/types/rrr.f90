@@ -56,7 +56,7 @@ contains
     call check_lengths(self%lengths, self%branch, reason)
   end subroutine check
 
-  !> With e from ends(1) to ends(2), d = |e|, and the angle mu between the two links,
+  !> Computes the position. With e from ends(1) to ends(2), d = |e|, and the angle mu between the two links,
   !>
   !>     cos mu = (l1^2 + l2^2 - d^2) / (2 l1 l2),
   !>     r = r1 + [(l1^2 - l2^2 + d^2) / 2 e + branch l1 l2 sin mu e_perp] / d^2.
