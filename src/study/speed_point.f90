@@ -53,7 +53,7 @@ module gestell_study_speed_point
     integer, allocatable :: strongest(:)
     !> Each requested measure and a bound on its error, shape (2, measures)
     real(dp), allocatable :: measured(:, :)
-    !> Of each free vibration: turns within the period, reduced to (-1/2, 1/2], and logarithm of the growth within it.
+    !> For each free vibration: turns within the period, reduced to (-1/2, 1/2], and logarithm of the growth within it.
     !> `averaged_turns`: natural frequencies of the averaged frame times the period over 2 pi, ascending. Shapes (modes); `turns`
     !> and `growth` are not allocated if there are no multipliers
     real(dp), allocatable :: turns(:), growth(:), averaged_turns(:)

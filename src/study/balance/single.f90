@@ -74,7 +74,7 @@ contains
 
   contains
 
-    !> 2 B' A - B A' at the angle alpha, up to a positive factor.
+    !> 2 B' A - B A' at the angle alpha.
     pure real(dp) function stationary(alpha)
       real(dp), intent(in) :: alpha
       real(dp) :: v(3), along(3)

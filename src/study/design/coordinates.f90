@@ -1,6 +1,7 @@
 !> Transforms a second-order system to Floquet's coordinates. Let x_i(t) = p_i(t) exp(lambda_i t) with periodic p_i be its free
 !> vibrations, P = [p_1 ... p_n] and W = P^-1. With x = P z the equations x' = A x + f become scalar equations with constant
 !> coefficients,
+!>
 !>     z_i' = lambda_i z_i + w_i f,
 !>
 !> whose periodic solution has the harmonics (w_i f)_k / (i k 2 pi/T - lambda_i). So many loads cost little more than one.

@@ -48,7 +48,8 @@ module gestell_study_design_goal
 
 contains
 
-  !> Makes a goal from its name and measure. Fails if the quantity does not exist, cannot be measured so, or needs gravity.
+  !> Makes a goal from its name and measure. Fails if the quantity does not exist, if it does not have this
+  !> measure, or if `sag` is requested without gravity.
   pure subroutine new_goal(frame, probes, name, kind, goal, error)
     !> The frame and the probes that `name` may refer to
     class(frame_type), intent(in) :: frame

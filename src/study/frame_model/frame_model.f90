@@ -1,10 +1,10 @@
 !> Settles a frame on one of three models, that is on the equations that describe its vibration and stability.
 !>
-!> | model       | vibration                        | its stability: multipliers of the equations varied  |
-!> |-------------|----------------------------------|-----------------------------------------------------|
-!> | exact       | of the exact equations           | about that vibration                                |
-!> | first_order | of the equations about rest, (8) | exactly, about that vibration                       |
-!> | rest        | of the equations about rest, (8) | about rest: Nguyen van Khang's                      |
+!> | model       | the vibration satisfies      | multipliers belong to the equations linearised about |
+!> |-------------|------------------------------|------------------------------------------------------|
+!> | exact       | the exact equations          | the vibration                                        |
+!> | first_order | the equations about rest (8) | the vibration, from the exact equations              |
+!> | rest        | the equations about rest (8) | rest, as Nguyen van Khang judges stability           |
 !>
 !> Each model is a linear periodic system whose periodic motion is the vibration, so one solver of such systems serves all models.
 !> Newton's method computes the exact vibration (gestell_study_frame_model_newton), starting from the linear vibration. If that

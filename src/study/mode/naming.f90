@@ -13,8 +13,8 @@ module gestell_study_mode_naming
 
 contains
 
-  !> For each multiplier the index of the mode with its exponent; 0 if no mode has it within the errors. The best match comes first,
-  !> and every mode has two multipliers. `speed`: of the crank (rad/s).
+  !> For each multiplier the index of the mode with its exponent; 0 if no mode has it within the errors. Best matches are
+  !> assigned first, at most two multipliers to a mode. `speed`: of the crank (rad/s).
   pure function modes_of_multipliers(multipliers, modes, speed) result(mode)
     type(multipliers_type), intent(in) :: multipliers
     type(mode_type), intent(in) :: modes(:)

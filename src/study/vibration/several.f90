@@ -73,7 +73,7 @@ contains
   end subroutine search_vibrations
 
   !> Follows a path from the motion q at lambda = 0 and adds to `list` the vibrations at lambda = `home`. The path ends if it is
-  !> farther than `furthest` from 0, reaches a known vibration, is lost, or has used up its points or linear systems.
+  !> farther than `furthest` from 0, reaches a known vibration over the speed, is lost, or has used up its points or linear systems.
   subroutine walk(frame, start, q, home, furthest, way, list)
     class(frame_type), intent(in) :: frame
     class(path_family_type), intent(in) :: start

@@ -262,7 +262,7 @@ contains
   end subroutine take_series
 
   !> True if the samples resolve the rows of the motion beyond the states: accelerations and forces of guides. Harmonics below the
-  !> rounding error of the terms of a row, or below the amount by which the row fails to close, count as resolved.
+  !> rounding error of a row's terms count as resolved. So do harmonics below both the row's error and its closing defect.
   logical function rows_resolved(frame, system, phases, x, vibration)
     class(frame_type), intent(in) :: frame
     class(periodic_system), intent(in) :: system
@@ -283,8 +283,8 @@ contains
   end function rows_resolved
 
   !> True if the samples resolve the free states; the forces follow from the states. Harmonics below the rounding error of the other
-  !> states, in balanced units, count as resolved. So do harmonics below `missed`, the amount by which a state fails to close:
-  !> free vibrations of this size are no harmonics.
+  !> states, in balanced units, count as resolved. So do harmonics below both the state's error and `missed`, its closing
+  !> defect: free vibrations of this size are no harmonics.
   pure logical function states_resolved(frame, floquet, vibration, missed)
     class(frame_type), intent(in) :: frame
     type(floquet_type), intent(in) :: floquet
