@@ -1,4 +1,4 @@
-!> The coefficients of a periodic system at many phases, as gestell_floquet_reduction works with them.
+!> Samples the coefficients of a periodic system at many phases, in the form that gestell_floquet_reduction uses.
 module gestell_floquet_reduction_coefficients
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -10,17 +10,19 @@ module gestell_floquet_reduction_coefficients
 
   public :: change_coordinates, sample
 
-  !> A and T f at some phases, shapes (phases, n, n) and (phases, n).
+  !> A = T P and T f at a number of phases, shapes (phases, n, n) and (phases, n).
   type, public :: coefficients_type
     real(dp), allocatable :: a(:, :, :), f(:, :)
   end type coefficients_type
 
 contains
 
-  !> A, shape (phases, n, n), and T f, shape (phases, n), in balanced units.
+  !> Samples A and T f in balanced units. Fails if the coefficients are not finite.
   subroutine sample(system, scale, forced, phases, coefficients, error)
     class(periodic_system), intent(in) :: system
+    !> Units that balance the states, shape (n); phases t / T
     real(dp), intent(in) :: scale(:), phases(:)
+    !> True: sample f too; otherwise it is zero
     logical, intent(in) :: forced
     type(coefficients_type), intent(out) :: coefficients
     type(error_type), allocatable, intent(out) :: error
@@ -29,7 +31,7 @@ contains
 
     n = system%states
     allocate(p(n, n, size(phases)))
-    ! What is not allocated is absent where it is an argument.
+    ! An unallocated actual argument counts as an absent optional argument.
     if (forced) allocate(f(n, size(phases)))
     call system%sample(phases, p, f)
     allocate(coefficients%a(size(phases), n, n), coefficients%f(size(phases), n), source=0.0_dp)
@@ -43,7 +45,7 @@ contains
     call fatal_error(error, "the coefficients of the system are not finite", failed_computation)
   end subroutine sample
 
-  !> The coefficients in the coordinates of the columns `start`.
+  !> Transforms the coefficients to the coordinates of the columns of `start`, shape (n, n).
   pure subroutine change_coordinates(coefficients, start, start_inverse, own)
     type(coefficients_type), intent(in) :: coefficients
     real(dp), contiguous, intent(in) :: start(:, :), start_inverse(:, :)

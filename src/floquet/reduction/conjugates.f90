@@ -1,10 +1,11 @@
-!> Modes of real systems in real numbers: of two conjugate columns u, conj(u) of S, the real form R has Re u and Im u,
+!> Represents conjugate modes of real systems in real numbers. For two conjugate columns u, conj(u) of S the real form R has Re u
+!> and Im u:
 !>
-!>     S = R K,   D = K^-1 G K,   y = K^-1 w,
+!>     S = R K,   D = K^-1 G K,   y = K^-1 w.
 !>
-!> G and w being the generator and the coordinates in the columns of R. What they say in complex numbers is asked for here,
-!> at all phases: `conjugate` is the number of each column's conjugate, its own for a real column; of a pair, the lower
-!> number is that of Re u. Shapes: g (phases, n, n), w (phases, n).
+!> G is the generator and w the coordinates in the columns of R. The procedures convert between the real form and the complex
+!> quantities at all phases. `conjugate` is the index of each column's conjugate, its own index for a real column. In a pair the
+!> lower index belongs to Re u. Shapes: g (phases, n, n), w (phases, n).
 module gestell_floquet_reduction_conjugates
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -15,7 +16,7 @@ module gestell_floquet_reduction_conjugates
 
 contains
 
-  !> D(k, l).
+  !> Computes the element D(k, l) from G at all phases.
   pure subroutine entry(g, conjugate, k, l, re, im)
     real(dp), contiguous, intent(in) :: g(:, :, :)
     integer, intent(in) :: conjugate(:), k, l
@@ -31,7 +32,7 @@ contains
     end associate
   end subroutine entry
 
-  !> Adds to G what re + i im at (k, l) and its conjugate at the conjugate place of D are there.
+  !> Adds re + i im to the element D(k, l), and the conjugate number to the conjugate element, in terms of G.
   pure subroutine add_entry(re, im, conjugate, k, l, g)
     real(dp), contiguous, intent(in) :: re(:), im(:)
     integer, intent(in) :: conjugate(:), k, l
@@ -50,14 +51,14 @@ contains
     end associate
   end subroutine add_entry
 
-  !> Of two entries that are conjugates of each other one counts.
+  !> True for one of two conjugate elements of D, so that loops treat each pair once.
   pure logical function counts(conjugate, k, l)
     integer, intent(in) :: conjugate(:), k, l
 
     counts = k < conjugate(k) .or. (k == conjugate(k) .and. l <= conjugate(l))
   end function counts
 
-  !> y(k).
+  !> Computes the coordinate y(k) from w at all phases.
   pure subroutine coordinate(w, conjugate, k, re, im)
     real(dp), contiguous, intent(in) :: w(:, :)
     integer, intent(in) :: conjugate(:), k
@@ -67,7 +68,7 @@ contains
     im = -weight(conjugate, k) * side(conjugate, k) * w(:, max(k, conjugate(k)))
   end subroutine coordinate
 
-  !> Adds to w what re + i im at k and its conjugate at the conjugate place of y are there.
+  !> Adds re + i im to the coordinate y(k), and the conjugate number to the conjugate coordinate, in terms of w.
   pure subroutine add_coordinate(re, im, conjugate, k, w)
     real(dp), contiguous, intent(in) :: re(:), im(:)
     integer, intent(in) :: conjugate(:), k
@@ -79,7 +80,7 @@ contains
     end associate
   end subroutine add_coordinate
 
-  !> (re + i im) / (a + i b), in place. Error: a + i b vanishes at some phase.
+  !> Replaces re + i im by (re + i im) / (a + i b) at all phases. Fails if a + i b vanishes at some phase.
   pure subroutine divide(a, b, re, im, error)
     real(dp), contiguous, intent(in) :: a(:), b(:)
     real(dp), contiguous, intent(inout) :: re(:), im(:)
@@ -100,7 +101,7 @@ contains
       & "two groups of modes share an eigenvalue, or one turns away from itself", failed_computation)
   end subroutine divide
 
-  !> S of the columns R, shape (n, n).
+  !> The complex matrix S for the real form R; shape (n, n).
   pure function complex_columns(r, conjugate) result(s)
     real(dp), intent(in) :: r(:, :)
     integer, intent(in) :: conjugate(:)
@@ -112,7 +113,7 @@ contains
     end do
   end function complex_columns
 
-  !> R of the columns S, shape (n, n).
+  !> The real form R of the complex matrix S; shape (n, n).
   pure function real_columns(s, conjugate) result(r)
     complex(dp), intent(in) :: s(:, :)
     integer, intent(in) :: conjugate(:)
@@ -125,8 +126,8 @@ contains
     end do
   end function real_columns
 
-  !> |S|^2 is the sum of the squares of R's columns times these; |S^-1|^2 that of the squares of the rows of R^-1, divided by
-  !> these. Shape (n).
+  !> Weights of the columns of R, shape (n). |S|^2 is the sum of the squares of the columns of R times these weights; |S^-1|^2 is
+  !> the sum of the squares of the rows of R^-1 divided by them.
   pure function weights(conjugate)
     integer, intent(in) :: conjugate(:)
     real(dp) :: weights(size(conjugate))
@@ -135,7 +136,7 @@ contains
     weights = [(1 / weight(conjugate, k), k = 1, size(conjugate))]
   end function weights
 
-  !> The factor in K^-1: 1/2 for the columns of a pair.
+  !> Factor in K^-1: 1/2 for the columns of a pair, 1 for a real column.
   pure real(dp) function weight(conjugate, k)
     integer, intent(in) :: conjugate(:), k
 

@@ -1,5 +1,5 @@
-!> The groups of modes that stay apart along the whole period, and their bases, from the eigenvectors at every phase (slow, but it
-!> gets through where the modes change much), or at phase 0 alone.
+!> Finds groups of modes that stay apart along the whole period, and their bases. It uses the eigenvectors at every phase, which is
+!> slow but works even if the modes change much, or those at phase 0 alone.
 module gestell_floquet_reduction_continued_modes
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -12,18 +12,18 @@ module gestell_floquet_reduction_continued_modes
 
   public :: follow_modes
 
-  !> A basis that has turned so far against the one at phase 0 is not continued.
+  !> Maximum norm of the matrix that aligns a basis with the one at phase 0. Beyond it the basis has turned too far.
   real(dp), parameter :: most_turned = 1.0e3_dp
 
 contains
 
-  !> Groups the eigenvalues of `a`, shape (N, n, n), given at N equidistant phases or at phase 0 alone: the finest groups that
-  !> keep a distance of `gap` from each other, and from zero but for group 0, at every phase; with each group goes its
-  !> conjugate. Bases are continued from phase to phase by their directions and made smooth and periodic by
+  !> Groups the eigenvalues of `a`, shape (N, n, n), at N equidistant phases or at phase 0 alone. The groups are the finest that
+  !> keep the distance `gap` from each other at every phase, and from zero except for group 0. The conjugate of a group is a group
+  !> too. Bases are followed from phase to phase by their directions and made smooth and periodic by
   !>
   !>     L_g T_g = E,   L = T^-1 at phase 0.
   !>
-  !> Errors: a subspace turns so far that this fails; all modes are slow, so that none can be taken apart.
+  !> Errors: a subspace turns too far; all modes are slow, so that nothing can be decoupled.
   subroutine follow_modes(a, gap, modes, error)
     real(dp), intent(in) :: a(:, :, :), gap
     type(modes_type), intent(out) :: modes
@@ -65,7 +65,8 @@ contains
     end do
   end subroutine follow_modes
 
-  !> The bases of `modes%group` at all phases, or the `clash` that was met on the way.
+  !> Computes the bases of `modes%group` at all phases. If two groups come too close, returns them in `clash`; otherwise `clash` is
+  !> zero.
   subroutine continue_bases(values, vectors, gap, modes, bases, clash, error)
     complex(dp), intent(in) :: values(:, :), vectors(:, :, :)
     real(dp), intent(in) :: gap
@@ -85,7 +86,7 @@ contains
     inverted = dual
     do j = 2, size(values, 2)
       coordinates = matmul(inverted, vectors(:, :, j))
-      ! Else groups could clash for ever.
+      ! Without this check the loop over clashes might never end.
       if (.not. all(ieee_is_finite(abs(coordinates)))) then
         call fatal_error(error, "modes cannot be told from each other", failed_computation)
         return
@@ -113,8 +114,8 @@ contains
     end do
   end subroutine continue_bases
 
-  !> The group of each eigenvector, whose `coordinates` in the basis of the phase before are given: the one in which the
-  !> greatest part of it lies. Where the groups' sizes do not come out, two of them clash.
+  !> Assigns each eigenvector to the group in which its largest part lies. `coordinates` are its coordinates in the basis of the
+  !> previous phase. If the sizes of the groups change, two of the groups clash.
   pure subroutine assign_groups(coordinates, before, group, clash)
     complex(dp), intent(in) :: coordinates(:, :)
     integer, intent(in) :: before(:)

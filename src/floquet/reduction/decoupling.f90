@@ -1,5 +1,5 @@
-!> The groups of modes of y' = D y + g, made as independent of each other as they can be: the numerics of
-!> gestell_floquet_reduction, whose terms are used here, in the real form of gestell_floquet_reduction_conjugates.
+!> Decouples the groups of modes of y' = D y + g by iteration, (70) of doc/theory.md. Notation is that of gestell_floquet_reduction;
+!> matrices have the real form of gestell_floquet_reduction_conjugates.
 module gestell_floquet_reduction_decoupling
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -14,18 +14,20 @@ module gestell_floquet_reduction_decoupling
 
   public :: balance, decouple, examine, transform, uncoupled_sizes
 
-  !> D in its real form and S^-1 at some phases, shape (phases, n, n).
+  !> D in its real form and S^-1, at a number of phases; shapes (phases, n, n).
   type, public :: motion_type
     real(dp), allocatable :: d(:, :, :), inverted(:, :, :)
   end type motion_type
 
+  !> Maximum number of iterations.
   integer, parameter, public :: most_rounds = 60
 
 contains
 
-  !> D and S^-1 of `s`, whose derivative is that of its interpolation, and `left`, the greatest sum over a row of what D has
-  !> between groups. Error: S is singular.
+  !> Computes D and S^-1 for a given S. S' is the derivative of the trigonometric interpolation. `left` is the maximum row sum of
+  !> the elements of D between groups. Fails if S is singular.
   subroutine examine(a, modes, s, motion, left, error)
+    !> A and S at the phases, shapes (phases, n, n)
     real(dp), contiguous, intent(in) :: a(:, :, :), s(:, :, :)
     type(modes_type), intent(in) :: modes
     type(motion_type), intent(inout) :: motion
@@ -42,10 +44,11 @@ contains
     if (.not. left < huge(left)) call fatal_error(error, "the coefficients leave the range of the numbers", failed_computation)
   end subroutine examine
 
-  !> Improves S by S (E + Z) with D_g Z_gh - Z_gh D_h = -D_gh: what is neglected, Z', is small where the groups are far apart
-  !> against the change within a period. Ends where what is `left` is `enough`, or no longer falls. `s`, `motion` and `left`
-  !> are the start, as examined, and the best that was found. Error: groups share an eigenvalue.
+  !> Replaces S by S (E + Z), where D_g Z_gh - Z_gh D_h = -D_gh, until the coupling `left` is at most `enough` or no longer falls.
+  !> The equation neglects Z', which is small if the groups are far apart on the scale of the period. `s`, `motion` and `left` hold
+  !> the start, as `examine` returns it, and then the best result. Fails if groups share an eigenvalue.
   subroutine decouple(a, modes, enough, s, motion, left, error)
+    !> A at the phases, shape (phases, n, n)
     real(dp), contiguous, intent(in) :: a(:, :, :)
     type(modes_type), intent(in) :: modes
     real(dp), intent(in) :: enough
@@ -78,7 +81,8 @@ contains
     end do
   end subroutine decouple
 
-  !> Units of the columns of S that make the rows and columns of D within the groups comparable; single modes have none.
+  !> Scales the columns of S so that rows and columns of D are comparable within each group. Leaves everything as it is if all
+  !> groups are single modes.
   subroutine balance(modes, s, motion)
     type(modes_type), intent(in) :: modes
     real(dp), contiguous, intent(inout) :: s(:, :, :)
@@ -97,7 +101,7 @@ contains
       end do
     end do
     unit = balancing(sizes)
-    ! The same for the columns of a conjugate pair.
+    ! Use one unit for both columns of a conjugate pair.
     unit = unit([(min(k, modes%conjugate(k)), k = 1, size(unit))])
     do k = 1, size(unit)
       s(:, :, k) = s(:, :, k) * unit(k)
@@ -107,7 +111,7 @@ contains
     end do
   end subroutine balance
 
-  !> D = S^-1 (A S - S') and S^-1 at each phase. Error: S is singular.
+  !> Computes D = S^-1 (A S - S') and S^-1 at each phase; `slope` is S'. Fails if S is singular.
   subroutine transform(a, s, slope, motion, error)
     real(dp), contiguous, intent(in) :: a(:, :, :), s(:, :, :), slope(:, :, :)
     type(motion_type), intent(inout) :: motion
@@ -122,8 +126,8 @@ contains
     call multiply(motion%inverted, rate, motion%d)
   end subroutine transform
 
-  !> Columns of every group's S that are E in its rows: of all bases of the same spaces those that do not depend on how they
-  !> were found. Error: a group has turned away from where it was at phase 0.
+  !> Chooses for each group the basis whose block in the group's own rows is the unit matrix. This basis depends only on the spaces
+  !> of the groups, not on the iteration. Fails if a group turns away from its space at phase 0.
   subroutine normalise(modes, s, error)
     type(modes_type), intent(in) :: modes
     real(dp), contiguous, intent(inout) :: s(:, :, :)
@@ -154,7 +158,7 @@ contains
     call multiply(within, inverted, s)
   end subroutine normalise
 
-  !> The same for the column k and its conjugate: divided by the entry in its own row.
+  !> Normalises column k and its conjugate: divides them by the element in their own row.
   pure subroutine normalise_mode(conjugate, k, s, error)
     integer, intent(in) :: conjugate(:), k
     real(dp), contiguous, intent(inout) :: s(:, :, :)
@@ -175,7 +179,8 @@ contains
     end do
   end subroutine normalise_mode
 
-  !> Greatest sum over a row of the entries between groups, at each phase; with `departure` also of that within the groups.
+  !> Maximum row sum of the elements of D between groups, at each phase. With `departure` the row sums include the elements of
+  !> `departure` within groups.
   pure function uncoupled_sizes(d, modes, departure) result(sizes)
     real(dp), contiguous, intent(in) :: d(:, :, :)
     type(modes_type), intent(in) :: modes

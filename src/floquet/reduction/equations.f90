@@ -1,4 +1,4 @@
-!> Complex linear equations at all phases at once, in real numbers.
+!> Solves complex linear equations at all phases at once, in real arithmetic.
 module gestell_floquet_reduction_equations
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -9,13 +9,13 @@ module gestell_floquet_reduction_equations
 
   public :: means
 
-  !> For n unknowns. All rows are divided by re + i im, set before they are filled in, about the numbers on their diagonal:
-  !> elimination does without a choice of pivots then.
+  !> Complex linear equations for n unknowns. Set `re` and `im` before `start`: all rows are divided by re + i im. The divisor
+  !> should be close to the diagonal elements, so that elimination needs no pivoting.
   type, public :: equations_type
     integer :: n = 0
-    !> Shape (phases).
+    !> Real and imaginary part of the divisor, shape (phases).
     real(dp), allocatable :: re(:), im(:)
-    !> Real parts first; shapes (phases, 2 n, 2 n) and (phases, 2 n).
+    !> Matrix and right-hand side, later solution; real parts first. Shapes (phases, 2 n, 2 n) and (phases, 2 n).
     real(dp), allocatable :: matrix(:, :, :), x(:, :)
   contains
     procedure :: start
@@ -26,7 +26,7 @@ module gestell_floquet_reduction_equations
 
 contains
 
-  !> For `n` unknowns. Where its divisors vanish for what they have to divide, they are 1.
+  !> Sets all elements to zero for `n` unknowns. If a divisor nearly vanishes at some phase, all divisors become 1.
   pure subroutine start(self, n)
     class(equations_type), intent(inout) :: self
     integer, intent(in) :: n
@@ -39,7 +39,7 @@ contains
     self%im = 0
   end subroutine start
 
-  !> Adds re + i im to the entry of the matrix.
+  !> Adds re + i im to the element (row, column) of the matrix.
   subroutine add(self, re, im, row, column)
     class(equations_type), intent(inout) :: self
     real(dp), intent(in) :: re(:), im(:)
@@ -58,7 +58,7 @@ contains
     end associate
   end subroutine add
 
-  !> Sets the right-hand side.
+  !> Sets the right-hand side of one equation to re + i im.
   subroutine set_right(self, re, im, row)
     class(equations_type), intent(inout) :: self
     real(dp), intent(in) :: re(:), im(:)
@@ -70,7 +70,7 @@ contains
     call divide(self%re, self%im, self%x(:, row), self%x(:, self%n + row), unused)
   end subroutine set_right
 
-  !> The solution takes the place of the right-hand side. Error: the equations are singular at some phase.
+  !> Solves the equations and overwrites the right-hand side. Fails if they are singular at some phase.
   subroutine solve_equations(self, error)
     class(equations_type), intent(inout) :: self
     type(error_type), allocatable, intent(out) :: error
@@ -78,7 +78,7 @@ contains
     call solve(self%matrix, self%x, error)
   end subroutine solve_equations
 
-  !> The mean eigenvalue of D in the columns `own`.
+  !> Computes the mean eigenvalue of D over the columns `own`, at each phase.
   pure subroutine means(d, conjugate, own, re, im)
     real(dp), contiguous, intent(in) :: d(:, :, :)
     integer, intent(in) :: conjugate(:), own(:)

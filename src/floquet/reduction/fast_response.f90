@@ -1,4 +1,4 @@
-!> The forced motion of the fast groups of gestell_floquet_reduction, at all phases at once and in its real form.
+!> Computes the forced motion of the fast groups of gestell_floquet_reduction at all phases at once, in real form.
 module gestell_floquet_reduction_fast_response
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -15,17 +15,20 @@ module gestell_floquet_reduction_fast_response
 
 contains
 
-  !> The response p = S z of the fast groups and what it leaves of g, where the groups are decoupled already:
+  !> Computes the response p = S z of the fast groups and the remainder of g, for groups that are already decoupled:
   !>
   !>     g = D z + S^-1 f - z',   improved by D_g z_g = -g_g.
   !>
-  !> Ends where what is left of g, relative to the terms of which it consists, is `enough`, or no longer falls.
-  !> Errors: a group has the eigenvalue zero, overflow.
+  !> Stops when the remainder, relative to the terms of g, is at most `enough` or no longer falls. Errors: a group has the
+  !> eigenvalue zero; overflow.
   subroutine decouple_forcing(f, modes, enough, s, motion, p, g, error)
+    !> T f, shape (phases, n), and S, shape (phases, n, n), at the phases
     real(dp), contiguous, intent(in) :: f(:, :), s(:, :, :)
     type(modes_type), intent(in) :: modes
     real(dp), intent(in) :: enough
+    !> D and S^-1 at the phases
     type(motion_type), intent(in) :: motion
+    !> Response and remainder of g at the phases, shapes (phases, n)
     real(dp), contiguous, intent(out) :: p(:, :), g(:, :)
     type(error_type), allocatable, intent(out) :: error
     real(dp), dimension(size(f, 1), size(f, 2)) :: load, z, change, best, slope, tried
@@ -67,7 +70,8 @@ contains
     call multiply(s, best, p)
   end subroutine decouple_forcing
 
-  !> z of D_g z_g = -g_g for one group, whose columns are `own`. Error: it has the eigenvalue zero.
+  !> Solves D_g z_g = -g_g for the group with the columns `own` and adds the solution to `z`. Fails if the group has the eigenvalue
+  !> zero.
   subroutine respond(d, g, conjugate, own, z, error)
     real(dp), contiguous, intent(in) :: d(:, :, :), g(:, :)
     integer, intent(in) :: conjugate(:), own(:)
@@ -105,7 +109,7 @@ contains
     end do
   end subroutine respond
 
-  !> Greatest entry outside of the slow group, at each phase.
+  !> Maximum of |g| outside the slow group, at each phase.
   pure function fast_sizes(g, modes) result(sizes)
     real(dp), contiguous, intent(in) :: g(:, :)
     type(modes_type), intent(in) :: modes

@@ -1,4 +1,4 @@
-!> Groups of eigenvectors whose eigenvalues stay apart from those of all others, and their bases.
+!> Defines groups of eigenvectors whose eigenvalues stay apart from all others, and their bases.
 module gestell_floquet_reduction_modes
   use gestell_base_kinds, only: dp
   implicit none (type, external)
@@ -6,19 +6,20 @@ module gestell_floquet_reduction_modes
 
   public :: columns_of, find_clash, first_basis, orthonormal, unite
 
+  !> Groups of n modes.
   type, public :: modes_type
-    !> Group of every column, shape (n); 0: the slow group, whose eigenvalues come near zero.
+    !> Group of every column, shape (n). Group 0 is the slow group: its eigenvalues come near zero.
     integer, allocatable :: group(:)
-    !> Column that is the complex conjugate of a column, itself for a real one; shape (n).
+    !> Index of the complex conjugate of every column, its own index for a real column; shape (n).
     integer, allocatable :: conjugate(:)
-    !> Bases of the groups' invariant subspaces, in their real form (gestell_floquet_reduction_conjugates): smooth at the phases
-    !> (k - 1) / N, shape (N, n, n), or at phase 0 alone, shape (1, n, n).
+    !> Bases of the groups' invariant subspaces in real form (gestell_floquet_reduction_conjugates). Given at the phases (k - 1) /
+    !> N, shape (N, n, n), or at phase 0 alone, shape (1, n, n).
     real(dp), allocatable :: basis(:, :, :)
   end type modes_type
 
 contains
 
-  !> The columns of a group, ascending.
+  !> Indices of the columns of a group, ascending.
   pure function columns_of(group, number) result(columns)
     integer, intent(in) :: group(:), number
     integer, allocatable :: columns(:)
@@ -27,7 +28,8 @@ contains
     allocate(columns, source=pack([(k, k = 1, size(group))], group == number))
   end function columns_of
 
-  !> Two groups that come closer than `gap`; zero counts as an eigenvalue of group 0. Equal numbers: there are none.
+  !> Finds two groups whose eigenvalues come closer than `gap`; zero counts as an eigenvalue of group 0. Both elements of `clash`
+  !> are equal if no groups clash.
   pure subroutine find_clash(values, group, gap, clash)
     complex(dp), intent(in) :: values(:)
     integer, intent(in) :: group(:)
@@ -44,7 +46,7 @@ contains
     end do
   end subroutine find_clash
 
-  !> One group of two, and one of their conjugates.
+  !> Unites two groups, and the two groups of their conjugates.
   pure subroutine unite(modes, clash)
     type(modes_type), intent(inout) :: modes
     integer, intent(in) :: clash(2)
@@ -55,13 +57,13 @@ contains
       where (clash == modes%group(k)) mirrored = modes%group(modes%conjugate(k))
     end do
     where (modes%group == maxval(clash)) modes%group = minval(clash)
-    ! The first union may have renamed one of them.
+    ! The first union may have renamed one of the conjugate groups.
     where (mirrored == maxval(clash)) mirrored = minval(clash)
     where (modes%group == maxval(mirrored)) modes%group = minval(mirrored)
   end subroutine unite
 
-  !> At phase 0: eigenvectors; in a group that is its own conjugate, an orthonormal basis of their real and imaginary
-  !> parts.
+  !> Bases at phase 0. They consist of eigenvectors; a group that is its own conjugate gets an orthonormal basis of their real and
+  !> imaginary parts.
   pure function first_basis(vectors, modes) result(basis)
     complex(dp), intent(in) :: vectors(:, :)
     type(modes_type), intent(in) :: modes
@@ -81,7 +83,8 @@ contains
     end do
   end function first_basis
 
-  !> An orthonormal basis of the space that independent columns span: Gram and Schmidt, twice for the sake of rounding.
+  !> Orthonormal basis of the space spanned by independent columns, by Gram-Schmidt orthogonalisation, applied twice against
+  !> rounding.
   pure function orthonormal(columns) result(basis)
     complex(dp), intent(in) :: columns(:, :)
     complex(dp) :: basis(size(columns, 1), size(columns, 2))
@@ -93,7 +96,7 @@ contains
         do i = 1, k - 1
           basis(:, k) = basis(:, k) - dot_product(basis(:, i), basis(:, k)) * basis(:, i)
         end do
-        ! What a defective eigenvalue leaves of its second vector can be so small that its square vanishes.
+        ! Scale first: the second vector of a defective eigenvalue can be so small that its square underflows.
         basis(:, k) = basis(:, k) / max(maxval(abs(basis(:, k))), tiny(1.0_dp))
         basis(:, k) = basis(:, k) / max(norm2(abs(basis(:, k))), tiny(1.0_dp))
       end do

@@ -1,5 +1,6 @@
-!> Small matrices at many phases of the period at once. The phases come first in every array and innermost in every loop:
-!> they stand side by side in the processor's vector registers, and no phase costs a call or memory of its own.
+!> Computes products and inverses of small matrices at many phases of the period at once. The phases come first in every array and
+!> innermost in every loop: they stand side by side in the processor's vector registers, and no phase costs a call or memory of its
+!> own.
 module gestell_floquet_reduction_phasewise
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -11,11 +12,11 @@ module gestell_floquet_reduction_phasewise
 
   public :: along_phases, inverses, lanes, multiply, solve, times
 
-  !> Eight numbers of 64 bit fill the widest registers.
+  !> Number of phases treated at once: eight numbers of 64 bits fill the widest vector registers.
   integer, parameter :: lanes = 8
 
-  !> c = a b at every phase; a factor without phases is the same at all of them. Shapes (phases, n, n), vectors
-  !> (phases, n).
+  !> Computes c = a b at every phase. A factor without the index of phases is the same at all phases. Shapes: matrices (phases, n,
+  !> n), vectors (phases, n).
   interface multiply
     procedure matrices_matrices, matrix_matrices, matrices_matrix, matrices_vectors, matrix_vectors
   end interface multiply
@@ -82,7 +83,7 @@ contains
     call columns_times(size(a, 1) * size(a, 2), size(b, 1), size(b, 2), a, b, c)
   end subroutine matrices_matrix
 
-  !> c = a b for matrices of which a has many rows.
+  !> Computes the product c = a b of two matrices, where `a` has many rows.
   pure subroutine times(a, b, c)
     real(dp), contiguous, intent(in) :: a(:, :), b(:, :)
     real(dp), contiguous, intent(out) :: c(:, :)
@@ -90,7 +91,8 @@ contains
     call columns_times(size(a, 1), size(a, 2), size(b, 2), a, b, c)
   end subroutine times
 
-  !> What `operator`, shape (points, phases), makes of each of the entries along the phases; shape (points, n, n).
+  !> Applies `operator`, shape (points, phases), to each matrix element as a function of the phase. `results` has the shape (points,
+  !> n, n).
   pure subroutine along_phases(operator, values, results)
     real(dp), contiguous, intent(in) :: operator(:, :), values(:, :, :)
     real(dp), contiguous, intent(out) :: results(:, :, :)
@@ -98,7 +100,7 @@ contains
     call columns_times(size(operator, 1), size(operator, 2), size(values, 2) * size(values, 3), operator, values, results)
   end subroutine along_phases
 
-  !> c = a b, four columns at a time.
+  !> Computes c = a b, four columns at a time.
   pure subroutine columns_times(rows, inner, columns, a, b, c)
     integer, intent(in) :: rows, inner, columns
     real(dp), intent(in) :: a(rows, inner), b(inner, columns)
@@ -127,8 +129,9 @@ contains
     end do
   end subroutine columns_times
 
-  !> The inverses of `a`: elimination without a choice of pivots, which is as exact as any where `a` is not far from E; the
-  !> phases at which it loses digits are done again with LAPACK. Error: `a` is singular at some phase.
+  !> Computes the inverses of `a` at all phases, shape (phases, n, n), by elimination without pivoting. This is as accurate as
+  !> pivoting where `a` is close to E. Phases at which it loses digits are repeated with LAPACK. Fails if `a` is singular at some
+  !> phase.
   subroutine inverses(a, inverted, error)
     real(dp), contiguous, intent(in) :: a(:, :, :)
     real(dp), contiguous, intent(out) :: inverted(:, :, :)
@@ -152,7 +155,7 @@ contains
     do k = 1, n
       product(:, k, k) = product(:, k, k) - 1
       do i = 1, n
-        ! A sum, which keeps what is not a number.
+        ! NaN propagates through a sum.
         defect = defect + abs(product(:, i, k))
       end do
     end do
@@ -165,13 +168,14 @@ contains
     end do
   end subroutine inverses
 
-  !> x of `operator` x = right, in place of `right`; shapes (phases, n, n), (phases, n): by elimination with the pivots along the
-  !> diagonal; the phases at which it loses digits are done again with LAPACK. Error: singular at some phase.
+  !> Solves `operator` x = `right` at all phases and overwrites `right` with x; shapes (phases, n, n), (phases, n). Elimination uses
+  !> pivots along the diagonal. Phases at which it loses digits are repeated with LAPACK. Fails if `operator` is singular at some
+  !> phase.
   subroutine solve(operator, right, error)
     real(dp), contiguous, intent(in) :: operator(:, :, :)
     real(dp), contiguous, intent(inout) :: right(:, :)
     type(error_type), allocatable, intent(out) :: error
-    !> What is left of a sum of so many terms, over the greatest of these.
+    !> Maximum residual relative to the sum of the magnitudes of its terms.
     real(dp), parameter :: exact = 1.0e3_dp * epsilon(1.0_dp)
     real(dp) :: some(lanes, size(right, 2), size(right, 2) + 1), x(lanes, size(right, 2)), left(lanes), size_of(lanes)
     real(dp) :: lu(size(right, 2), size(right, 2)), one(size(right, 2), 1)
@@ -201,7 +205,7 @@ contains
     end do
   end subroutine solve
 
-  !> The sums over the equations of |A x - b|, and of |A| |x| + |b|, at each phase.
+  !> Computes at each phase the sums over the equations of |A x - b| and of |A| |x| + |b|.
   pure subroutine find_residuals(n, a, b, x, left, size_of)
     integer, intent(in) :: n
     real(dp), intent(in) :: a(:, :, :), b(:, :), x(:, :)
@@ -220,7 +224,7 @@ contains
     left = sum(abs(missed), dim=2)
   end subroutine find_residuals
 
-  !> x of [A b], which is lost, shape (lanes, n, n + 1).
+  !> Solves A x = b for w = [A b], shape (lanes, n, n + 1). Overwrites w.
   pure subroutine solve_in_lanes(n, w, x)
     integer, intent(in) :: n
     real(dp), intent(inout) :: w(lanes, n, n + 1)
@@ -245,7 +249,7 @@ contains
     end do
   end subroutine solve_in_lanes
 
-  !> With a pivot of nearly zero all is lost; with 1 in its place it is so without overflow.
+  !> The pivot, or 1 if it is nearly zero. The result is useless in both cases, but does not overflow with 1.
   elemental real(dp) function pivot_of(value) result(pivot)
     real(dp), intent(in) :: value
     real(dp), parameter :: least = 1.0e-6_dp
@@ -253,7 +257,7 @@ contains
     pivot = merge(value, 1.0_dp, abs(value) > least)
   end function pivot_of
 
-  !> The inverse of w, in its place, by elimination with the pivots along the diagonal.
+  !> Replaces w by its inverse, by Gauss-Jordan elimination with pivots along the diagonal.
   pure subroutine gauss_jordan(n, w)
     integer, intent(in) :: n
     real(dp), intent(inout) :: w(lanes, n, n)

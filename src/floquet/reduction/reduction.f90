@@ -1,16 +1,17 @@
-!> A system whose free vibrations are fast against its period, taken apart into groups of modes that hardly couple:
-!> superadiabatic diagonalisation (M. V. Berry, Proc. R. Soc. A 414 (1987) 31, doi:10.1098/rspa.1987.0131, for matrices).
+!> Decouples a system with fast free vibrations into groups of modes that hardly interact. Implements (69) and (70) of
+!> doc/theory.md: superadiabatic diagonalisation (M. V. Berry, Proc. R. Soc. A 414 (1987) 31, doi:10.1098/rspa.1987.0131, for
+!> matrices).
 !>
 !> With the phase t / T as the independent variable, A = T P and x = S y + p
 !>
 !>     y' = D y + g,   D = S^-1 (A S - S'),   g = S^-1 (A p + T f - p').
 !>
-!> Smooth periodic S and p are sought for which D has no entries between groups and g vanishes but in the slow group.
-!> They exist up to terms that are exponentially small in the distance of the groups, in periods; what is left is measured
-!> between the phases where it was made to vanish. The cost does not depend on how fast the vibrations are.
+!> The smooth periodic S and p are chosen such that D has no elements between groups and g vanishes outside the slow group. They
+!> exist up to terms that are exponentially small in the distance of the groups. The remainder is measured midway between the phases
+!> at which it was made to vanish. The cost does not depend on how fast the vibrations are.
 !>
-!> All phases are worked at side by side (gestell_floquet_reduction_phasewise), conjugate modes in real numbers
-!> (gestell_floquet_reduction_conjugates), in the coordinates of the modes at phase 0, in which S is not far from E.
+!> All phases are treated at once (gestell_floquet_reduction_phasewise), conjugate modes in real arithmetic
+!> (gestell_floquet_reduction_conjugates). The coordinates are those of the modes at phase 0, in which S is close to E.
 module gestell_floquet_reduction
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp, pi
@@ -32,53 +33,58 @@ module gestell_floquet_reduction
 
   public :: reduce
 
-  !> In balanced units and per period, in the real form of gestell_floquet_reduction_conjugates.
+  !> Result of a reduction of n states, in balanced units, with the phase t / T as the independent variable. Matrices have the real
+  !> form of gestell_floquet_reduction_conjugates.
   type, public, extends(residuals_type) :: reduction_type
-    !> Number N of phases, even.
+    !> Number N of phases; even.
     integer :: angles = 0
-    !> Groups of the columns of S and which of these are conjugates of each other.
+    !> Groups of the columns of S, and pairs of conjugate columns.
     type(modes_type) :: modes
-    !> S and D at the phases, and D in the middle between them, shape (N, n, n).
+    !> S and D at the phases, and D midway between the phases; shapes (N, n, n).
     real(dp), allocatable :: basis(:, :, :), generator(:, :, :), generator_between(:, :, :)
-    !> p and g at the phases, shape (N, n); unallocated unless asked for.
+    !> p and g at the phases, shape (N, n); unallocated unless requested.
     real(dp), allocatable :: response(:, :), forcing(:, :)
-    !> Integral of tr P over the period, by the phases and those in the middle between them.
+    !> Integral of tr P over the period, from the phases and the points midway between them.
     real(dp) :: trace = 0
-    !> Evaluations of the coefficients.
+    !> Number of evaluations of the coefficients.
     integer :: evaluations = 0
   end type reduction_type
 
-  !> The groups decoupled at the phases, in the coordinates of the columns `start`, shape (n, n): S, D and S^-1.
+  !> Groups that are decoupled at the phases: S, D and S^-1 in the coordinates of the columns of `start`, shape (n, n).
   type :: decoupled_type
     type(modes_type) :: modes
     real(dp), allocatable :: start(:, :), start_inverse(:, :), s(:, :, :)
     type(motion_type) :: motion
-    !> Where it was asked for p, and what it leaves of g.
+    !> p, and the g that it leaves; allocated only if requested.
     real(dp), allocatable :: p(:, :), g(:, :)
+    !> Coefficients A and T f in the coordinates of `start`.
     type(coefficients_type) :: own
-    !> Greatest sum over a row of what D has between groups at the phases.
+    !> Maximum row sum of the elements of D between groups, over all phases.
     real(dp) :: left = 0
-    !> Whether more phases can begin with it, and where they can, the least distance of two groups, or of a fast one from zero.
+    !> `settled`: True if the result can start a decoupling on more phases. `distance`: then the minimum distance between two
+    !> groups, or of a fast group from zero.
     logical :: settled = .false.
     real(dp) :: distance = 0
   end type decoupled_type
 
-  !> Phases that are tried. What is foretold beyond some number is not relied on: there they are doubled.
+  !> Number of phases: minimum, maximum that may be predicted, and maximum. Beyond the maximum that may be predicted it is doubled.
   integer, parameter :: fewest = 32, most_foretold = 128, most = 1024
-  !> What counts as roundoff: this many times epsilon |S| |S^-1|, relative to the terms of a residual.
+  !> Factor on epsilon |S| |S^-1| that gives the roundoff of a residual, relative to its terms.
   real(dp), parameter :: rounding = 32
-  !> More is aimed at than a greater tolerance asks for: it costs little.
+  !> Maximum tolerance aimed at, even if the user's tolerance is larger: the extra accuracy costs little.
   real(dp), parameter :: least_aim = 1.0e-9_dp
-  !> A greater one says nothing about a multiplier.
+  !> Maximum roundoff of a residual: beyond it nothing is known about a multiplier.
   real(dp), parameter :: most_residual = 0.1_dp
 
 contains
 
-  !> The reduction of `system` whose residual is `tolerance`, relative to p for the forced part, or roundoff. `scale`,
-  !> shape (n): units that balance the states. Error: there is none; the message says why.
+  !> Reduces `system` until the residual is at most `tolerance` or roundoff. For the forced part the tolerance is relative to p.
+  !> Fails if the system cannot be reduced; the message gives the reason.
   subroutine reduce(system, scale, forced, tolerance, reduction, error)
     class(periodic_system), intent(in) :: system
+    !> Units that balance the states, shape (n); tolerance for the residual
     real(dp), intent(in) :: scale(:), tolerance
+    !> True: compute p and g too
     logical, intent(in) :: forced
     type(reduction_type), intent(out) :: reduction
     type(error_type), allocatable, intent(out) :: error
@@ -108,7 +114,7 @@ contains
           & failed_computation)
         return
       end if
-      ! What N phases resolve varies more slowly than groups vibrate against each other that are so far apart.
+      ! Require groups at least pi N apart. The changes that N phases resolve are slower than the relative vibration of such groups.
       call decouple_groups(nodes, pi * n, 0.1_dp * aim, decoupled, error)
       if (allocated(error)) return
       needed = phases_for(decoupled, phase_advance, max(aim, least_residual(reduction) * phase_advance))
@@ -147,7 +153,7 @@ contains
       & failed_computation)
   end subroutine reduce
 
-  !> The number of phases that resolves what D and A S consist of to `allowed`, unless the groups are too close for so many.
+  !> Number of phases that resolves D and A S to `allowed`. Returns the present number if the groups are too close for more phases.
   pure integer function phases_for(decoupled, phase_advance, allowed) result(phases)
     type(decoupled_type), intent(in) :: decoupled
     real(dp), intent(in) :: phase_advance, allowed
@@ -160,9 +166,10 @@ contains
     end associate
   end function phases_for
 
-  !> The same for p. Where velocities are small against displacements times the frequencies, in whose units p is measured, its
-  !> bound needs more digits than were ordered; the nearer the phases come to resolving the slowest fast vibration, the wider
-  !> is the bound.
+  !> Number of phases that resolves p. Returns the present number if the groups are too close for more phases.
+  !>
+  !> p is measured in units in which velocities may be small, so its error bound needs more digits than requested. The limit on the
+  !> distance is twice that of `phases_for`: the bound widens as the phases approach a resolution of the slowest fast vibration.
   pure integer function phases_for_response(decoupled, allowed) result(phases)
     type(decoupled_type), intent(in) :: decoupled
     real(dp), intent(in) :: allowed
@@ -177,22 +184,24 @@ contains
     end associate
   end function phases_for_response
 
-  !> What roundoff makes of a residual at the least, relative to the terms of which it consists.
+  !> Smallest residual that roundoff permits, relative to the terms of the residual.
   pure real(dp) function least_residual(reduction)
     type(reduction_type), intent(in) :: reduction
 
     least_residual = rounding * epsilon(1.0_dp) * reduction%condition
   end function least_residual
 
-  !> Decouples the groups of modes that stay apart by `gap`: beginning with what fewer phases gave, or with the groups of
-  !> phase 0, taken for all phases; where that does not end in groups that are as far apart, with eigenvectors that are
-  !> followed from phase to phase. Error: all modes are slow; they cannot be followed.
+  !> Decouples groups of modes that stay apart by at least `gap`.
+  !>
+  !> The iteration starts from the result on fewer phases, or from the groups at phase 0 applied to all phases. If this does not
+  !> give groups that are `gap` apart, it starts again from eigenvectors followed from phase to phase. Errors: all modes are slow;
+  !> the eigenvectors cannot be followed.
   subroutine decouple_groups(nodes, gap, enough, decoupled, error)
     type(coefficients_type), intent(in) :: nodes
     real(dp), intent(in) :: gap, enough
     type(decoupled_type), intent(inout) :: decoupled
     type(error_type), allocatable, intent(out) :: error
-    !> What D may still have between groups, against their distance.
+    !> Maximum coupling that remains between groups, relative to their distance.
     real(dp), parameter :: little = 1.0e-3_dp
 
     if (.not. decoupled%settled) then
@@ -209,7 +218,7 @@ contains
     if (.not. allocated(error)) call decouple_from_modes(nodes, enough, decoupled, error)
   end subroutine decouple_groups
 
-  !> Decouples `decoupled%modes`, beginning with their bases, or where it is settled with what it holds.
+  !> Decouples `decoupled%modes`. The iteration starts from their bases, or from the present S if `decoupled` is settled.
   subroutine decouple_from_modes(nodes, enough, decoupled, error)
     type(coefficients_type), intent(in) :: nodes
     real(dp), intent(in) :: enough
@@ -242,7 +251,7 @@ contains
     call decouple(decoupled%own%a, decoupled%modes, enough, decoupled%s, decoupled%motion, decoupled%left, error)
   end subroutine decouple_from_modes
 
-  !> The result, with its residuals. Error: S becomes singular between the phases.
+  !> Assembles the result and measures its residuals. Fails if S is singular midway between the phases.
   subroutine assemble(nodes, middle, decoupled, forced, reduction, error)
     type(coefficients_type), intent(in) :: nodes, middle
     type(decoupled_type), intent(in) :: decoupled

@@ -1,4 +1,4 @@
-!> What a reduction leaves: the proof of gestell_floquet_reduction, between the phases at which the groups were decoupled.
+!> Measures the residuals of a reduction midway between the phases at which the groups were decoupled. They bound its error.
 module gestell_floquet_reduction_residuals
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -13,27 +13,31 @@ module gestell_floquet_reduction_residuals
 
   public :: measure, measure_forcing
 
+  !> Residuals of a reduction, with the phase t / T as the independent variable.
   type, public :: residuals_type
-    !> What D has between groups and how far it is from its interpolation: the greatest sum over a row, integrated over
-    !> the period by the phases and those in the middle between them; and what roundings do to D alike at all phases, which
-    !> does not show in differences. The same of g, without roundings.
+    !> `residual`: elements of D between groups plus deviation of D from its interpolation. It is the maximum row sum, averaged over
+    !> the phases and the points midway between them, plus rounding errors of D that are equal at all phases. `forcing_residual`:
+    !> elements of g outside the slow group plus deviation of the slow ones from their interpolation, averaged in the same way,
+    !> without rounding.
     real(dp) :: residual = 0, forcing_residual = 0
-    !> The same at the phase where it is greatest.
+    !> Maxima over the phases instead of averages.
     real(dp) :: residual_peak = 0, forcing_peak = 0
-    !> How far the slow group's g is from its interpolation, in the same way, and its greatest size.
+    !> Deviation of the slow group's g from its interpolation, averaged over the phases; maximum of the slow group's |g|.
     real(dp) :: slow_residual = 0, slow_effort = 0
-    !> Greatest |S| |S^-1|, and greatest size of the terms of which g consists.
+    !> Maximum of |S| |S^-1|; maximum size of the terms that add up to g.
     real(dp) :: condition = 1, effort = 0
   end type residuals_type
 
 contains
 
-  !> `a`: A in the middle between the phases of S and D, in the coordinates of the columns `start`, shape (n, n), whose
-  !> inverse is `start_inverse`. With the residuals `between`: S, and D and S^-1 in the middle.
+  !> Measures the residuals of D.
   subroutine measure(a, s, d, modes, start, start_inverse, residuals, between, error)
+    !> A midway between the phases, and S and D at the phases, shapes (phases, n, n), in the coordinates of the columns of `start`,
+    !> shape (n, n), whose inverse is `start_inverse`
     real(dp), contiguous, intent(in) :: a(:, :, :), s(:, :, :), d(:, :, :), start(:, :), start_inverse(:, :)
     type(modes_type), intent(in) :: modes
     type(residuals_type), intent(out) :: residuals
+    !> D and S^-1 midway between the phases
     type(motion_type), intent(out) :: between
     type(error_type), allocatable, intent(out) :: error
     real(dp), dimension(size(s, 1), size(s, 1)) :: operator
@@ -54,11 +58,15 @@ contains
     residuals%residual_peak = maxval(sizes) + rounding
   end subroutine measure
 
-  !> The same of p and g: `a` and `f` in the middle, in the coordinates of `start`.
+  !> Measures the residuals of p and g.
   subroutine measure_forcing(a, f, p, g, between, modes, start, size_a, residuals)
+    !> A and T f midway between the phases, p and g at the phases, in the coordinates of the columns of `start`; shapes (phases, n,
+    !> n), (phases, n)
     real(dp), contiguous, intent(in) :: a(:, :, :), f(:, :), p(:, :), g(:, :), start(:, :)
+    !> D and S^-1 midway between the phases
     type(motion_type), intent(in) :: between
     type(modes_type), intent(in) :: modes
+    !> Maximum of |A|
     real(dp), intent(in) :: size_a
     type(residuals_type), intent(inout) :: residuals
     real(dp), dimension(size(p, 1), size(p, 1)) :: operator
@@ -89,7 +97,7 @@ contains
     residuals%effort = maxval(norm2(slope, dim=2) + size_a * norm2(rate, dim=2))
   end subroutine measure_forcing
 
-  !> Greatest |S| |S^-1|, Frobenius' norm.
+  !> Maximum over the phases of |S| |S^-1|, in Frobenius' norm.
   pure real(dp) function condition(s, inverted, modes, start, start_inverse)
     real(dp), contiguous, intent(in) :: s(:, :, :), inverted(:, :, :), start(:, :), start_inverse(:, :)
     type(modes_type), intent(in) :: modes

@@ -1,4 +1,4 @@
-!> How many phases resolve a periodic function, foretold from how its harmonics fall.
+!> Predicts the number of phases that resolves a periodic function from the decay of its harmonics.
 module gestell_floquet_reduction_resolution
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_reduction_phasewise, only: along_phases, lanes
@@ -9,9 +9,9 @@ module gestell_floquet_reduction_resolution
 
 contains
 
-  !> For entries `a`, shape (N, n, n), at N equidistant phases, the number of phases beyond whose half the harmonics are below
-  !> `allowed`, by a straight line through their logarithms, as a multiple of `lanes`: N at the least; N too where it were more
-  !> than `most`.
+  !> Number of phases, a multiple of `lanes`, such that the harmonics above half of it are below `allowed`. `a` holds matrices at N
+  !> equidistant phases, shape (N, n, n). The logarithms of the harmonics are extrapolated by a straight line. The result is at
+  !> least N, and N if the prediction exceeds `most`.
   pure integer function phases_needed(a, allowed, most) result(phases)
     real(dp), contiguous, intent(in) :: a(:, :, :)
     real(dp), intent(in) :: allowed
@@ -21,7 +21,7 @@ contains
 
     phases = size(a, 1)
     last = phases / 2 - 1
-    ! Two neighbours each: of even functions every other harmonic vanishes.
+    ! Compare pairs of neighbouring harmonics: in functions of period 1/2 every other harmonic vanishes.
     sizes = harmonics(a, [last / 2, last / 2 + 1, last - 1, last])
     associate (middle => maxval(sizes(:2)), highest => maxval(sizes(3:)))
       if (highest <= allowed .or. highest >= middle) return
@@ -31,7 +31,7 @@ contains
     if (2 * order < most) phases = max(phases, lanes * ceiling(2 * order / lanes))
   end function phases_needed
 
-  !> Greatest amplitudes among the entries of the harmonics of the given orders.
+  !> Maximum amplitude over all elements of each harmonic whose order is given.
   pure function harmonics(a, orders) result(sizes)
     real(dp), contiguous, intent(in) :: a(:, :, :)
     integer, intent(in) :: orders(:)

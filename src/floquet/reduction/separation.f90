@@ -1,4 +1,4 @@
-!> The equations of one step of gestell_floquet_reduction_decoupling, at all phases at once and in its real form.
+!> Solves the equations of one iteration of gestell_floquet_reduction_decoupling at all phases at once, in real form.
 module gestell_floquet_reduction_separation
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -12,7 +12,8 @@ module gestell_floquet_reduction_separation
 
 contains
 
-  !> Z of D_g Z_gh - Z_gh D_h = -D_gh for all pairs of groups; zero within the groups. Error: two groups share an eigenvalue.
+  !> Solves D_g Z_gh - Z_gh D_h = -D_gh for all pairs of groups; Z is zero within the groups. `d` and `z` have the shape (phases, n,
+  !> n). Fails if two groups share an eigenvalue.
   subroutine separation(d, modes, z, error)
     real(dp), contiguous, intent(in) :: d(:, :, :)
     type(modes_type), intent(in) :: modes
@@ -51,8 +52,8 @@ contains
     end do
   end subroutine separation
 
-  !> The same for groups of several modes: A X - X B = C as linear equations for the entries of X, column by column, divided
-  !> by the distance of the groups' means.
+  !> Solves the equation for two groups that are not both single modes. It has the form A X - X B = C and is solved as linear
+  !> equations for the elements of X, column by column, divided by the distance between the mean eigenvalues of the groups.
   subroutine separate_groups(d, conjugate, own, others, z, error)
     real(dp), contiguous, intent(in) :: d(:, :, :)
     integer, intent(in) :: conjugate(:), own(:), others(:)
@@ -95,8 +96,8 @@ contains
     end do
   end subroutine separate_groups
 
-  !> The least distance at any phase of the groups from each other, and of the fast ones from zero, by discs around the means of
-  !> their eigenvalues that hold these.
+  !> Minimum distance over all phases between two groups, or of a fast group from zero. It is a lower bound: each group is replaced
+  !> by a disc around the mean of its eigenvalues that contains all of them.
   pure real(dp) function least_distance(d, modes)
     real(dp), contiguous, intent(in) :: d(:, :, :)
     type(modes_type), intent(in) :: modes

@@ -1,5 +1,5 @@
-!> Trigonometric interpolation of functions with period 1 on an even number N of equidistant phases (k - 1) / N. Of the
-!> highest harmonic, N / 2, there is only the cosine.
+!> Provides trigonometric interpolation of functions with period 1 on an even number N of equidistant phases (k - 1) / N. The
+!> highest harmonic, N / 2, is a pure cosine.
 module gestell_floquet_reduction_trigonometric
   use gestell_base_kinds, only: dp, pi
   implicit none (type, external)
@@ -9,7 +9,7 @@ module gestell_floquet_reduction_trigonometric
 
 contains
 
-  !> The phases, shape (n); a `shift` of 1/2 gives those in the middle between them.
+  !> Equidistant phases, shape (n). A `shift` of 1/2 gives the points midway between the phases.
   pure function equidistant(n, shift) result(phases)
     integer, intent(in) :: n
     real(dp), intent(in), optional :: shift
@@ -20,19 +20,19 @@ contains
     if (present(shift)) phases = phases + shift / n
   end function equidistant
 
-  !> D, shape (n, n): the derivative with respect to the phase, at the phases, of what takes the values f there is D f.
+  !> Differentiation matrix D, shape (n, n): D f holds the derivatives at the phases of the interpolation of the values f.
   pure function differentiation(n) result(d)
     integer, intent(in) :: n
     real(dp) :: d(n, n)
     integer :: j
 
-    ! Opposite entries to the last digit: the derivative of a constant is zero.
+    ! Make opposite elements exactly opposite, so that the derivative of a constant is zero.
     associate (half => [(pi * alternating(j) / tan(pi * j / n), j = 1, n / 2 - 1)])
       d = circulant([0.0_dp, half, 0.0_dp, -half(n / 2 - 1:1:-1)])
     end associate
   end function differentiation
 
-  !> W, shape (n, n): what takes the values f at the phases takes W f in the middle between them.
+  !> Interpolation matrix W, shape (n, n): W f holds the values midway between the phases of the interpolation of the values f.
   pure function middle_interpolation(n) result(w)
     integer, intent(in) :: n
     real(dp) :: w(n, n)
@@ -43,7 +43,7 @@ contains
     end associate
   end function middle_interpolation
 
-  !> The same for the derivative.
+  !> Differentiation matrix D, shape (n, n): D f holds the derivatives midway between the phases.
   pure function middle_differentiation(n) result(d)
     integer, intent(in) :: n
     real(dp) :: d(n, n)
@@ -54,8 +54,8 @@ contains
     end associate
   end function middle_differentiation
 
-  !> W, shape (size(phases), n): what takes the values f at the n phases takes W f at `phases`. Up to a common factor,
-  !> w_k = (-1)^k cot(pi (phase - k / n)).
+  !> Interpolation matrix W, shape (size(phases), n): W f holds the values at `phases` of the interpolation of the values f at n
+  !> phases. Up to a common factor, w_k = (-1)^k cot(pi (phase - k / n)).
   pure function interpolation(n, phases) result(w)
     integer, intent(in) :: n
     real(dp), intent(in) :: phases(:)
@@ -71,7 +71,7 @@ contains
     do k = 1, n
       ck = alternating(k - 1) * cos(pi * (k - 1) / n)
       sk = alternating(k - 1) * sin(pi * (k - 1) / n)
-      ! At a phase itself the cotangent becomes so large that nothing else counts.
+      ! At a node the cotangent is made so large that all other terms vanish beside it.
       associate (sine => alternating(k - 1) * (s * ck - c * sk))
         w(:, k) = (c * ck + s * sk) / merge(sine, least, abs(sine) > least)
       end associate
@@ -89,7 +89,7 @@ contains
     alternating = 1 - 2 * modulo(j, 2)
   end function alternating
 
-  !> The matrix whose entry (i, k) is first(i - k), modulo its size.
+  !> Circulant matrix with the elements (i, k) = first(i - k), where the index is taken modulo the size.
   pure function circulant(first) result(matrix)
     real(dp), intent(in) :: first(0:)
     real(dp) :: matrix(size(first), size(first))
