@@ -1,4 +1,4 @@
-!> The method that takes the least work for a case.
+!> Chooses the integration method with the least predicted work for a case.
 module gestell_floquet_choice_cheapest
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -16,16 +16,18 @@ module gestell_floquet_choice_cheapest
 
   public :: cheapest_method
 
-  !> What a step with the embedded method takes over one without it.
+  !> Work of a step with embedded methods relative to a step without them.
   real(dp), parameter :: pair_work = 1.15_dp
 
 contains
 
-  !> The method that solves `system`, of which so much is known, to `tolerance` with the least work, by the orders, error constants
-  !> and works that the methods tell of themselves.
+  !> Chooses the method that solves `system` to `tolerance` with the least work. The prediction uses the survey and the order, error
+  !> constant and work that each method states.
   subroutine cheapest_method(system, survey, tolerance, method)
     class(periodic_system), intent(in) :: system
+    !> Survey of the system
     type(survey_type), intent(in) :: survey
+    !> Relative tolerance of the map over the period
     real(dp), intent(in) :: tolerance
     class(method_type), allocatable, intent(out) :: method
     class(method_type), allocatable :: candidate
@@ -35,8 +37,8 @@ contains
     logical :: second_order
     integer :: i, best
 
-    ! What changes of P is worth evaluating only where P itself is what all methods work with: for systems of second
-    ! order collocation takes half the equations.
+    ! Evaluate how much P changes only if all methods work with P. For second-order systems collocation solves half as many
+    ! equations.
     second_order = has_positions(system)
     part = 1
     if (.not. second_order) part = changing_part(system)
@@ -58,7 +60,7 @@ contains
 
   contains
 
-    !> Whether method `i` takes less work than the best before.
+    !> Takes method `i` as the best if it needs less work than the best so far.
     subroutine consider(one)
       class(method_type), intent(in) :: one
       real(dp) :: work
@@ -76,7 +78,7 @@ contains
 
   end subroutine cheapest_method
 
-  !> The greatest part of P, in balanced units, that is not constant.
+  !> Maximum over the phases of the varying part of P, relative to its mean, in balanced units; at most 1.
   real(dp) function changing_part(system) result(part)
     class(periodic_system), intent(in) :: system
     integer, parameter :: points = 8

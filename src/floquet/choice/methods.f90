@@ -1,4 +1,4 @@
-!> The methods by name.
+!> Creates integration methods by name.
 module gestell_floquet_choice_methods
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -12,14 +12,14 @@ module gestell_floquet_choice_methods
 
   public :: find_method, method_names, new_method, stages_of
 
-  !> A method has begun to converge where a solution differs from a finer one by less than this.
+  !> A method has begun to converge if its solution differs from a finer one by less than this, relative to the solution.
   real(dp), parameter, public :: begun = 0.01_dp
-  !> Embedded methods have where the first one differs by less than this from the second.
+  !> Embedded methods have begun to converge if the first one differs from the second by less than this.
   real(dp), parameter, public :: pair_begun = 3 * begun
 
 contains
 
-  !> All names that `new_method` knows.
+  !> All names that `new_method` accepts.
   pure function method_names() result(names)
     character(len=name_length), allocatable :: names(:)
 
@@ -27,7 +27,8 @@ contains
       & "gauss5", "gauss6", "gauss7", "gauss8", "gauss9", "gauss10"]
   end function method_names
 
-  !> The method of that name; `auto` is gauss6, a good one for most cases. Error: there is none of that name.
+  !> Creates the method with the given name and prepares it. The name `auto` gives gauss6, which suits most cases. Fails if the name
+  !> is unknown.
   subroutine new_method(name, method, error)
     character(len=*), intent(in) :: name
     class(method_type), allocatable, intent(out) :: method
@@ -37,7 +38,7 @@ contains
     if (allocated(method)) call method%prepare()
   end subroutine new_method
 
-  !> The method of that name, not prepared.
+  !> Creates the method with the given name without preparing it. Fails if the name is unknown.
   subroutine find_method(name, method, error)
     character(len=*), intent(in) :: name
     class(method_type), allocatable, intent(out) :: method
@@ -59,7 +60,7 @@ contains
     end select
   end subroutine find_method
 
-  !> Stages of a method of Gauss' by its name.
+  !> Number of stages of a Gauss method, from its name.
   pure integer function stages_of(name)
     character(len=*), intent(in) :: name
 

@@ -1,4 +1,5 @@
-!> How many steps a method will take, before one is taken.
+!> Predicts how many steps a method needs ("Integration" in doc/theory.md), before any step is computed. A result may exceed the
+!> range of integers.
 module gestell_floquet_choice_prediction
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_choice_survey, only: survey_type
@@ -14,13 +15,19 @@ module gestell_floquet_choice_prediction
 
 contains
 
-  !> With how many steps a method with others embedded in it should come to the tolerance, by an error that is told with care: that
-  !> of Gauss' method itself, not fitted, and as much of the change by the first embedded one as counts; and the second embedded one
-  !> has begun to converge, or that change is all that is wanted.
-  !> What nodes miss of coefficients that change and of loads is told by the roots of the last terms of series, so it falls by three
-  !> orders less than what quadrature leaves, and of loads grows with the order: `of_changes`, the powers of it, of the width and of
-  !> the order are fitted to 30000 solutions of 548 random machines. With less a second number of steps was needed more often, with
-  !> more the first one was too great; of `change`, from 100 to 300 times what is allowed, both came to the same work.
+  !> Number of steps with which a method with embedded methods should reach the tolerance at the first attempt. It is the largest
+  !> number that one of these requirements gives:
+  !>
+  !> - the steps resolve the coefficients, and the fastest motion turns by at most `longest_turn` in a step,
+  !> - the error of Gauss' method without fitting is at most `left` times the allowed error,
+  !> - the change by the first embedded method is at most `change` times the allowed error,
+  !> - the second embedded method has begun to converge, or the change by the first is at most twice the allowed error,
+  !> - the nodes resolve the coefficients and the loads (`resolving`).
+  !>
+  !> The requirement of `resolving` comes from an estimate that falls as a power lower by three than the error of quadrature; for
+  !> loads it grows with the order. `of_changes` and the powers of gain, width and order are fitted to 30000 solutions of 548 random
+  !> machines. Smaller values require a second number of steps more often; larger values make the first number too large. Values of
+  !> `change` from 100 to 300 give equal work.
   pure real(dp) function first_steps(method, system, survey, tolerance) result(steps)
     class(method_type), intent(in) :: method
     class(periodic_system), intent(in) :: system
@@ -30,7 +37,7 @@ contains
     real(dp) :: allowed, rounding, lower, width(2), gain(2)
     integer :: i
 
-    ! Roundings are told too, and blur what is told of the rest.
+    ! Reserve a part of the tolerance for rounding, which the estimate of the error includes.
     rounding = epsilon(1.0_dp) * (2 * survey%phase_advance + 4 * survey%fastest)
     allowed = max(tolerance - 4 * rounding, tolerance / 4, 4 * epsilon(1.0_dp) * survey%fastest) / 8
     lower = left_by_embedded(has_positions(system)) * method%lower_constant
@@ -47,9 +54,11 @@ contains
     steps = whole_steps(method, system, steps)
   end function first_steps
 
-  !> Steps that leave the part 1 / gain of a function that is analytic up to `width`: half a step H = pi / N is the unit in which
-  !> Bernstein's ellipse has the lesser semiaxis width / H = (R - 1 / R) / 2; quadrature at Gauss' nodes leaves R**(-order)
-  !> (Trefethen, doi:10.1137/060659831, Theorem 4.5), what is told of it R**(3 - order).
+  !> Number of steps that leaves the share 1 / gain of a function that is analytic up to `width` (rad) beside the real axis.
+  !>
+  !> In units of half a step, H = pi / N, Bernstein's ellipse has the minor semiaxis width / H = (R - 1 / R) / 2. Quadrature at
+  !> Gauss nodes leaves R**(-order) (Trefethen, doi:10.1137/060659831, Theorem 4.5); the estimate of its error leaves R**(3 -
+  !> order).
   pure real(dp) function resolving(method, width, gain) result(steps)
     class(method_type), intent(in) :: method
     real(dp), intent(in) :: width, gain
@@ -61,8 +70,8 @@ contains
     steps = pi * (r - 1 / r) / (2 * width)
   end function resolving
 
-  !> Width of the coefficients (which = 1) or of the loads (which = 2). Few samples may suggest a smaller one; random linkages have
-  !> at least 7 / m if their fastest change takes 1 / m of the period.
+  !> Width (rad) of the coefficients (which = 1) or of the loads (which = 2). Few samples may suggest a width that is too small.
+  !> Random linkages have at least 7 / m if their fastest change takes 1 / m of the period.
   pure real(dp) function width_of(system, survey, which) result(width)
     class(periodic_system), intent(in) :: system
     type(survey_type), intent(in) :: survey
@@ -71,8 +80,8 @@ contains
     width = max(survey%width(which), 7.0_dp / system%least_steps)
   end function width_of
 
-  !> Steps that resolve the fastest change of the coefficients: `least_steps`; embedded methods take as many nodes as these steps
-  !> have with six stages.
+  !> Number of steps that resolves the fastest change of the coefficients: `least_steps`. Methods with embedded methods use as many
+  !> nodes as `least_steps` steps with six stages.
   pure real(dp) function fewest(method, system)
     class(method_type), intent(in) :: method
     class(periodic_system), intent(in) :: system
@@ -81,7 +90,7 @@ contains
     if (method%lower_order > 0) fewest = 6 * fewest / method%stages
   end function fewest
 
-  !> Steps with which a method leaves such an error in the fastest motion alone, which turns by 0.98 of `fastest` in the median.
+  !> Number of steps that leaves the given error in the fastest motion alone. The motion turns by 0.98 of `fastest` in the median.
   pure real(dp) function following(order, constant, survey, error) result(steps)
     integer, intent(in) :: order
     real(dp), intent(in) :: constant, error
@@ -90,9 +99,11 @@ contains
     steps = 0.98_dp * survey%fastest * (constant * survey%fade * max(survey%fastest, 1.0_dp) / error)**(1.0_dp / order)
   end function following
 
-  !> Steps that leave such an error: the fastest motion counts 0.925 of `fastest` and what is left of it, and the coefficients turn
-  !> too: of their k-th harmonic, exp(-k width), a method of order p leaves most where k is p / width.
+  !> Number of steps that leaves the given error. The fastest motion counts with 0.925 times `fastest` and the share that its decay
+  !> leaves. The coefficients count too: their k-th harmonic falls as exp(-k width), and a method of order p errs most at k = p /
+  !> width.
   pure real(dp) function predicted(order, constant, system, survey, error) result(steps)
+    !> Order p and error constant of the method
     integer, intent(in) :: order
     real(dp), intent(in) :: constant, error
     class(periodic_system), intent(in) :: system
@@ -104,12 +115,13 @@ contains
       & * (constant * survey%fade * max(survey%fastest, 1.0_dp) / error)**(1.0_dp / order)
   end function predicted
 
-  !> Steps of all solutions that lead to the tolerance: a coarse one, one with twice as many, and the last, for which the method's
-  !> error is known.
+  !> Total number of steps of the solutions that lead to the tolerance: a coarse one, one with twice as many steps, and the last
+  !> one, whose number of steps follows from the method's error constant.
   pure real(dp) function steps_in_all(method, system, survey, tolerance, changing) result(steps)
     class(method_type), intent(in) :: method
     class(periodic_system), intent(in) :: system
     type(survey_type), intent(in) :: survey
+    !> Relative tolerance; part of P that varies over the period
     real(dp), intent(in) :: tolerance, changing
     real(dp) :: coarse, last, constant, allowed
 
@@ -117,20 +129,20 @@ contains
     constant = method%error_constant
     if (method%exact_if_constant) constant = constant * changing &
       & * (system%least_steps / max(survey%phase_advance, real(system%least_steps, dp)))**3
-    ! The estimate of the error is four times the error, and half the tolerance is aimed at; rounding sets a floor.
+    ! The estimate is four times the error, and half the tolerance is aimed at. Rounding sets a lower limit.
     allowed = max(tolerance, 4 * epsilon(1.0_dp) * survey%phase_advance) / 8
     last = 1.1_dp * predicted(method%order, constant, system, survey, allowed)
     steps = whole_steps(method, system, coarse) + whole_steps(method, system, 2 * coarse) &
       & + whole_steps(method, system, max(2.5_dp * coarse, last))
   end function steps_in_all
 
-  !> No fewer steps, a whole number of times those that are done at once.
+  !> Number of steps, rounded up to a multiple of the steps that are computed at once.
   pure real(dp) function whole_steps(method, system, steps)
     class(method_type), intent(in) :: method
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: steps
 
-    ! Not by ceiling: the number may be beyond the range of integers.
+    ! Avoid ceiling: the number may exceed the range of integers.
     associate (at_once => method%steps_at_once(system%states, has_positions(system)))
       whole_steps = aint(steps / at_once)
       if (whole_steps < steps / at_once) whole_steps = whole_steps + 1

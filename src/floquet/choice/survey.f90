@@ -1,4 +1,4 @@
-!> A survey of a system over its period, before it is solved: how fast its fastest motion turns, and how its coefficients change.
+!> Surveys a system over its period before it is solved: how fast its fastest motion turns, and how its coefficients change.
 module gestell_floquet_choice_survey
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp, pi
@@ -12,23 +12,25 @@ module gestell_floquet_choice_survey
 
   public :: survey_system
 
-  !> The powers of k that the harmonics of coefficients, 1, and of loads, 2, are taken to have beside exp(-k width): places have
-  !> branch points (a dyad stretched at complex angles: a root, k^-3/2), loads have their second derivatives, in harmonics this low
-  !> nearly 1 rather than 1/2.
+  !> Assumed powers of k in the decay k^growth exp(-k width) of the k-th harmonic, for coefficients (1) and loads (2). Positions
+  !> have square-root branch points at complex crank angles at which a dyad is stretched, hence k^(-3/2). Loads contain the second
+  !> derivatives of positions; for the low harmonics used here their power is nearly 1 instead of 1/2.
   real(dp), parameter, public :: growth(2) = [-1.5_dp, 1.0_dp]
 
-  !> What is known of a system before it is solved.
+  !> Properties of a system with n states, from samples before it is solved.
   type, public :: survey_type
-    !> How far the fastest motion turns within the period, w_max T in radians: at most |P| T / sqrt 2, as w comes with -w.
+    !> Upper bound on the angle w_max T by which the fastest motion turns within the period (rad): |P| T / sqrt 2, because w comes
+    !> with -w.
     real(dp) :: phase_advance = 0
-    !> (|P^16| / sqrt 2)^(1/16) T where P is greatest, in which of several fast motions little but the fastest counts.
+    !> Better estimate of this angle (rad): (|P^16| / sqrt 2)^(1/16) T at the phase where P is largest. Of several fast motions
+    !> hardly any but the fastest counts in it.
     real(dp) :: fastest = 0
-    !> How far beside the real axis the coefficients, 1, and the loads, 2, are analytic, in radians of the turn: their k-th harmonic
-    !> is at most height k^growth exp(-k width). Width zero: not known.
+    !> Distance from the real axis up to which the coefficients (1) and the loads (2) are analytic, in rad of the turn; zero if
+    !> unknown. The k-th harmonic is at most height k^growth exp(-k width).
     real(dp) :: width(2) = 0, height(2) = 1
-    !> The part of the fastest motion in Phi(T), what its decay leaves of it.
+    !> Share of the fastest motion in Phi(T), which its decay leaves.
     real(dp) :: fade = 1
-    !> The part of the coefficients that changes.
+    !> Share of the coefficients that varies over the period.
     real(dp) :: changing = 1
     !> Units that balance the states, from the size of P over the period; shape (n).
     real(dp), allocatable :: scale(:)
@@ -36,25 +38,25 @@ module gestell_floquet_choice_survey
 
   integer, parameter :: points = 16
   integer :: place, order
-  !> Where a survey looks: what a model may prepare.
+  !> Phases at which a survey samples the system; a model may prepare them.
   real(dp), parameter, public :: survey_phases(points) = [((place - 0.75_dp) / points, place = 1, points)]
   real(dp), parameter :: cosine(points, points / 2) = reshape([((cos(2 * pi * place * order / points), &
     & place = 1, points), order = 1, points / 2)], [points, points / 2])
   real(dp), parameter :: sine(points, points / 2) = reshape([((sin(2 * pi * place * order / points), &
     & place = 1, points), order = 1, points / 2)], [points, points / 2])
-  !> What harmonics are taken to fall or grow by beside their width: those of coefficients and those of loads.
+  !> Factors k^growth of the harmonics of coefficients (1) and loads (2).
   integer :: which
   real(dp), parameter :: falling(points / 2, 2) = reshape([((real(order, dp)**growth(which), order = 1, points / 2), &
     & which = 1, 2)], [points / 2, 2])
 
 contains
 
-  !> Surveys `system`; with `forced` also how the coefficients and, where it is true, the loads change.
-  !> Error: the coefficients are not finite, or the mass matrix is singular.
+  !> Surveys `system`. Fails if the coefficients are not finite or the mass matrix is singular.
   subroutine survey_system(system, survey, error, forced)
     class(periodic_system), intent(in) :: system
     type(survey_type), intent(out) :: survey
     type(error_type), allocatable, intent(out) :: error
+    !> If present, also find how the coefficients vary; if true, how the loads vary
     logical, intent(in), optional :: forced
     real(dp), allocatable :: p(:, :, :), f(:, :)
     real(dp), dimension(system%states, system%states) :: greatest, one, power, square
@@ -63,7 +65,7 @@ contains
 
     n = system%states
     allocate(p(points, n, n))
-    ! What is not allocated is absent where it is an argument.
+    ! An unallocated actual argument counts as an absent optional argument.
     if (present(forced)) then
       if (forced) allocate(f(points, n))
     end if
@@ -91,7 +93,7 @@ contains
       end do
     end do
     survey%scale = balancing(greatest)
-    ! In a unit of which no element has more than one, no square overflows, and none vanishes that counts.
+    ! Divide by the largest element: squares cannot overflow, and only negligible ones underflow.
     unit = max(maxval(balanced(greatest, survey%scale)), tiny(unit))
     inverse = 1 / survey%scale / unit
     squares = 0
@@ -105,7 +107,7 @@ contains
     survey%phase_advance = size_of_p * system%period
     unit = max(size_of_p, tiny(unit))
     one = balanced(p(k, :, :), survey%scale) / unit
-    ! P^16, each square in a place of its own.
+    ! P^16 by repeated squaring into separate arrays.
     power = one
     do i = 1, 2
       square = matmul(power, power)
@@ -116,10 +118,12 @@ contains
     if (present(forced)) call find_changes(p, system%period, survey, f)
   end subroutine survey_system
 
-  !> The part of Phi(T) that the fastest motion has, in the norm, from P, shape (n, n), in a unit near its frequency `fastest` T
-  !> (radians), and P^16. Its pair of eigenvalues r exp(+-i (pi / 2 + e)), d = fastest e its decay in the period, gives tr P^16 = 2
-  !> r^16 cos 16 e and tr P^17 = -2 r^17 sin 17 e; the others decay as the trace tells of their mean. Less than `least` is not
-  !> counted on: what decays more slowly has its part then.
+  !> Share of the fastest motion in the norm of Phi(T); between `least` and 1. `p` is P, shape (n, n), in units of `unit` / T,
+  !> `power` is P^16 and `fastest` the angle of the fastest motion (rad).
+  !>
+  !> Let its pair of eigenvalues be r exp(+-i (pi / 2 + e)), so that d = fastest e is its decay in the period. Then tr P^16 = 2 r^16
+  !> cos 16 e and tr P^17 = -2 r^17 sin 17 e. The trace of P gives the mean decay of the other motions. A share below `least` is not
+  !> used: motions that decay more slowly then contribute as well.
   pure real(dp) function fade_of(p, power, unit, fastest) result(fade)
     real(dp), intent(in) :: p(:, :), power(:, :), unit, fastest
     real(dp), parameter :: least = 1 / 64.0_dp
@@ -135,14 +139,14 @@ contains
     fade = max(1 / sqrt(1 + (n - 2) / 2.0_dp * exp(2 * min(decay - others, 10.0_dp))), least)
   end function fade_of
 
-  !> Finds how the coefficients, shape (points, n, n), change, and the loads, shape (points, n), from sums of all of them with
-  !> quasi-random weights, which keep components from cancelling.
+  !> Finds how the coefficients, shape (points, n, n), and the loads, shape (points, n), vary over the period. It analyses their
+  !> sums with quasi-random weights, which keep components from cancelling.
   pure subroutine find_changes(p, period, survey, f)
     real(dp), contiguous, intent(in) :: p(:, :, :)
     real(dp), intent(in) :: period
     type(survey_type), intent(inout) :: survey
     real(dp), contiguous, intent(in), optional :: f(:, :)
-    !> Of what does not change, or is not there.
+    !> Width of functions that are constant or absent.
     real(dp), parameter :: any_width = 1.0e6_dp, golden = 0.6180339887498949_dp
     real(dp) :: together(points), rows(size(p, 2)), columns(size(p, 2)), greatest
     integer :: i, j
@@ -171,12 +175,13 @@ contains
     call fit_harmonics(together, any_width, falling(:, 2), survey%width(2), survey%height(2), greatest)
   end subroutine find_changes
 
-  !> The amplitude of the greatest harmonic, and the width by which they fall, from harmonics 3 and 4 to 7 and 8, with the height:
-  !> none from 3 on is greater than `height` falling(k) exp(-k width) beside the greatest value.
+  !> Computes the largest amplitude `greatest` of a harmonic, and `width` and `height` of their decay. The width follows from
+  !> harmonics 3 and 4 against 7 and 8. No harmonic from the third on exceeds `height` falling(k) exp(-k width) times the maximum of
+  !> |values|.
   pure subroutine fit_harmonics(values, any_width, falling, width, height, greatest)
     real(dp), intent(in) :: values(points), any_width, falling(points / 2)
     real(dp), intent(out) :: width, height, greatest
-    !> What rounding leaves.
+    !> Amplitudes below this, relative to the maximum, are rounding errors.
     real(dp), parameter :: least = 16 * epsilon(1.0_dp)
     real(dp) :: amplitude(points / 2), unit
     integer :: k
