@@ -31,7 +31,9 @@ contains
   pure real(dp) function first_steps(method, system, survey, tolerance) result(steps)
     class(method_type), intent(in) :: method
     class(periodic_system), intent(in) :: system
+    !> Survey of the system
     type(survey_type), intent(in) :: survey
+    !> Relative tolerance of the map over the period
     real(dp), intent(in) :: tolerance
     real(dp), parameter :: left = 4, change = 240, of_changes = 0.15_dp
     real(dp) :: allowed, rounding, lower, width(2), gain(2)

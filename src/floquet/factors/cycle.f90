@@ -86,15 +86,16 @@ contains
     end do
   end subroutine periodic_answer
 
-  !> Computes bounds on the errors at the starts of the segments, shape (n, K), from errors of at most `doubt` in each segment,
-  !> shape (K).
+  !> Computes bounds on the errors at the starts of the segments.
   !>
   !> In the coordinates of the Schur form the couplings of the components add up over all segments. In the coordinates of the
   !> eigenvectors nothing couples, but eigenvectors may be nearly parallel. Both bounds hold; the smaller one is returned.
   pure subroutine accumulate(factors, spectrum, doubt, at_starts)
     type(factors_type), intent(in) :: factors
     type(spectrum_type), intent(in) :: spectrum
+    !> Bounds on the error that each segment adds, in balanced units, shape (K)
     real(dp), intent(in) :: doubt(:)
+    !> Bounds on the errors of the states at the starts of the segments, in balanced units, shape (n, K)
     real(dp), allocatable, intent(out) :: at_starts(:, :)
     complex(dp), dimension(size(spectrum%z), size(doubt)) :: z
     complex(dp), allocatable :: sizes(:, :, :)

@@ -22,7 +22,9 @@ contains
   !> special treatment: a sweep without shift moves them to the end, where the next sweep separates them. Errors: a factor is not
   !> finite; no convergence.
   pure subroutine periodic_schur(factors, q, r, error)
+    !> Factors A_k
     complex(dp), intent(in) :: factors(:, :, :)
+    !> Unitary Q_k and triangular R_k
     complex(dp), intent(out) :: q(:, :, :), r(:, :, :)
     type(error_type), allocatable, intent(out) :: error
     complex(dp) :: flat(size(factors, 1)**2)

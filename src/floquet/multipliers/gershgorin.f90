@@ -70,7 +70,7 @@ contains
     pair = 0
     do k = 2, n
       do i = 1, k - 1
-        ! Skip this distance: between conjugate pairs it equals the distance of their conjugates.
+        ! Skip this distance: another pair of the loop, of the conjugate eigenvalues, has the same distance.
         if (pairs(i) == 1 .and. (pairs(k) == 1 .or. pairs(min(k + 1, n)) == 1)) cycle
         pair = pair + 1
         !GCC$ ivdep

@@ -29,7 +29,7 @@ contains
     n = h%n
     x_re(:, n) = 1
     x_im(:, n) = 0
-    ! The components of y divided by those of v.
+    ! The arrays y_re and y_im hold the components of y divided by those of v.
     y_re(:, 1) = 1
     y_im(:, 1) = 0
     ! The second of two vectorised calls has nothing to do: see gestell_base_processor.
@@ -61,7 +61,7 @@ contains
     do lane = 1, lanes
       s_re = 0
       s_im = 0
-      ! Squares of the norms.
+      ! x_norm and y_norm hold the squares of the norms.
       x_norm = 0
       y_norm = 0
       i = 1

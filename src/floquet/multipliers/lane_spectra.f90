@@ -23,12 +23,15 @@ module gestell_floquet_multipliers_lane_spectra
 
 contains
 
-  !> Computes the largest multipliers of eight matrices of `n` rows. Overwrites `a`. `perturbation` bounds the norm of the errors of
-  !> the matrices; `bounds` requests error bounds that include it.
+  !> Computes the largest multipliers of eight matrices at once.
   pure subroutine solve_lanes(a, n, perturbation, bounds, found)
+    !> The matrices, in the leading rows and columns; overwritten
     real(dp), intent(inout) :: a(lanes, most_states, most_states)
+    !> Number of rows of each matrix
     integer, intent(in) :: n
+    !> Bound on the norms of the errors of the matrices
     real(dp), intent(in) :: perturbation
+    !> True: compute error bounds that include `perturbation`
     logical, intent(in) :: bounds
     type(found_type), intent(out) :: found
     type(hessenberg_type) :: h

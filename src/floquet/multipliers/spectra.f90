@@ -26,7 +26,8 @@ contains
   subroutine spectra_of_eight(n, phi, filled, perturbation, bounds, found, alone)
     !> Number of rows of each matrix; number of lanes that hold a matrix to be solved
     integer, intent(in) :: n, filled
-    !> The matrices, in units in which norms make sense; bound on the norms of their errors, without roundoff of the eigenvalues
+    !> The matrices, in units in which norms make sense; bound on the norms of their errors, not counting roundoff in the
+    !> eigenvalues
     real(dp), intent(in) :: phi(lanes, n, n), perturbation
     !> True: compute error bounds and verdicts
     logical, intent(in) :: bounds

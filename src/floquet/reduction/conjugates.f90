@@ -20,6 +20,7 @@ contains
   pure subroutine entry(g, conjugate, k, l, re, im)
     real(dp), contiguous, intent(in) :: g(:, :, :)
     integer, intent(in) :: conjugate(:), k, l
+    !> Real and imaginary part at each phase
     real(dp), contiguous, intent(out) :: re(:), im(:)
     real(dp) :: s, t
 
@@ -34,6 +35,7 @@ contains
 
   !> Adds re + i im to the element D(k, l), and the conjugate number to the conjugate element, in terms of G.
   pure subroutine add_entry(re, im, conjugate, k, l, g)
+    !> Real and imaginary part at each phase
     real(dp), contiguous, intent(in) :: re(:), im(:)
     integer, intent(in) :: conjugate(:), k, l
     real(dp), contiguous, intent(inout) :: g(:, :, :)
@@ -62,6 +64,7 @@ contains
   pure subroutine coordinate(w, conjugate, k, re, im)
     real(dp), contiguous, intent(in) :: w(:, :)
     integer, intent(in) :: conjugate(:), k
+    !> Real and imaginary part at each phase
     real(dp), contiguous, intent(out) :: re(:), im(:)
 
     re = weight(conjugate, k) * w(:, min(k, conjugate(k)))
@@ -70,6 +73,7 @@ contains
 
   !> Adds re + i im to the coordinate y(k), and the conjugate number to the conjugate coordinate, in terms of w.
   pure subroutine add_coordinate(re, im, conjugate, k, w)
+    !> Real and imaginary part at each phase
     real(dp), contiguous, intent(in) :: re(:), im(:)
     integer, intent(in) :: conjugate(:), k
     real(dp), contiguous, intent(inout) :: w(:, :)

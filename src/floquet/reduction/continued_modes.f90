@@ -25,6 +25,7 @@ contains
   !>
   !> Errors: a subspace turns too far; all modes are slow, so that nothing can be decoupled.
   subroutine follow_modes(a, gap, modes, error)
+    !> Matrices A; minimum distance of the groups' eigenvalues
     real(dp), intent(in) :: a(:, :, :), gap
     type(modes_type), intent(out) :: modes
     type(error_type), allocatable, intent(out) :: error

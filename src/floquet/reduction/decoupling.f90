@@ -51,9 +51,12 @@ contains
     !> A at the phases, shape (phases, n, n)
     real(dp), contiguous, intent(in) :: a(:, :, :)
     type(modes_type), intent(in) :: modes
+    !> Target for the coupling
     real(dp), intent(in) :: enough
+    !> S at the phases, shape (phases, n, n)
     real(dp), contiguous, intent(inout) :: s(:, :, :)
     type(motion_type), intent(inout) :: motion
+    !> Maximum row sum of the elements of D between groups
     real(dp), intent(inout) :: left
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: failure

@@ -25,6 +25,7 @@ contains
     !> T f, shape (phases, n), and S, shape (phases, n, n), at the phases
     real(dp), contiguous, intent(in) :: f(:, :), s(:, :, :)
     type(modes_type), intent(in) :: modes
+    !> Target for the relative remainder of g
     real(dp), intent(in) :: enough
     !> D and S^-1 at the phases
     type(motion_type), intent(in) :: motion

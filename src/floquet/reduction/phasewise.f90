@@ -23,6 +23,7 @@ module gestell_floquet_reduction_phasewise
 
 contains
 
+  !> Multiplies matrices by matrices.
   pure subroutine matrices_matrices(a, b, c)
     real(dp), contiguous, intent(in) :: a(:, :, :), b(:, :, :)
     real(dp), contiguous, intent(out) :: c(:, :, :)
@@ -33,6 +34,7 @@ contains
     end do
   end subroutine matrices_matrices
 
+  !> Multiplies matrices by vectors.
   pure subroutine matrices_vectors(a, b, c)
     real(dp), contiguous, intent(in) :: a(:, :, :), b(:, :)
     real(dp), contiguous, intent(out) :: c(:, :)
@@ -57,6 +59,7 @@ contains
     end do
   end subroutine matrices_vectors
 
+  !> Multiplies a constant matrix by matrices.
   pure subroutine matrix_matrices(a, b, c)
     real(dp), contiguous, intent(in) :: a(:, :), b(:, :, :)
     real(dp), contiguous, intent(out) :: c(:, :, :)
@@ -67,6 +70,7 @@ contains
     end do
   end subroutine matrix_matrices
 
+  !> Multiplies a constant matrix by vectors.
   pure subroutine matrix_vectors(a, b, c)
     real(dp), contiguous, intent(in) :: a(:, :), b(:, :)
     real(dp), contiguous, intent(out) :: c(:, :)
@@ -76,6 +80,7 @@ contains
     call times(b, transposed, c)
   end subroutine matrix_vectors
 
+  !> Multiplies matrices by a constant matrix.
   pure subroutine matrices_matrix(a, b, c)
     real(dp), contiguous, intent(in) :: a(:, :, :), b(:, :)
     real(dp), contiguous, intent(out) :: c(:, :, :)

@@ -124,6 +124,7 @@ contains
     condition = sqrt(maxval(squares * inverse_squares))
   end function condition
 
+  !> Mean of the values.
   pure real(dp) function mean(values)
     real(dp), intent(in) :: values(:)
 

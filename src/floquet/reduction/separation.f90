@@ -15,6 +15,7 @@ contains
   !> Solves D_g Z_gh - Z_gh D_h = -D_gh for all pairs of groups; Z is zero within the groups. `d` and `z` have the shape (phases, n,
   !> n). Fails if two groups share an eigenvalue.
   subroutine separation(d, modes, z, error)
+    !> D at the phases
     real(dp), contiguous, intent(in) :: d(:, :, :)
     type(modes_type), intent(in) :: modes
     real(dp), contiguous, intent(out) :: z(:, :, :)

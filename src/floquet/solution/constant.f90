@@ -45,6 +45,7 @@ contains
   !> only the periodic motion. Errors: M is singular; LAPACK finds no eigenvalues.
   subroutine solve_constant(system, forced, constant, error)
     type(averaged_system), intent(in) :: system
+    !> True: compute the periodic motion too
     logical, intent(in) :: forced
     type(constant_type), intent(out) :: constant
     type(error_type), allocatable, intent(out) :: error

@@ -42,6 +42,7 @@ contains
     !> True: compute also the motion that the forcing produces from rest
     logical, intent(in) :: forced
     type(accuracy_type), intent(in) :: accuracy
+    !> Group with its columns and the columns of its conjugate; completed on return
     type(group_type), intent(inout) :: group
     type(error_type), allocatable, intent(out) :: error
     type(integrated_type), allocatable :: integrated
@@ -121,6 +122,7 @@ contains
   !> group's columns.
   subroutine group_multipliers(group, vectors, multipliers, error)
     type(group_type), intent(in) :: group
+    !> True: compute the eigenvectors too
     logical, intent(in) :: vectors
     type(multipliers_type), intent(out) :: multipliers
     type(error_type), allocatable, intent(out) :: error

@@ -38,7 +38,7 @@ contains
     allocate(names, source=[character(len=name_length) :: method_names(), "reduced"])
   end function solution_methods
 
-  !> Solves a system that does not fall into parts. Arguments and errors are those of `solve_floquet` (gestell_floquet_solution).
+  !> Solves a system that does not fall into parts. Arguments and errors are those of `solve_floquet` in gestell_floquet_solution.
   subroutine solve_part(system, accuracy, forced, solution, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
