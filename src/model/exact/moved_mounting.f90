@@ -4,7 +4,7 @@
 !> Vectors of the plane are complex numbers, E = exp(i psi). The head of a support is at p seen from F, along the frame's axes. It
 !> has the displacement and velocity
 !>
-!>     d = u + (E - 1) p,   v = u' + i psi' E p,   u = xi + i eta,
+!>     d = u + (E - 1) p,   v = u' + i psi' E p,   u = xi + i eta.
 !>
 !> The support exerts the force F = -K d - B v and the moment M = Im(conj(E p) F) about F. Two springs k1, k2 along axes at the
 !> angle alpha give

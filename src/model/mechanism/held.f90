@@ -11,7 +11,7 @@
 !> instead of i r dpsi, where ' = d/dphi. With the first moment of the masses S = sum m r about F, A = sum (m r x r' + J phi') and K
 !> = sum (m |r'|^2 + J phi'^2) the frame feels
 !>
-!>     S_1 = S + i p S',   J_1 = J - 2 p A + p^2 K   in place of S and the moment of inertia J,
+!>     S_1 = S + i p S',   J_1 = J - 2 p A + p^2 K   in place of S and the moment of inertia J.
 !>
 !> These have the form of the original sums, with a1 - p a2', a2 + p a1', a3 - 2 p H + p^2 K in place of a1, a2, a3, so (9) to (11)
 !> stay valid. The moment of the load is A' - p K'/2 in place of A' (times -Omega^2), and depends on psi.

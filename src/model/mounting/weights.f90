@@ -1,16 +1,16 @@
 !> The weights of a frame and of its moving masses, and the static forces of the supports that carry them.
 !>
 !> Positions are those of the loaded machine at static rest, where the first moment S = sum m r of the moving masses about F equals
-!> its mean over the turn. The motion feels only the moment of the weights about F and that of the static forces F_j. Forces of
-!> supports whose axes stay in space keep their direction while the frame turns under them; those that turn with the frame belong to
-!> gestell_model_mounting. With
+!> its mean over the turn. The motion feels only the moment of the weights about F and the moment of the static forces F_j of the
+!> supports on the ground. Forces of supports whose axes stay in space keep their direction while the frame turns under them. Forces
+!> that turn with the frame belong to gestell_model_mounting. With
 !>
 !>     X = (S - mean S) g^T + Y,   Y = mean S g^T - sum of p_j F_j^T of the F_j that stay in space (on the ground),
 !>
 !> and a(N) = (N_23 - N_32, N_31 - N_13, N_12 - N_21), hence a(b c^T) = b x c, the moment along the frame's axes is (49) of
 !> doc/theory.md,
 !>
-!>     S x R^T g - sum of p_j x R^T F_j = a(X R),   d a(N) = (N^T - tr N 1) dalpha,   N = X R,
+!>     S x R^T g - sum of p_j x R^T F_j = a(X R),   d a(N) = (N^T - tr N 1) dalpha,   N = X R.
 !>
 !> The remaining static moment at rest is carried by foundation and guides, along the directions of theta.
 !>

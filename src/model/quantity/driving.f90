@@ -8,7 +8,7 @@
 !>
 !> Its Lagrange equations for v and psi are (1) to (3). The equation for phi gives the driving torque,
 !>
-!>     M_d = Omega^2 K' / 2 + v.. . (S' + psi k x S') + psi.. A - psi.^2 J' / 2,
+!>     M_d = Omega^2 K' / 2 + v.. . (S' + psi k x S') + psi.. A - psi.^2 J' / 2.
 !>
 !> On a rigid frame only the first term remains. Along a solution of (8) the power balance holds exactly:
 !>

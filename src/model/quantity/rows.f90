@@ -45,8 +45,8 @@ module gestell_model_quantity_rows
     !> Weights of the rows of the exact frame's motion, shape (rows, 1). A magnitude has a column for each of its components along
     !> x, y and, in space, z: shape (rows, 2) or (rows, 3).
     real(dp), allocatable :: weights(:, :)
-    !> Bounds on the rounding errors of the weights, in their shape. Terms that cancel in the weights lose digits; these bounds
-    !> count their absolute values.
+    !> Bounds on the rounding errors of the weights, in their shape. Forces that cancel in the weights do not cancel in these
+    !> bounds.
     real(dp), allocatable :: rounding(:, :)
   contains
     procedure :: rows

@@ -1,8 +1,8 @@
 !> Who keeps the speed of the drive constant for a frame in space, and the torque that does it: (50) and (51) of doc/theory.md.
 !>
-!> The angle of the drive relative to the frame is phi = Omega t - chi. If the drive turns q times per turn of the mechanisms' angle
-!> phi, this is Omega t - chi/q, and chi and b below are stored divided by q. The shaft has the axis n, fixed in the frame; w is the
-!> frame's angular velocity along the frame's axes.
+!> The angle of the drive relative to the frame is phi = Omega t - chi. If the drive turns q times per turn of the mechanisms, their
+!> angle is phi = Omega t - chi/q, and chi and b below are stored divided by q. The shaft has the axis n, fixed in the frame; w is
+!> the frame's angular velocity along the frame's axes.
 !>
 !> | held by    | chi                                                           | b                   |
 !> |------------|---------------------------------------------------------------|---------------------|
@@ -10,9 +10,9 @@
 !> | `outside`  | twist of the frame about n: R = swing x twist                 | (n + e)/(1 + n e)   |
 !> | `flywheel` | chi' = w n minus its mean: the spin of the shaft is constant  | n                   |
 !>
-!> Here e = R^T n is the axis at rest. If the frame turns by R [dalpha], phi changes by -b dalpha. The moments on the frame are
-!> therefore reduced by b M_d, where M_d is the torque on the shaft, and chi' = w b (minus its mean for a flywheel). With the masses
-!> of gestell_model_space_moving and a = R^T u'', where u'' is the acceleration minus gravity,
+!> Here e = R^T n is the axis of the shaft at rest, along the frame's axes. If the frame turns by R [dalpha], phi changes by -b
+!> dalpha. The moments on the frame are therefore reduced by b M_d, where M_d is the torque on the shaft, and chi' = w b (minus its
+!> mean for a flywheel). With the masses of gestell_model_space_moving and a = R^T u'', where u'' is the acceleration minus gravity,
 !>
 !>     M_d = a S_1 + w' A - w J_1 w/2 + phi'' K + phi'^2 K_1/2,   index 1: d/dphi.
 module gestell_model_space_drive

@@ -2,7 +2,7 @@
 !>
 !> With displacement u, velocity v, rotation R and angular velocity w of the frame, the head of a support at p has moved by
 !>
-!>     d = u + (R - 1) p,   d' = v + R (w x p),   F = -K d - B d',   M = p x R^T F,
+!>     d = u + (R - 1) p,   d' = v + R (w x p),   F = -K d - B d',   M = p x R^T F.
 !>
 !> Forces are along axes in space, moments along those of the frame. If the axes of the support turn with the frame, displacement
 !> and rate are measured in the frame. With the vector y = R^T (u - p) from the support's position at rest to F,
