@@ -69,7 +69,9 @@ contains
   logical function passed(branches, t, motion, except)
     type(branch_type), intent(in) :: branches(:)
     real(dp), intent(in) :: t
+    !> The motion (m, m, rad) at this lambda
     type(series_type), intent(in) :: motion
+    !> Number of a branch that is not considered
     integer, intent(in), optional :: except
     integer :: i
 

@@ -51,6 +51,7 @@ contains
     class(family_type), intent(in), target :: bare
     !> The parameter, its range and the number of values at which the search starts
     type(axis_type), intent(in) :: axis
+    !> Accuracy, tolerance of the borders, and executor
     type(border_options), intent(in) :: options
     !> Borders and turning points in the direction of the axis; the component `vibration` is the number of the branch
     type(border_type), allocatable, intent(out) :: borders(:)

@@ -61,8 +61,11 @@ contains
   !> Lines on the borders, the open places, and the nearest machine that is not unstable.
   pure function report_borders(plan, results, tolerance, level) result(report)
     type(sweep_plan_type), intent(in) :: plan
+    !> Borders, open places, and nearest stable machines
     type(border_results_type), intent(in) :: results
+    !> Tolerance relative to the range
     real(dp), intent(in) :: tolerance
+    !> Quantity and level, if crossings of a level were sought
     type(level_type), intent(in), optional :: level
     character(len=:), allocatable :: report
     integer :: k

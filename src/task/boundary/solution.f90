@@ -15,6 +15,7 @@ module gestell_task_boundary_solution
 
   public :: solve_borders
 
+  !> Results of the task.
   type, public :: border_results_type
     !> One parameter: its critical values, or the crossings of a level.
     type(border_type), allocatable :: values(:)
@@ -38,6 +39,7 @@ contains
     class(family_type), intent(in), target :: family
     !> Ranges of one or two parameters
     type(grid_type), intent(in) :: grid
+    !> Accuracy, tolerance of the borders, and executor
     type(border_options), intent(in) :: options
     !> Parameters of the given machine, or an empty array
     real(dp), intent(in) :: base(:)

@@ -30,6 +30,7 @@ module gestell_task_boundary_task
   implicit none (type, external)
   private
 
+  !> The task and its settings from the group &boundary.
   type, extends(task_type), public :: boundary_task
     private
     !> Tolerance of borders relative to the ranges.

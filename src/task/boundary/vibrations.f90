@@ -73,6 +73,7 @@ contains
     !> Family of frames that are not yet linearised about a vibration
     class(family_type), intent(in), target :: bare
     type(axis_type), intent(in) :: axis
+    !> Accuracy of the vibrations, and executor
     type(border_options), intent(in) :: options
     !> Coordinates u of the parameter, ascending from 0 to 1
     real(dp), intent(in) :: starts(:)

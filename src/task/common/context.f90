@@ -13,6 +13,7 @@ module gestell_task_common_context
 
   public :: keep_journal
 
+  !> Environment of a run.
   type, public :: context_type
     type(configuration_type) :: configuration
     !> Header of all tables.

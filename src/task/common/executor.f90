@@ -27,6 +27,7 @@ module gestell_task_common_executor
     procedure(show_part), nopass, deferred :: show_part
   end type progress_type
 
+  !> Spreads work over threads, and stores finished pieces in a journal.
   type, public :: executor_type
     !> Not allocated: progress is not displayed.
     class(progress_type), allocatable :: progress

@@ -8,6 +8,7 @@ module gestell_task_common_locked_family
   implicit none (type, external)
   private
 
+  !> Family whose members several threads may request.
   type, extends(settled_family_type), public :: locked_family_type
   contains
     procedure :: bare_member

@@ -6,6 +6,7 @@ module gestell_task_common_record
   implicit none (type, external)
   private
 
+  !> A record that is being written or read.
   type, public :: record_type
     !> True if `pass` reads; false if it writes.
     logical :: reads = .false.

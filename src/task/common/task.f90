@@ -15,6 +15,7 @@ module gestell_task_common_task
   !> the input at all speeds of the sweep; the machine of the input without a solution.
   integer, parameter, public :: own_machine = 1, all_machines = 2, all_speeds = 3, unsolved_machine = 4
 
+  !> A task of any kind.
   type, abstract, public :: task_type
     !> Name of the task in the input.
     character(len=11) :: name = ""

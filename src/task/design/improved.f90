@@ -30,6 +30,7 @@ contains
     !> Paths of the changed numbers, and their new values in units of the input
     character(len=*), intent(in) :: paths(:)
     real(dp), intent(in) :: values(:)
+    !> The text of the improved input
     character(len=:), allocatable, intent(out) :: text
     type(error_type), allocatable, intent(out) :: error
     type(document_type) :: typed, changed

@@ -81,6 +81,7 @@ contains
   subroutine refuse_masses(groups, goals, family, start, ranges, error)
     !> Groups &constraint and their goals
     type(group_type), intent(in) :: groups(:)
+    !> The limits
     type(goal_type), intent(in) :: goals(:)
     !> Machines over the parameters of the design
     class(family_type), intent(in) :: family

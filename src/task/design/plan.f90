@@ -39,6 +39,7 @@ module gestell_task_design_plan
     procedure :: member
   end type linked_family_type
 
+  !> Plan of a design: parameters, goals and conditions.
   type, public :: design_plan_type
     !> Paths of the parameters; paths of all numbers that they set, with the indices of their parameters (`owners`); units.
     character(len=word_length), allocatable :: paths(:), all_paths(:)
@@ -63,6 +64,7 @@ module gestell_task_design_plan
 
 contains
 
+  !> Makes the machine for these values of the design parameters.
   subroutine member(self, parameters, system, error)
     class(linked_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)

@@ -67,11 +67,15 @@ module gestell_task_design_range
 
 contains
 
+  !> Finds the maxima of the goals along the lines that are close to the worst values.
   subroutine find_tops(self, members, goals, tops, known, error)
     class(lines_type), intent(in) :: self
+    !> The machine and its neighbours
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goals(:)
+    !> Maxima with their excess, condition and vibration
     type(top_type), allocatable, intent(out) :: tops(:)
+    !> False if a point has no stable vibration; there are no maxima then
     logical, intent(out) :: known
     type(error_type), allocatable, intent(out) :: error
     type(curve_type) :: curves(size(self%lines))
@@ -96,6 +100,7 @@ contains
     !> True for a survey that is reported. Stability is then an additional last goal, and each maximum is verified with the
     !> vibration that the model finds on its own, without starting from a neighbour.
     logical, intent(in) :: reported
+    !> Worst values of the goals
     type(survey_type), intent(out) :: survey
     type(error_type), allocatable, intent(out) :: error
     type(members_type) :: members

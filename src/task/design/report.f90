@@ -126,6 +126,7 @@ contains
     words = trim(merge(" ( ", " (+", words(1:1) == "-")) // words
   end function change_words
 
+  !> Section of the report: optimality, goals, parameters and starts.
   function report_design(plan, design, after) result(report)
     type(design_plan_type), intent(in) :: plan
     type(design_type), intent(in) :: design

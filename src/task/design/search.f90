@@ -32,6 +32,7 @@ module gestell_task_design_search
     logical :: converged = .false.
   end type trade_type
 
+  !> The best design and its evaluation.
   type, public :: design_type
     !> Optima from all starts, and number of the best one; 0 if no start has a machine.
     type(optimum_type), allocatable :: found(:)
@@ -62,11 +63,14 @@ contains
   subroutine find_design(family, plan, machine, design, error, executor)
     !> Machines over the parameters of the design
     class(family_type), intent(in), target :: family
+    !> Parameters, goals, conditions and number of starts
     type(design_plan_type), intent(in) :: plan
     !> The machine of the input
     type(frame_type), intent(in) :: machine
+    !> The best design and its evaluation
     type(design_type), intent(out) :: design
     type(error_type), allocatable, intent(out) :: error
+    !> Spreads the starts over threads
     class(executor_type), intent(inout), optional :: executor
     type(members_type) :: found
     type(survey_type) :: before, after

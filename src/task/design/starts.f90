@@ -50,8 +50,10 @@ contains
   subroutine search_starts(family, plan, found, error, executor)
     class(family_type), intent(in), target :: family
     type(design_plan_type), intent(in), target :: plan
+    !> Optima, one element for each start
     type(optimum_type), allocatable, intent(out) :: found(:)
     type(error_type), allocatable, intent(out) :: error
+    !> Spreads the starts over threads
     class(executor_type), intent(inout), optional :: executor
     type(starts_type) :: work
     type(covers_type) :: covers

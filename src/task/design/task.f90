@@ -19,6 +19,7 @@ module gestell_task_design_task
   implicit none (type, external)
   private
 
+  !> The task and its plan.
   type, extends(task_type), public :: design_task
     private
     type(design_plan_type) :: plan

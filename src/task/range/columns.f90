@@ -27,8 +27,10 @@ contains
   !> frame need not turn. Errors: the groups request different values; a name is neither a column nor a quantity.
   subroutine read_order(groups, frame, probes, options, error)
     type(group_type), intent(in) :: groups(:)
+    !> Frame and probes, whose quantities may be requested
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)
+    !> Engine, columns and measures
     type(sweep_options), intent(out) :: options
     type(error_type), allocatable, intent(out) :: error
     character(len=word_length), allocatable :: columns(:), quantities(:)

@@ -63,8 +63,10 @@ contains
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
     type(units_type), intent(in) :: units
+    !> Frame and probes, whose quantities may be requested
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)
+    !> Plan of the sweep
     type(sweep_plan_type), intent(out) :: plan
     type(error_type), allocatable, intent(out) :: error
     type(group_type), allocatable :: groups(:)
@@ -117,7 +119,7 @@ contains
     call new_document_family(plan%family, doc, schema, units, plan%paths, error, first)
     call read_base(doc, schema, plan)
     if (allocated(error)) then
-      ! a mechanism has file and line, what is wrong with a path has not
+      ! Errors of the mechanism already refer to a line of the input; errors of a path do not, and get a reference to the group.
       call in_group(groups(1), error)
       return
     end if
@@ -199,8 +201,10 @@ contains
   subroutine find_number(doc, schema, group, key, path, target, error)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
+    !> Group of the input that contains the path, for error messages
     type(group_type), intent(in) :: group
     character(len=*), intent(in) :: key, path
+    !> Position of the number in the input
     type(target_type), intent(out) :: target
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: reason

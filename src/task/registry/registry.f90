@@ -86,6 +86,7 @@ contains
     type(schema_type), intent(in) :: schema
     !> All tasks, each marked if the document requests it
     type(any_task_type), allocatable, intent(out) :: tasks(:)
+    !> The machine and the settings shared by all tasks
     type(configuration_type), intent(out) :: configuration
     type(error_type), allocatable, intent(out) :: error
     character(len=word_length), allocatable :: names(:)

@@ -18,9 +18,11 @@ module gestell_task_sensitivity_plan
 
   public :: read_sensitivity
 
+  !> Parameters of the task, and the family in which they are varied.
   type, public :: sensitivity_plan_type
     !> Paths of the parameters; all numbers under one path change together.
     character(len=word_length), allocatable :: paths(:)
+    !> Machines over relative changes of the parameters.
     type(document_family_type) :: family
   end type sensitivity_plan_type
 
@@ -31,9 +33,11 @@ contains
 
   !> Reads the plan of a checked document. Errors: a path does not name a number of the machine, or names only zeros.
   subroutine read_sensitivity(doc, schema, units, plan, error)
+    !> The checked document
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
     type(units_type), intent(in) :: units
+    !> The parameters and the family of machines
     type(sensitivity_plan_type), intent(out) :: plan
     type(error_type), allocatable, intent(out) :: error
     type(group_type) :: group

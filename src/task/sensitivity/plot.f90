@@ -22,6 +22,7 @@ contains
 
   !> Plot of the `table` sensitivity: one row for each parameter of `paths`, with one point for each quantity.
   function plot_sensitivity(table, quantities, paths, found) result(figure)
+    !> The table sensitivity, whose columns are plotted
     type(table_type), intent(in) :: table
     !> Names of the parameters
     character(len=*), intent(in) :: paths(:)

@@ -20,8 +20,11 @@ contains
   !> Section of the report. `warning` concerns motions beyond the range of linear equations.
   pure function report_sensitivity(quantities, paths, base, found, warning) result(report)
     type(quantity_type), intent(in) :: quantities(:)
+    !> Names of the parameters
     character(len=*), intent(in) :: paths(:)
+    !> Results for the machine itself
     type(sensitivity_base_type), intent(in) :: base
+    !> Sensitivities, one element for each parameter
     type(sensitivity_type), intent(in) :: found(:)
     character(len=*), intent(in) :: warning
     character(len=:), allocatable :: report

@@ -151,6 +151,7 @@ contains
     integer, intent(in) :: parameters
     !> Quantities, probes and accuracy
     type(speed_options), intent(in) :: options
+    !> Results for the machine itself, and the steps of the differences
     type(sensitivity_base_type), intent(out) :: base
     type(error_type), allocatable, intent(out) :: error
     type(speed_point_type) :: point
@@ -194,6 +195,7 @@ contains
     class(family_type), intent(in) :: family
     !> The machine itself, from `solve_base`
     type(sensitivity_base_type), intent(in) :: base
+    !> Number of the parameter
     integer, intent(in) :: number
     type(sensitivity_type), intent(out) :: found
     type(error_type), allocatable, intent(out) :: error

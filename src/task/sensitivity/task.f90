@@ -25,6 +25,7 @@ module gestell_task_sensitivity_task
   implicit none (type, external)
   private
 
+  !> The task and its settings from the group &sensitivity.
   type, extends(task_type), public :: sensitivity_task
     private
     !> The quantities whose changes are computed, and the parameters.

@@ -32,6 +32,7 @@ module gestell_task_sweep_checkpoint
 
   public :: open_campaign
 
+  !> A sweep and the state of its files.
   type, public :: campaign_type
     !> True for finished tiles, and for tiles with damaged rows or marks, shape (tiles). Only the tiles that were examined count.
     logical, allocatable :: done(:), damaged(:)

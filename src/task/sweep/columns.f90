@@ -13,6 +13,7 @@ module gestell_task_sweep_columns
 
   public :: columns_of, explained, table_of, verdict_word
 
+  !> A column of the table of a sweep.
   type, public :: column_type
     !> Name of the column, and name of the column with its error bound
     character(len=word_length + 16) :: name = "", error = ""

@@ -45,7 +45,9 @@ contains
   pure function csv_rows(grid, columns, first, values) result(lines)
     type(grid_type), intent(in) :: grid
     type(column_type), intent(in) :: columns(:)
+    !> Indices of the first point on both axes
     integer, intent(in) :: first(2)
+    !> Results, shape (numbers, points of the second axis, points of the first axis)
     real(dp), contiguous, intent(in) :: values(:, :, :)
     character(len=:), allocatable :: lines
     type(field_type) :: parameters(2), fast(size(values, 2)), judged

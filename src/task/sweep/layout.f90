@@ -13,6 +13,7 @@ module gestell_task_sweep_layout
 
   public :: new_layout
 
+  !> Layout of the file of a sweep's table.
   type, public :: layout_type
     !> Name of the file; header before the rows, without the comment lines.
     character(len=:), allocatable :: file, header
@@ -41,6 +42,7 @@ module gestell_task_sweep_layout
 
 contains
 
+  !> Layout for the plan of a sweep.
   pure type(layout_type) function new_layout(plan) result(layout)
     type(sweep_plan_type), intent(in) :: plan
 

@@ -13,6 +13,7 @@ module gestell_task_sweep_marks
 
   public :: read_mark, write_mark
 
+  !> Mark of a finished tile: fingerprint of input and version, number of the tile, checksum and summary.
   type, public :: mark_type
     integer(int64) :: fingerprint = 0
     integer :: tile = 0

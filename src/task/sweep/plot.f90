@@ -40,7 +40,7 @@ contains
     found = summary%tally()
     if (found /= "") found = ": " // found
     ordered = plan%options%ordered()
-    ! in sweep.csv; 0 for a column that was not requested
+    ! Numbers of the columns in sweep.csv; 0 for a column that was not requested.
     column = 0
     column(ordered) = [(size(plan%paths) + k, k = 1, size(ordered))]
     if (size(plan%grid%axes) > 1 .and. all(plan%grid%axes%count > 1)) then

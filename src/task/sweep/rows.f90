@@ -53,8 +53,11 @@ contains
   !> Reads the numbers of all points into memory. Error: they cannot be read.
   subroutine read_values(layout, name, head, values, error)
     type(layout_type), intent(in) :: layout
+    !> Path of the file
     character(len=*), intent(in) :: name
+    !> Bytes of the header before the rows
     integer(int64), intent(in) :: head
+    !> Results, shape (numbers, points of the second axis, points of the first axis)
     real(dp), intent(inout) :: values(:, :, :)
     type(error_type), allocatable, intent(out) :: error
     type(piece_type), allocatable :: pieces(:)

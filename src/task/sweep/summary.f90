@@ -28,7 +28,7 @@ module gestell_task_sweep_summary
     real(dp) :: least = huge(1.0_dp), most = -huge(1.0_dp)
     integer(int64) :: where(2) = 0
     !> Number of points at which the frame rotates too far for linear equations; degree of freedom with the largest rotation, and
-    !> its amplitude (rad).
+    !> its peak (rad).
     integer(int64) :: turned = 0, furthest = 0
     real(dp) :: greatest_turn = 0
     !> Sums and maximum over all tiles, as in tile_results_type.

@@ -36,6 +36,7 @@ contains
     type(tile_type), intent(in) :: tile
     !> Engine, columns, measures and accuracy
     type(sweep_options), intent(in) :: options
+    !> Results, number of solutions, and largest deviation in the checks
     type(tile_results_type), intent(out), target :: results
     type(error_type), allocatable, intent(out) :: error
     type(problem_type) :: problem

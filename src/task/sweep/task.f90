@@ -26,6 +26,7 @@ module gestell_task_sweep_task
   implicit none (type, external)
   private
 
+  !> The task, and the files of its finished tiles.
   type, extends(task_type), public :: sweep_task
     private
     type(campaign_type) :: campaign

@@ -17,7 +17,9 @@ module gestell_task_boundary_level_line
     procedure :: subject
   end type level_type
 
+  !> Line through the parameters with a measured quantity and its level.
   type, extends(line_type), public :: level_line_type
+    !> True if the line runs along the speed alone; x is then the speed.
     logical :: over_speed = .false.
     !> The quantity and its measure; the level in the unit of the quantity.
     type(speed_options) :: options

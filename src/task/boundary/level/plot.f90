@@ -21,6 +21,7 @@ module gestell_task_boundary_level_plot
 
 contains
 
+  !> Title with the quantity and its level.
   pure function level_title(level) result(title)
     type(level_type), intent(in) :: level
     character(len=:), allocatable :: title
@@ -35,6 +36,7 @@ contains
     type(axis_type), intent(in) :: axis
     !> Value of the parameter in the input file; empty if the input has none
     real(dp), intent(in) :: input(:)
+    !> Quantity and level
     type(level_type), intent(in) :: level
     !> Parameter values of the crossings; points of the curve
     real(dp), intent(in) :: crossings(:)

@@ -41,6 +41,7 @@ module gestell_task_boundary_level_search
     real(dp) :: ends(2) = 0
   end type open_level_type
 
+  !> Crossings of a level along a line, open places, and the curve of the quantity.
   type, public :: level_results_type
     type(level_crossing_type), allocatable :: crossings(:)
     type(open_level_type), allocatable :: places(:)

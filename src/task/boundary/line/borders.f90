@@ -83,6 +83,7 @@ contains
     type(accuracy_type), intent(in) :: accuracy
     !> Tolerance of the borders relative to the range, in the logarithm on a logarithmic axis
     real(dp), intent(in) :: tolerance
+    !> Borders in the direction of the axis
     type(border_type), allocatable, intent(out) :: borders(:)
     type(error_type), allocatable, intent(out) :: error
     !> Number of meetings of multipliers, and places where a border could not be excluded
@@ -153,6 +154,7 @@ contains
   !> is the result. Errors: as in `check_search` for the axis of this parameter; sizes of `base` and `axes` differ; `which` is out
   !> of range; the parameters are invalid.
   subroutine nearest_stable(family, base, which, axes, accuracy, tolerance, nearest, error, executor)
+    !> Systems over all parameters
     class(family_type), intent(in), target :: family
     !> Values of all parameters of the given system
     real(dp), intent(in) :: base(:)
@@ -164,6 +166,7 @@ contains
     type(accuracy_type), intent(in) :: accuracy
     !> Tolerance of the borders relative to the range
     real(dp), intent(in) :: tolerance
+    !> The nearest system, its distance and its verdict
     type(nearest_type), intent(out) :: nearest
     type(error_type), allocatable, intent(out) :: error
     !> Spreads the work over threads, several of which may then ask the family for members
@@ -226,9 +229,12 @@ contains
   !> Sets up the line along parameter `which` through `base`.
   subroutine line_along(family, axes, which, base, options, line)
     class(family_type), intent(in), target :: family
+    !> One axis for each parameter; only the range of axis `which` is used
     type(axis_type), intent(in) :: axes(:)
     integer, intent(in) :: which
+    !> Values of the other parameters
     real(dp), intent(in) :: base(:)
+    !> Accuracy, tolerance of the borders, and executor
     type(border_options), intent(in) :: options
     type(line_type), intent(out) :: line
     integer :: k

@@ -19,6 +19,7 @@ contains
   pure subroutine add_named(search, crossing, below, above)
     type(search_type), intent(inout) :: search
     type(crossing_type), intent(in) :: crossing
+    !> Systems on both sides of the crossing
     type(probe_type), intent(in) :: below, above
     real(dp), parameter :: real_axis = 1.0e-6_dp
     type(crossing_type) :: named
@@ -40,8 +41,10 @@ contains
   !> ends at `depth` 0. Fails if the parameters are invalid.
   recursive subroutine separate(line, l, r, depth, search, error)
     type(line_type), intent(in) :: line
+    !> Systems at both ends of the interval, `l` at the smaller t
     type(probe_type), intent(in) :: l, r
     integer, intent(in) :: depth
+    !> Results, to which borders are added
     type(search_type), intent(inout) :: search
     type(error_type), allocatable, intent(out) :: error
     type(probe_type) :: obstacle, below, above
@@ -137,10 +140,14 @@ contains
   !> If the interval's end on the second side is stable, the verdict on this side must be stable too.
   subroutine verify(line, l, r, t, crossing, below, above, success, error)
     type(line_type), intent(in) :: line
+    !> Systems at both ends of the interval, `l` at the smaller t
     type(probe_type), intent(in) :: l, r
     real(dp), intent(in) :: t
+    !> The border, if `success`
     type(crossing_type), intent(out) :: crossing
+    !> Systems on both sides of the border
     type(probe_type), intent(out) :: below, above
+    !> False if no two systems with different verdicts were found close to `t`
     logical, intent(out) :: success
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: growth = 4, farthest = 1.0_dp / 64

@@ -130,6 +130,7 @@ contains
 
   end subroutine connect
 
+  !> Difference of t between both ends.
   pure real(dp) function length(self)
     class(stretch_type), intent(in) :: self
 

@@ -28,6 +28,7 @@ module gestell_task_boundary_line_found
     real(dp) :: t = 0, width = 0
   end type doubt_type
 
+  !> Results of a search along a line: borders, places where a border could not be excluded, and systems along the line.
   type, public :: search_type
     type(crossing_type), allocatable :: borders(:)
     type(doubt_type), allocatable :: doubts(:)

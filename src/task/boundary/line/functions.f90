@@ -32,6 +32,7 @@ contains
   pure subroutine border_functions(multipliers, f, known, reciprocal)
     type(multipliers_type), intent(in) :: multipliers
     real(dp), intent(out) :: f(border_kinds)
+    !> True for functions that certainly differ from zero; true if the multipliers form reciprocal pairs
     logical, intent(out) :: known(border_kinds), reciprocal
     complex(dp), dimension(size(multipliers%rho)) :: w
     complex(dp) :: z(size(w) / 2)

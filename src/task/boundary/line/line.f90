@@ -24,6 +24,7 @@ module gestell_task_boundary_line
   !> Default tolerance of borders along one parameter, relative to the range.
   real(dp), parameter, public :: usual_tolerance = 1.0e-10_dp
 
+  !> Options of a search for stability borders.
   type, public :: border_options
     type(accuracy_type) :: accuracy
     !> Error of borders over one parameter; deviation of curves over two parameters from the border. Relative to the ranges.
@@ -40,6 +41,7 @@ module gestell_task_boundary_line
   type, extends(border_options), public :: line_type
     class(family_type), pointer :: family => null()
     type(axis_type), allocatable :: axes(:)
+    !> Coordinates u at t = 0, and their change from t = 0 to 1; shapes (parameters)
     real(dp), allocatable :: start(:), way(:)
     !> Maximum number of meetings of multipliers to search: at low speed their number is unlimited.
     integer :: most_meetings = 5000
@@ -51,6 +53,8 @@ module gestell_task_boundary_line
   type, public :: probe_type
     real(dp) :: t = 0
     type(verdict_type) :: verdict = failed
+    !> Functions of the multipliers, true where their sign is certain, and true if multipliers form reciprocal pairs
+    !> (`border_functions`)
     real(dp) :: f(border_kinds) = 0
     logical :: known(border_kinds) = .false., reciprocal = .false.
     !> Argument of the largest multiplier (0 to pi).
@@ -103,6 +107,7 @@ contains
     missing = self%verdict == impossible .or. self%verdict == failed
   end function missing
 
+  !> True if the system is unstable.
   elemental logical function is_unstable(self)
     class(probe_type), intent(in) :: self
 

@@ -13,10 +13,13 @@ module gestell_task_boundary_line_meeting
   !> Outcomes of a search: no growth; growth; without damping no growth at a distance of the tolerance from the middle; undecided.
   integer, parameter, public :: no_tongue = 0, tongue = 1, thin = 2, open_question = 3
 
+  !> Result of the search at one meeting of two multipliers.
   type, public :: meeting_type
+    !> One of the outcomes above
     integer :: outcome = open_question
     !> Position of the maximum growth of the pair, and width of the part around it in which the growth may be positive.
     real(dp) :: t = 0, width = 0
+    !> Pair with the largest growth that was found
     type(pair_type) :: top
     !> Nearest solved pairs on both sides of a tongue in which both multipliers decay; `outside`: true if the side has one.
     type(pair_type) :: sides(2)
@@ -32,6 +35,7 @@ contains
   !> (1/t) at which the phases separate. Fails if the parameters are invalid.
   subroutine search_meeting(path, start, rate, meeting, error)
     type(pair_path_type), intent(in) :: path
+    !> Position where the phases meet, and rate (1/t) at which they separate
     real(dp), intent(in) :: start, rate
     type(meeting_type), intent(out) :: meeting
     type(error_type), allocatable, intent(out) :: error
@@ -161,8 +165,11 @@ contains
   !> invalid.
   subroutine tongue_end(path, outside, top, t, missing, error)
     type(pair_path_type), intent(in) :: path
+    !> Pair that decays, and pair that grows
     type(pair_type), intent(in) :: outside, top
+    !> Position of the end of the tongue
     real(dp), intent(out) :: t
+    !> True if a system on the way could not be solved
     logical, intent(out) :: missing
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: share = 0.125_dp

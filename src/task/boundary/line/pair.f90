@@ -28,11 +28,14 @@ module gestell_task_boundary_line_pair
     procedure :: solve
   end type pair_path_type
 
+  !> Two multipliers at one position of a line.
   type, public :: pair_type
     real(dp) :: t = 0
+    !> Mean of the two logarithms z, and square of half their difference
     complex(dp) :: mean = 0, delta = 0
     !> Larger real part of the two logarithms, and larger of their errors.
     real(dp) :: growth = 0, noise = 0
+    !> The system with all its multipliers
     type(probe_type) :: at
   contains
     procedure :: excess
@@ -127,6 +130,7 @@ contains
     end associate
   end function parabola
 
+  !> Growth, the larger real part of the two logarithms, according to the fit.
   elemental real(dp) function growth_of_fit(self, t) result(growth)
     class(pair_fit_type), intent(in) :: self
     real(dp), intent(in) :: t

@@ -232,6 +232,7 @@ contains
 
   end subroutine close_gaps
 
+  !> Searches for borders between two neighbouring marks.
   recursive subroutine close_gap(self, k, error)
     class(gaps_type), intent(inout) :: self
     integer, intent(in) :: k

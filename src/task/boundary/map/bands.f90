@@ -70,6 +70,7 @@ contains
   !> are represented by their centre line.
   pure logical function pass_straight(box, ids, half_way, k, vertices)
     type(box_type), intent(in) :: box
+    !> Numbers of the vertices on the two sides and half way; coordinate that is constant on these lines
     integer, intent(in) :: ids(:), half_way(:), k
     type(vertices_type), intent(in) :: vertices
     real(dp), parameter :: near = 0.25_dp
@@ -113,6 +114,7 @@ contains
   !> Links the borders that cross the box through their points half way, with the region on the left.
   pure subroutine link_through(box, ids, half_way, k, vertices)
     type(box_type), intent(in) :: box
+    !> Numbers of the vertices on the two sides and half way; coordinate that is constant on these lines
     integer, intent(in) :: ids(:), half_way(:), k
     type(vertices_type), intent(inout) :: vertices
     integer, allocatable :: at(:, :)

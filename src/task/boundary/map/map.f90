@@ -37,10 +37,12 @@ module gestell_task_boundary_map
     real(dp) :: parameters(2) = 0, width(2) = 0
   end type open_place_type
 
+  !> Border curves in the plane of two parameters.
   type, public :: border_map_type
     !> Vertices in their order along the curves. The region lies on the left if the first parameter points to the right and the
     !> second upward. A closed curve ends with its first vertex.
     type(border_vertex_type), allocatable :: vertices(:)
+    !> Number of curves.
     integer :: curves = 0
     !> Number of stretches between vertices that could not be refined.
     integer :: rough = 0
@@ -72,6 +74,7 @@ contains
     type(accuracy_type), intent(in) :: accuracy
     !> Allowed deviation of the curves from the border relative to the ranges, in the logarithm on logarithmic axes
     real(dp), intent(in) :: deviation
+    !> The curves
     type(border_map_type), intent(out) :: map
     type(error_type), allocatable, intent(out) :: error
     !> Spreads the work over threads, several of which may then ask the family for members

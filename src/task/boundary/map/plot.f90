@@ -115,6 +115,7 @@ contains
     if (number == 0) line = "set label 1 'none found' at graph 0.5,graph 0.5 center textcolor rgb '#444444'" // newline
   end function empty
 
+  !> Text with the number of borders found.
   pure function found(number) result(words)
     integer, intent(in) :: number
     character(len=:), allocatable :: words

@@ -21,11 +21,14 @@ module gestell_task_boundary_map_vertex
   !> curves is.
   real(dp), parameter, public :: finest_lines = 1.0e-8_dp
 
+  !> Point of a border in the plane.
   type, public :: vertex_type
+    !> Coordinates of the point.
     real(dp) :: u(2) = 0
     !> Unit vector along the line on which the vertex was found, pointing into the region.
     real(dp) :: inward(2) = 0
     integer :: kind = 0
+    !> Argument of the multiplier (0 to pi); distance in u within which the border lies on both sides
     real(dp) :: arg = 0, error = 0
     !> Number of the next vertex of the curve, with the region on the left of the connection; 0 if there is none.
     integer :: next = 0
@@ -36,6 +39,7 @@ module gestell_task_boundary_map_vertex
     real(dp) :: u(2) = 0, width(2) = 0
   end type open_spot_type
 
+  !> List of vertices, of which the first `count` are used, and open places.
   type, public :: vertices_type
     integer :: count = 0
     type(vertex_type), allocatable :: list(:)
@@ -73,6 +77,7 @@ module gestell_task_boundary_map_vertex
 
 contains
 
+  !> Appends a vertex.
   pure subroutine add(self, vertex)
     class(vertices_type), intent(inout) :: self
     type(vertex_type), intent(in) :: vertex
@@ -132,6 +137,7 @@ contains
     call self%found(k)%exchange(record)
   end subroutine exchange_vertices
 
+  !> Vertex at a crossing of a line with a border.
   pure type(vertex_type) function vertex_of(line, crossing) result(vertex)
     type(line_type), intent(in) :: line
     type(crossing_type), intent(in) :: crossing

@@ -26,9 +26,11 @@ contains
   subroutine evaluate(problem, cell, sampler, expansion, perturbations, error)
     !> The tile and its results
     type(problem_type), intent(in) :: problem
+    !> Range of the points
     type(tile_type), intent(in) :: cell
     !> Integrates the machines of the cell by one common method
     type(sampler_type), intent(in) :: sampler
+    !> Chebyshev series over the cell
     type(expansion_type), intent(in) :: expansion
     !> Bounds on the errors of Phi(T) and of all numbers of the expansion, in norm
     real(dp), intent(in) :: perturbations(2)

@@ -12,6 +12,7 @@ module gestell_task_sweep_expansion
 
   public :: expand
 
+  !> A Chebyshev series for the numbers of a sampler.
   type, public :: expansion_type
     !> Variables of the two axes; a single axis is the second.
     type(variable_type) :: variables(2)
@@ -36,7 +37,9 @@ contains
   subroutine expand(expansion, sampler, variables, points, fits)
     type(expansion_type), intent(out) :: expansion
     type(sampler_type), intent(inout) :: sampler
+    !> Variable of each axis of the cell
     type(variable_type), intent(in) :: variables(:)
+    !> Number of Chebyshev points along each axis
     integer, intent(in) :: points(2)
     logical, intent(out) :: fits
     real(dp) :: parameters(size(variables)), numbers(sampler%parts%numbers()), norms(2), reach

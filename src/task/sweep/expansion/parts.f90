@@ -37,6 +37,7 @@ module gestell_task_sweep_expansion_parts
 
 contains
 
+  !> Number of columns: one for each state, and one more if `forced`.
   pure integer function columns(self)
     class(parts_type), intent(in) :: self
 

@@ -317,9 +317,13 @@ contains
   !> Computes the numbers of the period by a separate solution, with a bound on its error relative to the norms of the numbers.
   subroutine check(self, parameters, accuracy, values, bound, fits)
     class(sampler_type), intent(inout) :: self
+    !> Parameters of the machine
     real(dp), intent(in) :: parameters(:)
+    !> Tolerance of the sweep
     type(accuracy_type), intent(in) :: accuracy
+    !> Phi(T) column by column and x_p(T), without weights; bound on their relative error
     real(dp), intent(out) :: values(:), bound
+    !> False if there is no solution
     logical, intent(out) :: fits
     class(periodic_system), allocatable :: system
     type(monodromy_type) :: monodromy

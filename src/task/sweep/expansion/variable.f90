@@ -40,6 +40,7 @@ contains
     x = max(-1.0_dp, min(1.0_dp, ((u - a) - (b - u)) / (b - a)))
   end function x_of
 
+  !> Parameter at x, the inverse of `x_of`.
   elemental real(dp) function parameter_of(self, x) result(parameter)
     class(variable_type), intent(in) :: self
     real(dp), intent(in) :: x
