@@ -59,8 +59,7 @@ contains
   !> Number of steps that leaves the share 1 / gain of a function that is analytic up to `width` (rad) beside the real axis.
   !>
   !> In units of half a step, H = pi / N, Bernstein's ellipse has the minor semiaxis width / H = (R - 1 / R) / 2. Quadrature at
-  !> Gauss nodes leaves R**(-order) (Trefethen, doi:10.1137/060659831, Theorem 4.5); the estimate of its error leaves R**(3 -
-  !> order).
+  !> Gauss nodes leaves R**(-order) (Trefethen, doi:10.1137/060659831, Theorem 4.5). The estimate of its error leaves R**(3-order).
   pure real(dp) function resolving(method, width, gain) result(steps)
     class(method_type), intent(in) :: method
     real(dp), intent(in) :: width, gain

@@ -19,8 +19,8 @@ module gestell_floquet_choice_survey
 
   !> Properties of a system with n states, from samples before it is solved.
   type, public :: survey_type
-    !> Upper bound on the angle w_max T by which the fastest motion turns within the period (rad): |P| T / sqrt 2, because w comes
-    !> with -w.
+    !> Upper bound on the angle w_max T by which the fastest motion turns within the period (rad): |P| T / sqrt 2, because the
+    !> frequencies come in pairs w, -w.
     real(dp) :: phase_advance = 0
     !> Better estimate of this angle (rad): (|P^16| / sqrt 2)^(1/16) T at the phase where P is largest. Of several fast motions
     !> hardly any but the fastest counts in it.
@@ -119,11 +119,11 @@ contains
   end subroutine survey_system
 
   !> Share of the fastest motion in the norm of Phi(T); between `least` and 1. `p` is P, shape (n, n), in units of `unit` / T,
-  !> `power` is P^16 and `fastest` the angle of the fastest motion (rad).
+  !> `power` is its 16th power and `fastest` the angle of the fastest motion (rad).
   !>
-  !> Let its pair of eigenvalues be r exp(+-i (pi / 2 + e)), so that d = fastest e is its decay in the period. Then tr P^16 = 2 r^16
-  !> cos 16 e and tr P^17 = -2 r^17 sin 17 e. The trace of P gives the mean decay of the other motions. A share below `least` is not
-  !> used: motions that decay more slowly then contribute as well.
+  !> Let the pair of eigenvalues of the fastest motion be r exp(+-i (pi / 2 + e)), so that d = fastest e is its decay in the period.
+  !> Then tr P^16 = 2 r^16 cos 16 e and tr P^17 = -2 r^17 sin 17 e. The trace of P gives the mean decay of the other motions. A
+  !> share below `least` is raised to it: motions that decay more slowly then contribute as well.
   pure real(dp) function fade_of(p, power, unit, fastest) result(fade)
     real(dp), intent(in) :: p(:, :), power(:, :), unit, fastest
     real(dp), parameter :: least = 1 / 64.0_dp

@@ -15,8 +15,8 @@ module gestell_floquet_multipliers_gershgorin
   type, bind(C), public :: discs_type
     !> Radii of the discs and condition numbers of the eigenvalues.
     real(dp) :: radius(lanes, most_states), condition(lanes, most_states)
-    !> 1 if the discs are isolated. 0 if discs touch or the eigenvectors are too inaccurate to decide; then each radius is valid for
-    !> its disc alone, without the effect of the others.
+    !> 1 if the discs are isolated. 0 if discs touch or the eigenvectors are too inaccurate to decide; each radius then belongs to
+    !> an eigenvalue taken by itself.
     real(dp) :: separate(lanes)
     !> 1 if Newton's step was applied. 0 if the approximations are too rough for it and the caller must improve them first.
     real(dp) :: sharp(lanes)

@@ -67,7 +67,8 @@ module gestell_floquet_reduction
     real(dp) :: distance = 0
   end type decoupled_type
 
-  !> Number of phases: minimum, maximum that may be predicted, and maximum. Beyond the maximum that may be predicted it is doubled.
+  !> Limits of the number of phases are `fewest` and `most`. Predicted numbers are used up to `most_foretold`; beyond it the number
+  !> is doubled.
   integer, parameter :: fewest = 32, most_foretold = 128, most = 1024
   !> Factor on epsilon |S| |S^-1| that gives the roundoff of a residual, relative to its terms.
   real(dp), parameter :: rounding = 32
@@ -168,8 +169,9 @@ contains
 
   !> Number of phases that resolves p. Returns the present number if the groups are too close for more phases.
   !>
-  !> p is measured in units in which velocities may be small, so its error bound needs more digits than requested. The limit on the
-  !> distance is twice that of `phases_for`: the bound widens as the phases approach a resolution of the slowest fast vibration.
+  !> p is measured in units in which velocities may be small. Its error bound therefore needs more digits than requested. The groups
+  !> must be twice as far apart as in `phases_for`: the bound grows as the phases come close to resolving the slowest fast
+  !> vibration.
   pure integer function phases_for_response(decoupled, allowed) result(phases)
     type(decoupled_type), intent(in) :: decoupled
     real(dp), intent(in) :: allowed

@@ -15,14 +15,14 @@ module gestell_floquet_reduction_residuals
 
   !> Residuals of a reduction, with the phase t / T as the independent variable.
   type, public :: residuals_type
-    !> `residual`: elements of D between groups plus deviation of D from its interpolation. It is the maximum row sum, averaged over
-    !> the phases and the points midway between them, plus rounding errors of D that are equal at all phases. `forcing_residual`:
-    !> elements of g outside the slow group plus deviation of the slow ones from their interpolation, averaged in the same way,
-    !> without rounding.
+    !> `residual`: elements of D between groups, and deviation of D from its interpolation within groups. It is the mean over the
+    !> phases of two maximum row sums, one at the phase and one at the following midpoint. Rounding errors of D that are equal at
+    !> all phases are added: they do not show in differences. `forcing_residual`: elements of g outside the slow group plus
+    !> deviation of the slow elements from their interpolation, summed and averaged in the same way, without rounding.
     real(dp) :: residual = 0, forcing_residual = 0
-    !> Maxima over the phases instead of averages.
+    !> Maxima over the phases of the sums that `residual` and `forcing_residual` average.
     real(dp) :: residual_peak = 0, forcing_peak = 0
-    !> Deviation of the slow group's g from its interpolation, averaged over the phases; maximum of the slow group's |g|.
+    !> Deviation of the slow group's g from its interpolation, averaged over the midpoints; maximum of the slow group's |g|.
     real(dp) :: slow_residual = 0, slow_effort = 0
     !> Maximum of |S| |S^-1|; maximum size of the terms that add up to g.
     real(dp) :: condition = 1, effort = 0
