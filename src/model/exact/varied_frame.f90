@@ -49,10 +49,10 @@ module gestell_model_exact_varied_frame
     !> True if h is the negative residual of the exact equations at `motion`: the periodic solution is then the step of Newton's
     !> method instead of the next iterate.
     logical :: lacking = .false.
-    !> Part of the excitation that acts, 0 to 1; smaller parts make a path that starts from rest.
+    !> Part of the excitation that acts: 1 for the machine itself, 0 at the start of a path from rest.
     real(dp) :: excitation = 1
-    !> In space with a flywheel: the angle chi by which the frame has turned about the shaft, and the mean of its rate (rad/s)
-    !> (gestell_model_space_drive).
+    !> In space with a flywheel: the angle chi by which the drive lags (rad), and the mean of the frame's rate about the shaft, w n
+    !> (rad/s); see gestell_model_space_drive.
     type(series_type) :: spun
     real(dp) :: drift = 0
   contains
@@ -137,7 +137,8 @@ contains
     call self%spun%tabulate()
   end subroutine spin_flywheel
 
-  !> Angle chi (rad), mean of its rate (rad/s) and torque of the motor (N m) at phases of the turn, shape (phases, 3).
+  !> Angle chi (rad) by which the drive lags, mean of the frame's rate about the shaft (rad/s) and mean torque of the motor (N m) at
+  !> phases of the turn, shape (phases, 3). All are 0 without a flywheel.
   pure function lag(self, phases)
     class(varied_frame_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)

@@ -133,9 +133,9 @@ contains
     change = slack * half_width * min(speed, abs(speed_in_middle) + second_derivative * half_width / 2)
   end function greatest_change
 
-  !> Bounds for a point at distance `arm` (m) from end number `base` of a body that carries both ends. The ends are d apart, which
-  !> must not vanish, so the body turns with omega <= the sum of their speeds over d. Its change is omega' = e_perp . (a2 - a1) / d
-  !> - 2 omega d' / d.
+  !> Bounds for a point at distance `arm` (m) from end number `base` of a body that carries both ends. The angular velocity omega of
+  !> the body is at most the sum of the ends' speeds divided by their distance d, which must not vanish. Its derivative is omega' =
+  !> e_perp . (a2 - a1) / d - 2 omega d' / d.
   pure function reach_body(ends, speeds, accelerations, half_width, base, arm) result(reach)
     type(point_type), intent(in) :: ends(2)
     !> Bounds on speeds and accelerations of the ends; half width of the interval (rad)
