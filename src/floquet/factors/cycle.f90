@@ -21,7 +21,7 @@ module gestell_floquet_factors_cycle
     !> `bound`: bounds on the errors of the multipliers, relative to |rho|. `most`: upper bounds on ln |rho|. `condition`: condition
     !> numbers of the multipliers. Shapes (n).
     real(dp), allocatable :: bound(:), most(:), condition(:)
-    !> Lower bounds of `distance_from_one`, shape (n). Allocated only if the periodic motion is requested.
+    !> Lower bounds on |1 - rho| / max(1, |rho|), shape (n). Allocated only if the periodic motion is requested.
     real(dp), allocatable :: distance(:)
   end type spectrum_type
 

@@ -217,8 +217,8 @@ contains
     factors%evaluations = factors%evaluations + level%steps * factors%method%stages
   end subroutine solve_level
 
-  !> Norms of the differences between the A (column 1) and between the b (column 2) of two solutions, relative to `other`; shape (K,
-  !> 2).
+  !> Norms of the differences between the matrices A (column 1) and the vectors b (column 2) of two solutions, relative to `other`.
+  !> The shape is (K, 2).
   pure function distances(one, other, forced) result(d)
     type(level_type), intent(in) :: one, other
     logical, intent(in) :: forced

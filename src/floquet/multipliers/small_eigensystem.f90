@@ -64,7 +64,8 @@ contains
     rounding = n * epsilon(1.0_dp) * h%norm
     call find_discs(vector_length(), h, conjugate, many * rounding, z_re, z_im, discs)
     if (.not. found(1) * discs%sharp(1) * discs%separate(1) * h%sound(1) > 0) return
-    ! Real eigenvalues get the imaginary part +0, as LAPACK returns them: their logarithms then lie on the upper side of the cut.
+    ! Real eigenvalues get the imaginary part +0, as LAPACK returns them. Their logarithms then lie on the upper side of the branch
+    ! cut.
     rho = cmplx(z_re(1, :n), merge(z_im(1, :n), 0.0_dp, abs(z_im(1, :n)) > 0), dp)
     do k = 1, n
       if (.not. conjugate(k)) call find_vectors(n, b, rho(k), x(:, k), y(:, k), r(k), s(k))

@@ -20,9 +20,10 @@ contains
   !> multiplier relative to |rho|, and the verdict, both as defined by gestell_floquet_multipliers. A matrix that is not finite
   !> gives NaN, the bound 1e300 and no verdict.
   !>
-  !> Doubtful matrices are solved one by one with LAPACK. A matrix is doubtful if its eigenvalues do not converge, its discs touch
-  !> or its eigenvectors are inaccurate. Without `bounds` it is also doubtful if roundoff exceeds both 1e-10 and the effect of
-  !> `perturbation`. The results for a matrix do not depend on the other matrices.
+  !> Doubtful matrices, and those with more than `most_states` rows, are solved one by one with LAPACK. A matrix is doubtful if its
+  !> elements are extremely large or small, its eigenvalues do not converge, its discs touch or its eigenvectors are inaccurate.
+  !> Without `bounds` it is also doubtful if roundoff exceeds both 1e-10 and the effect of `perturbation`. The results for a matrix
+  !> do not depend on the other matrices.
   subroutine spectra_of_eight(n, phi, filled, perturbation, bounds, found, alone)
     !> Number of rows of each matrix; number of lanes that hold a matrix to be solved
     integer, intent(in) :: n, filled
