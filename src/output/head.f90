@@ -13,6 +13,7 @@ module gestell_output_head
     character(len=:), allocatable :: text
   end type setting_type
 
+  !> Data for the head of all files of a run.
   type, public :: head_type
     !> Title and file name of the input, model of the frame, and what holds the crank speed
     character(len=:), allocatable :: title, input, model, held_by

@@ -18,9 +18,11 @@ module gestell_output_result
   implicit none (type, external)
   private
 
-  !> One sentence for the top of the report. `state` is the word of a verdict, or empty if the sentence is neither good nor bad.
+  !> A sentence for the top of the report.
   type, public :: headline_type
+    !> Word of a verdict; empty if the sentence is neither good nor bad
     character(len=9) :: state
+    !> The sentence
     character(len=:), allocatable :: words
     !> True if the report already contains the sentence elsewhere
     logical :: said = .false.
@@ -28,21 +30,28 @@ module gestell_output_result
 
   !> A result file that is not a table.
   type :: attachment_type
+    !> Name of the file, and its content
     character(len=:), allocatable :: name, bytes
   end type attachment_type
 
+  !> All results of a run.
   type, public :: result_type
     type(table_type), allocatable :: tables(:)
+    !> Pictures of tables with the same name
     type(figure_type), allocatable :: figures(:)
+    !> Sentences for the top of the report
     type(headline_type), allocatable :: headlines(:)
+    !> Texts of all headlines, to avoid duplicates
     type(dictionary_type), private :: warned
+    !> Result files that are not tables
     type(attachment_type), allocatable, private :: attachments(:)
-    !> The report. The first `said` characters are already printed; the headlines go behind the first `room` characters (-1:
-    !> nowhere).
+    !> The report
     character(len=:), allocatable :: report
+    !> Number of characters of the report that are already printed; position of the headlines (-1: none)
     integer, private :: said = 0, room = -1
-    !> Diagnostics of the numerical solution. The report includes them if `verbose`.
+    !> Diagnostics of the numerical solution
     character(len=:), allocatable :: details
+    !> True if the report includes the diagnostics
     logical :: verbose = .false.
     !> Messages outside the report, one per line
     character(len=:), allocatable :: notes
@@ -50,9 +59,11 @@ module gestell_output_result
     type(table_type) :: brief
     !> Verdict on the machine of the input; empty if there is none
     character(len=9) :: verdict = ""
-    !> Worst verdict on a range of machines, whether any range other than a sweep was judged, and the worst verdict of all
+    !> Worst verdict on a range of machines
     type(judgement_type) :: judgement
+    !> True if any range other than a sweep was judged
     logical, private :: judged_range = .false.
+    !> Worst verdict of all
     type(verdict_type) :: worst
     !> True if every machine that was judged is stable
     logical :: all_stable = .true.

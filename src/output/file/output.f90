@@ -12,12 +12,16 @@ module gestell_output_file_output
   !> Ending of the temporary name while the file is written
   character(len=*), parameter, public :: growing = ".new"
 
+  !> A file that is being written.
   type, public :: output_type
     private
+    !> Final name; empty for standard output
     character(len=:), allocatable :: name
+    !> Open file; negative if it is not open
     integer(c_int) :: handle = -1
-    !> Bytes that are not yet written; the first `used` characters are valid
+    !> Bytes that are not yet written
     character(len=:), allocatable :: pending
+    !> Number of valid characters in `pending`
     integer :: used = 0
     !> Reason of the first failure; empty if nothing failed
     character(len=:), allocatable :: reason

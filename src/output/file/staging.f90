@@ -17,6 +17,7 @@ module gestell_output_file_staging
 
   public :: open_staging, spare_input
 
+  !> A staging folder that is in use.
   type, public :: staging_type
     !> Folder to which the run writes its files
     character(len=:), allocatable :: path

@@ -14,6 +14,7 @@ module gestell_output_picture_script
 
   !> A picture of the table with the same name.
   type, public :: figure_type
+    !> Name of the table and of the files
     character(len=:), allocatable :: name
     !> Subject of the picture, and the gnuplot lines that draw it below the variable `heading`
     character(len=:), allocatable :: shown, lines
@@ -21,10 +22,13 @@ module gestell_output_picture_script
     integer :: pixels(2) = [800, 560]
   end type figure_type
 
-  !> Unit of an axis. The SI value times `factor` is the value in the unit `name`; `words` is the factor as a gnuplot expression.
+  !> Unit of an axis.
   type, public :: axis_unit_type
+    !> `factor` as a gnuplot expression
     character(len=4) :: words = "1"
+    !> Value in this unit over value in SI units
     real(dp) :: factor = 1
+    !> Name of the unit
     character(len=5) :: name = ""
   end type axis_unit_type
 

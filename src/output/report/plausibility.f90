@@ -40,12 +40,15 @@ module gestell_output_report_plausibility
   character(len=*), parameter :: units = ": are the units right? They are m, kg, N, s where &units says nothing else", &
     & powers = ": are mass and inertia right?"
 
-  !> Extremes of a mechanism over the period: largest speed (m/s) and acceleration (m/s^2) of a joint with the joints' numbers;
-  !> corners of the bounding box of all joints (m); shortest and longest length of each link (m).
+  !> Extremes of a mechanism over the period.
   type :: extremes_type
+    !> Largest speed (m/s) and acceleration (m/s^2) of a joint
     real(dp) :: speed = 0, acceleration = 0
+    !> Numbers of the joints with these extremes
     integer :: fast = 0, quick = 0
+    !> Corners of the bounding box of all joints (m)
     real(dp) :: low(2) = 0, high(2) = 0
+    !> Shortest and longest distance of the joints of each link (m)
     real(dp), allocatable :: shortest(:), longest(:)
   end type extremes_type
 

@@ -9,9 +9,10 @@ module gestell_output_report_verdict
 
   public :: alarm, judged, section, verdict_line
 
-  !> A verdict on a range of machines. `words` is "stable", or a word in capitals followed by the machines concerned.
+  !> A verdict on a range of machines.
   type, public :: judgement_type
     type(verdict_type) :: verdict
+    !> "stable", or a word in capitals followed by the machines concerned
     character(len=:), allocatable :: words
     !> True if the machines are the points of a sweep. A sweep has a headline of its own, which counts all verdicts.
     logical :: of_sweep = .false.

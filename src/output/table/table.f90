@@ -11,14 +11,17 @@ module gestell_output_table
   type, public :: column_type
     !> Name in files (with the unit), name for readers (without the unit), and meaning
     character(len=:), allocatable :: key, label, meaning
+    !> Unit of the values
     type(unit_type) :: unit
     !> Key of the column with the error bound; empty if there is none
     character(len=:), allocatable :: error
+    !> Real values; NaN marks a missing value
     real(dp), allocatable :: numbers(:)
-    !> `nothing` marks a missing value
+    !> Integer values; `nothing` marks a missing value
     integer, allocatable :: integers(:)
     !> All words in one text, each padded with blanks to `width`: gfortran loses the length of an array of texts as a component.
     character(len=:), allocatable :: words
+    !> Number of characters of each word
     integer, private :: width = 0
   contains
     procedure :: word
@@ -30,8 +33,8 @@ module gestell_output_table
     character(len=:), allocatable :: name
     !> Heading in reports and pages; caption of the picture
     character(len=:), allocatable :: heading, caption
-    !> Complete lines before the header, and the verdict for the head of the file (gestell_output_report_verdict). The verdict is
-    !> empty if there is none; if it is not allocated, the verdict on the machine of the input applies.
+    !> Complete lines before the header; verdict for the head of the file (gestell_output_report_verdict). The verdict is empty if
+    !> there is none; if it is not allocated, the verdict on the machine of the input applies.
     character(len=:), allocatable :: remarks, verdict
     !> Model of the frame if it differs from the model of the run; otherwise empty
     character(len=:), allocatable :: model
@@ -39,10 +42,12 @@ module gestell_output_table
     logical :: shown = .false.
     !> True if the file is already written because the table is too large to keep; the rows are then absent
     logical :: written = .false.
+    !> Number of rows
     integer :: rows = 0
     type(column_type), allocatable :: columns(:)
-    !> Columns under construction after `expect`, and the number of columns present
+    !> Columns under construction after `expect`
     type(column_type), allocatable, private :: room(:)
+    !> Number of columns in `room` that are complete
     integer, private :: filled = 0
   contains
     procedure, private :: add_numbers

@@ -36,6 +36,7 @@ module gestell_task_balance_variants
   type, public :: mounted_type
     !> Reason why no vibration was found; not allocated if there is one
     character(len=:), allocatable :: reason
+    !> Verdict on the machine with the counterweights
     character(len=9) :: verdict = ""
     !> Rms and peak of force and moment (N, N m) and their error bounds, shape (2)
     real(dp), dimension(2) :: rms = 0, rms_error = 0, peak = 0, peak_error = 0
@@ -49,12 +50,15 @@ module gestell_task_balance_variants
   type, public :: variant_type
     !> Purpose of the counterweights, from `as_found` to `together`
     integer :: aim = as_found
-    !> Counterweights, names of the links that carry them, their own names as links, and their total mass (kg)
+    !> Counterweights
     type(counterweight_type), allocatable :: weights(:)
+    !> Names of the links that carry them; their own names as links
     character(len=word_length), allocatable :: on(:), names(:)
+    !> Total mass of the counterweights (kg)
     real(dp) :: mass = 0
     !> Forces on rigid ground
     type(left_type) :: left
+    !> Forces and vibration on the mounts
     type(mounted_type) :: mounted
   contains
     procedure :: links => links_of

@@ -23,9 +23,10 @@ module gestell_task_campbell
   !> Options of a Campbell diagram.
   type, public :: campbell_options
     type(accuracy_type) :: accuracy
-    !> Crossings are sought with the harmonics 1 to `orders` of the period, or only with those in `harmonics` if allocated. A
-    !> harmonic is a multiple of the crank speed if the crank makes one turn in the period.
+    !> Highest harmonic of the period with which crossings are sought. A harmonic is a multiple of the crank speed if the crank
+    !> makes one turn in the period.
     integer :: orders = 6
+    !> The only harmonics to be used, instead of 1 to `orders`
     integer, allocatable :: harmonics(:)
   contains
     procedure :: sought
@@ -33,15 +34,17 @@ module gestell_task_campbell
 
   !> The modes at one speed.
   type, public :: campbell_point_type
-    !> Speed with its sign (1/min); true if the speed was requested, false if it was inserted to follow the modes
+    !> Speed with its sign (1/min)
     real(dp) :: speed = 0
+    !> True if the speed was requested, false if it was inserted to follow the modes
     logical :: ordered = .true.
-    !> True if a machine exists at that speed and at least one mode could be identified; the modes, by their numbers
+    !> True if a machine exists at this speed and at least one mode was identified
     logical :: solved = .false.
+    !> Modes by their numbers; the first `dofs` are used
     type(mode_type) :: modes(most_dofs)
     !> Turns of the crank in the period
     integer :: turns = 1
-    !> Number of degrees of freedom (0 without a machine), and which of xi, eta, psi, ... the components of the shapes are
+    !> Number of degrees of freedom (0 without a machine); which of xi, eta, psi, ... the components of the mode shapes are
     integer :: dofs = 0, free(most_dofs) = 0
     !> True if the modes could be matched to those of the previous point with certainty; also true for the first point and after a
     !> gap
@@ -52,8 +55,9 @@ module gestell_task_campbell
 
   !> A Campbell diagram.
   type, public :: campbell_type
-    !> Number of modes, and the degrees of freedom to which the components of the shapes belong
+    !> Number of modes
     integer :: modes = 0
+    !> Degrees of freedom to which the components of the mode shapes belong
     integer, allocatable :: free(:)
     !> Points in the order of the speeds
     type(campbell_point_type), allocatable :: points(:)

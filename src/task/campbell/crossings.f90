@@ -18,13 +18,15 @@ module gestell_task_campbell_crossings
 
   !> A crossing of a mode with an order.
   type, public :: crossing_type
+    !> Number of the mode
     integer :: mode = 0
-    !> Frequency over crank speed, and the number of this harmonic of the period. Harmonic 0 means that the order was not requested
-    !> or is a half order; such a crossing is listed only if locking removes at least half of the damping.
+    !> Frequency of the mode over the crank speed
     real(dp) :: order = 0
+    !> Number of this harmonic of the period. 0: the order was not requested or is a half order; such a crossing is listed only if
+    !> locking removes at least half of the damping.
     integer :: harmonic = 0
-    !> Speed of the crossing, or the middle of the interval in which the mode is locked to the order; the ends of this interval;
-    !> error bound of the speed or the ends (all 1/min)
+    !> Speed of the crossing, or middle of the interval of locking; ends of this interval; error bound of the speed or of the ends
+    !> (all 1/min)
     real(dp) :: speed = 0, ends(2) = 0, error = 0
     !> True if the interval of locking is wider than its error
     logical :: locked = .false.
@@ -36,17 +38,20 @@ module gestell_task_campbell_crossings
   type :: search_type
     class(family_type), pointer :: family => null()
     type(campbell_options) :: options
+    !> Number of the mode
     integer :: mode = 0
     !> Mode frequency over the frequency of the period, a multiple of 1/2
     real(dp) :: multiple = 0
     !> Number of the harmonic, 0 as in `crossing_type`
     integer :: harmonic = 0
-    !> Crossings found; number of solutions computed
+    !> Crossings found
     type(crossing_type), allocatable :: crossings(:)
+    !> Number of solutions computed
     integer :: solutions = 0
-    !> True if the frequency jumps between the points `point - 1` and `point`; the points on both sides of the jump
+    !> True if the frequency jumps between the points `point - 1` and `point`
     logical :: jump = .false.
     integer :: point = 0
+    !> Points on both sides of the zero or jump
     type(campbell_point_type) :: sides(2)
   contains
     procedure :: point_at, knows, locks, value

@@ -46,12 +46,14 @@ module gestell_task_critical
   !> A critical speed, or a crossing without one.
   type, public :: critical_type
     type(crossing_type) :: crossing
+    !> `peak`, `no_peak`, `unbounded` or `self_excited`
     integer :: outcome = no_peak
     !> Half the range of speeds (1/min) in which the vibration exceeds 1 / sqrt(2) of its peak, from the damping of the mode
     real(dp) :: half_width = 0
+    !> True for each quantity that has a peak near the crossing
+    logical :: found(2) = .false.
     !> For each quantity: speed of the peak and its error bound (1/min), height of the peak (m, N), and prominence: height over the
     !> higher of the two adjacent valleys. Zero without a peak.
-    logical :: found(2) = .false.
     real(dp), dimension(2) :: speed = 0, error = 0, height = 0, prominence = 0
     !> Share of the order in the mean square of the vibration at the peak of the amplitude
     real(dp) :: share = 0

@@ -23,9 +23,9 @@ module gestell_task_forces_reactions
 
   !> A force on the ground from one support, the foundation, a guide or all together.
   type, public :: reaction_type
-    !> Number of the support, "foundation", "guide" or "total"; position in the frame's axes (m), with two coordinates or, in space,
-    !> three
+    !> Number of the support, "foundation", "guide" or "total"
     character(len=12) :: name = ""
+    !> Position in the frame's axes (m): two coordinates, in space three
     real(dp), allocatable :: position(:)
     !> True if it has a moment of its own
     logical :: turns = .true.
@@ -33,11 +33,12 @@ module gestell_task_forces_reactions
     type(statistics_type), allocatable :: statistics(:)
     !> Components at the times of the vibration's history, shape (points + 1, components)
     real(dp), allocatable :: history(:, :)
-    !> With weights: true if they are included; true if the reaction is a support that carries load. Static force on the ground (N),
-    !> with as many components as the position. Minimum over the period of the total force along gravity (N), with its error bound.
-    !> A support that carries load lifts off if this minimum is negative.
+    !> True if the weights are included; true if the reaction is a support that carries load
     logical :: weighed = .false., carrying = .false.
+    !> Static force on the ground (N), with as many components as the position
     real(dp), allocatable :: static(:)
+    !> Minimum over the period of the total force along gravity and its error bound (N). A support that carries load lifts off if
+    !> this minimum is negative.
     real(dp) :: least_compression = 0, least_error = 0
   end type reaction_type
 

@@ -15,8 +15,9 @@ module gestell_task_power_drive
 
   public :: find_drive
 
-  !> A torque over the period (N m): value of largest magnitude with its sign, the phase t / T at which it occurs, rms, mean.
+  !> A torque over the period.
   type, public :: torque_type
+    !> Value of largest magnitude with its sign (N m), phase t / T at which it occurs, rms and mean (N m)
     real(dp) :: peak = 0, peak_phase = 0, rms = 0, mean = 0
   end type torque_type
 
@@ -24,8 +25,9 @@ module gestell_task_power_drive
   type, public :: drive_type
     !> Rows of gestell_model_quantity_driving at the times of the vibration's history, shape (power_rows, points + 1)
     real(dp), allocatable :: history(:, :)
-    !> Torque on the vibrating frame and on a rigid frame; error bound of the peak on the vibrating frame (N m)
+    !> Torque on the vibrating frame and on a rigid frame
     type(torque_type) :: actual, rigid
+    !> Error bound of the peak on the vibrating frame (N m)
     real(dp) :: peak_error = 0
     !> Mean power of the drive and of the dampers; maximum power of the drive (W)
     real(dp) :: drive_mean = 0, dampers_mean = 0, greatest = 0

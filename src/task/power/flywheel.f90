@@ -19,8 +19,9 @@ module gestell_task_power_flywheel
 
   !> Fluctuation of the drive speed.
   type, public :: fluctuation_type
-    !> Drive speed minus its mean at points + 1 times of the period (rad/s); its maximum and minimum
+    !> Drive speed minus its mean at points + 1 times of the period (rad/s)
     real(dp), allocatable :: history(:)
+    !> Maximum and minimum of the drive speed minus its mean (rad/s)
     real(dp) :: greatest = 0, least = 0
     !> Coefficient of irregularity (greatest - least)/|speed|, and its error bound
     real(dp) :: irregularity = 0, error = 0

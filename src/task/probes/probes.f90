@@ -19,6 +19,7 @@ module gestell_task_probes
   implicit none (type, external)
   private
 
+  !> Part of the task `response` on probes.
   type, extends(task_type), public :: probes_task
   contains
     procedure :: describe

@@ -22,8 +22,11 @@ module gestell_task_probes_response
 
   !> Vibration at one probe.
   type, public :: probe_response_type
+    !> The probe with its band and limit
     type(probe_type) :: probe
+    !> Names of the quantities: displacement, velocity and acceleration, each along the axes and as the magnitude of the vector
     character(len=2), allocatable :: parts(:)
+    !> Statistics of each quantity over the period
     type(statistics_type), allocatable :: statistics(:)
     !> Quantities at the times of the vibration's history, shape (points + 1, quantities)
     real(dp), allocatable :: history(:, :)

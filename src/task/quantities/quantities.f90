@@ -19,8 +19,10 @@ module gestell_task_quantities
   implicit none (type, external)
   private
 
+  !> Part of the task `response` on requested quantities.
   type, extends(task_type), public :: quantities_task
     private
+    !> Requested quantities and what is reported of each
     type(measure_type), allocatable :: measures(:)
   contains
     procedure :: describe

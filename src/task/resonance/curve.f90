@@ -34,6 +34,7 @@ module gestell_task_resonance_curve
     type(speed_options) :: options
     !> Speeds of the grid (1/min) that are not yet computed
     real(dp), allocatable :: grid(:)
+    !> Number of rounds of refinement
     integer :: rounds = 0
     !> True if refinement ended by itself, false if it reached the limit of speeds or rounds
     logical :: complete = .true.

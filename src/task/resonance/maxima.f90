@@ -17,15 +17,16 @@ module gestell_task_resonance_maxima
   type, public :: maximum_type
     !> Number of the quantity
     integer :: quantity = 0
-    !> Number of the point on the curve, and the verdict at it
+    !> Number of the point on the curve
     integer :: point = 0
+    !> Verdict at this point
     type(verdict_type) :: state
     !> Harmonic with the largest amplitude at this point
     integer :: strongest_order = 0
     !> Speed (1/min) and value P_0 of the peak
     real(dp) :: speed = 0, value = 0
-    !> Speeds on both sides at which the peak P has fallen to P_0 / sqrt(2), their distance (1/min), and half of this distance
-    !> relative to the speed: the damping ratio of a single resonance. NaN if the curve rises or ends before.
+    !> Speeds on both sides at which the peak P has fallen to P_0 / sqrt(2), and their distance (1/min). Half of this distance
+    !> relative to the speed, which is the damping ratio of a single resonance. NaN if the curve rises or ends before.
     real(dp) :: half(2) = 0, width = 0, damping_ratio = 0
     !> Height above the higher one of its flanks in ln(peak)
     real(dp) :: rise = 0

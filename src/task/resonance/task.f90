@@ -27,6 +27,7 @@ module gestell_task_resonance_task
 
   type, extends(task_type), public :: resonance_task
     private
+    !> Quantities whose curves are computed
     type(quantity_type), allocatable :: quantities(:)
   contains
     procedure :: describe

@@ -11,13 +11,19 @@ module gestell_task_response_names
 
   !> Names and units of one quantity.
   type, public :: name_type
-    !> Name of the table column with its unit and meaning; name in the report, its unit and the factor from SI; symbol in pictures
+    !> Key of the table column without the unit
     character(len=11) :: column = ""
+    !> Unit of the column
     type(unit_type) :: unit
+    !> Meaning of the column
     character(len=64) :: meaning = ""
+    !> Name in the report
     character(len=24) :: words = ""
+    !> Unit in the report
     character(len=6) :: small_unit = ""
+    !> Value in the unit of the report over value in SI units
     real(dp) :: factor = 1
+    !> Symbol in pictures
     character(len=10) :: symbol = ""
   end type name_type
 

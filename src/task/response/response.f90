@@ -16,6 +16,7 @@ module gestell_task_response
   implicit none (type, external)
   private
 
+  !> Part of the task `response` on the vibration of the frame.
   type, extends(task_type), public :: response_task
   contains
     procedure :: describe

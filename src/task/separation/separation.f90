@@ -18,14 +18,17 @@ module gestell_task_separation
   type, public :: separation_type
     !> Number of the mode; harmonic of the period that the order is
     integer :: mode = 0, harmonic = 0
+    !> Order: multiple of the crank speed
     real(dp) :: order = 0
-    !> Speed of the range at which mode and order are nearest (1/min), and the mode at this speed
+    !> Speed of the range at which mode and order are nearest (1/min)
     real(dp) :: speed = 0
+    !> Mode at this speed
     type(mode_type) :: at
     !> f and k n (Hz), distance and its error bound; NaN if the mode is not identified at any speed
     real(dp) :: frequency = 0, excitation = 0, distance = 0, error = 0
-    !> Shares of the degrees of freedom in the mode's kinetic energy; number of degrees of freedom
+    !> Shares of the degrees of freedom in the mode's kinetic energy
     real(dp) :: energy(most_dofs) = 0
+    !> Number of degrees of freedom
     integer :: dofs = 3
     !> Share of the rotation about the torque-roll axis in the kinetic energy, for a frame in space; negative if unknown
     real(dp) :: torque_roll = -1

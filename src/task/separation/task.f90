@@ -41,8 +41,9 @@ module gestell_task_separation_task
     integer :: orders = 4
     !> Minimum distance (%)
     real(dp) :: margin = 20
-    !> The machine as a function of its speed, and the speeds examined (1/min): the operating speed, or those of the sweep
+    !> The machine as a function of its speed
     type(document_family_type) :: family
+    !> Speeds that are examined (1/min): the operating speed, or those of the sweep
     real(dp), allocatable :: speeds(:)
   contains
     procedure :: describe

@@ -30,6 +30,7 @@ module gestell_task_trade_model_trade
 
   !> The periodic and the averaged model in comparison.
   type, public :: model_trade_type
+    !> Results with periodic and with averaged coefficients
     type(finding_type) :: periodic, averaged
     !> Errors of the averaged model relative to the periodic one, in the measures of `trade_row_type`
     real(dp) :: error_phi = 0, error_rho = 0, error_x0 = 0
@@ -46,9 +47,11 @@ module gestell_task_trade_model_trade
 
   !> Results of one of the `frame_models`.
   type, public :: model_finding_type
+    !> Name of the model
     character(len=11) :: model = ""
-    !> Verdict, empty if there is no result; reason for a missing verdict or vibration
+    !> Verdict; empty if the model has no result
     character(len=9) :: verdict = ""
+    !> Reason for a missing verdict or vibration
     character(len=:), allocatable :: reason
     !> ln of the largest modulus of the multipliers
     real(dp) :: log_rho = 0

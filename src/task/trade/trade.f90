@@ -23,11 +23,14 @@ module gestell_task_trade
 
   public :: cheapest, measure_row, measure_trade, median
 
-  !> Result of one method with one number of steps. Errors are relative to the converged solution. The errors of Phi(T) and x0 are
-  !> relative to their norms in balanced units; the error of the multipliers is the largest relative one.
+  !> Result of one method with one number of steps. Errors are relative to the converged solution.
   type, public :: trade_row_type
+    !> Name of the method
     character(len=name_length) :: method = ""
+    !> Order of convergence; numbers of steps and of evaluations in the period
     integer :: order = 0, steps = 0, evaluations = 0
+    !> Error of Phi(T) relative to its norm in balanced units; largest relative error of a multiplier; error of x0 relative to its
+    !> norm in balanced units
     real(dp) :: error_phi = 0, error_rho = 0, error_x0 = 0
     !> Median time of one solution for Phi(T) and x_p(T) (s)
     real(dp) :: seconds = 0
@@ -42,6 +45,7 @@ module gestell_task_trade
 
   !> All measurements.
   type, public :: trade_type
+    !> One row for each method and number of steps
     type(trade_row_type), allocatable :: rows(:)
     !> Error bounds of the converged solution, in the measures of `trade_row_type`
     real(dp) :: floor_phi = 0, floor_rho = 0, floor_x0 = 0
