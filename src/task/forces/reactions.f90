@@ -187,7 +187,7 @@ contains
     end associate
   end function static_force
 
-  !> Finds the components of a reaction, whose name ends with a point. Components that it does not have stay unallocated.
+  !> Finds the components of a reaction, whose name ends with a dot. Components that it does not have stay unallocated.
   subroutine force_of(frame, reaction, parts)
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: reaction
