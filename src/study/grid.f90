@@ -38,11 +38,11 @@ module gestell_study_grid
     integer :: number = 0, first(2) = 1, last(2) = 1
   end type tile_type
 
-  !> Maximum number of values of a tile along an axis: with two axes, with two axes whose points are solved one by one, with one
-  !> axis.
+  !> Maximum number of values of a tile along an axis. `most_of_two`: with two axes. `most_one_by_one`: with two axes if points are
+  !> solved one by one. `most_of_one`: with one axis.
   integer, parameter :: most_of_two = 500, most_one_by_one = 250, most_of_one = 4000
-  !> Minimum number of tiles along an axis, so that several threads have work, and points that such a tile has at least. Large
-  !> grids that are expanded have no such minimum.
+  !> `usual_tiles`: minimum number of tiles along an axis, so that several threads have work. `least_of_tile`: such tiles have at
+  !> least so many points along the axis. Large grids that are expanded have no minimum number of tiles.
   integer, parameter :: usual_tiles = 4, least_of_tile = 8
 
 contains

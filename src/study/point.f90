@@ -22,7 +22,7 @@ module gestell_study_point
     type(accuracy_type) :: accuracy
     !> True for each requested column; the default is all columns of a frame in the plane
     logical :: columns(sweep_columns) = [.true., .true., .true., .true., .true., .true., .true., .false., .false., .false.]
-    !> True if the verdict stands behind the peaks, as when the input names peaks and no verdict
+    !> True if the verdict comes after the peaks, which is so if the input names peaks and no verdict
     logical :: verdict_last = .false.
     !> Measures of the vibration, each with its error, written behind these columns; probes that the measures name
     type(measure_type), allocatable :: measures(:)

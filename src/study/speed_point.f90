@@ -47,17 +47,17 @@ module gestell_study_speed_point
     real(dp) :: speed = 0
     !> The verdict on the vibration, or the reason why there is none
     type(verdict_type) :: state = failed
-    !> Peak, bound on its error, rms and amplitudes of the harmonics of each quantity, shape (3 + harmonics, quantities); NaN if
-    !> there is no vibration. `strongest`: number of the strongest of all harmonics
+    !> `values`: peak, bound on its error, rms and amplitudes of the harmonics of each quantity, shape (3 + harmonics, quantities);
+    !> NaN if there is no vibration. `strongest`: number of the strongest of all harmonics, shape (quantities)
     real(dp), allocatable :: values(:, :)
     integer, allocatable :: strongest(:)
     !> Each requested measure and a bound on its error, shape (2, measures)
     real(dp), allocatable :: measured(:, :)
-    !> For each free vibration: turns within the period, reduced to (-1/2, 1/2], and logarithm of the growth within it.
-    !> `averaged_turns`: natural frequencies of the averaged frame times the period over 2 pi, ascending. Shapes (modes); `turns`
-    !> and `growth` are not allocated if there are no multipliers
+    !> `turns`: turns of each free vibration within the period, reduced to (-1/2, 1/2]. `growth`: logarithm of its growth within the
+    !> period. `averaged_turns`: natural frequencies of the averaged frame times the period over 2 pi, ascending. Shapes (modes).
+    !> `turns` and `growth` are not allocated if there are no multipliers
     real(dp), allocatable :: turns(:), growth(:), averaged_turns(:)
-    !> 2 pi over the period (rad/s), and number of turns of the drive in the period
+    !> `crank`: 2 pi over the period (rad/s). `drive_turns`: number of turns of the drive in the period
     real(dp) :: crank = 0
     integer :: drive_turns = 1
     !> Distances by which the frame moves; 0 if there is no vibration
@@ -69,7 +69,7 @@ module gestell_study_speed_point
     real(dp) :: from_fold = huge(1.0_dp)
   end type speed_point_type
 
-  !> Rows requested from solve_vibration, and the minimum number of harmonics requested.
+  !> `history`: intervals of the history requested from `solve_vibration`. `harmonics`: minimum number of harmonics requested.
   integer, parameter :: history = 64, harmonics = 20
 
 contains

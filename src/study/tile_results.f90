@@ -40,9 +40,10 @@ module gestell_study_tile_results
     !> Values of the requested columns, then measures with their errors; shape (values, points of axis 2, points of axis 1). NaN
     !> where a value does not exist; verdicts as their numbers (gestell_base_verdict)
     real(dp), allocatable :: values(:, :, :)
-    !> Number of solutions: at points solved directly, and for the support of expansions
+    !> Number of solutions, both at points solved directly and for the support of expansions
     integer :: solutions = 0
-    !> Number of points checked against direct solutions; largest deviation of Phi (and x_p), relative to its size
+    !> `checks`: number of points checked against direct solutions. `deviation`: largest deviation of Phi (and x_p), relative to its
+    !> size
     integer :: checks = 0
     real(dp) :: deviation = 0
   end type tile_results_type

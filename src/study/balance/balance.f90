@@ -49,7 +49,7 @@ module gestell_study_balance
 
   !> Forces and moments that remain on rigid ground at a speed.
   type, public :: left_type
-    !> Fourier series of each row over the crank angle (N or N m), and the kind of each row: 1 force, 2 moment
+    !> `series`: Fourier series of each row over the crank angle (N or N m). `kinds`: 1 for forces, 2 for moments; shapes (rows)
     type(fourier_type), allocatable :: series(:)
     integer, allocatable :: kinds(:)
     !> Peak and rms of the magnitude of the force (N) and of the moment (N m)

@@ -16,10 +16,11 @@ module gestell_study_balance_bodies
 
   !> A body that turns by the angle theta against the frame.
   type, public :: turning_body_type
-    !> Index of the first link on the body, which defines its axes, and that link's mean length from joint to joint (m)
+    !> `link`: index of the first link on the body, which defines its axes. `length`: mean length of this link from joint to joint
+    !> (m)
     integer :: link = 0
     real(dp) :: length = 0
-    !> True if a point of the body rests; the position of this point in the body's axes (m), 0 if there is none
+    !> `pivoted`: true if a point of the body rests. `pivot`: position of this point in the body's axes (m), otherwise 0
     logical :: pivoted = .false.
     complex(dp) :: pivot = 0
     !> Distance of the counterweight from the pivot (m)
@@ -28,7 +29,8 @@ module gestell_study_balance_bodies
     real(dp), allocatable :: effect(:, :, :)
   end type turning_body_type
 
-  !> A point mass on a body: the body's index, the unbalance rho (kg m) about its pivot, the angle alpha (rad) to its axes.
+  !> A point mass on a body. `body`: index of the body. `unbalance`: rho (kg m) about the body's pivot. `angle`: alpha (rad) to the
+  !> body's axes.
   type, public :: counterweight_type
     integer :: body = 0
     real(dp) :: unbalance = 0, angle = 0

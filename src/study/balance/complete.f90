@@ -20,8 +20,9 @@ module gestell_study_balance_complete
 
   public :: balance_force
 
-  !> Results of `balance_force`: the linkage needs no counterweight; the counterweights balance it completely; complete balance is
-  !> impossible and the counterweights on pivoted bodies minimise the force; no body turns about a pivot.
+  !> Results of `balance_force`. `balanced_already`: no counterweight is needed. `balanced`: the counterweights make the force
+  !> vanish. `not_balanced`: complete balance is impossible, and the counterweights on pivoted bodies minimise the force.
+  !> `no_pivots`: no body turns about a pivot.
   integer, parameter, public :: balanced_already = 1, balanced = 2, not_balanced = 3, no_pivots = 4
 
 contains
@@ -81,7 +82,8 @@ contains
     logical, intent(in) :: all
     type(counterweight_type), allocatable, intent(out) :: weights(:)
     integer, parameter :: most = 100
-    !> Tolerances relative to the largest unbalance: of the iteration; below which an unbalance is set to zero
+    !> The iteration ends when no unbalance changes by more than `settled`, relative to the largest. Unbalances below `rounding`,
+    !> relative to the largest, are set to zero.
     real(dp), parameter :: settled = 1.0e-15_dp, rounding = 1.0e-10_dp
     complex(dp), allocatable :: columns(:, :), u(:), before(:)
     real(dp), allocatable :: effects(:, :, :)

@@ -31,7 +31,8 @@ contains
     real(dp), intent(in) :: weights(:)
     type(counterweight_type), intent(out) :: best
     integer, parameter :: places = 720
-    !> Tolerance of an angle (rad); relative rounding error of an effect; smallest relative reduction of the mean square that counts
+    !> `sharp`: tolerance of an angle (rad). `rounding`: relative rounding error of an effect. `nothing`: relative reduction of the
+    !> mean square below which a counterweight is useless.
     real(dp), parameter :: sharp = 4.0e-15_dp, rounding = 1.0e-12_dp, nothing = 1.0e-13_dp
     type(root_search_type) :: search
     real(dp) :: b(3), g(3, 3), least, whole, greatest, alpha, taken, slope(0:places)

@@ -10,8 +10,8 @@ module gestell_study_design_branches
 
   public :: maxima_over_turn, measure_branches
 
-  !> Local maxima below this part of the largest are no branches; samples above `near` times the largest are branches; number of
-  !> Newton steps for the phase of a maximum.
+  !> `counts`: local maxima below this part of the largest are no branches. `near`: samples above this part of the largest are
+  !> branches. `iterations`: number of Newton steps for the phase of a maximum.
   real(dp), parameter :: counts = 0.3_dp, near = 0.95_dp
   integer, parameter :: iterations = 6
 

@@ -31,8 +31,8 @@ module gestell_study_design_coordinates
     real(dp), allocatable :: share(:)
   end type coordinates_type
 
-  !> Allowed error of the periodicity of P, and allowed condition number of P. Larger ones show free vibrations that coincide or
-  !> that are lost beside larger ones.
+  !> `of_modes`: allowed error of the periodicity of P. `most_condition`: allowed condition number of P. Larger values show that
+  !> free vibrations coincide, or that some are lost beside larger ones.
   real(dp), parameter :: of_modes = 1.0e-7_dp, most_condition = 1.0e6_dp
 
 contains

@@ -27,7 +27,7 @@ module gestell_study_design_evaluation
   type, public :: top_type
     !> The condition
     type(condition_type) :: condition
-    !> Number of the goal, number of the line through the range, and excess over the limit
+    !> `goal`: number of the goal. `line`: number of the line through the range. `excess`: excess over the limit
     integer :: goal = 0, line = 0
     real(dp) :: excess = 0
     !> True for a maximum inside the line, false for one at its end
@@ -46,10 +46,11 @@ module gestell_study_design_evaluation
     class(range_type), allocatable :: range
     !> Ranges of the parameters, shape (parameters)
     real(dp), allocatable :: lower(:), upper(:)
-    !> Index of the first parameter of the same link, and property of the link that each parameter changes; shapes (parameters)
+    !> `body`: index of the first parameter of the same link. `part`: property of the link that the parameter changes. Shapes
+    !> (parameters)
     integer, allocatable :: body(:), part(:)
-    !> Index of the link that each parameter changes, 0 if it does not belong to one link, and its unit in SI; shapes (parameters).
-    !> If not allocated, all neighbours are computed as members of the family
+    !> `link`: index of the link that each parameter changes, 0 if it does not belong to one link. `unit`: unit of the parameter in
+    !> SI. Shapes (parameters). If not allocated, all neighbours are computed as members of the family
     integer, allocatable :: link(:)
     real(dp), allocatable :: unit(:)
   contains

@@ -17,7 +17,8 @@ module gestell_study_design_goal
 
   public :: components, new_goal, plain_values, shaking_error, take_samples
 
-  !> Subjects of goals: a quantity of the motion, a shaking force, the torque, the multipliers, a number of the machine.
+  !> Subjects of goals: a quantity of the motion, a shaking force on rigid ground, the torque of the drive, the largest multiplier,
+  !> or a number of the machine.
   integer, parameter, public :: of_motion = 1, of_shaking = 2, of_torque = 3, of_multipliers = 4, of_machine = 5
 
   character(len=10), parameter :: machine_names(3) = [character(len=10) :: "added_mass", "sag", "separation"]
@@ -27,7 +28,8 @@ module gestell_study_design_goal
     type(measure_type) :: measure
     !> `of_motion`, `of_shaking`, `of_torque`, `of_multipliers` or `of_machine`
     integer :: about = of_motion
-    !> Weight in the objective; limit of a constraint; value subtracted from the quantity, that of the machine of the file
+    !> `weight`: factor in the objective. `limit`: limit of a constraint. `offset`: value for the machine of the file, subtracted
+    !> from the quantity
     real(dp) :: weight = 1, limit = 0, offset = 0
     !> 1: upper limit, -1: lower limit, 0: equality
     integer :: sense = 1

@@ -33,8 +33,9 @@ module gestell_study_design_motion
     logical :: moves = .true.
     !> Fourier series of q over theta
     type(series_type) :: series
-    !> Equidistant phases; q and its first and second derivatives over theta = 2 pi t/T for all degrees of freedom, shape (phases,
-    !> dofs, 0:2); dq/dp and its derivatives over theta, shape (phases, dofs, 0:2, parameters), allocated by `solve_slopes`
+    !> `phases`: equidistant phases. `q`: q and its first and second derivatives over theta = 2 pi t/T for all degrees of freedom,
+    !> shape (phases, dofs, 0:2). `slope`: dq/dp and its derivatives over theta, shape (phases, dofs, 0:2, parameters), allocated by
+    !> `solve_slopes`
     real(dp), allocatable :: phases(:), q(:, :, :), slope(:, :, :, :)
     !> The fast solution with its maps, if the motion was computed by it about rest
     type(quick_motion_type) :: quick
@@ -53,8 +54,8 @@ module gestell_study_design_motion
     procedure :: conserves
   end type loaded_type
 
-  !> Minimum number of phases; maximum number of corrections for the part of R that M, B, C do not contain. `of_slope`: relative
-  !> error allowed for the derivatives and for this part of R.
+  !> `fewest`: minimum number of phases. `most_corrections`: maximum number of corrections for the part of R that M, B, C do not
+  !> contain. `of_slope`: relative error allowed for the derivatives and for this part of R.
   integer, parameter :: fewest = 64, most_corrections = 6
   real(dp), parameter :: of_slope = 1.0e-10_dp
 

@@ -44,8 +44,8 @@ module gestell_study_design_perturbed_members
     procedure :: drive_rpm
   end type condition_type
 
-  !> Change of a parameter for derivatives: its range. If it is a property (`part`) of one link, also the index of the link and the
-  !> parameter's unit in SI. Then the link is changed in place and the joints keep their positions.
+  !> Change of a parameter for derivatives. `range`: range of the parameter. A property `part` of one link alone also has the index
+  !> `link` of the link and the parameter's `unit` in SI. Then the link is changed in place and the joints keep their positions.
   type, public :: step_type
     real(dp) :: range = 0
     integer :: link = 0, part = other_part

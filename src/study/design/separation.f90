@@ -16,15 +16,16 @@ module gestell_study_design_separation
 
   public :: find_branches, take_distances
 
-  !> Directions in which the machine vibrates, shape (degrees of freedom, branches); for each a harmonic of the period and the side
-  !> of the harmonic on which its frequency should stay, 1: above, -1: below; shapes (branches).
+  !> Branches of the separation. `u`: directions in which the machine vibrates, shape (degrees of freedom, branches). `harmonic`:
+  !> harmonic of the period beside each direction, shape (branches). `side`: side of the harmonic on which the frequency should
+  !> stay, 1: above, -1: below; shape (branches).
   type, public :: separation_type
     complex(dp), allocatable :: u(:, :)
     integer, allocatable :: harmonic(:), side(:)
   end type separation_type
 
-  !> Largest order of the drive that counts; number of directions in the plane of two modes; relative difference of squared
-  !> frequencies below which two modes may meet.
+  !> `orders`: largest order of the drive that counts. `around`: number of directions in the plane of two modes. `near`: relative
+  !> difference of squared frequencies below which two modes may meet.
   integer, parameter :: orders = 4, around = 12
   real(dp), parameter :: near = 0.1_dp
 

@@ -23,7 +23,8 @@ module gestell_study_frame_model_harmonic_balance
   type, public :: balance_type
     !> Harmonics of the degrees of freedom, shape (0:phases - 1, dofs): cosines of the orders below half the phases, then sines
     real(dp), allocatable :: harmonics(:, :)
-    !> Estimates of the relative errors of motion and velocity, by rounding and by the remaining residual and missing harmonics
+    !> Estimates of the relative error of motion and velocity. `rounding`: by rounding. `truncation`: by the remaining residual and
+    !> by missing harmonics
     real(dp) :: rounding = 0, truncation = 0
     !> Part of `truncation` that more phases would reduce
     real(dp) :: left_out = 0
@@ -40,8 +41,8 @@ module gestell_study_frame_model_harmonic_balance
     real(dp), allocatable, dimension(:, :, :) :: m, b, c
   end type coefficients_type
 
-  !> Maximum number of iterations; safety factor for the ratio of peak to rms error and for directions that the iterations missed;
-  !> minimum number of phases for each of the system's least steps.
+  !> `most_iterations`: maximum number of iterations. `reserve`: safety factor for the ratio of peak to rms error and for directions
+  !> that the iterations missed. `phases_in_step`: minimum number of phases for each of the system's least steps.
   integer, parameter :: most_iterations = 16
   real(dp), parameter :: reserve = 10
   integer, parameter :: phases_in_step = 4

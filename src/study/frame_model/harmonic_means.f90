@@ -10,14 +10,14 @@ module gestell_study_frame_model_harmonic_means
 
   !> Means of the coefficients over theta, in units of the states, and their inverses.
   type, public :: means_type
-    !> Number of degrees of freedom, and half the number of phases; the orders are below it
+    !> `f`: number of degrees of freedom. `half`: half the number of phases; orders are below it
     integer :: f = 0, half = 0
     !> Means of M, B, C, shape (f, f, 3)
     real(dp), allocatable :: coefficients(:, :, :)
     !> Real and imaginary parts of A_k^-1, shape (0:half - 1, f, f)
     real(dp), allocatable, dimension(:, :, :) :: along, across
-    !> Ratio of the velocity of order 1 to the displacement, shape (f); weights of the harmonics in the rms of motion and velocity,
-    !> shape (0:2 half - 1, f)
+    !> `of_velocity`: ratio of the velocity of order 1 to the displacement, shape (f). `weights`: weights of the harmonics in the
+    !> rms of motion and velocity, shape (0:2 half - 1, f)
     real(dp), allocatable :: of_velocity(:), weights(:, :)
     !> Norm of A_k^-1 for each order k
     real(dp), allocatable :: gains(:)

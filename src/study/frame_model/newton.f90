@@ -23,11 +23,13 @@ module gestell_study_frame_model_newton
   real(dp), parameter, public :: rough = 1.0e-6_dp
   !> Maximum number of Newton's steps.
   integer, parameter :: most_steps = 12
-  !> A step above this part of the motion shows that the start was bad; a relative error above `all_error` makes the motion useless.
+  !> `greatest_step`: a step above this part of the motion shows that the start was bad. `all_error`: a motion with a relative error
+  !> above this value is useless.
   real(dp), parameter :: greatest_step = 0.5_dp, all_error = 0.5_dp
   !> Part of the tolerance that the steps still to come may amount to.
   real(dp), parameter :: part_left = 0.1_dp
-  !> Allowed relative errors of fast solutions: of the start and of a step, and of a step that only confirms.
+  !> Relative errors allowed for fast solutions. `of_step`: for the start and for a step. `of_last_step`: for a step that only
+  !> confirms.
   real(dp), parameter :: of_step = 1.0e-3_dp, of_last_step = 0.1_dp
   !> Initial, minimum and maximum number of samples of a motion.
   integer, parameter, public :: first_samples = 64
@@ -38,7 +40,8 @@ module gestell_study_frame_model_newton
   real(dp), parameter :: small_step = 0.1_dp
   !> With more phases an integration is faster than harmonic balance.
   integer, parameter :: most_balanced = 128
-  !> Harmonics that count as resolved, and harmonics that are dropped as rounding, relative to the motion.
+  !> Sizes of harmonics relative to the motion. `resolved`: the highest orders must be below. `noise`: smaller harmonics are dropped
+  !> as rounding.
   real(dp), parameter :: resolved = 1.0e-12_dp, noise = 1.0e-14_dp
 
   !> A periodic motion computed by `next_motion`.
@@ -47,14 +50,15 @@ module gestell_study_frame_model_newton
     real(dp), allocatable :: q(:, :), scale(:)
     !> Fourier series through the samples
     type(series_type) :: series
-    !> Size of the motion in these units; relative change from the motion before it; estimate of the relative error
+    !> `size`: size of the motion in these units. `step`: relative change from the motion before it. `error`: estimate of the
+    !> relative error
     real(dp) :: size = 0, step = 0, error = 0
     !> Data that the fast solvers keep for the next motion
     type(balance_type) :: balance
     type(quick_motion_type) :: quick
     !> Truncation error of a fast solution, relative to what it solved for
     real(dp) :: truncation = 0
-    !> True if a fast solver was used; relative error allowed for it
+    !> `quickly`: true if a fast solver was used. `of_step`: relative error allowed for fast solvers
     logical :: quickly = .false.
     real(dp) :: of_step = of_step
     !> True for an intermediate motion of Newton's method: it may stay unresolved beyond `most_samples_passed`

@@ -32,12 +32,12 @@ module gestell_study_frame_model_path
     real(dp), allocatable :: units(:)
     !> True if the equations are linear in lambda and lambda = 0 is rest
     logical :: from_rest = .false.
-    !> Step of lambda for differences, and accuracy of the two motions: errors of 1e-8 over a step of 1e-3 leave differences
-    !> accurate to 1e-5
+    !> `difference`: step of lambda for differences. `precise`: accuracy of the two motions. Errors of 1e-8 over a step of 1e-3
+    !> leave differences accurate to 1e-5
     real(dp) :: difference = 1.0e-3_dp, precise = 1.0e-8_dp
-    !> Relative correction below which a motion has converged; largest lambda that has a member
+    !> `close`: relative correction below which a motion has converged. `last_lambda`: largest lambda that has a member
     real(dp) :: close = 1.0e-3_dp, last_lambda = huge(1.0_dp)
-    !> True if multipliers are computed on the way; angles of the last linear system, as in iterate_type
+    !> `multipliers`: true if multipliers are computed on the way. `angles`: angles of the last linear system, as in iterate_type
     logical :: multipliers = .false.
     real(dp), allocatable :: angles(:, :)
     !> Number of linear systems that may still be solved, so that every search ends
@@ -78,8 +78,8 @@ module gestell_study_frame_model_path
   real(dp), parameter, public :: first_arc = 0.2_dp, least_arc = 1.0e-4_dp, greatest_arc = 0.5_dp
   !> A rotation of the frame beyond this angle (rad) ends a path.
   real(dp), parameter, public :: furthest_turn = 3
-  !> Maximum relative correction of a motion; minimum cosine of the angle between consecutive tangents; maximum number of
-  !> corrections.
+  !> `greatest_change`: maximum relative correction of a motion. `least_cosine`: minimum cosine of the angle between consecutive
+  !> tangents. `most_corrections`: maximum number of corrections.
   real(dp), parameter :: greatest_change = 0.3_dp, least_cosine = 0.8_dp
   integer, parameter :: most_corrections = 6
   !> Relative error allowed for an iterate of a fast solver.

@@ -44,8 +44,9 @@ module gestell_study_frame_model_vibration_path
   !> jump its vibration is that of faster speeds.
   real(dp), parameter :: other_speeds(*) = [0.97_dp, 1.03_dp, 0.9_dp, 1.1_dp]
 
-  !> Initial damping relative to the crank speed and to the frequency of the stiffest direction. It falls as exp(-fall lambda), so
-  !> weakly damped resonances are approached slowly. `most_systems`: maximum number of linear systems on this path.
+  !> The damping at the start is the larger of `of_speed` times the drive speed and `of_frequency` times the frequency of the
+  !> stiffest direction. It falls as exp(-fall lambda), so weakly damped resonances are approached slowly. `most_systems`: maximum
+  !> number of linear systems on this path.
   real(dp), parameter :: of_speed = 2, of_frequency = 1, fall = 12
   integer, parameter :: most_systems = 500
   !> A path that returns to more damping than at its start ends at another equilibrium of the frame.

@@ -21,7 +21,7 @@ contains
   pure subroutine find_components(p, turn, period, mass, mode)
     !> Positions without growth, shape (samples, f)
     complex(dp), intent(in) :: p(:, :)
-    !> Im lambda (rad/s), the period (s), the mean mass matrix, shape (f, f)
+    !> `turn`: Im lambda (rad/s). `period`: the period (s). `mass`: the mean mass matrix, shape (f, f)
     real(dp), intent(in) :: turn, period, mass(:, :)
     !> Receives the components
     type(mode_type), intent(inout) :: mode

@@ -7,7 +7,8 @@ module gestell_study_mode_tracking
 
   public :: track
 
-  !> Likeness above which two modes are accepted as the same mode; ratio below which the second-best assignment must stay.
+  !> `alike`: two modes with a larger likeness are accepted as the same mode. `apart`: the second-best assignment must stay below
+  !> this part of the best one.
   real(dp), parameter :: alike = 0.8_dp, apart = 0.7_dp
 
 contains
@@ -78,8 +79,8 @@ contains
     real(dp), intent(in) :: mass(:, :), base
     real(dp), intent(out) :: likeness
     integer, intent(out) :: component
-    !> Likeness of unidentified modes; factor on the share of components weaker than the strongest; step of the frequency, in units
-    !> of `base`, that halves the likeness
+    !> `unknown`: likeness of unidentified modes. `weight`: factor on the share of components weaker than the strongest. `step`:
+    !> change of the frequency, in units of `base`, that halves the likeness
     real(dp), parameter :: unknown = 1.0e-3_dp, weight = 2, step = 0.25_dp
     real(dp) :: one
     integer :: k

@@ -7,7 +7,7 @@ module gestell_study_mode_type
 
   public :: assurance
 
-  !> Maximum number of degrees of freedom, and number of components that are kept.
+  !> `most_dofs`: maximum number of degrees of freedom. `most_components`: maximum number of components that are kept.
   integer, parameter, public :: most_dofs = 6, most_components = 8
 
   !> One mode: the motion of a conjugate pair of multipliers, or of two real multipliers that belong together.

@@ -24,9 +24,9 @@ module gestell_study_vibration_analysis
 
   !> Results requested from `analyse`.
   type, public :: analysis_options
-    !> Multipliers and verdict; eigenvectors too; the periodic vibration
+    !> `stability`: multipliers and verdict. `modes`: eigenvectors too. `response`: the periodic vibration
     logical :: stability = .true., modes = .false., response = .true.
-    !> Number of intervals of the history over one period; minimum number of harmonics
+    !> `points`: number of intervals of the history over one period. `harmonics`: minimum number of harmonics
     integer :: points = 360, harmonics = 20
     !> True if M, B, C are averaged over the turn
     logical :: averaged = .false.

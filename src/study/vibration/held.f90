@@ -11,7 +11,8 @@ module gestell_study_vibration_held
 
   public :: unheld
 
-  !> Rounding error of a stiffness relative to the largest one; elements of a motion below this part of the largest are dropped.
+  !> `rounding`: a stiffness below this part of the largest counts as zero. `small_part`: elements of a motion below this part of
+  !> the largest are dropped.
   real(dp), parameter :: rounding = 1.0e-13_dp, small_part = 1.0e-6_dp
 
   !> Longer than any sentence here. Texts of varying length are avoided: gfortran stores their length where threads share it.

@@ -230,8 +230,9 @@ contains
     !> The frame or its averaged model
     class(frame_type), intent(in) :: frame
     class(periodic_system), intent(in) :: system
-    !> Errors of the states, shape (states); relative errors of the load as it moves the frame, and of the terms of the load in the
-    !> guides' forces, where they may cancel; the motion at the phases, shape (rows, phases)
+    !> `states`: errors of the states, shape (states). `parts`: relative error of the load as it moves the frame, and relative
+    !> rounding error of the load's terms in the guides' forces, where they may cancel. `motion`: the rows at the phases, shape
+    !> (rows, phases)
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), intent(in) :: states(:), parts(2), motion(:, :)
     !> Errors of the rows, shape (rows)

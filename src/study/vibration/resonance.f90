@@ -17,8 +17,8 @@ module gestell_study_vibration_resonance
     !> Index of the multiplier, and |1 - rho|
     integer :: multiplier = 0
     real(dp) :: distance = 0
-    !> Natural frequency of the mode (rad/s), its ratio to 2 pi / T, and the nearest multiple. The frequency is 0 if the motion does
-    !> not oscillate
+    !> `frequency`: natural frequency of the mode (rad/s), 0 if the motion does not oscillate. `ratio`: its ratio to 2 pi / T.
+    !> `order`: the nearest multiple
     real(dp) :: frequency = 0, ratio = 0
     integer :: order = 0
     !> Turns of the drive in the period: `ratio` and `order` divided by `turns` are multiples of the drive speed

@@ -28,17 +28,19 @@ module gestell_study_vibration_several
     !> True for the vibration that the rest of the report describes
     logical :: told = .false.
     type(multipliers_type) :: multipliers
-    !> Maxima of the degrees of freedom over the turn (m, rad), in the frame's order, bounds on their errors, and rms values
+    !> Maxima of the degrees of freedom over the turn (m, rad), bounds on their errors, and rms values; shapes (dofs), in the
+    !> frame's order
     real(dp), allocatable :: peak(:), peak_error(:), rms(:)
   contains
     procedure :: vibration_index
   end type several_type
 
-  !> Maximum distance of a path from the machine's own speed, relative to it; maximum excitation of the path from rest.
+  !> `furthest_speed`: maximum distance of a path from the machine's own speed, relative to it. `furthest_excitation`: excitation at
+  !> which the path from rest ends.
   real(dp), parameter :: furthest_speed = 0.1_dp, furthest_excitation = 3
-  !> First and maximum arc length, short enough not to jump from one vibration to another.
+  !> `short_arc`: first arc length. `long_arc`: maximum arc length, short enough not to jump from one vibration to another.
   real(dp), parameter :: short_arc = 0.02_dp, long_arc = 0.2_dp
-  !> Maximum number of points of a path, and of linear systems solved for it.
+  !> `most_points`: maximum number of points of a path. `most_systems`: maximum number of linear systems solved for a path.
   integer, parameter :: most_points = 200, most_systems = 500
   !> Motions whose relative difference is smaller are equal.
   real(dp), parameter :: alike = 1.0e-6_dp

@@ -9,13 +9,13 @@ module gestell_study_vibration_small_motion
 
   !> Largest rotation (rad) that counts as small: the cosine of a larger angle differs from 1 by more than half a per cent.
   real(dp), parameter, public :: small_turn = 0.1_dp
-  !> Largest displacement of F that counts as small, relative to the machine's size; larger ones move the points where springs act.
+  !> Largest displacement of F that counts as small, relative to the machine's size. Larger ones move the points where springs act.
   real(dp), parameter, public :: small_part = 0.1_dp
   !> Motions larger than the limits by this factor are large even for the exact frame, because its springs and dampers stay linear.
   real(dp), parameter :: great = 5
 
-  !> Extent of the frame's motion: maximum of xi, eta and zeta (m), maximum of the rotations (rad), and the machine's size (m), the
-  !> largest distance of a support or of O from F. Size 0: unknown, as for a foundation alone below O.
+  !> Extent of the frame's motion. `displacement`: maximum of xi, eta and zeta (m). `turn`: maximum of the rotations (rad). `size`:
+  !> size of the machine (m), the largest distance of a support or of O from F; 0 if unknown, as for a foundation alone below O.
   type, public :: moved_type
     real(dp) :: displacement = 0, turn = 0, size = 0
     !> The coordinate with the largest rotation

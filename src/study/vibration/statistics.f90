@@ -16,8 +16,8 @@ module gestell_study_vibration_statistics
   type, public :: statistics_type
     !> Harmonics, shape (components): 1 for a signed quantity, 2 or 3 for the magnitude of a vector
     type(fourier_type), allocatable :: series(:)
-    !> Maximum of the absolute value and a bound on its error; rms; bound on the error at any time, which also bounds the error of
-    !> the rms
+    !> `peak`: maximum of the absolute value over the period. `peak_error`: bound on the error of the peak. `error`: bound on the
+    !> error at any time, which also bounds the error of `rms`
     real(dp) :: peak = 0, peak_error = 0, rms = 0, error = 0
     !> Phase t / T of the peak: vertex of the parabola through the highest sample and its neighbours
     real(dp) :: peak_phase = 0

@@ -38,8 +38,9 @@ module gestell_study_vibration
     real(dp), allocatable :: error(:)
     !> |x(T) - x(0)| of the computed motion relative to the maximum of |x(t)|, in balanced units
     real(dp) :: closing_defect = 0
-    !> If rows of the motion were requested (gestell_model_quantity): the motion at equidistant phases that resolve it, shape (rows,
-    !> samples); at the times of the history, shape (rows, points + 1); errors; harmonics, shape (rows)
+    !> Allocated if rows of the motion were requested (gestell_model_quantity). `motion`: rows at equidistant phases that resolve
+    !> the motion, shape (rows, samples). `motion_history`: rows at the times of the history, shape (rows, points + 1).
+    !> `motion_series`: harmonics, shape (rows)
     real(dp), allocatable :: motion(:, :), motion_history(:, :)
     type(turn_errors_type) :: motion_errors
     type(fourier_type), allocatable :: motion_series(:)

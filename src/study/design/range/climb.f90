@@ -16,7 +16,8 @@ module gestell_study_design_range_climb
 
   !> State and result of the search.
   type, public :: climb_type
-    !> Point to evaluate next; position of the maximum; largest value so far, which may be a little below the maximum
+    !> `next`: point to evaluate next. `top`: position of the maximum. `highest`: largest value so far, which may be a little below
+    !> the maximum
     real(dp) :: next = 0, top = 0, highest = 0
     !> True if the maximum is found to the relative accuracy `gain`, or if the steps are used up
     logical :: done = .false.
