@@ -7,6 +7,7 @@ module gestell_math_ball
   public :: operator(+), operator(-), operator(*), operator(/)
 
   type, public :: ball
+    !> Centre and radius >= 0
     real(dp) :: mid = 0, radius = 0
   contains
     procedure :: greatest
@@ -37,18 +38,21 @@ contains
     greatest = abs(self%mid) + self%radius
   end function greatest
 
+  !> Sum of two balls.
   elemental type(ball) function add(a, b)
     type(ball), intent(in) :: a, b
 
     add = ball(a%mid + b%mid, a%radius + b%radius)
   end function add
 
+  !> Difference of two balls.
   elemental type(ball) function subtract(a, b)
     type(ball), intent(in) :: a, b
 
     subtract = ball(a%mid - b%mid, a%radius + b%radius)
   end function subtract
 
+  !> Product of two balls.
   elemental type(ball) function multiply(a, b)
     type(ball), intent(in) :: a, b
 

@@ -42,6 +42,7 @@ module gestell_math_jet
 
 contains
 
+  !> Sum of two jets.
   elemental function add(a, b) result(c)
     type(jet), intent(in) :: a, b
     type(jet) :: c
@@ -55,6 +56,7 @@ contains
     c = jet(a%v + b, a%d, a%dd, a%ddd)
   end function add_constant
 
+  !> Difference of two jets.
   elemental function subtract(a, b) result(c)
     type(jet), intent(in) :: a, b
     type(jet) :: c
@@ -74,6 +76,7 @@ contains
     c = jet(-a%v, -a%d, -a%dd, -a%ddd)
   end function negate
 
+  !> Product of two jets, by Leibniz' rule.
   elemental function multiply(a, b) result(c)
     type(jet), intent(in) :: a, b
     type(jet) :: c
@@ -108,6 +111,7 @@ contains
     c%ddd = (a%ddd - 6 * c%d * c%dd) / (2 * c%v)
   end function square_root
 
+  !> sin(a) by the chain rule.
   elemental function sine(a) result(c)
     type(jet), intent(in) :: a
     type(jet) :: c
@@ -117,6 +121,7 @@ contains
     c%ddd = cos(a%v) * (a%ddd - a%d**3) - 3 * sin(a%v) * a%d * a%dd
   end function sine
 
+  !> cos(a) by the chain rule.
   elemental function cosine(a) result(c)
     type(jet), intent(in) :: a
     type(jet) :: c

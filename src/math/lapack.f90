@@ -255,9 +255,12 @@ contains
   !> eigenvectors as columns with X' B X = E (dsygv).
   !> Errors: B is not positive definite; no convergence.
   subroutine symmetric_pencil(a, b, values, error, vectors)
+    !> A and B, shape (n, n)
     real(dp), intent(in) :: a(:, :), b(:, :)
+    !> Eigenvalues, shape (n)
     real(dp), allocatable, intent(out) :: values(:)
     type(error_type), allocatable, intent(out) :: error
+    !> Eigenvectors, shape (n, n)
     real(dp), allocatable, intent(out), optional :: vectors(:, :)
     real(dp), allocatable :: a_copy(:, :), b_copy(:, :), work(:)
     integer :: n, info

@@ -34,8 +34,8 @@ contains
   !> Computes the averaged model of `system` with bounds on the errors of the means.
   !>
   !> The means are computed by the trapezoidal rule. The number of points doubles until two successive doublings change nothing but
-  !> roundings: for smooth coefficients the error falls faster than any power of the number of points. Where coefficients jump, N
-  !> points have an error of up to the jump / N. At most one jump counts for each break, and one for the end of the period.
+  !> roundings: for smooth coefficients the error falls faster than any power of the number of points. At a jump of the coefficients
+  !> N points have an error of up to the jump / N. At most one jump counts for each break, and one for the end of the period.
   subroutine average(system, averaged)
     class(second_order_system), intent(in) :: system
     type(averaged_system), intent(out) :: averaged
@@ -122,6 +122,7 @@ contains
     magnitude = magnitude / points
   end subroutine means
 
+  !> Copies the means. The time `t` has no influence.
   subroutine matrices(self, t, m, b, c)
     class(averaged_system), intent(in) :: self
     real(dp), intent(in) :: t
@@ -134,6 +135,7 @@ contains
     c = self%c
   end subroutine matrices
 
+  !> Computes the load of the original system.
   subroutine load(self, t, h)
     class(averaged_system), intent(in) :: self
     real(dp), intent(in) :: t
@@ -142,6 +144,7 @@ contains
     call self%whole%load(t, h)
   end subroutine load
 
+  !> Repeats the means for every phase and samples the load of the original system.
   subroutine sample_second_order(self, phases, m, b, c, h)
     class(averaged_system), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)

@@ -15,6 +15,7 @@ module gestell_system_corrected
 
   type, extends(second_order_system), public :: corrected_system_type
     private
+    !> The system whose motion is corrected
     class(second_order_system), pointer :: inner => null()
     !> Approximate motion as functions of theta = 2 pi t/T; the functions numbered `free` are the degrees of freedom of `inner`
     type(series_type) :: motion
@@ -41,6 +42,7 @@ contains
     corrected%free = free
   end function corrected_system
 
+  !> Computes M, B, C of the inner system.
   subroutine matrices(self, t, m, b, c)
     class(corrected_system_type), intent(in) :: self
     real(dp), intent(in) :: t
@@ -49,6 +51,7 @@ contains
     call self%inner%matrices(t, m, b, c)
   end subroutine matrices
 
+  !> Samples M, B, C of the inner system and the load that remains along the motion.
   subroutine sample_second_order(self, phases, m, b, c, h)
     class(corrected_system_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)

@@ -44,6 +44,7 @@ contains
   !> Errors: those of the family; the family returns no system; the system is invalid.
   subroutine take_member(family, parameters, system, error)
     class(family_type), intent(in) :: family
+    !> Parameters, shape (number of parameters)
     real(dp), intent(in) :: parameters(:)
     class(periodic_system), allocatable, intent(out) :: system
     type(error_type), allocatable, intent(out) :: error

@@ -18,7 +18,9 @@ contains
   !> the system in some direction. A negative value is minus the growth rate (1/s) of an unstable motion.
   !> Errors: M is not positive definite; overflow.
   subroutine solve_natural_frequencies(m, g, c, frequencies, error)
+    !> M, G and C, shape (f, f)
     real(dp), intent(in) :: m(:, :), g(:, :), c(:, :)
+    !> Natural angular frequencies (rad/s), shape (f)
     real(dp), allocatable, intent(out) :: frequencies(:)
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: squares(:), vectors(:, :)

@@ -94,6 +94,7 @@ contains
     call part%inherit(system)
   end subroutine part_of
 
+  !> Computes P of the chosen states.
   subroutine matrix(self, t, p)
     class(first_order_part), intent(in) :: self
     real(dp), intent(in) :: t
@@ -104,6 +105,7 @@ contains
     p = many(:, :, 1)
   end subroutine matrix
 
+  !> Computes f of the chosen states.
   subroutine forcing(self, t, f)
     class(first_order_part), intent(in) :: self
     real(dp), intent(in) :: t
@@ -114,6 +116,7 @@ contains
     f = full(self%chosen)
   end subroutine forcing
 
+  !> Samples P and f of the chosen states.
   subroutine sample(self, phases, p, f)
     class(first_order_part), intent(in) :: self
     real(dp), intent(in) :: phases(:)
@@ -129,6 +132,7 @@ contains
     p = full_p(self%chosen, self%chosen, :)
   end subroutine sample
 
+  !> Computes M, B, C of the chosen degrees of freedom.
   subroutine matrices(self, t, m, b, c)
     class(second_order_part), intent(in) :: self
     real(dp), intent(in) :: t
@@ -141,6 +145,7 @@ contains
     c = full_c(self%chosen, self%chosen)
   end subroutine matrices
 
+  !> Computes h of the chosen degrees of freedom.
   subroutine load(self, t, h)
     class(second_order_part), intent(in) :: self
     real(dp), intent(in) :: t
@@ -151,6 +156,7 @@ contains
     h = full(self%chosen)
   end subroutine load
 
+  !> Samples M, B, C and h of the chosen degrees of freedom.
   subroutine sample_second_order(self, phases, m, b, c, h)
     class(second_order_part), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)
@@ -170,6 +176,7 @@ contains
     c = full_c(:, self%chosen, self%chosen)
   end subroutine sample_second_order
 
+  !> True if the equations of the degrees of freedom `chosen` are those of a Lagrangian without damping.
   pure logical function conserves(self, chosen)
     class(second_order_part), intent(in) :: self
     integer, intent(in) :: chosen(:)

@@ -129,6 +129,7 @@ contains
   !> call only this procedure: a model whose coefficients are cheaper in bulk overrides it.
   subroutine sample(self, phases, p, f)
     class(periodic_system), intent(in) :: self
+    !> Phases t / T in [0, 1]
     real(dp), intent(in) :: phases(:)
     real(dp), intent(out) :: p(:, :, :)
     real(dp), intent(out), optional :: f(:, :)

@@ -78,6 +78,7 @@ contains
   !> coefficients are cheaper in bulk.
   subroutine sample_second_order(self, phases, m, b, c, h)
     class(second_order_system), intent(in) :: self
+    !> Phases t / T in [0, 1]
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
     real(dp), contiguous, intent(out), optional :: h(:, :)
@@ -183,6 +184,7 @@ contains
   !> Computes P of any system with the phase as the first index, shape (phases, n, n), and if requested f, shape (phases, n).
   subroutine sample_by_phase(system, phases, p, f)
     class(periodic_system), intent(in) :: system
+    !> Phases t / T in [0, 1]
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), intent(out) :: p(:, :, :)
     real(dp), intent(out), optional :: f(:, :)

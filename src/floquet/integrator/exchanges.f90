@@ -24,8 +24,11 @@ contains
   !> Error: the equations are singular.
   subroutine map_with_exchanges(tableau, at, k, maps, error)
     class(tableau_type), intent(in) :: tableau
+    !> Coefficients at the nodes of all steps
     type(coefficients_type), intent(in) :: at
+    !> Number of the step
     integer, intent(in) :: k
+    !> Maps of the method and, if requested, of its two embedded methods
     real(dp), intent(inout) :: maps(:, :, :)
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: left(:, :), right(:, :), mu(:, :), border(:, :)

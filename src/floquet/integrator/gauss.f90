@@ -69,6 +69,7 @@ contains
 
   end function gauss
 
+  !> Computes the tableaus.
   pure subroutine prepare(self)
     class(gauss_method), intent(inout) :: self
 
@@ -96,6 +97,7 @@ contains
     end do
   end function phases_at
 
+  !> Work of a step, see `step_work` in gestell_floquet_integrator_method.
   pure function work(self, states, second_order)
     class(gauss_method), intent(in) :: self
     integer, intent(in) :: states
@@ -115,6 +117,7 @@ contains
     end if
   end function work
 
+  !> Number of steps that are computed side by side: `lanes` if the step fits in lanes, otherwise 1.
   pure integer function steps_at_once(self, states, second_order)
     class(gauss_method), intent(in) :: self
     integer, intent(in) :: states
@@ -123,6 +126,7 @@ contains
     steps_at_once = merge(lanes, 1, fits_lanes(self%stages, states, second_order))
   end function steps_at_once
 
+  !> Computes the maps of the steps, see `step_maps` in gestell_floquet_integrator_method.
   subroutine maps(self, system, from, to, map, error)
     class(gauss_method), intent(in) :: self
     class(periodic_system), intent(in) :: system
@@ -136,6 +140,7 @@ contains
     call gauss_steps(tableau, self%fitted, system, self%phases(from, to), (to - from) * system%period, map, error)
   end subroutine maps
 
+  !> Computes the maps of the steps by the method and its two embedded methods, see gestell_floquet_integrator_method.
   subroutine pair(self, system, from, to, map, error, lower, unseen)
     class(gauss_method), intent(in) :: self
     class(periodic_system), intent(in) :: system

@@ -94,7 +94,9 @@ contains
   pure subroutine estimate_unseen(nested, at, units, unseen)
     type(nested_type), intent(in) :: nested
     type(coefficients_type), intent(in) :: at
+    !> Units of the last states, shape (f)
     real(dp), intent(in) :: units(:)
+    !> Variations between the nodes; those of these steps are added.
     type(unseen_type), intent(inout) :: unseen
     ! For each step: part missed by interpolation, variation within the step, size
     real(dp), dimension(size(at%lengths), 3) :: of_m, of_b, of_c, of_g

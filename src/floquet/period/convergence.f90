@@ -129,6 +129,7 @@ contains
     integer, intent(in) :: steps
     !> The first solution whose Phi(T) had converged; set here when the change first falls to the tolerance
     type(begin_type), intent(inout) :: begin
+    !> True if more steps do not make x_p(T) more accurate
     logical, intent(out) :: rounding
     integer, parameter :: long = 64, many = 4096
 

@@ -33,6 +33,7 @@ contains
     class(method_type), intent(in) :: method
     !> Units of the states, shape (n)
     real(dp), contiguous, intent(in) :: scale(:)
+    !> Number of steps
     integer, intent(in) :: steps
     !> True: compute x_p(T) too
     logical, intent(in) :: forced

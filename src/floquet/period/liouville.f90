@@ -26,6 +26,7 @@ contains
     integer, intent(in) :: steps
     !> Factors whose product is Phi(T), shape (n, n, factors)
     real(dp), intent(in) :: factors(:, :, :)
+    !> Defect (dimensionless), zero for exact factors
     real(dp), intent(out) :: defect
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: singular

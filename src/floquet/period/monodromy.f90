@@ -92,6 +92,7 @@ contains
     type(accuracy_type), intent(in) :: accuracy
     !> True: compute x_p(T) too
     logical, intent(in) :: forced
+    !> Phi(T) and x_p(T) with bounds on their errors
     type(monodromy_type), intent(out) :: monodromy
     type(error_type), allocatable, intent(out) :: error
     !> The survey of the system, if the caller already has it

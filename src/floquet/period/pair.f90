@@ -43,7 +43,7 @@ contains
 
   !> Compares the map of the method with the maps of its two embedded methods.
   !>
-  !> Where the embedded methods have begun to converge, q is the projection of D_1 on D_2 over |D_2|^2. It is limited to values from
+  !> If the embedded methods have begun to converge, q is the projection of D_1 on D_2 over |D_2|^2. It is limited to values from
   !> 0 to slightly more than the fastest motion allows: beyond, something else causes the error.
   pure subroutine compare_pair(level, lower, scale, angle, fitted, positions, pair)
     !> Map of the method
@@ -55,6 +55,7 @@ contains
     real(dp), intent(in) :: scale(:), angle, fitted(2)
     !> True if the states are positions and velocities
     logical, intent(in) :: positions
+    !> Norms of the differences, q, and the part missed
     type(pair_type), intent(out) :: pair
     real(dp), parameter :: margin = 1.15_dp
     ! Inner products D_1 D_1, D_1 D_2, D_2 D_2

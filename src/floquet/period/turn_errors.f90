@@ -79,6 +79,7 @@ contains
     !> Ends of the steps; units of the states, shape (n); ends of the segments, shape (0:K); starts of the segments, shape (n, K);
     !> phases, of which the last is 1; and the motion x at these phases, shape (n, phases)
     real(dp), intent(in) :: nodes(:), scale(:), ends(0:), starts(:, :), phases(:), x(:, :)
+    !> The comparison with half the steps
     type(comparison_type), intent(out) :: comparison
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: maps(:, :, :), half(:)
@@ -170,10 +171,12 @@ contains
 
   !> Computes the differences over the period, with the safety factor, and the effect of rounding.
   pure subroutine take_differences(comparison, scale, z, due, at_starts, own, errors)
+    !> Comparison over the K segments
     type(comparison_type), intent(in) :: comparison
     !> Units of the states, shape (n); corrections at the starts and their part due to the starts, shape (n, K); rounding errors at
     !> the starts, shape (n, K), and within each segment, shape (K), both in balanced units
     real(dp), intent(in) :: scale(:), z(:, :), due(:, :), at_starts(:, :), own(:)
+    !> Differences and rounding over the period
     type(turn_errors_type), intent(out) :: errors
     integer :: phases, k
 
@@ -205,6 +208,7 @@ contains
   !>
   !>     G(t_i, t_j) = Phi(t_i, t_j) [t_i > t_j] + Phi(t_i, 0) (E - Phi(T))^-1 Phi(T, t_j).
   pure function rounding_errors(comparison, scale, inverted, own) result(at_starts)
+    !> Comparison over the K segments
     type(comparison_type), intent(in) :: comparison
     !> Units of the states, shape (n); (E - Phi)^-1 in balanced units; roundings within each segment, shape (K)
     real(dp), intent(in) :: scale(:), inverted(:, :), own(:)

@@ -3,13 +3,13 @@
 !>
 !> Without the lanes this is elimination by blocks of 3 x 3 from left to right, in panels of three or six columns. From the columns
 !> to its left a panel needs only their multipliers, L of A = L U. They are stored block row by block row: l(:, :, k, i) is column k
-!> in the rows of block i. U is not stored, since only the Schur complement is wanted. So the matrix itself needs no memory: a panel
+!> in the rows of block i. U is not stored, since only the Schur complement is needed. So the matrix itself needs no memory: a panel
 !> is filled just before its elimination. Data that are read again are stored in the order of reading.
 !>
 !> The sums of a block stay in registers while they run over all eliminated unknowns (gestell_math_lanes_versions). The compiler can
 !> keep the registers full because of this, and because only the data depend on the lane. The inner loop tests its end at the
-!> bottom: a test at the top would be control flow in a lane. `!GCC$ ivdep` tells gfortran that lanes do not depend on each other;
-!> results are the same without it.
+!> bottom: a test at the top would be control flow in a lane. With `!GCC$ ivdep` gfortran assumes that lanes do not depend on each
+!> other; results are the same without it.
 module gestell_math_lanes
   use gestell_base_kinds, only: dp
   use gestell_base_processor, only: has_long_vectors, vector_length

@@ -13,7 +13,7 @@ module gestell_math_lanes_peaks
 
 contains
 
-  !> Computes max |f| of trigonometric polynomials, by solving f' = 0 beside every sample near which the maximum can lie. Half a
+  !> Computes max |f| of trigonometric polynomials, by solving f' = 0 near every sample close to which the maximum can lie. Half a
   !> spacing away from the maximum |f| is smaller by at most spacing^2 max |f''| / 8. `samples` has the shape (lanes, n). The
   !> columns of `harmonics` are the coefficients of cos(k theta), k = 1 ... (n - 1) / 2, then those of sin(k theta); further columns
   !> are ignored.
@@ -75,7 +75,7 @@ contains
     end do
   end subroutine find_next
 
-  !> Raises `greatest` to the maximum of |f| beside the samples `at`, where |f| is at least as large as one spacing away on both
+  !> Raises `greatest` to the maximum of |f| near the samples `at`, where |f| is at least as large as one spacing away on both
   !> sides. Newton's iteration for f' = 0 is kept between a place where |f| rises towards the maximum and a place beyond it. It ends
   !> when the next step would raise |f| by less than its rounding.
   pure subroutine refine(n, mean, harmonics, at, greatest)

@@ -45,17 +45,21 @@ module gestell_math_optimum_minimax
     real(dp) :: slack = 0
     !> Sum of the objectives; value of the largest constraint if it is > 0, else 0
     real(dp) :: objective = 0, violation = 0
-    !> Residual of the Karush-Kuhn-Tucker conditions relative to the objective (dimensionless). It is the larger of max over i of
-    !> |s_i - mid(0, s_i - dL/ds_i / S, 1)| with s_i = (x_i - lower_i) / (upper_i - lower_i), and sum over b of lambda_b (max(phi_g,
-    !> 0 for constraints) - f_b) / S. The scale S is |objective| + max over b, i of lambda_b |df_b/ds_i|, but at least a thousandth
-    !> of the objective's size at the start. The residual does not depend on units or scaling.
+    !> Residual of the Karush-Kuhn-Tucker conditions relative to the objective (dimensionless). It is the larger of
+    !>
+    !>     max over i of |s_i - mid(0, s_i - dL/ds_i / S, 1)|, s_i = (x_i - lower_i) / (upper_i - lower_i), and
+    !>     sum over b of lambda_b (max(phi_g, 0 for constraints) - f_b) / S.
+    !>
+    !> The scale S is |objective| + max over b, i of lambda_b |df_b/ds_i|, but at least a thousandth of the objective's size at the
+    !> start. The residual does not depend on units or scaling.
     real(dp) :: stationarity = huge(1.0_dp)
     !> Bound on the possible improvement if all branches are convex and all limits are met: no point has an objective below (1 -
     !> gap) times this one. If the objective is small, `gap` is relative to a thousandth of the objective's size at the start.
     !>
     !> L is convex and, because lambda >= 0, nowhere within the limits above the objective. It lies above its tangent, whose minimum
-    !> in the box is known (Boyd, Vandenberghe, Convex Optimization, 2004, sections 5.1.3 and 5.5.1): gap = (objective - sum of
-    !> lambda_b f_b + sum over i of max over the box of -dL/dx_i (xi_i - x_i)) / |objective|.
+    !> in the box is known (Boyd, Vandenberghe, Convex Optimization, 2004, sections 5.1.3 and 5.5.1):
+    !>
+    !>     gap = (objective - sum of lambda_b f_b + sum over i of max over the box of -dL/dx_i (xi_i - x_i)) / |objective|.
     real(dp) :: gap = huge(1.0_dp)
     !> Number of steps; number of all evaluations; number of evaluations with gradients
     integer :: iterations = 0, evaluations = 0, gradients = 0
@@ -94,6 +98,7 @@ contains
     class(minimax_problem), intent(inout) :: problem
     !> Start, shape (parameters); tolerance of the stationarity, usually 1e-8
     real(dp), intent(in) :: start(:), tolerance
+    !> The best point and its properties
     type(optimum_type), intent(out) :: optimum
     type(error_type), allocatable, intent(out) :: error
     type(search_type) :: search

@@ -49,8 +49,11 @@ module gestell_math_optimum_scaled
 
   !> A point s, each component from 0 to 1, with its branches and the values of its groups, in scaled units
   type, public :: point_type
+    !> Point, shape (parameters); values, shape (branches); gradients, shape (parameters, branches); values of the groups
     real(dp), allocatable :: s(:), value(:), slope(:, :), greatest(:)
+    !> Group of each branch
     integer, allocatable :: group(:)
+    !> False if the functions cannot be evaluated at this point
     logical :: known = .false.
   end type point_type
 
@@ -78,6 +81,7 @@ contains
     class(scaled_type), intent(out) :: self
     class(minimax_problem), intent(inout) :: problem
     real(dp), intent(in) :: start(:)
+    !> The start with its branches, in scaled units
     type(point_type), intent(out) :: here
     type(error_type), allocatable, intent(out) :: error
     integer :: first(problem%objectives + problem%constraints), g, b, i
@@ -121,8 +125,11 @@ contains
   subroutine look(self, problem, s, gradients, there, error)
     class(scaled_type), intent(inout) :: self
     class(minimax_problem), intent(inout) :: problem
+    !> Scaled point, moved into [0, 1]
     real(dp), intent(in) :: s(:)
+    !> True: compute gradients too
     logical, intent(in) :: gradients
+    !> The point with its branches; `known` is false if a value is not finite or a group has no branch.
     type(point_type), intent(out) :: there
     type(error_type), allocatable, intent(out) :: error
     type(branches_type) :: at

@@ -158,9 +158,9 @@ contains
     peak = greatest_between(samples, self%amplitude * cos(self%phase), -self%amplitude * sin(self%phase))
   end function peak
 
-  !> Maximum of |f|, by solving f' = 0 beside every sample near which the maximum can lie. The highest orders are left out if their
-  !> amplitudes are below the rounding of the samples, epsilon / sqrt(samples) of the largest sample: multiplied by k^2 they would
-  !> create many candidates.
+  !> Maximum of |f|, by solving f' = 0 near every sample close to which the maximum can lie. The highest orders are left out if
+  !> their amplitudes are below the rounding of the samples, epsilon / sqrt(samples) of the largest sample: multiplied by k^2 they
+  !> would create many candidates.
   pure real(dp) function greatest_between(samples, cosine, sine) result(peak)
     real(dp), intent(in) :: samples(:), cosine(:), sine(:)
     real(dp), parameter :: noise = 4 * epsilon(1.0_dp)
@@ -183,7 +183,7 @@ contains
     end do
   end function greatest_between
 
-  !> Finds the samples that may have the maximum of |f| beside them. Half a spacing away from the maximum |f| is smaller by at most
+  !> Finds the samples close to which the maximum of |f| may lie. Half a spacing away from the maximum |f| is smaller by at most
   !> `loss`, spacing^2 max |f''| / 8.
   !>
   !> Nearly equal samples, as of a constant with rounding, would all be candidates. If there are more than a few, it is cheaper to
@@ -191,7 +191,7 @@ contains
   pure subroutine find_tops(samples, mean, cosine, sine, loss, places, step)
     !> Samples of f; mean of f; coefficients of cos(k theta) and sin(k theta); maximum loss at the spacing of the samples
     real(dp), intent(in) :: samples(:), mean, cosine(:), sine(:), loss
-    !> Values of theta (rad) beside which the maximum may lie
+    !> Values of theta (rad) close to which the maximum may lie
     real(dp), allocatable, intent(out) :: places(:)
     !> Spacing of theta (rad) between the places compared
     real(dp), intent(out) :: step
@@ -216,7 +216,7 @@ contains
     end do
   end subroutine find_tops
 
-  !> Maximum of |f| beside `start`, where |f| is at least as large as one `step` away on both sides. Newton's iteration for f' = 0
+  !> Maximum of |f| near `start`, where |f| is at least as large as one `step` away on both sides. Newton's iteration for f' = 0
   !> is kept between a place where |f| rises towards the maximum and a place beyond it.
   pure real(dp) function refined(mean, cosine, sine, start, step)
     real(dp), intent(in) :: mean, cosine(:), sine(:), start, step

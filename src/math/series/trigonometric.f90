@@ -8,8 +8,9 @@ module gestell_math_series_trigonometric
 
   public :: series_through
 
-  !> f_j(theta) = sum over k of cosine(k, j) cos(k theta) + sine(k, j) sin(k theta), k = 0 ... K; shapes (0:K, functions)
+  !> f_j(theta) = sum over k of cosine(k, j) cos(k theta) + sine(k, j) sin(k theta), k = 0 ... K
   type, public :: series_type
+    !> Coefficients of cos(k theta) and sin(k theta), k = 0 ... K; shapes (0:K, functions)
     real(dp), allocatable :: cosine(:, :), sine(:, :)
     !> Taylor coefficients of f_j in K (theta - theta_p) at the equidistant places theta_p = 2 pi p / size(taylor, 3), shape
     !> (0:terms, functions, 0:places - 1). Allocated by `tabulate`.
@@ -105,6 +106,7 @@ contains
   !> Computes f, df/dtheta and d2f/dtheta2 at theta = 2 pi `phases`, each of shape (phases, functions).
   pure subroutine values(self, phases, f, f_d, f_dd)
     class(series_type), intent(in) :: self
+    !> Phases theta / (2 pi), shape (phases)
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), contiguous, intent(out) :: f(:, :), f_d(:, :), f_dd(:, :)
 

@@ -15,6 +15,7 @@ module gestell_floquet_integrator_comparison_cooper_verner
 
   type, extends(method_type), public :: cooper_verner_method
     private
+    !> Coefficients A and weights b, set by `prepare`
     real(dp) :: a(slopes, slopes) = 0, b(slopes) = 0
   contains
     procedure :: prepare
@@ -27,7 +28,7 @@ module gestell_floquet_integrator_comparison_cooper_verner
 
 contains
 
-  !> Returns the method, named explicit8. Where P is constant its step is a polynomial that differs from exp(z) by 2.46e-5 z^9.
+  !> Returns the method, named explicit8. For constant P its step is a polynomial that differs from exp(z) by 2.46e-5 z^9.
   pure function cooper_verner() result(method)
     type(cooper_verner_method) :: method
 
@@ -37,6 +38,7 @@ contains
     method%error_constant = 2.46e-5_dp
   end function cooper_verner
 
+  !> Computes the coefficients of the method.
   pure subroutine prepare(self)
     class(cooper_verner_method), intent(inout) :: self
 
@@ -65,6 +67,7 @@ contains
     b([1, 8, 9, 10, 11]) = [1 / 20.0_dp, 49 / 180.0_dp, 16 / 45.0_dp, 49 / 180.0_dp, 1 / 20.0_dp]
   end subroutine cooper_verner_tableau
 
+  !> Work of a step, see `step_work` in gestell_floquet_integrator_method.
   pure function work(self, states, second_order)
     class(cooper_verner_method), intent(in) :: self
     integer, intent(in) :: states

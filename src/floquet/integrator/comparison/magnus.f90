@@ -14,6 +14,7 @@ module gestell_floquet_integrator_comparison_magnus
 
   type, extends(method_type), public :: magnus_method
     private
+    !> Nodes on the unit step, allocated by `prepare`
     real(dp), allocatable :: c(:)
   contains
     procedure :: prepare
@@ -36,6 +37,7 @@ contains
     method%exact_if_constant = .true.
   end function magnus
 
+  !> Computes the nodes.
   pure subroutine prepare(self)
     class(magnus_method), intent(inout) :: self
     type(tableau_type) :: tableau
@@ -44,6 +46,7 @@ contains
     self%c = tableau%c
   end subroutine prepare
 
+  !> Work of a step, see `step_work` in gestell_floquet_integrator_method.
   pure function work(self, states, second_order)
     class(magnus_method), intent(in) :: self
     integer, intent(in) :: states

@@ -19,6 +19,7 @@ module gestell_floquet_integrator_comparison_runge_kutta
 
 contains
 
+  !> Returns the method, named rk4.
   pure function runge_kutta() result(method)
     type(runge_kutta_method) :: method
 
@@ -29,6 +30,7 @@ contains
     method%error_constant = 1 / 120.0_dp
   end function runge_kutta
 
+  !> Work of a step, see `step_work` in gestell_floquet_integrator_method.
   pure function work(self, states, second_order)
     class(runge_kutta_method), intent(in) :: self
     integer, intent(in) :: states
