@@ -14,8 +14,8 @@ module gestell_task_boundary_branch
     !> Points in ascending order of lambda, with tangents in this direction; lengths of the arcs between them, shape (points - 1).
     type(point_type), allocatable :: points(:)
     real(dp), allocatable :: arcs(:)
-    !> True for an end (1 lower, 2 upper) that is a turning point; true for an end at which the continuation failed; error of lambda
-    !> at turning points.
+    !> At the lower and the upper end of lambda: `turns`: true for a turning point; `lost`: true if the continuation failed there;
+    !> `errors`: error of lambda at a turning point.
     logical :: turns(2) = .false., lost(2) = .false.
     real(dp) :: errors(2) = 0
     !> Scales of the coordinates of the motion (m, m, rad), as in path_family_type.

@@ -1,5 +1,5 @@
-!> The task `boundary`: stability borders over one or two parameters or, if a quantity is named, the borders at which its peak, rms
-!> or band value crosses a level.
+!> The task `boundary`: stability borders over one or two parameters. If a quantity is named, the task instead finds where its peak,
+!> rms or band value crosses a level.
 module gestell_task_boundary_task
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp

@@ -26,7 +26,7 @@ module gestell_task_boundary_vibrations
     !> Family of frames that are not yet linearised about a vibration.
     class(family_type), pointer :: bare => null()
     type(axis_type) :: axis
-    !> Spreads the work over threads; several of them may then ask the family for members.
+    !> Spreads the work over threads; several of them may then request members of the family.
     class(executor_type), pointer :: executor => null()
   contains
     procedure :: member

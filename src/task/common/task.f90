@@ -11,8 +11,9 @@ module gestell_task_common_task
 
   public :: longest_table
 
-  !> Machines with which a task deals: the solved machine of the input; other machines in the ranges of the sweep; the machine of
-  !> the input at all speeds of the sweep; the machine of the input without a solution.
+  !> Machines with which a task deals. `own_machine`: the machine of the input and its vibration. `all_machines`: the machines in
+  !> the ranges of the sweep. `all_speeds`: the machine of the input at all speeds of the sweep. `unsolved_machine`: the machine of
+  !> the input, whose vibration is not needed.
   integer, parameter, public :: own_machine = 1, all_machines = 2, all_speeds = 3, unsolved_machine = 4
 
   !> A task of any kind.
@@ -23,8 +24,8 @@ module gestell_task_common_task
     character(len=longest_table), allocatable :: tables(:)
     !> Machines with which the task deals
     integer :: about = own_machine
-    !> True if the task gives a verdict; contributes to the line of --one-line; draws its picture in every run with pictures; has
-    !> pieces that several runs can share
+    !> `judges`: true if the task gives a verdict. `brief`: true if it contributes to the line of --one-line. `pictured`: true if
+    !> its picture belongs to every run with pictures. `shared`: true if several runs can share its work.
     logical :: judges = .false., brief = .false., pictured = .false., shared = .false.
     !> True if the input requests the task; true if an option needs the task for its picture only.
     logical :: ordered = .false., implied = .false.

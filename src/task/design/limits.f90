@@ -79,9 +79,9 @@ contains
   !> Rejects a limit of the mass that no machine within the ranges meets. The mass is a sum to which each parameter contributes
   !> independently, so its extreme values follow from varying one parameter at a time.
   subroutine refuse_masses(groups, goals, family, start, ranges, error)
-    !> Groups &constraint and their goals
+    !> Groups &constraint of the input
     type(group_type), intent(in) :: groups(:)
-    !> The limits
+    !> Goals of these groups
     type(goal_type), intent(in) :: goals(:)
     !> Machines over the parameters of the design
     class(family_type), intent(in) :: family

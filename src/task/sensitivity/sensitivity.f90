@@ -102,7 +102,7 @@ contains
     !> Sensitivities, one element for each parameter
     type(sensitivity_type), allocatable, intent(out) :: found(:)
     type(error_type), allocatable, intent(out) :: error
-    !> Spreads the work over threads, several of which may then ask the family for members
+    !> Spreads the work over threads, several of which may then request members of the family
     class(executor_type), intent(inout), optional :: executor
     type(parameters_type) :: work
 

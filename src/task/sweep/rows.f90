@@ -85,10 +85,10 @@ contains
 
   !> Writes the rows of a tile. Error: they cannot be written.
   subroutine write_tile(layout, name, head, tile, values, checksum, error)
-    !> Path of the file
     type(layout_type), intent(in) :: layout
-    !> Bytes of the header before the rows
+    !> Path of the file
     character(len=*), intent(in) :: name
+    !> Bytes of the header before the rows
     integer(int64), intent(in) :: head
     type(tile_type), intent(in) :: tile
     !> Results of the tile, shape (numbers, points of the second axis, points of the first axis)

@@ -157,8 +157,8 @@ contains
     if (.not. allocated(error)) results%crossings = work%crossings
   end subroutine search_crossings
 
-  !> Lists the open places: where there is no vibration, as in an undamped resonance; where the search for a crossing met no
-  !> vibration; and where the quantity equals its level within its error without crossing it.
+  !> Lists the open places, in which a crossing could not be excluded. There is no vibration (as in an undamped resonance), the
+  !> search for a crossing met a place without a vibration, or the quantity equals its level within its error without crossing it.
   subroutine list_open(line, results)
     type(level_line_type), intent(in) :: line
     type(level_results_type), intent(inout) :: results
@@ -235,9 +235,9 @@ contains
     call enclose(line, points, max(step, search%width()), crossing, error)
   end subroutine find_crossing
 
-  !> Encloses the crossing. Steps away from it on both sides, starting with `distance` and doubling it, until the quantity is
-  !> certainly above the level on one side and within it on the other, or both `points` are reached. Fails if a parameter is
-  !> invalid.
+  !> Encloses the crossing between two points. Steps away from it on both sides, first by `distance`, then by twice as much each
+  !> time. Stops when the quantity is certainly above the level on one side and within it on the other, or when both `points` are
+  !> reached. Fails if a parameter is invalid.
   subroutine enclose(line, points, distance, crossing, error)
     type(level_line_type), intent(in) :: line
     type(speed_point_type), intent(in) :: points(2)

@@ -26,8 +26,8 @@ module gestell_task_boundary_line_borders
   !> A border: critical value of a parameter.
   type, public :: border_type
     real(dp) :: value = 0
-    !> Error bound of `value`. At `value - error` and `value + error` the systems have the verdicts `below` and `above`; at a
-    !> crossing of a level they are 'within', 'above' or 'undecided'. The border lies between.
+    !> Error bound of `value`: the border lies between `value - error` and `value + error`. At these two values the systems have the
+    !> verdicts `below` and `above`. At the crossing of a level, these components are 'within', 'above' or 'undecided'.
     real(dp) :: error = 0
     !> Stability borders: 'divergence' (a multiplier +1), 'period_doubling' (-1) or 'flutter' (a conjugate pair). Crossings of a
     !> level: 'level', or 'jump' if the quantity jumps across it. `arg_rad`: argument of the multiplier (0 to pi).
@@ -88,7 +88,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     !> Number of meetings of multipliers, and places where a border could not be excluded
     type(border_rest_type), intent(out), optional :: rest
-    !> Spreads the work over threads, several of which may then ask the family for members
+    !> Spreads the work over threads, several of which may then request members of the family
     class(executor_type), intent(inout), optional, target :: executor
     type(border_options) :: options
     type(line_type) :: line
@@ -169,7 +169,7 @@ contains
     !> The nearest system, its distance and its verdict
     type(nearest_type), intent(out) :: nearest
     type(error_type), allocatable, intent(out) :: error
-    !> Spreads the work over threads, several of which may then ask the family for members
+    !> Spreads the work over threads, several of which may then request members of the family
     class(executor_type), intent(inout), optional, target :: executor
     type(border_options) :: options
     type(line_type) :: line

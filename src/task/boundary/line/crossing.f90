@@ -137,7 +137,8 @@ contains
   end subroutine find_zero
 
   !> Finds systems on both sides of the border at `t`, as close to it as their verdicts differ: one is unstable, the other is not.
-  !> If the interval's end on the second side is stable, the verdict on this side must be stable too.
+  !> If the interval's end on the side of the other one is stable, the search goes on until this system is stable too, unless the
+  !> distance becomes too large.
   subroutine verify(line, l, r, t, crossing, below, above, success, error)
     type(line_type), intent(in) :: line
     !> Systems at both ends of the interval, `l` at the smaller t

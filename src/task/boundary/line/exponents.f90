@@ -147,8 +147,8 @@ contains
       & + x * (1 - x)**2 * self%change(:, 1) - x**2 * (1 - x) * self%change(:, 2)
   end function z_at
 
-  !> True if the curves describe z well enough: no phase makes an unnoticed whole turn, multipliers meet where their curves meet,
-  !> and no growth rate changes its sign twice.
+  !> True if the curves describe z well enough. No phase may make an unnoticed whole turn, multipliers must meet where their curves
+  !> meet, and no growth rate may change its sign twice.
   pure logical function is_smooth(self)
     type(stretch_type), intent(in) :: self
     !> Limits in radians (`bend`, `near`) and relative to the decay (`part`).

@@ -1,12 +1,13 @@
 !> Functions of the multipliers that are smooth and change their sign where a system loses its stability.
 !>
-!> rho_max itself has kinks and, where two multipliers meet, behaves like a square root. The products over all multipliers
+!> rho_max itself has kinks and, where two multipliers meet, behaves like a square root. Smooth functions are the products over all
+!> multipliers
 !>
 !>     f+ = product of (rho_k - 1),   f- = product of (rho_k + 1),   h = product over pairs of (1 - rho_i rho_k)
 !>
-!> are symmetric in the multipliers and therefore as smooth as the monodromy matrix Phi. f+ = det(Phi - E) is zero at a divergence,
-!> f- at a period doubling, and h where a conjugate pair crosses the unit circle. Each factor is divided by sqrt(1 + |.|**2) to
-!> prevent overflow; only the signs count.
+!> They are symmetric in the multipliers and therefore as smooth as the monodromy matrix Phi. Their zeros are divergence (f+ =
+!> det(Phi - E)), period doubling (f-), and a conjugate pair that crosses the unit circle (h). Each factor is divided by sqrt(1 +
+!> |.|**2) to prevent overflow; only the signs count.
 !>
 !> Without damping the multipliers form pairs rho, 1/rho and h vanishes everywhere. It is replaced by the discriminant of z = rho +
 !> 1/rho, the product of (z_i - z_k)**2, which is zero where two pairs meet.

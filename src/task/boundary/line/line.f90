@@ -29,7 +29,7 @@ module gestell_task_boundary_line
     type(accuracy_type) :: accuracy
     !> Error of borders over one parameter; deviation of curves over two parameters from the border. Relative to the ranges.
     real(dp) :: tolerance = usual_tolerance
-    !> Spreads the work over threads; several of them may then ask the family for members.
+    !> Spreads the work over threads; several of them may then request members of the family.
     class(executor_type), pointer :: executor => null()
   end type border_options
 

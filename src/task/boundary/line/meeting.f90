@@ -104,8 +104,8 @@ contains
     end do
   end subroutine search_meeting
 
-  !> Finds a pair on each side of a tongue's maximum in which both multipliers decay: the nearest pair already solved, or else one
-  !> at a distance that doubles until both decay.
+  !> Finds, on each side of a tongue's maximum, a pair in which both multipliers decay. This is the nearest such pair already
+  !> solved, or else one at a distance that is doubled until both multipliers decay.
   subroutine find_outside(path, seen, bounds, meeting, error)
     type(pair_path_type), intent(in) :: path
     type(pair_type), intent(in) :: seen(:)

@@ -190,8 +190,8 @@ contains
     enter = entering(places)
   end subroutine around
 
-  !> Computes the position of `u` on the turn around the box (0 to 4, or -1 if `u` is not on a side) and the direction of the turn
-  !> there.
+  !> Computes the position of `u` on the turn around the box and the direction of the turn there. The position is 0 to 4, or -1 if
+  !> `u` is not on a side.
   pure subroutine position_around(box, u, position, tangent)
     type(box_type), intent(in) :: box
     real(dp), intent(in) :: u(2)

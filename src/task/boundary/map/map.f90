@@ -77,7 +77,7 @@ contains
     !> The curves
     type(border_map_type), intent(out) :: map
     type(error_type), allocatable, intent(out) :: error
-    !> Spreads the work over threads, several of which may then ask the family for members
+    !> Spreads the work over threads, several of which may then request members of the family
     class(executor_type), intent(inout), optional, target :: executor
     type(plane_type), target :: plane
 
@@ -151,8 +151,8 @@ contains
     if (.not. allocated(error)) call name_isolated(first(size(first)) - 1, vertices)
   end subroutine search_grid
 
-  !> Lists as open those of the first `number` vertices, on the lines of the grid, that belong to no curve: the border could not be
-  !> followed into the cells on either side.
+  !> Lists as open those of the first `number` vertices, on the lines of the grid, that belong to no curve. Their border could not
+  !> be followed into the cells on either side.
   pure subroutine name_isolated(number, vertices)
     integer, intent(in) :: number
     type(vertices_type), intent(inout) :: vertices

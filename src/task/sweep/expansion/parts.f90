@@ -1,7 +1,7 @@
-!> The motion over a period as a list of numbers: for each part of the period the map x -> A_k x + b_k in balanced units, and for
-!> times within a part the maps from the state at its beginning to the positions. b_k is present if the periodic vibration is
-!> requested, and has a unit of its own. Vibrations turn by a smaller angle in a part than in the whole period, so series in the
-!> parameters are shorter.
+!> The motion over a period as a list of numbers. For each part of the period these are the map x -> A_k x + b_k in balanced units,
+!> and the maps from the state at its beginning to the positions at times within the part. b_k is present if the periodic vibration
+!> is requested, and has a unit of its own. In a part the phases of vibrations change less than in the whole period, so series in
+!> the parameters are shorter.
 !>
 !> An error of A_k affects the state at the beginning of part j by the factor A_(j-1) ... A_(k+1) times the state before part k. The
 !> numbers of a part are therefore multiplied by weights equal to the norms of both factors. Errors and omitted terms of a series

@@ -1,5 +1,5 @@
-!> Represents the motion over a period by numbers that depend smoothly on the parameters: those of its parts (`parts_type`),
-!> computed by the same method for every member of a family.
+!> Represents the motion over a period by numbers that depend smoothly on the parameters (`parts_type`). The numbers are computed by
+!> the same method for every member of a family.
 module gestell_task_sweep_expansion_sampler
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -42,8 +42,8 @@ module gestell_task_sweep_expansion_sampler
     real(dp) :: error = 0
     !> Number of solutions computed so far.
     integer :: solutions = 0
-    !> Number of times within a period at which the periodic vibration is evaluated, 0 if it is not requested; transformation of
-    !> values at these times to harmonics; unit of x_p.
+    !> `times`: number of times within a period at which the periodic vibration is evaluated, 0 if it is not requested. `transform`:
+    !> matrix from the values at these times to harmonics. `unit`: unit of x_p.
     integer :: times = 0
     real(dp), allocatable :: transform(:, :)
     real(dp) :: unit = 1
