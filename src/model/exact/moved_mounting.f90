@@ -234,8 +234,8 @@ contains
     complex_of = cmplx(a(1), a(2), dp)
   end function complex_of
 
-  !> Adds to k the derivatives of -force and -moment with respect to xi and eta, or with respect to their rates: the heads move by 1
-  !> or by i.
+  !> Adds to k the derivatives of -force and -moment with respect to xi and eta, for which the heads move by 1 or by i. With the
+  !> sums of the dampers these are the derivatives with respect to the rates.
   pure subroutine subtract_plane(sums, turn, k)
     type(sums_type), intent(in) :: sums
     complex(dp), intent(in) :: turn(:)

@@ -46,8 +46,8 @@ module gestell_model_exact_varied_frame
     !> Displacements and rotations of all degrees of freedom as functions of theta = 2 pi t/T.
     type(series_type) :: motion
     logical :: newton = .true.
-    !> True if h is the negative residual of the exact equations at `motion`: the periodic solution is then the step of Newton's
-    !> method instead of the next iterate.
+    !> True if h is the negative residual of the exact equations at `motion`. The periodic solution is then Newton's step instead of
+    !> the next iterate.
     logical :: lacking = .false.
     !> Part of the excitation that acts: 1 for the machine itself, 0 at the start of a path from rest.
     real(dp) :: excitation = 1
@@ -103,8 +103,8 @@ contains
     end do
   end subroutine move_to
 
-  !> Computes, for a frame in space with a flywheel, the angle chi, whose rate is that of the frame about the shaft, and the mean
-  !> torque of the motor.
+  !> Computes chi and the mean torque of the motor for a frame in space with a flywheel. The rate of chi is that of the frame about
+  !> the shaft, minus its mean.
   pure subroutine spin_flywheel(self, points)
     class(varied_frame_type), intent(inout) :: self
     integer, intent(in) :: points
@@ -137,8 +137,8 @@ contains
     call self%spun%tabulate()
   end subroutine spin_flywheel
 
-  !> Angle chi (rad) by which the drive lags, mean of the frame's rate about the shaft (rad/s) and mean torque of the motor (N m) at
-  !> phases of the turn, shape (phases, 3). All are 0 without a flywheel.
+  !> Lag of the drive at phases of the turn, shape (phases, 3): chi (rad), mean of the frame's rate about the shaft (rad/s), mean
+  !> torque of the motor (N m). All are 0 without a flywheel.
   pure function lag(self, phases)
     class(varied_frame_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)

@@ -320,8 +320,8 @@ contains
   end function all_connected
 
   !> Computes the model with M, B and C averaged over the turn, and bounds on its rounding errors. The periodic parts of B and C in
-  !> (10) and (11) are derivatives with respect to the crank angle and have zero mean, and so has the periodic part of the weights.
-  !> The means of B and C are therefore those of the mounting and, in C, of the weights at rest.
+  !> (10) and (11) are derivatives with respect to the crank angle, so their means are zero. The periodic part of the weights has
+  !> zero mean, too. The mean of B is therefore that of the mounting, the mean of C that of mounting and weights at rest.
   subroutine averaged(self, model)
     class(frame_type), intent(in) :: self
     type(averaged_system), intent(out) :: model

@@ -17,8 +17,8 @@ module gestell_model_frame_in_space
 
 contains
 
-  !> Puts into space a `frame` that `new_frame` has made with its foundation: gives it an inertia tensor, mechanisms in several
-  !> planes, supports and six degrees of freedom. Errors: a number is not finite or out of range; a mechanism cannot turn.
+  !> Puts a frame into space after `new_frame` has made it with its foundation. The frame gets an inertia tensor, mechanisms in
+  !> several planes, supports and six degrees of freedom. Errors: a number is not finite or out of range; a mechanism cannot turn.
   subroutine put_in_space(frame, inertia, planes, supports, free, error, stiffness, damping, drive)
     type(frame_type), intent(inout) :: frame
     !> Inertia tensor of the frame about F (kg m^2)

@@ -31,8 +31,8 @@ module gestell_model_frame_shaking
 
 contains
 
-  !> Computes the load h of the equations about rest without weights, shape (phases, dofs): forces (N) and moments about F at rest
-  !> (N m) of all degrees of freedom in the frame's order.
+  !> Computes the load h about rest without weights, shape (phases, dofs). It contains forces (N) and moments about F at rest (N m)
+  !> of all degrees of freedom in the frame's order.
   subroutine shaking_loads(frame, phases, loads)
     class(frame_type), intent(in) :: frame
     real(dp), contiguous, intent(in) :: phases(:)

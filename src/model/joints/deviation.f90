@@ -53,8 +53,9 @@ contains
     end associate
   end function parallelogram
 
-  !> Computes the direction, in the middle, of a bar p of constant length that leads from a joint to this one, and a bound on the
-  !> deviation's component along it. At all times p . p'' = -|p'|^2. With 0 for values in the middle and |p''| <= b in the interval,
+  !> Computes a bound on the deviation's component along a bar p of constant length that leads from a joint to this one, and the
+  !> direction of the bar in the middle. At all times p . p'' = -|p'|^2. With 0 for values in the middle and |p''| <= b in the
+  !> interval,
   !>
   !>     |p0 . (p'' - p0'')| = ||p0'|^2 - |p'|^2 - (p - p0) . p''| <= b w (3 |p0'| + 2 b w)
   !>
@@ -74,8 +75,8 @@ contains
     bound = deviation%along(direction) + slack * change * (3 * hypot(to%x%d - from%x%d, to%y%d - from%y%d) + 2 * change) / length
   end subroutine along_bar
 
-  !> Computes the deviation for the point at `arm` (m, from `from` toward `to` and to the left) of the body that carries both
-  !> joints. s = to - from of length L has the unit direction u, which turns with omega, by theta from the middle:
+  !> Computes the deviation for a point of the body that carries both joints, at `arm` (m): toward `to` and to the left, seen from
+  !> `from`. Let s = to - from have the length L and the unit direction u. u turns with omega, by the angle theta from the middle:
   !>
   !>     u'' = omega' u_perp - omega^2 u,   omega' = (u_perp . s'' - 2 omega L') / L,   L'' = u . s'' + omega^2 L.
   !>

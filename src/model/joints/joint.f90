@@ -109,8 +109,8 @@ module gestell_model_joints_joint
       type(point_type), intent(out) :: here
     end subroutine locate_joint
 
-    !> Bounds that hold while the crank turns by at most `half_width` (rad) to either side, from the earlier joints' points in the
-    !> middle and bounds on their speeds and accelerations.
+    !> Bounds that hold while the crank turns by at most `half_width` (rad) to either side. `points` are the earlier joints in the
+    !> middle, `speeds` and `accelerations` bounds for them.
     pure function reach_joint(self, points, speeds, accelerations, half_width) result(reach)
       import :: joint_type, point_type, reach_type, dp
       implicit none (type, external)
@@ -123,9 +123,9 @@ module gestell_model_joints_joint
 
 contains
 
-  !> Maximum change of a length (m) within `half_width` (rad) of the crank angle: the smaller of two bounds, from the maximum speed,
-  !> and from the speed in the middle and the maximum second derivative. Near a dead point the length has an extremum, and the
-  !> second bound is much smaller.
+  !> Maximum change of a length (m) within `half_width` (rad) of the crank angle. One bound uses the maximum speed; another the
+  !> speed in the middle and the maximum second derivative. The smaller bound counts. Near a dead point the length has an extremum,
+  !> and the second bound is much smaller.
   pure real(dp) function greatest_change(speed, speed_in_middle, second_derivative, half_width) result(change)
     !> Maximum of the length's speed (m per rad), its speed in the middle, bound on its second derivative; half width (rad)
     real(dp), intent(in) :: speed, speed_in_middle, second_derivative, half_width

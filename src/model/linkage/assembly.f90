@@ -21,8 +21,8 @@ module gestell_model_linkage_assembly
   real(dp), parameter :: narrowest = 1.0e-9_dp
   !> Maximum number of intervals over the turn.
   integer, parameter :: most_intervals = 1000000
-  !> Number of crank angles, every 4 deg, at which a joint that cannot turn is tried; halvings that refine the ends of the intervals
-  !> in which it closes; maximum number of such intervals in a message.
+  !> Number of crank angles, every 4 deg, at which a joint that cannot turn is tried; number of bisections for the ends of the
+  !> intervals in which it closes; maximum number of these intervals in a message.
   integer, parameter :: samples = 90, halvings = 24, most_listed = 3
 
 contains

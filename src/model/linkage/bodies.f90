@@ -21,9 +21,9 @@ module gestell_model_linkage_bodies
     integer :: from = 0, to = 0
     !> Mass (kg), moment of inertia about the centre of mass (kg m^2), centre of mass in the link's axes (m).
     real(dp) :: mass = 0, inertia = 0, center(2) = 0
-    !> Data for a frame in space only: position `z` of the centre of mass along the plane's normal (m), and `own_z` the part of it
-    !> within the link's mechanism; moments of inertia along the link's xi-axis and across it in the plane (kg m^2); direction of
-    !> the xi-axis of a link that only translates; number of its plane, 0 for the plane of the frame.
+    !> Data for a frame in space only. Position `z` of the centre of mass along the plane's normal (m); `own_z` is the part of it
+    !> within the link's mechanism. Moments of inertia along the link's xi-axis and across it in the plane (kg m^2). Direction of
+    !> the xi-axis of a link that only translates. Number of the link's plane, 0 for the plane of the frame.
     real(dp) :: z = 0, own_z = 0, along = 0, across = 0, axis(2) = [1.0_dp, 0.0_dp]
     integer :: plane = 0
   end type link_type

@@ -17,8 +17,8 @@ module gestell_model_linkage_extremes
 contains
 
   !> Updates the extremes by the function between the angles `from` and `from` + `step`, where it has the jets `before` and `now`.
-  !> If the derivative changes its sign, the extremum is that of the polynomial of degree five with the values and the first two
-  !> derivatives of both jets. Its error is step^6/46080 times the sixth derivative.
+  !> If the derivative changes its sign, the function is replaced by a polynomial of degree five. The polynomial has the values and
+  !> the first two derivatives of both jets. The error of the extremum is step^6/46080 times the sixth derivative.
   pure subroutine take(self, before, now, from, step)
     class(extremes_type), intent(inout) :: self
     type(jet), intent(in) :: before, now
@@ -46,7 +46,7 @@ contains
     self%least = min(self%least, value)
   end subroutine keep
 
-  !> Coefficients of 1, t, ... t^5 of this polynomial, t from 0 to 1 over the step.
+  !> Coefficients of 1, t, ... t^5 of the polynomial of degree five, t from 0 to 1 over the step.
   pure function coefficients(before, now, step) result(c)
     type(jet), intent(in) :: before, now
     real(dp), intent(in) :: step

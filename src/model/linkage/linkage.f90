@@ -77,8 +77,8 @@ contains
     if (.not. allocated(error)) call self%add_joint(name, crank_joint(joint, radius, phase), error)
   end subroutine add_crank
 
-  !> Adds the joint of a dyad RRR at `lengths` (m) from the joints `ends`, to the left (`branch` = 1) or right (-1) of the direction
-  !> from ends(1) to ends(2).
+  !> Adds the joint of a dyad RRR at `lengths` (m) from the joints `ends`. It lies to the left (`branch` = 1) or right (-1) of the
+  !> direction from ends(1) to ends(2).
   subroutine add_rrr(self, name, ends, lengths, branch, error)
     class(linkage_type), intent(inout) :: self
     character(len=*), intent(in) :: name, ends(:)

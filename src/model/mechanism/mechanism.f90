@@ -34,8 +34,8 @@ module gestell_model_mechanism
     !> Maxima over the turn of the sums over the links of the absolute terms of a1'' and a2'' (kg m), of a4 and of K' (kg m^2, see
     !> `energy_d`). Where the terms cancel, only their rounding errors limit the accuracy. Zero: nothing cancels.
     real(dp) :: terms(4) = 0
-    !> Number of turns of the drive in one turn of this crank. It exceeds 1 if some shaft does not turn a whole number of times per
-    !> turn of the drive; this crank is then a slower shaft, and the period is `turns` turns of the drive. Orders are multiples
+    !> Number of turns of the drive in one turn of this crank, which is also the number in the period. It exceeds 1 if some shaft
+    !> does not turn a whole number of times per turn of the drive; this crank then stands for a slower shaft. Orders are multiples
     !> k/turns of the drive speed.
     integer :: turns = 1
     !> Number of turns of each crank in the period, without sign; not allocated if the period is one turn of the drive.
@@ -124,8 +124,8 @@ contains
     offset = -1
   end function no_link_offset
 
-  !> Orders that the shafts excite: numbers of those harmonics of the period, up to `highest` times the drive speed, whose
-  !> frequencies are multiples of the drive speed or of a crank's speed.
+  !> Numbers of the harmonics of the period that the shafts excite, up to `highest` times the drive speed. Their frequencies are
+  !> multiples of the drive speed or of a crank's speed.
   pure function harmonics(self, highest)
     class(mechanism_type), intent(in) :: self
     integer, intent(in) :: highest

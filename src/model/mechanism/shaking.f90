@@ -17,8 +17,9 @@ module gestell_model_mechanism_shaking
     type(fourier_type) :: series(3)
     !> Maximum absolute value over the turn and rms of the three components, and of the magnitude of the force.
     real(dp), dimension(4) :: peak = 0, rms = 0
-    !> First order of the drive speed Omega of the force fx + i fy, divided by Omega^2 (kg m): the vector that turns with the crank
-    !> and the one that turns against it, at crank angle zero. A mass m at radius r on the crank gives m r and 0.
+    !> First order of the force fx + i fy, divided by the square of the drive speed (kg m). The first number is the vector that
+    !> turns with the crank, the second the one that turns against it, both at crank angle zero. A mass m at radius r on the crank
+    !> gives m r and 0.
     complex(dp) :: unbalance(2) = 0
   end type shaking_type
 

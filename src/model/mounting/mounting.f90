@@ -118,8 +118,8 @@ contains
     c = whole(in_space(:n), in_space(:n))
   end function of_frame
 
-  !> Matrix of one support for small motions (u, theta), shape (6, 6): sum of k g g^T with g = (n, p x n) over its axes n, where `k`
-  !> is the stiffness or damping along each axis. A small motion q moves the support's head by g . q along n.
+  !> Matrix of one support for small motions (u, theta), shape (6, 6): sum of k g g^T with g = (n, p x n) over its axes n. `k` is
+  !> the stiffness or damping along each axis. A small motion q moves the support's head by g . q along n.
   pure function support_matrix(support, k) result(c)
     type(support_type), intent(in) :: support
     real(dp), intent(in) :: k(3)
@@ -153,8 +153,8 @@ contains
     c = whole(in_space(:dofs), in_space(:dofs))
   end function load_matrix
 
-  !> Derivatives, with respect to small motions, of the static forces G on the ground that turn with the frame, and of their moments
-  !> about F at rest: theta x G and p x (theta x G).
+  !> Derivatives with respect to small motions of the static forces G on the ground that turn with the frame, theta x G, and of
+  !> their moments about F at rest, p x (theta x G).
   pure function turned_loads(supports, dofs) result(c)
     type(support_type), intent(in) :: supports(:)
     integer, intent(in) :: dofs

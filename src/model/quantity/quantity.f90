@@ -1,5 +1,5 @@
-!> Quantities that are linear in the motion, as weights of its rows: displacements, velocities and accelerations of the frame and of
-!> its points, forces of single supports and in total, in the plane and in space.
+!> Quantities that are linear in the motion, as weights of its rows, in the plane and in space. They are displacements, velocities
+!> and accelerations of the frame and of its points, and forces of single supports and in total.
 module gestell_model_quantity
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp

@@ -1,8 +1,8 @@
 !> The motion of a frame as rows of numbers. Quantities are weighted sums of these rows.
 !>
-!> At one phase the motion is a column: q, q', q'' of the n degrees of freedom, then the n forces of the guides on the ground, which
-!> hold the locked degrees of freedom. For the exact frame the nonlinear parts of some functions of q follow. They are called the
-!> excess here: the function minus its linear terms about rest.
+!> At one phase the motion is a column: first q, q', q'' of the n degrees of freedom, then the n forces of the guides on the ground,
+!> which hold the locked ones. For the exact frame the nonlinear parts of some functions of q follow. They are called the excess
+!> here: the function minus its linear terms about rest.
 !>
 !> - The excess of the rotation and its first and second derivatives: in the plane s = sin psi - psi and c = cos psi - 1; in space
 !> the nine elements of R - 1 - [theta], column by column. With these rows the motion of all points is linear: x = xi - Y (psi + s)
@@ -52,8 +52,8 @@ module gestell_model_quantity_rows
     procedure :: rows
   end type quantity_type
 
-  !> Forces on the ground and their moments about F at rest, in the frame's order of degrees of freedom: weights of the rows of the
-  !> motion, and bounds on the rounding errors of these weights; shapes (rows, dofs).
+  !> Forces on the ground and their moments about F at rest, in the frame's order of degrees of freedom. `weights` are those of the
+  !> rows of the motion, `rounding` bounds on their rounding errors; shapes (rows, dofs).
   type, public :: ground_forces_type
     real(dp), allocatable :: weights(:, :), rounding(:, :)
   end type ground_forces_type

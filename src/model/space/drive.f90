@@ -164,9 +164,9 @@ contains
     end associate
   end subroutine find_torque
 
-  !> Adds to the left sides r, shape (6), and to their derivatives with respect to d(u, alpha)'', d(u, alpha)' and d(u, alpha),
-  !> shape (6, 6), the effect of a drive that turns evenly in space: its angle lags by chi, and its torque is no moment on the
-  !> frame. Moments are along the frame's axes.
+  !> Adds the effect of a drive that turns evenly in space: its angle lags by chi, and its torque is no moment on the frame. The
+  !> effect enters the left sides r, shape (6), and their derivatives with respect to d(u, alpha)'', d(u, alpha)' and d(u, alpha),
+  !> shape (6, 6). Moments are along the frame's axes.
   pure subroutine add_drive(turn, moving, moved, r, m, b, c)
     type(turn_type), intent(in) :: turn
     type(moving_type), intent(in) :: moving

@@ -1,6 +1,6 @@
 !> Sums over the moving masses of planar mechanisms as a frame in space feels them, (45) of doc/theory.md. The centre of mass of a
-!> link is at r = o + Q (x, y, z) about F along the frame's axes, where Q has the axes of its mechanism as columns and o is the
-!> mechanism's origin. With the inertia tensors J_i and angular velocities w_i of the links,
+!> link is at r = o + Q (x, y, z) about F along the frame's axes. Q has the axes of its mechanism as columns; o is the mechanism's
+!> origin. With the inertia tensors J_i and angular velocities w_i of the links,
 !>
 !>     S = sum m r,   J = sum [m (|r|^2 1 - r r^T) + J_i],   H = sum [m r x r' + J_i w_i],
 !>

@@ -207,8 +207,8 @@ contains
       call add_drive(driven%turn, driven%moving, driven%moved, r, m, b, c)
       r(4:) = r(4:) + driven%moved%motor
     end if
-    ! derivatives with respect to dtheta'', dtheta', dtheta, and moments T^T r along the directions of theta, since some of these
-    ! directions may be locked; r excludes the remaining static moment, which foundation and guides carry
+    ! derivatives with respect to dtheta'', dtheta', dtheta, and the moments T^T r along the directions of theta, since some of
+    ! these directions may be locked. r excludes the remaining static moment, which foundation and guides carry
     c(:, 4:) = matmul(m(:, 4:), turning(:, :, 2)) + matmul(b(:, 4:), turning(:, :, 1)) + matmul(c(:, 4:), turning(:, :, 0))
     b(:, 4:) = 2 * matmul(m(:, 4:), turning(:, :, 1)) + matmul(b(:, 4:), turning(:, :, 0))
     m(:, 4:) = matmul(m(:, 4:), turning(:, :, 0))

@@ -90,10 +90,10 @@ contains
     call meet(g1, u1, g2, u2, here)
   end subroutine trace
 
-  !> Bounds for the joint. The sine of the angle between the guides decreases by at most (omega_1 + omega_2) half_width, or less if
-  !> its derivative in the middle is small: the second derivative is at most omega_1' + omega_2' + (omega_1 + omega_2)^2. Each guide
-  !> fixes the joint's velocity perpendicular to itself to v_g + omega |r - g|. |r - g| grows while the joint moves with at most V,
-  !> which the following inequality bounds:
+  !> Bounds for the joint. The sine of the angle between the guides decreases by at most (omega_1 + omega_2) half_width. If its
+  !> derivative in the middle is small, a second bound is lower, since the second derivative is at most omega_1' + omega_2' +
+  !> (omega_1 + omega_2)^2. Each guide fixes the joint's velocity perpendicular to itself to v_g + omega |r - g|. |r - g| grows
+  !> while the joint moves with at most V, which the following inequality bounds:
   !>
   !>     V sin <= sum over the guides of v_g + omega (|r - g| + (V + v_g) half_width).
   pure function reach(self, points, speeds, accelerations, half_width)

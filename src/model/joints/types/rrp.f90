@@ -140,10 +140,10 @@ contains
     end do
   end subroutine hold_on_guide
 
-  !> Bounds for the joint. The distance of `end` from the guide changes by at most v_end + v_g + omega |r| per radian, or less if
-  !> its derivative in the middle is small: the second derivative is at most a_end + a_g + 2 (v_end + v_g) omega + |r| (omega' +
-  !> omega^2). If the distance stays below l, the cosine c of the angle between rod and guide stays positive. The rod fixes the
-  !> component of the slider's velocity along itself, so it slides with at most (v_end + v_guide) / c.
+  !> Bounds for the joint. The distance of `end` from the guide changes by at most v_end + v_g + omega |r| per radian. If its
+  !> derivative in the middle is small, a second bound is lower, since the second derivative is at most a_end + a_g + 2 (v_end +
+  !> v_g) omega + |r| (omega' + omega^2). If the distance stays below l, the cosine c of the angle between rod and guide stays
+  !> positive. The rod fixes the component of the slider's velocity along itself, so it slides with at most (v_end + v_guide) / c.
   pure function reach(self, points, speeds, accelerations, half_width)
     class(rrp_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)
