@@ -18,7 +18,7 @@ module gestell_output_report_text_table
 contains
 
   !> The lines of a table. If it is too wide, long names in the first column and remarks in the last column move to lines of their
-  !> own, provided that these columns are flush left. Columns without any content are omitted.
+  !> own. This requires that these columns are flush left. Columns without any content are omitted.
   pure function tabulated(align, heads, rows) result(text)
     !> For each column l (flush left) or r (flush right); headings separated by commas, on one or two lines; complete lines with
     !> cells separated by tabs

@@ -46,8 +46,8 @@ module gestell_task_balance_keys
 
 contains
 
-  !> Reads the group &balance for a linkage. Fails if a value is out of range, if a link does not exist, does not turn or is named
-  !> twice, or if the number of radii is neither 1 nor the number of links.
+  !> Reads the group &balance for a linkage. Fails if a value is out of range, or if a link does not exist, does not turn or is
+  !> named twice. Also fails if the number of radii is neither 1 nor the number of links.
   subroutine read_balance(doc, units, linkage, options, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units

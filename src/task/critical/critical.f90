@@ -36,8 +36,9 @@ module gestell_task_critical
   integer, parameter, public :: peak = 1, no_peak = 2, unbounded = 3, self_excited = 4
   character(len=9), parameter, public :: outcomes(4) = [character(len=9) :: "peak", "no_peak", "unbounded", "unstable"]
 
-  !> The two quantities. `amplitude`: amplitude (m) of the harmonic of the crossing's order, all degrees of freedom combined in the
-  !> norm of the mean mass matrix, divided by the square root of the mass. `force`: maximum of the total force on the ground (N).
+  !> The two quantities. `amplitude`: amplitude (m) of the harmonic of the crossing's order. It is the norm over all coordinates,
+  !> weighted by the mean mass matrix and divided by the square root of the mass. `force`: maximum of the total force on the ground
+  !> (N).
   integer, parameter, public :: amplitude = 1, force = 2
   !> Row of a point's values with the share of the order: of the mean square of the vibration, and the force amplitude of the order
   !> over the maximum force. Row 1 has the size of the quantity.

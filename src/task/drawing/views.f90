@@ -275,7 +275,7 @@ contains
     if (link > 0) colour = colours(1 + mod(original(linkage, link) - 1, size(colours)))
   end function colour
 
-  !> Number of the link of which this one is a copy, or its own number. The name of a copy ends with a point and the name of the
+  !> Number of the link of which this one is a copy, or its own number. The name of a copy ends with a dot and the name of the
   !> original.
   pure integer function original(linkage, link)
     class(linkage_type), intent(in) :: linkage

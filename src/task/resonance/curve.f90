@@ -122,9 +122,9 @@ contains
 
   !> Finds the intervals in which the curve is not resolved. The straight line through the two points before an interval is
   !> extrapolated to its far end. It misses the point computed there by h times the change of slope; the same holds from the other
-  !> side. Within the interval a single bend, as where two maxima over the period are equal, deviates by at most half of the larger
-  !> miss, and a curve of constant curvature by a quarter. If only one side is known, its miss counts twice; if neither is known,
-  !> the interval is divided. No line crosses a jump.
+  !> side. Within the interval a single bend deviates by at most half of the larger miss; such a bend occurs where two maxima over
+  !> the period are equal. A curve of constant curvature deviates by at most a quarter. If only one side is known, its miss counts
+  !> twice; if neither is known, the interval is divided. No line crosses a jump.
   subroutine bent_intervals(self, level, known, bent)
     class(resonance_curve_type), intent(in) :: self
     real(dp), intent(in) :: level(:)
