@@ -198,9 +198,10 @@ contains
     is_never_kept = is_never_kept .and. known > 0
   end function is_never_kept
 
-  !> Refines the position of the turning point at end `side`, where two branches meet. The mean square difference of the two motions
-  !> is a smooth function of the parameter near this point, and the parameter is a smooth function of the square. Neville
-  !> extrapolation to zero difference gives the turning point. Extrapolation cancels digits; its last change is taken as the error.
+  !> Refines the position of the turning point at end `side`, where two branches meet. Near this point the mean square difference of
+  !> the two motions is a smooth function of the parameter, and the parameter is a smooth function of this mean square. Neville
+  !> extrapolation to zero difference gives the turning point. It loses digits by cancellation; its last change is taken as the
+  !> error.
   subroutine refine_turn(family, pair, side)
     type(branch_family_type), intent(inout) :: family
     type(branch_type), intent(inout) :: pair(2)

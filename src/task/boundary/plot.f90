@@ -44,7 +44,7 @@ contains
     end if
   end function plot_borders
 
-  !> Plot of the critical values over the argument of their multiplier, with the unstable ranges shaded.
+  !> Plot of the critical values and the arguments of their multipliers, with the unstable ranges shaded.
   function plot_values(plan, results) result(figure)
     type(sweep_plan_type), intent(in) :: plan
     type(border_results_type), intent(in) :: results

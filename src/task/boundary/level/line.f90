@@ -1,5 +1,5 @@
 !> Curve of a measured quantity along a line through the parameters, over a variable x. If the line runs along the speed alone, x is
-!> the speed, which the search for resonances needs; otherwise x is 1 at the start of the line and 2 at its end.
+!> the speed, because the search for resonances needs it. Otherwise x is 1 at the start of the line and 2 at its end.
 module gestell_task_boundary_level_line
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp

@@ -248,7 +248,7 @@ contains
     certain = .not. missing .and. (inside .eqv. joined)
     if (allocated(error) .or. certain .or. opposite) return
 
-    ! The index of the first short chord depends on the sections that are joined.
+    ! The first chord between near vertices starts at vertex 1 or 2.
     i = merge(1, 2, enter(1) .eqv. joined)
     k = modulo(i, size(ids)) + 1
     across = vertices%list(ids(k))%u - vertices%list(ids(i))%u
