@@ -18,7 +18,7 @@ module gestell_system_family
   abstract interface
     !> Creates the system at these parameters, shape (number of parameters). Calls come from one thread at a time.
     !> Errors: `impossible_mechanism` if the mechanism cannot be assembled; `invalid_input` if the parameters are invalid;
-    !> `failed_computation` if no vibration exists about which the system could be linearised.
+    !> `failed_computation` if the vibration about which the system is linearised cannot be computed.
     subroutine member_at(self, parameters, system, error)
       import :: dp, error_type, family_type, periodic_system
       implicit none (type, external)

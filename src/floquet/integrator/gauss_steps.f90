@@ -77,8 +77,8 @@ contains
     type(unseen_type), intent(inout), optional :: unseen
     type(coefficients_type) :: at
     type(layout_type) :: layout
-    ! On the heap: threads have small stacks. The size is always that of the largest steps, because the GNU C library keeps a block
-    ! for reuse once that size was requested.
+    ! On the heap: threads have small stacks. The size is always that of the largest steps: the GNU C library keeps a block for
+    ! reuse if one of this size was freed before.
     real(dp), allocatable, target :: room(:)
     ! Maps of the method and, if requested, of its two embedded methods
     real(dp), allocatable :: maps(:, :, :, :)

@@ -41,8 +41,8 @@ module gestell_floquet_integrator_method
     !>     error_constant theta (theta / N)**order.
     real(dp) :: error_constant = 0
     !> True if the method is exact where P is constant. Then the error above is multiplied by the varying part of P. If theta
-    !> exceeds the number m of steps that resolve P, it is also multiplied by (m / theta)**3: errors of a motion much faster than
-    !> the changes of P nearly cancel.
+    !> exceeds the number m of steps (`least_steps`) that resolve P, it is also multiplied by (m / theta)**3: errors of a motion
+    !> much faster than the changes of P nearly cancel.
     logical :: exact_if_constant = .false.
     !> Order and error constant of the first embedded method, whose maps `pair` returns too; 0: no embedded methods
     integer :: lower_order = 0

@@ -88,7 +88,7 @@ contains
   !> Adds estimates of the variations between the nodes to `unseen`.
   !>
   !> The fastest motion turns by z = |h^2 C|^1/2 + |h B| radians in a step. Changes of the coefficients shift its phase by z |M| +
-  !> |h B| + |h^2 C| / z radians. The interpolation error falls, with the number of nodes, like the square root of the quadrature
+  !> |h B| + |h^2 C| / z radians. With the number of nodes the interpolation error falls like the square root of the quadrature
   !> error: if interpolation misses a part e of the variation, quadrature misses e^2. Masses are about 1 in these units, so a load
   !> times a time is a change of velocity.
   pure subroutine estimate_unseen(nested, at, units, unseen)
@@ -131,7 +131,7 @@ contains
 
   !> Estimates for each step, shape (steps, 3), from `values` at the nodes, shape (steps, s, count):
   !> - (1) the rms of the part along the Legendre polynomial P_s, beyond rounding, extrapolated from the decay of the parts along
-  !> P_s-4 to P_s-1;
+  !>   P_s-4 to P_s-1;
   !> - (2) the difference between the values at the first and the last node in storage, which are an end and a middle one;
   !> - (3) the size of the values.
   !>

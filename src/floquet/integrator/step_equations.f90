@@ -103,8 +103,8 @@ contains
   !> Fills columns of a panel from M, h B and h^2 C. Rows and columns that belong to no unknown and no state are padded with zeros
   !> and ones.
   pure subroutine fill_panel(tableau, at, step, layout, column, columns, panel, mass, damping, stiffness)
-    !> Coefficients at the nodes of all steps
     class(tableau_type), intent(in) :: tableau
+    !> Coefficients at the nodes of all steps
     type(coefficients_type), intent(in) :: at
     !> First of the eight steps; first column; number of columns
     integer, intent(in) :: step, column, columns

@@ -69,8 +69,9 @@ contains
   !> methods.
   !>
   !> Until the second difference is below `pair_begun` the methods have not begun to converge: the estimate is then the whole
-  !> change. Afterwards it is the larger of `rest` and a part of the change, plus a fiftieth of the change. A factor of twice change
-  !> / next follows; it is at least 1/32, and 1/16 where `rest` is the whole change. The part that the fitting misses is added.
+  !> change. Afterwards it is a sum, the larger of `rest` and a part of the change, plus a fiftieth of the change. The sum is
+  !> multiplied by twice change / next, but by no less than 1/32 (1/16 where `rest` is the whole change). The part that the fitting
+  !> misses is added.
   !>
   !> x_p(T) is not assumed to converge faster than Phi(T), nor to have a smaller relative rest: its change and its rest may be small
   !> by chance.
@@ -95,11 +96,13 @@ contains
   !> embedded methods use the same nodes, so comparing them does not reveal these errors.
   !>
   !> The part of the coefficients counts 24 times: this covers a change that takes no longer than a step. For the loads the largest
-  !> of three estimates counts, but at most the whole load. (1) The part missed, times 2 + turns / 4. (2) Where the fastest motion
-  !> turns by a large angle z in a step: the interpolation error between the s nodes times (z / 2)^s / (1 3 ... (2 s - 1)). This
-  !> factor bounds the part of cos(z t) along the Legendre polynomial P_s; a motion that fast does not average the interpolation
-  !> error out. (3) Half of the changes of velocity by everything missed, relative to the largest x_p: this counts where one load is
-  !> small and moves most.
+  !> of three estimates counts, but at most the whole load:
+  !> - the error of the loads, times 2 + turns / 4;
+  !> - the interpolation error between the s nodes times (z / 2)^s / (1 3 ... (2 s - 1)), where the fastest motion turns by z in a
+  !>   step. The factor bounds the part of cos(z t) along the Legendre polynomial P_s. A fast motion does not average this error
+  !>   out;
+  !> - half of the changes of velocity by the error of the loads, relative to the largest x_p. This matters where a small load
+  !>   moves the system most.
   !>
   !> With the safety factor each estimate is at least 1.5 times what random machines need.
   pure function left_unseen(unseen, scale, peak, angle, stages) result(left)
@@ -120,8 +123,9 @@ contains
     left(2) = left(1) + min(loads, 1.0_dp)
   end function left_unseen
 
-  !> Detects whether x_p(T) is limited by rounding, as happens where the forces cancel. This is so if Phi(T) had converged with a
-  !> 64th of the steps, and the change of x_p(T) has since fallen more slowly than the number of steps has grown.
+  !> Detects whether x_p(T) is limited by rounding, as happens where the forces cancel. This is so if there are at least 4096 steps,
+  !> Phi(T) had converged with a 64th of them, and the change of x_p(T) has since fallen more slowly than the number of steps has
+  !> grown.
   pure subroutine detect_rounding(change, steps, allowed, begin, rounding)
     !> Changes of Phi(T) and of x_p(T) by the last number of steps; and the tolerance, all relative
     real(dp), intent(in) :: change(2), allowed

@@ -321,7 +321,7 @@ contains
     type(monodromy_type), intent(inout) :: monodromy
     real(dp), intent(in), optional :: unseen(2)
 
-    ! Squares below tiny vanish in a norm, so Phi(T) has an absolute error of sqrt(tiny) at least.
+    ! Squares below tiny vanish in a norm, so the absolute error of Phi(T) is at least sqrt(tiny).
     monodromy%roundoff = roundoff(system, level, phase_advance) * level%norm + sqrt(tiny(1.0_dp))
     if (present(unseen)) monodromy%roundoff = monodromy%roundoff + unseen(1) * level%norm
     monodromy%norm = level%norm
@@ -351,7 +351,7 @@ contains
     call defect_of(system, self%steps, reshape(self%phi, [shape(self%phi), 1]), defect, error)
   end subroutine liouville_defect
 
-  !> True if the smallest multipliers are too small against the error of Phi(T), so that its factors are needed
+  !> True if the error of Phi(T) is too large for its smallest multipliers, so that factors of Phi(T) are needed
   !> (gestell_floquet_factors): |Phi| |Phi^-1| or the transient growth exceeds `most_spread`.
   !>
   !> The determinant gives a cheap first test. For |Phi| = 1 the smallest singular value is at least |det Phi| (n - 1)^((n - 1) /

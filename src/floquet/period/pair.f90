@@ -91,7 +91,8 @@ contains
     pair%rest = sqrt(max([phi(1) - pair%q * (2 * phi(2) - pair%q * phi(3)), xp(1) - pair%q * (2 * xp(2) - pair%q * xp(3))], 0.0_dp))
   end subroutine compare_pair
 
-  !> Replaces the map of the second embedded method by Phi_1 + q D_2, and x_p(T) likewise: the extrapolated map of the method.
+  !> Replaces the map of the second embedded method by Phi_1 + q D_2, an extrapolation to the map of the method. x_p(T) is replaced
+  !> in the same way.
   pure subroutine extrapolate(lower, q)
     type(period_map_type), intent(inout) :: lower(2)
     real(dp), intent(in) :: q

@@ -16,7 +16,7 @@ module gestell_floquet_period_periodic_solution
   type, public :: periodic_solution_type
     !> State at t = 0, and a bound on the error of each component; shape (n)
     real(dp), allocatable :: x0(:), error(:)
-    !>(E - Phi)^-1| (1 + |Phi|) in balanced units. The solution loses as many digits as the decimal logarithm of this number.
+    !> |(E - Phi)^-1| (1 + |Phi|) in balanced units. The solution loses as many digits as the decimal logarithm of this number.
     real(dp) :: condition = 0
   end type periodic_solution_type
 
@@ -82,7 +82,7 @@ contains
       if (known) then
         do k = 1, size(monodromy%phi_change, 3)
           associate (e => balanced(monodromy%phi_change(:, :, k), d))
-            !(E - Phi)^-1 E'|, or the product of the norms if it is small.
+            ! |(E - Phi)^-1 E'|, or the product of the norms if it is small.
             part = amplification * norm2(e)
             if (part > little) part = norm2(matmul(inverted, e))
             lost = max(lost, part)

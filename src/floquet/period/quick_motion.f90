@@ -23,7 +23,7 @@ module gestell_floquet_period_quick_motion
 
   public :: solve_quickly
 
-  !> Amplification of errors while none is known: no multiplier is near 1.
+  !> Assumed amplification of errors before it is known; typical if no multiplier is near 1
   real(dp), parameter :: usual_amplification = 7
 
   type, public :: quick_motion_type
@@ -41,10 +41,10 @@ module gestell_floquet_period_quick_motion
     real(dp), allocatable :: maps(:, :, :)
   end type quick_motion_type
 
-  !> Above this angle (radians per period) of the fastest vibration, reduction is quicker.
+  !> Maximum angle (radians per period) of the fastest vibration: above it, reduction of the system is quicker.
   real(dp), parameter :: most_turns = 700
-  !> Ratio of successive harmonics while none are known. A motion is solved again only if the amplification has grown by more than
-  !> `reserve` and the estimated error exceeds the allowed one by more than `slack`.
+  !> Assumed ratio of successive harmonics before they are known; factor by which the amplification may exceed the previous one
+  !> without loss of accuracy; factor by which the estimated error may exceed the allowed one before a motion is solved again
   real(dp), parameter :: usual_ratio = 0.5_dp, reserve = 1.5_dp, slack = 100
   !> Maximum number of steps between two phases, and of trials
   integer, parameter :: most_between = 8, most_trials = 4

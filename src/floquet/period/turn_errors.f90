@@ -1,17 +1,17 @@
 !> Bounds the error of a periodic motion over the whole period by a second solution with steps half as long.
 !>
-!> The motion is computed in segments, each from its own start x_k. From these starts, half the steps give y(t) = x(t) + l(t). At
-!> the end of segment k the motion y misses the next start by the defect d_k. With the maps A_k of the segments, the periodic motion
-!> of the shorter steps is
+!> The motion is computed in segments, each from its own start x_k. From these starts, steps half as long give y(t) = x(t) + l(t).
+!> At the end of segment k the motion y misses the next start by the defect d_k. With the maps A_k of the segments, the periodic
+!> motion of the shorter steps is
 !>
 !>     x^(t) = y(t) + Phi(t, t_k) z_k,   z_{k+1} = A_k z_k + d_k,   z_{K+1} = z_1.
 !>
 !> So local errors are measured where they arise, with their signs and however fast they die out. A method of order p has an error
 !> of 2^-p (x^ - x) left in x^. Equal steps profit from the periodicity, unequal ones do not. Therefore all steps between
-!> equidistant phases are equal, and the defects of the starts are computed with half the steps of their own mesh.
+!> equidistant phases are equal, and the defects of the starts are computed with steps half as long as those of their own mesh.
 !>
-!> A motion with more steps and phases from the same starts has the same part of x^ - x due to the starts, and smaller local errors.
-!> It lies between x and a motion without local errors, so bounds are taken for both ends.
+!> Consider a motion from the same starts with more steps and phases: its part of x^ - x due to the starts is equal, and its local
+!> errors are smaller. It lies between x and a motion without local errors, so bounds are taken for both ends.
 module gestell_floquet_period_turn_errors
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -39,7 +39,7 @@ module gestell_floquet_period_turn_errors
     procedure :: along
   end type turn_errors_type
 
-  !> Comparison of a motion, in K segments, with the motion of half the steps
+  !> Comparison of a motion, in K segments, with the motion of steps half as long
   type, public :: comparison_type
     !> l(t), shape (n, phases); Phi(t, t_k), shape (n, n, phases); A_k, shape (n, n, K); defects d_k, shape (n, K); and the largest
     !> |x| in balanced units within each segment, shape (K)
@@ -79,7 +79,7 @@ contains
     !> Ends of the steps; units of the states, shape (n); ends of the segments, shape (0:K); starts of the segments, shape (n, K);
     !> phases, of which the last is 1; and the motion x at these phases, shape (n, phases)
     real(dp), intent(in) :: nodes(:), scale(:), ends(0:), starts(:, :), phases(:), x(:, :)
-    !> The comparison with half the steps
+    !> The comparison with steps half as long
     type(comparison_type), intent(out) :: comparison
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: maps(:, :, :), half(:)

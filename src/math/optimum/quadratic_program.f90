@@ -120,8 +120,8 @@ contains
       top = of_group(groups)
     end function top_of
 
-    !> Recomputes y from the working set alone, because rounding errors of the multipliers grow with their sizes. y minimises
-    !>y|^2 / 2 + sum over g of w_g (value of a branch of g), with equal values within each group and zero for group 0.
+    !> Recomputes y from the working set alone, because rounding errors of the multipliers grow with their sizes. y minimises |y|^2
+    !> / 2 + sum over g of w_g (value of a branch of g), with equal values within each group and zero for group 0.
     subroutine settle()
       real(dp) :: gradient(size(d)), differences(size(working), size(d)), gaps(size(working))
       integer :: first(0:size(weight)), j, rows

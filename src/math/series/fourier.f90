@@ -230,7 +230,7 @@ contains
     theta = start
     do iteration = 1, 60
       if (.not. abs(f(2)) > epsilon(step) * abs(f(3))) return
-      !f| is below the maximum by f'^2 / (2 |f''|): stop if this is no more than its rounding.
+      ! |f| is below the maximum by f'^2 / (2 |f''|): stop if this is no more than its rounding.
       if (f(1) * f(3) < 0 .and. f(2)**2 <= epsilon(step) * abs(f(1) * f(3))) return
       theta = theta - f(2) / merge(f(3), 1.0_dp, abs(f(3)) > 0)
       if (.not. (theta - rising) * (theta - falling) < 0) theta = (rising + falling) / 2
