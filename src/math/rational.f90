@@ -15,7 +15,8 @@ module gestell_math_rational
 contains
 
   !> Converts `values` to a fraction in lowest terms. `values` is a decimal number, [0.5], or a fraction, [1, 2]. `known` is false
-  !> if it is not a fraction: a zero, a decimal number too far from a fraction, or two numbers that are not integers.
+  !> if it is not a fraction: a zero, a number above 4096, a decimal number too far from a fraction, or two numbers that are not
+  !> integers.
   pure subroutine to_rational(values, numerator, denominator, known)
     real(dp), intent(in) :: values(:)
     integer, intent(out) :: numerator, denominator

@@ -26,7 +26,7 @@ contains
     cross = [a(2) * b(3) - a(3) * b(2), a(3) * b(1) - a(1) * b(3), a(1) * b(2) - a(2) * b(1)]
   end function cross
 
-  !> [a], the matrix of the cross product: [a] x = a x x for every x.
+  !> [a], the matrix of the cross product: [a] b = a x b for every vector b.
   pure function cross_matrix(a) result(c)
     real(dp), intent(in) :: a(3)
     real(dp) :: c(3, 3)

@@ -35,7 +35,7 @@ contains
   !>
   !> The means are computed by the trapezoidal rule. The number of points doubles until two successive doublings change nothing but
   !> roundings: for smooth coefficients the error falls faster than any power of the number of points. At a jump of the coefficients
-  !> N points have an error of up to the jump / N. At most one jump counts for each break, and one for the end of the period.
+  !> N points have an error of up to the jump / N. One jump is counted for each break, and one for the end of the period.
   subroutine average(system, averaged)
     class(second_order_system), intent(in) :: system
     type(averaged_system), intent(out) :: averaged

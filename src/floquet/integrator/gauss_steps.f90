@@ -1,4 +1,4 @@
-!> Steps of Gauss-Legendre collocation, each an affine map of the state.
+!> Steps of Gauss-Legendre collocation, equation (58) of doc/theory.md. Each step is an affine map of the state.
 !>
 !> For M q'' + B q' + C q = g the positions are eliminated. With the start (q, p) of a step of length h, the accelerations v_i at
 !> the nodes c_i and the tableau A, b,
@@ -112,8 +112,8 @@ contains
           if (allocated(error)) return
         end if
       end do
-      ! Converts units of the states and of the loads. Each step has its own unit of time, so positions are divided by h times
-      ! velocities.
+      ! Converts units of the states and of the loads. Each step has its own unit of time: velocities are scaled by the length h of
+      ! the step, positions are not.
       of_step = 1
       do i = 1, at%states
         of_step(:, i) = units(i)

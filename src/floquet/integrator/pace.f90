@@ -1,4 +1,4 @@
-!> Estimates the frequency of the fastest motion of a system.
+!> Estimates the frequency of the fastest motion of a system, equation (60) of doc/theory.md.
 !>
 !> Motions satisfy z^2 + 2 d z + k = 0 with M z^2 u + B z u + C u = 0. The fastest motion has the largest k. It dominates (M^-1
 !> C)^16, taken where C is largest. A column of this matrix gives the shape u, and a row, times M^-1, gives the left vector y. The

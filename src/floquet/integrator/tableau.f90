@@ -1,4 +1,5 @@
-!> Coefficients of Gauss-Legendre collocation with s stages, order 2 s, optionally fitted to a motion.
+!> Coefficients of Gauss-Legendre collocation with s stages, order 2 s, optionally fitted to a motion, equation (59) of
+!> doc/theory.md.
 !>
 !> In a basis of Legendre polynomials A is tridiagonal (E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed.,
 !> Section IV.5). Its elements couple P_k-1 and P_k by +-xi_k with xi_k^2 = 1 / (4 (4 k^2 - 1)). The step multiplies the solution of

@@ -1,4 +1,5 @@
-!> Estimates errors of Phi(T) and x_p(T) from the differences between solutions with several numbers of steps.
+!> Estimates errors of Phi(T) and x_p(T) from the differences between solutions with several numbers of steps, equation (62) of
+!> doc/theory.md, or between a method and its embedded methods, equation (61).
 module gestell_floquet_period_convergence
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp

@@ -1,4 +1,4 @@
-!> Estimates the error of the period's map from the maps of the embedded methods.
+!> Estimates the error of the period's map from the maps of the embedded methods, equation (61) of doc/theory.md.
 !>
 !> For an oscillation that turns by z in a step, Gauss' method with s stages has the phase error
 !>

@@ -61,7 +61,7 @@ contains
     end if
   end subroutine check_shapes
 
-  !> Computes Phi(T) = A_m ... A_1, equation (17) of doc/theory.md, over the steps between `nodes`.
+  !> Computes Phi(T) = A_m ... A_1, equation (17) of the paper, over the steps between `nodes`.
   !> Errors: invalid nodes or shapes; a step fails; overflow.
   subroutine period_map(system, method, nodes, scale, phi, error, xp, xp_peak, transient_growth, lower, unseen)
     class(periodic_system), intent(in) :: system

@@ -41,7 +41,7 @@ module gestell_floquet_period_quick_motion
     real(dp), allocatable :: maps(:, :, :)
   end type quick_motion_type
 
-  !> Maximum angle (radians per period) of the fastest vibration: above it, reduction of the system is quicker.
+  !> Maximum angle (radians per period) of the fastest vibration: above it, reduction to slowly varying modes is quicker.
   real(dp), parameter :: most_turns = 700
   !> Assumed ratio of successive harmonics before they are known; factor by which the amplification may exceed the previous one
   !> without loss of accuracy; factor by which the estimated error may exceed the allowed one before a motion is solved again
@@ -136,7 +136,8 @@ contains
     motion%spectrum = sqrt(motion%spectrum / sum(motion%spectrum))
   end subroutine move
 
-  !> Estimated error of a motion by `steps` Gauss steps, relative to it and before amplification (doc/theory.md, The vibration).
+  !> Estimated error of a motion by `steps` Gauss steps, relative to the motion and before amplification, equation (38) of
+  !> doc/theory.md.
   real(dp) function error_of(system, motion, method, steps)
     class(periodic_system), intent(in) :: system
     type(quick_motion_type), intent(in) :: motion

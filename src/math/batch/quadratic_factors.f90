@@ -98,7 +98,7 @@ contains
       p1(lane) = g1
       p0(lane) = g0
     end do
-    ! g = g_1 t + g_0 modulo f_k: each f_j equals f_j - f_k = a t + b there. The divisor is g (-g_1 t + g_1 s + g_0) = g_0^2 + g_0
+    ! g = g_1 t + g_0 modulo f_k: each f_j is replaced by f_j - f_k = a t + b. The divisor is g (-g_1 t + g_1 s + g_0) = g_0^2 + g_0
     ! g_1 s + g_1^2 q.
     !GCC$ ivdep
     do lane = 1, lanes

@@ -49,8 +49,8 @@ contains
     if (left >= columns_at_once()) columns = columns_at_once()
   end function columns_of_panel
 
-  !> Position of the first element of `numbers` that begins at a multiple of the length of a vector of eight. A vector elsewhere
-  !> occupies two cache lines.
+  !> Position of the first element of `numbers` whose address is a multiple of eight elements. A vector of eight that begins
+  !> elsewhere occupies two cache lines.
   integer function vector_border(numbers)
     real(dp), contiguous, target, intent(in) :: numbers(:)
 

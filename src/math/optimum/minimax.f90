@@ -63,8 +63,8 @@ module gestell_math_optimum_minimax
     real(dp) :: gap = huge(1.0_dp)
     !> Number of steps; number of all evaluations; number of evaluations with gradients
     integer :: iterations = 0, evaluations = 0, gradients = 0
-    !> True if the stationarity is within the tolerance; true if the limits are met, to the tolerance times their sizes at the
-    !> start.
+    !> True if the stationarity is within the tolerance and no step reduces the violation by more than it; true if the limits are
+    !> met, to the tolerance times their sizes at the start.
     logical :: converged = .false., feasible = .false.
   end type optimum_type
 
@@ -183,7 +183,7 @@ contains
     search%learned = .false.
   end subroutine guess
 
-  !> Computes the step.
+  !> Computes the next step by the quadratic program, and adjusts the weights of the constraints.
   subroutine find_step(search, here, d, lambda, descent, relief)
     type(search_type), intent(inout) :: search
     type(point_type), intent(in) :: here
@@ -266,8 +266,8 @@ contains
 
   end subroutine find_step
 
-  !> Searches from `here` along `d` for a point where Phi is low enough, and computes gradients there. `there%known` is false if
-  !> none is found.
+  !> Searches from `here` along `d` for a point where Phi is low enough, and computes gradients there. `there%known` is false if the
+  !> search fails.
   subroutine walk(problem, search, here, d, descent, there, error)
     class(minimax_problem), intent(inout) :: problem
     type(search_type), intent(inout) :: search
@@ -304,7 +304,7 @@ contains
   end subroutine walk
 
   !> Updates B by damped BFGS with the change of the gradient of L over the step from `here` to `there`. The curvature along the
-  !> step is kept above a fifth of the one that B has.
+  !> step is kept at or above a fifth of the previous curvature of B.
   subroutine learn(search, here, there, lambda)
     type(search_type), intent(inout) :: search
     type(point_type), intent(in) :: here, there

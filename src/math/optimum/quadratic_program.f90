@@ -7,8 +7,8 @@
 !> With B = L L' and y = L' d the minimum is y = -sum lambda_b L^-1 a_b, where lambda >= 0 and sum over b in g of lambda_b = w_g.
 !>
 !> The method maintains this form and a working set of branches with multipliers. Working branches of a group have equal values, and
-!> each group has at least one. The branch p that exceeds its group most enters. While its multiplier grows, the multipliers of the
-!> working set change by r times as much,
+!> each group has at least one. The branch p that exceeds its group most enters the working set. While its multiplier grows, the
+!> multipliers of the working set change by r times as much,
 !>
 !>     r = argmin |L^-1 a_p + sum r_b L^-1 a_b|,  sum over b in g of r_b = -1 for the group of p, 0 for others,      (1)
 !>     dy = -(L^-1 a_p + sum r_b L^-1 a_b),  d(v_p + a_p' d - maximum of its group) = -|dy|^2,                       (2)
@@ -120,7 +120,7 @@ contains
       top = of_group(groups)
     end function top_of
 
-    !> Recomputes y from the working set alone, because rounding errors of the multipliers grow with their sizes. y minimises |y|^2
+    !> Recomputes y from the working set alone, because rounding errors of the multipliers grow with their sizes. It minimises |y|^2
     !> / 2 + sum over g of w_g (value of a branch of g), with equal values within each group and zero for group 0.
     subroutine settle()
       real(dp) :: gradient(size(d)), differences(size(working), size(d)), gaps(size(working))

@@ -1,5 +1,5 @@
-!> Chebyshev series sum over k = 0 ... n - 1 of c_k T_k(x) on [-1, 1], interpolating at the extreme points x_j = cos(pi j / (n -
-!> 1)), j = 0 ... n - 1 (n > 1; x_0 = 0 for n = 1). See L. N. Trefethen, Approximation Theory and Approximation Practice, SIAM 2013,
+!> Chebyshev series sum over k = 0 ... n - 1 of c_k T_k(x) on [-1, 1], which interpolates at the extreme points x_j = cos(pi j / (n
+!> - 1)), j = 0 ... n - 1 (x_0 = 0 for n = 1). See L. N. Trefethen, Approximation Theory and Approximation Practice, SIAM 2013,
 !> chapters 2 to 4.
 module gestell_math_series_chebyshev
   use gestell_base_kinds, only: dp, pi

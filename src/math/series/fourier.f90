@@ -67,7 +67,7 @@ contains
     end do
   end function transform_matrix
 
-  !> Maximum of |f| of the series through `samples`; the series itself is not returned.
+  !> Maximum of |f| for the series through `samples`.
   pure real(dp) function greatest(samples)
     real(dp), intent(in) :: samples(:)
     real(dp), dimension((size(samples) - 1) / 2) :: cosine, sine
@@ -137,7 +137,7 @@ contains
     if (greatest > 0) tail = maxval(self%amplitude(n - n / 3 + 1:)) / greatest
   end function tail
 
-  !> Estimate of the error of a value between the samples by orders above those that the samples resolve.
+  !> Estimated error of a value between the samples, caused by orders above those that the samples resolve.
   !>
   !> It is four times the sum of the amplitudes in the upper third of the resolved orders. Twice this sum exceeds the sum of all
   !> unresolved amplitudes if amplitudes fall at least like 1/k^2. Another factor of two counts because unresolved orders also

@@ -203,9 +203,9 @@ contains
     end associate
   end function tail
 
-  !> Estimate of the largest amplitude of each function above the highest order, shape (functions). From the last sixth of the
-  !> orders to those above, amplitudes are assumed to fall by the same factor as from the sixth before to the last one, but by no
-  !> more than ten.
+  !> Estimate of the largest amplitude of each function above the highest order, shape (functions). Amplitudes are assumed to fall
+  !> from the last sixth of the orders to the orders above it as they fall to the last sixth from the sixth before, but by no more
+  !> than a factor of ten.
   pure function beyond(self)
     class(series_type), intent(in) :: self
     real(dp), parameter :: steepest = 0.1_dp

@@ -1,4 +1,4 @@
-!> Classical Runge-Kutta method of order 4, the method of the paper. Its step is the matrix (18).
+!> Classical Runge-Kutta method of order 4, the method of the paper. Its step is the matrix (18) of the paper.
 module gestell_floquet_integrator_comparison_runge_kutta
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
