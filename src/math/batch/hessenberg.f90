@@ -230,6 +230,7 @@ contains
     end do
   end subroutine characteristic_polynomial
 
+  !> Body of `evaluate`, compiled in one version for each vector length (gestell_base_processor).
   pure subroutine evaluate_here(h, z_re, z_im, p_re, p_im, d_re, d_im, once) bind(C, name="lanes_gestell_evaluate")
     !$omp declare simd uniform(h, z_re, z_im, p_re, p_im, d_re, d_im) linear(once) simdlen(2) notinbranch
     type(hessenberg_type), intent(in) :: h

@@ -21,6 +21,7 @@ module gestell_math_batch_quadratic_factors
 
 contains
 
+  !> Body of `find_factors`, compiled in one version for each vector length (gestell_base_processor).
   pure subroutine find_here(m, c, radius, bound, s, q, converged, once) bind(C, name="lanes_gestell_factors")
     !$omp declare simd uniform(m, c, radius, bound, s, q, converged) linear(once) simdlen(2) notinbranch
     integer(c_int), value :: m, once

@@ -10,6 +10,7 @@ module gestell_math_lanes_motion
 
 contains
 
+  !> Body of `apply_in_turn`, compiled in one version for each vector length (gestell_base_processor).
   pure subroutine apply_here(n, columns, room, first, steps, groups, maps, forced, most, motion, done, once) &
     & bind(C, name="lanes_gestell_apply")
     !$omp declare simd uniform(n, columns, room, first, steps, groups, maps, forced, most, motion, done) &

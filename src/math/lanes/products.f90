@@ -31,6 +31,7 @@ contains
     end do
   end subroutine combine
 
+  !> Body of `multiply`, compiled in one version for each vector length (gestell_base_processor).
   pure subroutine multiply_here(n, columns, factor, rows, b, c, once) bind(C, name="lanes_gestell_multiply")
     !$omp declare simd uniform(n, columns, factor, rows, b, c) linear(once) simdlen(2) notinbranch
     integer(c_int), value :: n, columns, once

@@ -14,6 +14,7 @@ module gestell_math_lanes_six
 
 contains
 
+  !> Body of `subtract_six`, compiled in one version for each vector length (gestell_base_processor).
   pure subroutine subtract_here(terms, c, r, s, kept, once) bind(C, name="lanes_gestell_subtract_six")
     !$omp declare simd uniform(terms, c, r, s, kept) linear(once) simdlen(2) notinbranch
     integer(c_int), value :: terms, once
@@ -48,6 +49,7 @@ contains
     end if
   end subroutine subtract_six
 
+  !> Body of `reduce_six`, compiled in one version for each vector length (gestell_base_processor).
   pure subroutine reduce_here(terms, c, r, s, l, kept, once) bind(C, name="lanes_gestell_reduce_six")
     !$omp declare simd uniform(terms, c, r, s, l, kept) linear(once) simdlen(2) notinbranch
     integer(c_int), value :: terms, once
@@ -99,6 +101,7 @@ contains
     end if
   end subroutine reduce_six
 
+  !> Body of `divide_six`, compiled in one version for each vector length (gestell_base_processor).
   pure subroutine divide_here(terms, c, r, s, u, l, multiplier, kept, once) bind(C, name="lanes_gestell_divide_six")
     !$omp declare simd uniform(terms, c, r, s, u, l, multiplier, kept) linear(once) simdlen(2) notinbranch
     integer(c_int), value :: terms, once

@@ -14,6 +14,7 @@ module gestell_math_lanes_versions
 
 contains
 
+  !> Body of `subtract_product`, compiled in one version for each vector length (gestell_base_processor).
   pure subroutine subtract_here(terms, c, r, s, once) bind(C, name="lanes_gestell_subtract")
     !$omp declare simd uniform(terms, c, r, s) linear(once) simdlen(2) notinbranch
     integer(c_int), value :: terms, once
@@ -84,6 +85,7 @@ contains
     end if
   end subroutine subtract_product
 
+  !> Body of `subtract_column`, compiled in one version for each vector length (gestell_base_processor).
   pure subroutine column_here(terms, c, r, s, once) bind(C, name="lanes_gestell_column")
     !$omp declare simd uniform(terms, c, r, s) linear(once) simdlen(2) notinbranch
     integer(c_int), value :: terms, once
@@ -131,6 +133,7 @@ contains
     end if
   end subroutine subtract_column
 
+  !> Body of `solve_with_upper`, compiled in one version for each vector length (gestell_base_processor).
   pure subroutine upper_here(w, u, l, multiplier, once) bind(C, name="lanes_gestell_upper")
     !$omp declare simd uniform(w, u, l, multiplier) linear(once) simdlen(2) notinbranch
     integer(c_int), value :: once
@@ -173,6 +176,7 @@ contains
     end if
   end subroutine solve_with_upper
 
+  !> Body of `solve_with_lower`, compiled in one version for each vector length (gestell_base_processor).
   pure subroutine lower_here(w, l, once) bind(C, name="lanes_gestell_lower")
     !$omp declare simd uniform(w, l) linear(once) simdlen(2) notinbranch
     integer(c_int), value :: once
@@ -208,6 +212,7 @@ contains
     end if
   end subroutine solve_with_lower
 
+  !> Body of `four_columns`, compiled in one version for each vector length (gestell_base_processor).
   pure subroutine four_here(terms, a, b, c, once) bind(C, name="lanes_gestell_four")
     !$omp declare simd uniform(terms, a, b, c) linear(once) simdlen(2) notinbranch
     integer(c_int), value :: terms, once
