@@ -24,7 +24,7 @@ bootstrap() {
 
 install() { ./bootstrap fpm install --profile release --prefix "$installed"; }
 
-# Packages that use the library, with the one that is installed in place of its sources. The tests are one of their programs.
+# Packages that use the library, with the optimised one that is installed in place of its sources. The tests are one of their programs.
 linked=$logs/linked
 packages() {
   local package name modules
@@ -45,8 +45,11 @@ packages() {
   printf '\n[[executable]]\nname = "check"\nsource-dir = "../test"\nmain = "main.f90"\n' >>"$linked/validation/fpm.toml"
   build_linked validation && build_linked validation/fuzz
 }
+# Their own files have the flags of `fpm test`, whose objects they share.
 build_linked() {
-  ./bootstrap fpm install --directory "$linked/$1" --profile release --prefix "$linked" --flag "-I$installed/include" \
+  local flags
+  flags=$(sed -n "s/^test_flags='\(.*\)'/\1/p" bootstrap)
+  ./bootstrap fpm install --directory "$linked/$1" --prefix "$linked" --flag "$flags -I$installed/include" \
     --link-flag "-L$installed/lib -fopenmp"
 }
 # run_linked PROGRAM ARGUMENT...
