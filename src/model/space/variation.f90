@@ -97,19 +97,21 @@ contains
   pure function ground_in_space(frame, q, v) result(forces)
     class(mounted_system), intent(in) :: frame
     real(dp), intent(in) :: q(:, :), v(:, :)
-    real(dp) :: forces(6, size(q, 1)), f(6), force(3), arm(3), turn(3, 3), w(3)
+    real(dp) :: forces(6, size(q, 1)), place(6), rate(6), f(6), force(3), arm(3), turn(3, 3), w(3)
     integer :: i, k
 
     forces = matmul(frame%foundation_stiffness, transpose(q)) + matmul(frame%foundation_damping, transpose(v))
     do k = 1, size(q, 1)
-      turn = rotation_less_one(q(k, in_frame(4:)))
-      w = spin_of(q(k, :), v(k, :))
+      place = q(k, :)
+      rate = v(k, :)
+      turn = rotation_less_one(place(in_frame(4:)))
+      w = spin_of(place, rate)
       f = 0
       do i = 1, size(frame%supports)
-        force = support_force(frame%supports(i), q(k, in_frame(:3)), v(k, in_frame(:3)), turn, w)
+        force = support_force(frame%supports(i), place(in_frame(:3)), rate(in_frame(:3)), turn, w)
         f(:3) = f(:3) + force
         arm = frame%supports(i)%position
-        if (.not. frame%supports(i)%turning) arm = q(k, in_frame(:3)) + arm + matmul(turn, arm)
+        if (.not. frame%supports(i)%turning) arm = place(in_frame(:3)) + arm + matmul(turn, arm)
         f(4:) = f(4:) + cross(arm, force)
       end do
       forces(:, k) = forces(:, k) + f(in_space)

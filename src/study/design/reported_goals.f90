@@ -147,7 +147,7 @@ contains
     moving = pack([(g, g = 1, size(goals))], goals%about == of_motion)
     if (size(moving) == 0 .and. all(goals%about /= of_torque)) return
     allocate(found(2, size(moving)))
-    call solve_measures(frame, floquet, options%probes, goals(moving)%measure, vibration, found, error, accelerations)
+    call solve_measures(frame, floquet, options%probes, (goals(moving)%measure), vibration, found, error, accelerations)
     if (allocated(error)) return
     values(moving) = found(1, :)
     errors(moving) = found(2, :)

@@ -32,7 +32,7 @@ contains
 
     samples = size(p, 1)
     do i = 1, size(p, 2)
-      c(:, i) = dft(p(:, i))
+      c(:, i) = dft((p(:, i)))
     end do
     strength = [(real(dot_product(c(i, :), matmul(mass, c(i, :)))), i = 1, samples)]
     all = sum(strength)

@@ -211,9 +211,9 @@ contains
     associate (marks => search%marks, borders => search%borders)
       ! Within the error of a border the verdict of a system is not reliable.
       outside = [(.not. (marks(i)%is_unstable() .or. any(abs(marks(i)%t - borders%t) <= borders%error)), i = 1, size(marks))]
-      u = [pack(marks%t, outside), borders%t]
+      u = [pack((marks%t), outside), borders%t]
       errors = [spread(0.0_dp, 1, count(outside)), borders%error]
-      verdicts = [pack(marks%verdict, outside), (borders(i)%verdicts(merge(1, 2, borders(i)%enters)), i = 1, size(borders))]
+      verdicts = [pack((marks%verdict), outside), (borders(i)%verdicts(merge(1, 2, borders(i)%enters)), i = 1, size(borders))]
     end associate
     nearest%found = size(u) > 0
     if (.not. nearest%found) return
