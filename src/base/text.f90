@@ -26,7 +26,7 @@ contains
   pure function either(first, second, condition) result(chosen)
     character(len=*), intent(in) :: first, second
     logical, intent(in) :: condition
-    character(len=merge(len(first), len(second), condition)) :: chosen
+    character(len=len(first) * count([condition]) + len(second) * count([.not. condition])) :: chosen
 
     if (condition) then
       chosen = first

@@ -77,9 +77,9 @@ contains
   !> x_p(T) is not assumed to converge faster than Phi(T), nor to have a smaller relative rest: its change and its rest may be small
   !> by chance.
   pure function left_by_pair(change, next, rest, missed) result(left)
-    !> change: difference between the method and the first embedded one; next: between the first and the second embedded one; rest:
-    !> part of the change that the leading term does not explain; missed: part of the change by which the method misses a motion
-    !> that it is not fitted to (all relative, see gestell_floquet_period_pair)
+    !> `change`: difference between the method and the first embedded one; `next`: between the first and the second embedded one;
+    !> `rest`: part of the change that the leading term does not explain; `missed`: part of the change by which the method misses a
+    !> motion that it is not fitted to (all relative, see gestell_floquet_period_pair)
     real(dp), intent(in) :: change(2), next(2), rest(2), missed
     real(dp) :: left(2), contraction(2), whole(2), part
 

@@ -14,8 +14,8 @@ module gestell_floquet_solution_part_solution
   type, public :: evidence_type
     !> Names of the integration methods, separated by commas; 'averaged' for the closed form. Empty if everything is reduced.
     character(len=:), allocatable :: methods
-    !> Numbers: parts that do not interact; steps of the integrations over the period; factors of Phi(T) if they are kept; phases of
-    !> the reductions; evaluations of the coefficients.
+    !> Numbers of parts that do not interact, of steps of the integrations over the period, of factors of Phi(T) if they are
+    !> kept, of phases of the reductions, and of evaluations of the coefficients.
     integer :: parts = 0, steps = 0, factors = 0, angles = 0, evaluations = 0
     !> Maximum over the parts of the relative error of the map over the period.
     real(dp) :: error = 0

@@ -19,8 +19,8 @@ module gestell_math_optimum_scaled
     logical :: known = .true.
   end type branches_type
 
-  !> Problem: minimise the sum of the values of groups 1 .. objectives, while groups objectives + 1 .. objectives + constraints are
-  !> at most 0 and lower <= x <= upper.
+  !> The problem is to minimise the sum of the values of groups 1 .. objectives, while groups objectives + 1 .. objectives +
+  !> constraints are at most 0 and lower <= x <= upper.
   type, abstract, public :: minimax_problem
     !> Number of objectives, and of constraints
     integer :: objectives = 1, constraints = 0

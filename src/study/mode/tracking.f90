@@ -22,8 +22,8 @@ contains
     real(dp), intent(in) :: mass(:, :), base
     !> Modes at the new speed
     type(mode_type), intent(inout) :: modes(:)
-    !> like: every mode is similar to its predecessor, so no smaller step is needed. unambiguous: in addition no other assignment is
-    !> nearly as good, as happens where modes mix
+    !> `like`: every mode is similar to its predecessor, so no smaller step is needed; `unambiguous`: no other assignment is
+    !> nearly as good either, as happens where modes mix
     logical, intent(out) :: like, unambiguous
     type(mode_type) :: ordered(size(modes))
     real(dp) :: likeness(size(last), size(modes)), best, second, least
