@@ -52,8 +52,8 @@ build_linked() {
   ./bootstrap fpm install --directory "$linked/$1" --prefix "$linked" --flag "$flags -I$installed/include" \
     --link-flag "-L$installed/lib -fopenmp"
 }
-# run_linked PROGRAM ARGUMENT...
-run_linked() { OPENBLAS_NUM_THREADS=1 ./bootstrap "$linked/bin/$1" "${@:2}"; }
+# run_linked FOLDER PROGRAM ARGUMENT...: in a folder of the checkout, where the program finds its files.
+run_linked() { OPENBLAS_NUM_THREADS=1 ./bootstrap bash -c 'cd "$0" && exec "$@"' "$1" "$linked/bin/$2" "${@:3}"; }
 
 # ---- tests in Fortran
 
@@ -68,11 +68,11 @@ counted() {
 # A newcomer's second command: all run-time checks, with warnings as errors
 strict-tests() { GESTELL_TRAPS=yes counted ./bootstrap fpm test; }
 # With the optimised library, whose vectors may hold numbers that nobody uses: without traps
-slow-tests() { counted run_linked check slow; }
+slow-tests() { counted run_linked . check slow; }
 
 # They count where they are strict.
 optimised-tests() {
-  counted run_linked check | sed 's/\[PASSED\]/[passed]/; s/ passed, 0 failed$/&, counted once/'
+  counted run_linked . check | sed 's/\[PASSED\]/[passed]/; s/ passed, 0 failed$/&, counted once/'
   return "${PIPESTATUS[0]}"
 }
 
@@ -145,12 +145,12 @@ set-up() {
 # ---- random inputs and machines
 
 # Planted faults are found, and none in random inputs.
-fuzzer() { run_linked fuzz self-test && run_linked fuzz 10000; }
-population() { run_linked population 150 5001; }
-population-exact() { run_linked population 21 306 exact; }
+fuzzer() { run_linked validation/fuzz fuzz self-test && run_linked validation/fuzz fuzz 10000; }
+population() { run_linked validation population 150 5001; }
+population-exact() { run_linked validation population 21 306 exact; }
 designs() { python3 validation/designs/designs.py "$program" 6 4711; }
-borders() { run_linked symmetric_borders 4 1 100; }
-extremes() { run_linked extremes; }
+borders() { run_linked validation symmetric_borders 4 1 100; }
+extremes() { run_linked validation extremes; }
 
 # ---- the text of the sources
 
