@@ -34,15 +34,12 @@ check() {
   passed=$((passed + good)) failed=$((failed + bad))
 }
 
-# install_as KIND: static or shared, of the same objects; debug: static, with the flags of fpm's debug profile.
+# install_as KIND: static or shared, of the same objects; debug: the static library alone, not optimised.
 install_as() {
   local folder=$build options=(-DBUILD_SHARED_LIBS=OFF)
   case $1 in
     shared) options=(-DBUILD_SHARED_LIBS=ON) ;;
-    debug)
-      folder=$build-debug
-      options+=(-DCMAKE_BUILD_TYPE=Debug '-DCMAKE_Fortran_FLAGS_DEBUG=-g -fcheck=bounds -fcheck=array-temps -fbacktrace')
-      ;;
+    debug) folder=$build-debug options+=(-DCMAKE_BUILD_TYPE=Debug -DGESTELL_PROGRAM=OFF) && local GESTELL_OBJECTS='' ;;
   esac
   cmake -S "$home" -B "$folder" "${options[@]}" -DCMAKE_INSTALL_PREFIX="$prefix-$1" &&
     cmake --build "$folder" --parallel 2 && cmake --install "$folder"
