@@ -45,11 +45,8 @@ packages() {
   printf '\n[[executable]]\nname = "check"\nsource-dir = "../test"\nmain = "main.f90"\n' >>"$linked/validation/fpm.toml"
   build_linked validation && build_linked validation/fuzz
 }
-# Their own files have the flags of `fpm test`, whose objects they share.
 build_linked() {
-  local flags
-  flags=$(sed -n "s/^test_flags='\(.*\)'/\1/p" bootstrap)
-  ./bootstrap fpm install --directory "$linked/$1" --prefix "$linked" --flag "$flags -I$installed/include" \
+  ./bootstrap fpm install --directory "$linked/$1" --profile release --prefix "$linked" --flag "-I$installed/include" \
     --link-flag "-L$installed/lib -fopenmp"
 }
 # run_linked FOLDER PROGRAM ARGUMENT...: in a folder of the checkout, where the program finds its files.
