@@ -162,7 +162,7 @@ contains
   subroutine list_open(line, results)
     type(level_line_type), intent(in) :: line
     type(level_results_type), intent(inout) :: results
-    logical :: open(0:size(results%curve%points) + 1)
+    logical :: is_open(0:size(results%curve%points) + 1)
     integer :: i, k
 
     allocate(results%places(0))
@@ -170,18 +170,18 @@ contains
       if (.not. results%crossings(k)%found) call add(results%crossings(k)%ends)
     end do
     results%crossings = pack(results%crossings, (results%crossings%found))
-    open = .false.
+    is_open = .false.
     associate (points => results%curve%points, crossings => results%crossings)
       do i = 1, size(points)
-        open(i) = points(i)%state == in_resonance .or. points(i)%state == failed
+        is_open(i) = points(i)%state == in_resonance .or. points(i)%state == failed
         if (.not. has_vibration(points(i)%state)) cycle
         if (side_of(points(i)%speed_point_type, line%level) == "undecided") then
-          open(i) = .not. any((points(i)%speed - crossings%ends(1)) * (points(i)%speed - crossings%ends(2)) <= 0)
+          is_open(i) = .not. any((points(i)%speed - crossings%ends(1)) * (points(i)%speed - crossings%ends(2)) <= 0)
         end if
       end do
       do i = 1, size(points)
-        if (open(i - 1) .or. .not. open(i)) cycle
-        k = i - 1 + findloc(open(i:), .false., dim=1)
+        if (is_open(i - 1) .or. .not. is_open(i)) cycle
+        k = i - 1 + findloc(is_open(i:), .false., dim=1)
         call add([points(max(1, i - 1))%speed, points(min(size(points), k))%speed])
       end do
     end associate
