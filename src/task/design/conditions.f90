@@ -41,7 +41,8 @@ contains
     if (all(lower(paths) /= "drive.speed_rpm")) speeds = [configuration%frame%speed]
     if (count_groups(configuration%document, "sweep") > 0) then
       if (any(lower(paths) == "drive.speed_rpm")) then
-        call input_error(the_group(configuration%document, "sweep"), "parameter", "the speed is a parameter of the design", error)
+        call input_error(the_group(configuration%document, "sweep"), "parameter", "the speed cannot vary here, since &design " &
+          & // "changes it", error)
         return
       end if
       if (.not. allocated(configuration%plan)) call read_plan(configuration, .true., error)

@@ -49,13 +49,13 @@ contains
     if (.not. allocated(error)) call check_document(typed, schema, error)
     if (allocated(error)) return
     do i = 1, size(changed%groups)
-      if (i > size(typed%groups)) text = text // newline // "&" // changed%groups(i)%name // " /   ! added" // newline
+      if (i > size(typed%groups)) text = text // newline // "&" // changed%groups(i)%name // " /   ! added by the design" // newline
       do k = 1, size(changed%groups(i)%entries)
         entry = changed%groups(i)%entries(k)
         e = 0
         if (i <= size(typed%groups)) e = find_entry(typed%groups(i), entry%key)
         if (e == 0) then
-          call set_entry(text, i, entry, entry%key // " was not given")
+          call set_entry(text, i, entry, entry%key // " was missing")
         else if (spelled(entry) /= spelled(typed%groups(i)%entries(e))) then
           call set_entry(text, i, entry, "was " // spelled(typed%groups(i)%entries(e)))
         end if

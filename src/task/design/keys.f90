@@ -9,40 +9,42 @@ module gestell_task_design_keys
   integer, parameter, public :: fewest_of_curve = 3
 
   type(key_type), parameter, public :: design_keys(*) = [ &
-    & key_type("design", "parameter", text_key, "what may be changed: a path as in `--set`, that names a number of the machine"), &
-    & key_type("design", "from", real_key, "the least value, in the units of the file"), &
-    & key_type("design", "to", real_key, "the greatest value"), &
-    & key_type("design", "with", text_key, "paths that take the same value", 1, 1, 20, otherwise="none"), &
-    & key_type("design", "starts", integer_key, "points from which a local optimum is sought, the machine of the file first; " // &
-    &   "one where the problem is convex; it may stand in any of the groups", default=8.0_dp, &
+    & key_type("design", "parameter", text_key, "number that may change: a path as in `--set`"), &
+    & key_type("design", "from", real_key, "lower end of its range, in the units of the input"), &
+    & key_type("design", "to", real_key, "upper end of its range"), &
+    & key_type("design", "with", text_key, "further paths that get the same value", 1, 1, 20, otherwise="none"), &
+    & key_type("design", "starts", integer_key, "number of starting points, the machine of the input first; one suffices " // &
+    &   "if the problem is convex; in any of the groups", default=8.0_dp, &
     &   range=range_type(1.0_dp, 1000.0_dp))]
 
   type(key_type), parameter, public :: objective_keys(*) = [ &
-    & key_type("objective", "quantity", text_key, "what is to be small, see below"), &
-    & key_type("objective", "measure", text_key, "what of it, where it changes over the turn, as for `&sweep`", word="rms", &
+    & key_type("objective", "quantity", text_key, "quantity to minimise, from `&resonance` or `shaking.f`, `torque`, " // &
+    &   "`added_mass`, ..."), &
+    & key_type("objective", "measure", text_key, "measure of this quantity, as in `&sweep`", word="rms", &
     &   words="peak, rms, band"), &
-    & key_type("objective", "weight", real_key, "its factor, in 1 over its unit", default=1.0_dp, range=positive), &
-    & key_type("objective", "combine", text_key, "of several objectives, each times its weight: their sum, or the largest of " // &
-    &   "them; it may stand in any of the groups", word="sum", words="sum, largest"), &
-    & key_type("objective", "trade_off", integer_key, "points of the curve between two objectives; 0: none; it may stand in " // &
+    & key_type("objective", "weight", real_key, "factor of this objective, in 1 over its unit", default=1.0_dp, range=positive), &
+    & key_type("objective", "combine", text_key, "how several weighted objectives are combined: their sum, or the largest; " // &
+    &   "in any of the groups", word="sum", words="sum, largest"), &
+    & key_type("objective", "trade_off", integer_key, "number of points on the trade-off curve of two objectives; 0: none; in " // &
     &   "either group", default=0.0_dp, range=range_type(0.0_dp, 1000.0_dp))]
 
   type(key_type), parameter, public :: constraint_keys(*) = [ &
-    & key_type("constraint", "quantity", text_key, "what is limited, as for `&objective`"), &
-    & key_type("constraint", "measure", text_key, "what of it, as for `&objective`", word="rms", words="peak, rms, band"), &
-    & key_type("constraint", "at_most", real_key, "its greatest value, in its unit", otherwise="none"), &
-    & key_type("constraint", "at_least", real_key, "its least value", otherwise="none"), &
-    & key_type("constraint", "equals", real_key, "the value that it is to have", otherwise="none")]
+    & key_type("constraint", "quantity", text_key, "limited quantity, as in `&objective`"), &
+    & key_type("constraint", "measure", text_key, "measure of this quantity, as in `&sweep`", word="rms", &
+    &   words="peak, rms, band"), &
+    & key_type("constraint", "at_most", real_key, "upper limit, in the unit of the quantity", otherwise="none"), &
+    & key_type("constraint", "at_least", real_key, "lower limit", otherwise="none"), &
+    & key_type("constraint", "equals", real_key, "required value", otherwise="none")]
 
   !> Key of a limit, indexed by its sense (gestell_study_design_goal).
   character(len=8), parameter, public :: limit_keys(-1:1) = [character(len=8) :: "at_least", "equals", "at_most"]
 
   type(key_type), parameter, public :: robust_keys(*) = [ &
-    & key_type("robust", "speed_percent", real_key, "by how much the speed may differ, up and down", default=0.0_dp, symbol="%", &
+    & key_type("robust", "speed_percent", real_key, "scatter of the speed, up and down", default=0.0_dp, symbol="%", &
     &   range=range_type(0.0_dp, 50.0_dp)), &
-    & key_type("robust", "mounting_percent", real_key, "by how much the stiffness of the whole mounting may differ", &
+    & key_type("robust", "mounting_percent", real_key, "scatter of the stiffness of the whole mounting, up and down", &
     &   default=0.0_dp, symbol="%", range=range_type(0.0_dp, 90.0_dp)), &
-    & key_type("robust", "damping_percent", real_key, "by how much its damping may differ", default=0.0_dp, symbol="%", &
-    &   range=range_type(0.0_dp, 90.0_dp))]
+    & key_type("robust", "damping_percent", real_key, "scatter of the damping of the whole mounting, up and down", &
+    &   default=0.0_dp, symbol="%", range=range_type(0.0_dp, 90.0_dp))]
 
 end module gestell_task_design_keys

@@ -30,9 +30,9 @@ contains
     integer :: given, sense
 
     given = count([(has(group, trim(limit_keys(sense))), sense = -1, 1)])
-    if (given == 0) call input_error(group, "", "needs one of at_most, at_least and equals", error)
-    if (given > 1) call input_error(group, "", "has more than one of at_most, at_least and equals: give each limit a &constraint " &
-      & // "of its own", error)
+    if (given == 0) call input_error(group, "", "needs one of the keys at_most, at_least and equals", error)
+    if (given > 1) call input_error(group, "", "has more than one of the keys at_most, at_least and equals: write a " &
+      & // "&constraint for each limit", error)
     if (given /= 1) return
     do sense = -1, 1
       if (has(group, trim(limit_keys(sense)))) goal%sense = sense
@@ -41,7 +41,7 @@ contains
     call read(group, constraint_keys, key, goal%limit, error)
     if (allocated(error) .or. goal%sense < 0) return
     if (goal%offset > 0) then
-      if (goal%limit <= -goal%offset) call input_error(group, key, "cannot be met: the whole machine has " &
+      if (goal%limit <= -goal%offset) call input_error(group, key, "cannot be met: the whole machine weighs " &
         & // concise(goal%offset, 5) // " kg", error)
     else if (goal%limit < 0) then
       call input_error(group, key, "cannot be met: " // goal%name() // " is never negative", error)
@@ -112,7 +112,7 @@ contains
         if ((goal%sense < 0 .or. goal%limit >= reach(1) - rounding * mass(0)) .and. (goal%sense > 0 &
           & .or. goal%limit <= reach(2) + rounding * mass(0))) cycle
         call input_error(groups(g), trim(limit_keys(goal%sense)), &
-          & "cannot be met: within the ranges of &design added_mass goes from " // concise(reach(1), 5) // " to " &
+          & "cannot be met: within the ranges of &design, added_mass lies between " // concise(reach(1), 5) // " and " &
           & // concise(reach(2), 5) // " kg", error)
         return
       end associate

@@ -90,7 +90,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     if (configuration%analysis%averaged) then
-      call input_error(the_group(configuration%document, "model"), "coefficients", "the task 'design' needs 'periodic'", error)
+      call input_error(the_group(configuration%document, "model"), "coefficients", "must be 'periodic' for the task " &
+        & // "'design'", error)
       return
     end if
     call read_parameters(configuration, plan, error)
@@ -132,9 +133,9 @@ contains
     groups = groups_named(configuration%document, "design")
     n = size(groups)
     if (n == 0) call input_error(the_group(configuration%document, "case"), "tasks", &
-      & "the task 'design' needs a group &design: parameter, from, to", error)
+      & "the task 'design' needs a group &design with parameter, from and to", error)
     if (n > most_parameters) call input_error(groups(most_parameters + 1), "", &
-      & "is one too many: a design has up to 40 parameters", error)
+      & "exceeds the maximum of 40 parameters of a design", error)
     if (allocated(error)) return
     allocate(plan%paths(n), plan%units(n), plan%base(n), plan%start(n), plan%all_paths(0), plan%owners(0), targets(0))
     associate (options => plan%options)
@@ -207,7 +208,7 @@ contains
         both(1) = targets(j)
         both(2) = target
         if (overlap(configuration%document, both)) call input_error(groups(i), key, shown(name) &
-          & // " is changed already", error)
+          & // " is already changed by a &design", error)
       end do
       if (allocated(error)) return
       targets = [targets, target]
@@ -283,7 +284,7 @@ contains
     groups = groups_named(configuration%document, name)
     allocate(goals(size(groups)))
     if (size(groups) == 0 .and. name == "objective") call input_error(the_group(configuration%document, "case"), "tasks", &
-      & "the task 'design' needs a group &objective: quantity, measure", error)
+      & "the task 'design' needs a group &objective with a quantity", error)
     if (allocated(error)) return
     do i = 1, size(groups)
       call read(groups(i), keys, "quantity", quantity, error)
@@ -301,7 +302,7 @@ contains
       if (name == "objective") then
         call read(groups(i), keys, "weight", goals(i)%weight, error)
         if (.not. allocated(error) .and. goals(i)%measure%quantity == "separation") call input_error(groups(i), "quantity", &
-          & "a separation is limited from below: &constraint at_least", error)
+          & "a separation cannot be minimised: give its lower limit in a &constraint (at_least)", error)
       else
         call read_limit(groups(i), goals(i), error)
       end if
@@ -329,9 +330,9 @@ contains
     plan%options%largest = combine == "largest"
     i = having(objectives, "trade_off")
     if (plan%curve > 0 .and. size(objectives) /= 2) then
-      call input_error(objectives(i), "trade_off", "is between two objectives: there must be two", error)
+      call input_error(objectives(i), "trade_off", "needs exactly two groups &objective", error)
     else if (plan%curve > 0 .and. plan%curve < fewest_of_curve) then
-      call input_error(objectives(i), "trade_off", "a curve has 3 points at least", error)
+      call input_error(objectives(i), "trade_off", "must be 0 or at least 3", error)
     end if
   end subroutine read_choices
 

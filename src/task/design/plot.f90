@@ -31,7 +31,8 @@ contains
     end do
     lines = "set title heading noenhanced" // newline // "set xrange [-0.05:1.05]; set yrange [" // text(n) // ".5:0.5]" &
       & // newline &
-      & // "set xlabel 'place in the range, from its least (0) to its greatest (1)'; set ytics noenhanced (" // tics // ")" &
+      & // "set xlabel 'position in the range, from its lower end (0) to its upper end (1)'; set ytics noenhanced (" // tics &
+      & // ")" &
       & // newline &
       & // "set key at screen 0.5,screen 0.01 bottom center horizontal; set bmargin 6; set lmargin " &
       & // text(min(44, 4 + maxval([(character_count(trim(plan%paths(i))), i = 1, n)]))) // newline &
@@ -39,7 +40,7 @@ contains
       & // "plot 'design.csv' using (0):($0 + 1):(1):(0) with vectors nohead lt 8 notitle, " &
       & // "'' using (place('before')):($0 + 1) with points lt 8 pt 6 ps 1.5 lw 2 title 'before', " &
       & // "'' using (place('after')):($0 + 1) with points lt 1 pt 7 ps 1.3 title 'after'" // newline
-    figure = new_figure("design", "The parameters of the design within their ranges", lines, width=800, height=160 + 34 * n)
+    figure = new_figure("design", "Design parameters within their ranges", lines, width=800, height=160 + 34 * n)
   end function plot_parameters
 
   !> Plot design_starts.gp: objectives of the local optima from all starts.
@@ -47,8 +48,8 @@ contains
     real(dp), intent(in) :: objectives(:)
     type(figure_type) :: figure
 
-    figure = new_figure("design_starts", "Objective of the local optima from all starts", "set title heading noenhanced" &
-      & // newline // "set xlabel 'start'; set ylabel 'objective, weighted'; set yrange [0:" &
+    figure = new_figure("design_starts", "Objective at the local optimum from each start", "set title heading noenhanced" &
+      & // newline // "set xlabel 'start'; set ylabel 'weighted objective'; set yrange [0:" &
       & // merge("1", "*", all(abs(objectives) <= 0)) // "]; set xtics 1" // newline &
       & // "set offsets 0.5, 0.5, graph 0.05, 0; set key bottom right" // newline &
       & // "plot 'design_starts.csv' using 1:(column('violation') > 0 ? NaN : $2) with points lt 1 pt 7 ps 1.2 " &
@@ -91,7 +92,8 @@ contains
       & // "set ylabel 'after the design (% of before)'; set xtics noenhanced (" // tics(3:) // ")" // newline &
       & // "plot 100 with lines lt 8 dt 2 title 'before', $goals using 1:2 with boxes lt 1 title 'after', " &
       & // "'' using ($1 - 0.35):3:(0.7):(0) with vectors nohead lt 2 lw 2 title 'limit'" // newline
-    figure = new_figure("design_goals", "Objectives and limits before and after the design", lines, width=800, height=480)
+    figure = new_figure("design_goals", "Objectives and limited quantities before and after the design", lines, width=800, &
+      & height=480)
   end function plot_goals
 
   !> Plot design_range.gp: first objective over the speed, before and after the design.
@@ -109,7 +111,7 @@ contains
       & // "set yrange [0:*]; set key top left" // newline &
       & // "plot 'design_range.csv' using (abs($1)):5 " // style // " lt 8 pt 7 ps 0.4 title 'before', " &
       & // "'' using (abs($1)):7 " // style // " lt 1 pt 7 ps 0.4 title 'after'" // newline
-    figure = new_figure("design_range", "Before and after the design over the speed", lines, width=800, height=480)
+    figure = new_figure("design_range", "Objective over the speed, before and after the design", lines, width=800, height=480)
   end function plot_range
 
   !> Plot design_trade_off.gp: curve between two objectives, with the machine of the input and the design.
@@ -126,10 +128,10 @@ contains
     end do
     lines = "set title heading noenhanced" // newline // "set key top right; set offsets graph 0.05, graph 0.05, graph 0.05, " &
       & // "graph 0.05" // newline // axis("x", 1) // axis("y", 2) // point("before", 1) // point("after", 2) &
-      & // "plot 'design_trade_off.csv' using 1:2 with linespoints lt 1 pt 7 ps 0.6 title 'the least that can be had', " &
-      & // "$before using 1:2 with points lt 8 pt 2 ps 1.5 lw 2 title 'the machine of the file', " &
-      & // "$after using 1:2 with points lt 2 pt 6 ps 1.8 lw 2 title 'the design'" // newline
-    figure = new_figure("design_trade_off", "What of one objective the other costs", lines, width=800, height=520)
+      & // "plot 'design_trade_off.csv' using 1:2 with linespoints lt 1 pt 7 ps 0.6 title 'best trade-off', " &
+      & // "$before using 1:2 with points lt 8 pt 2 ps 1.5 lw 2 title 'machine of the input', " &
+      & // "$after using 1:2 with points lt 2 pt 6 ps 1.8 lw 2 title 'design'" // newline
+    figure = new_figure("design_trade_off", "Trade-off between the two objectives", lines, width=800, height=520)
 
   contains
 

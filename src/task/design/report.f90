@@ -1,7 +1,7 @@
 !> Section of the report on a design.
 module gestell_task_design_report
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise, either, text
   use gestell_base_verdict, only: operator(/=), stable, verdict_type
   use gestell_input_wording, only: counted
   use gestell_output_report_text_table, only: tab, tabulated
@@ -77,14 +77,14 @@ contains
 
     associate (best => design%found(design%best))
       if (.not. best%feasible .and. design%conflict > 0) then
-        words = "proved: every machine of these ranges exceeds a limit, by at least " // concise(100 * design%conflict, 3) &
-          & // " % of it"
+        words = "proved: every machine within these ranges exceeds a limit by at least " // concise(100 * design%conflict, 3) &
+          & // " %"
       else if (best%feasible .and. design%gap <= proved) then
-        words = "global: no machine of these ranges is better by more than " // concise(100 * max(design%gap, 0.0_dp), 2) &
-          & // " % of before"
+        words = "global optimum: no machine within these ranges is better by more than " &
+          & // concise(100 * max(design%gap, 0.0_dp), 2) // " % of the value before"
       else
-        words = "best of " // counted(size(design%found), "start")
-        if (.not. best%converged) words = words // ", not converged"
+        words = "best local optimum from " // counted(size(design%found), "start")
+        if (.not. best%converged) words = words // "; its search has not converged"
       end if
     end associate
   end function proof_words
@@ -105,15 +105,15 @@ contains
       after = worst_of(design%after, design, g)
       if (limit_state(design%goals(g), after(1), after(2)) == "met") cycle
       state = "unstable"
-      words = "DESIGN OUT OF REACH within these ranges" // trim(merge(" (proved)", "         ", design%conflict > 0)) // ": " &
-        & // design%goals(g)%name() // " comes to " // concise(after(1), 4) // " " &
-        & // trim(design%goals(g)%measure%unit) // ", limit " // concise(design%goals(g)%limit, 4)
+      words = "DESIGN: limits " // either("cannot be met (proved)", "not met", design%conflict > 0) // " within these ranges: " &
+        & // design%goals(g)%name() // " is " // concise(after(1), 4) // " " // trim(design%goals(g)%measure%unit) // ", limit " &
+        & // concise(design%goals(g)%limit, 4)
       return
     end do
     associate (verdict => design%after%verdict())
       if (verdict /= stable) state = trim(verdict%word())
     end associate
-    if (state /= "") words = words // ", and the machine is then " // state
+    if (state /= "") words = words // ", but this machine is " // state
   end subroutine design_headline
 
   pure function change_words(before, after) result(words)
@@ -139,15 +139,14 @@ contains
     associate (best => design%found(design%best))
       report = section("DESIGN", after) // "  " // proof_words(design) // newline // "  "
       ! If the limits are not met, the search minimised the largest excess instead of the objective.
-      if (best%feasible) report = report // "optimality conditions met to " // concise(best%stationarity, 2) // "; "
-      report = report // text(sum(design%found%evaluations)) // " machines solved" // newline // "  the machine is " &
+      if (best%feasible) report = report // "residual of the optimality conditions " // concise(best%stationarity, 2) // "; "
+      report = report // text(sum(design%found%evaluations)) // " machines solved" // newline // "  verdict: " &
         & // trim(before%word()) // " before, " // after // " after" // newline
-      if (after /= "stable") report = report // "  a limit keeps it stable: &constraint quantity='rho_max', at_most=0.999 /" &
+      if (after /= "stable") report = report // "  to require stability, add: &constraint quantity='rho_max', at_most=0.999 /" &
         & // newline
-      if (size(design%options%conditions) > 1) report = report // "  worst of " &
-        & // counted(size(plan%options%conditions), "condition") &
-        & // trim(merge(": speeds and scatter", ": speeds            ", plan%robust)) // trim(merge(", and of all between them", &
-        & "                         ", size(plan%lines) > 0)) // newline
+      if (size(design%options%conditions) > 1) report = report // "  worst values of " &
+        & // counted(size(plan%options%conditions), "condition") // either(" (speeds and scatter)", " (speeds)", plan%robust) &
+        & // either(" and of all between them", "", size(plan%lines) > 0) // newline
       report = report // newline // goal_lines(design) // newline // parameter_lines(plan, design)
     end associate
     if (size(design%found) > 1) report = report // newline // start_lines(design)
@@ -155,13 +154,14 @@ contains
 
   function goal_lines(design) result(lines)
     type(design_type), intent(in) :: design
-    character(len=:), allocatable :: lines
+    character(len=:), allocatable :: lines, heads
     character(len=2), parameter :: signs(-1:1) = [">=", "= ", "<="]
     real(dp) :: before(3), after(3), worth
-    logical :: over_range
+    logical :: over_range, any_worth
     integer :: g, n
 
     over_range = size(design%options%conditions) > 1
+    any_worth = .false.
     n = size(design%options%objectives)
     lines = ""
     do g = 1, size(design%goals)
@@ -177,16 +177,16 @@ contains
           lines = lines // trim(signs(goal%sense)) // " " // concise(goal%limit, 5) // " " &
             & // trim(limit_state(goal, after(1), after(2))) // tab
           if (worth > 0) lines = lines // concise(worth, 2) // " %"
+          any_worth = any_worth .or. worth > 0
         end if
         if (over_range) lines = lines // tab // concise(after(3), 6)
         lines = lines // newline
       end associate
     end do
-    if (over_range) then
-      lines = tabulated("lrrrllrr", ",before,after,error,,,1 % is worth,at rpm", lines)
-    else
-      lines = tabulated("lrrrllr", ",before,after,error,,,1 % is worth", lines)
-    end if
+    ! A second line of headings only if it is not empty
+    heads = ",before,after,error,,," // either("relaxation", "", any_worth) // either(",at rpm", "", over_range)
+    if (any_worth) heads = ",,,,,,gain per 1 %" // either(",", "", over_range) // newline // heads
+    lines = tabulated("lrrrllr" // either("r", "", over_range), heads, lines)
   end function goal_lines
 
   !> Percentage by which the objective decreases if limit `c` is relaxed by 1 %; 0 if the limits cannot be met.
@@ -213,14 +213,18 @@ contains
       associate (order => plan%options, price => design%found(design%best)%bound_price(k))
         lines = lines // trim(plan%paths(k)) // tab // concise(plan%base(k), 5) // tab // concise(design%x(k), 6) // tab &
           & // concise(order%lower(k), 5) // " to " // concise(order%upper(k), 5) // " " // trim(plan%units(k)) // tab
-        if (price > 0) lines = lines // "at its least"
-        if (price < 0) lines = lines // "at its greatest"
+        if (price > 0) lines = lines // "at lower end"
+        if (price < 0) lines = lines // "at upper end"
         lines = lines // tab
         if (ieee_is_finite(design%shares(k))) lines = lines // concise(100 * design%shares(k), 3) // " %"
         lines = lines // newline
       end associate
     end do
-    lines = tabulated("lrrllr", "parameter,before,after,range,,back alone", lines)
+    if (any(ieee_is_finite(design%shares))) then
+      lines = tabulated("lrrllr", ",,,,,loss if" // newline // "parameter,before,after,range,,reset alone", lines)
+    else
+      lines = tabulated("lrrllr", "parameter,before,after,range,,", lines)
+    end if
   end function parameter_lines
 
   function start_lines(design) result(lines)
@@ -231,12 +235,12 @@ contains
     lines = ""
     do k = 1, size(design%found)
       if (.not. is_there(design%found(k))) then
-        lines = lines // text(k) // tab // tab // "no machine there" // newline
+        lines = lines // text(k) // tab // tab // "no machine or no vibration" // newline
       else
         associate (one => design%found(k))
           lines = lines // text(k) // tab // concise(one%objective, 6) // tab // trim(merge("limits met    ", "limits not met", &
             & one%feasible)) // trim(merge("               ", ", not converged", one%converged)) &
-            & // trim(merge(", taken", "       ", k == design%best)) // newline
+            & // trim(merge(", chosen", "        ", k == design%best)) // newline
         end associate
       end if
     end do

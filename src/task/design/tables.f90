@@ -29,17 +29,18 @@ contains
 
     n = size(design%x)
     associate (best => design%found(design%best), order => plan%options)
-      table = new_table("design", "Design", "What was changed, and what that is worth.", verdict, shown=.true.)
+      table = new_table("design", "Design", "Parameters before and after, and their influence on the objective.", verdict, &
+        & shown=.true.)
       call table%add("parameter", "path as in the input", (plan%paths))
-      call table%add("unit", "of its values", (plan%units))
-      call table%add("before", plain, "of the machine of the file", (plan%base))
-      call table%add("after", plain, "of the design", (design%x))
-      call table%add("lower", plain, "the least that is allowed", (order%lower))
-      call table%add("upper", plain, "the greatest that is allowed", (order%upper))
-      call table%add("bound_worth", percent, "of the objective, by which it falls where the bound that holds the parameter is " &
-        & // "moved out by 1 % of the range", [(abs(best%bound_price(k)) * (order%upper(k) - order%lower(k)) &
+      call table%add("unit", "unit of its values", (plan%units))
+      call table%add("before", plain, "value in the input", (plan%base))
+      call table%add("after", plain, "value in the design", (design%x))
+      call table%add("lower", plain, "lower end of the range", (order%lower))
+      call table%add("upper", plain, "upper end of the range", (order%upper))
+      call table%add("bound_worth", percent, "decrease of the objective if the bound that stops this parameter moves out by 1 " &
+        & // "% of the range", [(abs(best%bound_price(k)) * (order%upper(k) - order%lower(k)) &
         & / max(abs(best%objective), tiny(1.0_dp)), k = 1, n)])
-      call table%add("back_alone", percent, "of the objective, by which it rises where the parameter alone goes back", &
+      call table%add("back_alone", percent, "increase of the objective if this parameter alone is reset; NaN: no such machine", &
         & 100 * design%shares)
     end associate
   end function parameter_table
@@ -73,20 +74,21 @@ contains
         state(g) = limit_state(goal, after(1, g), after(2, g))
       end associate
     end do
-    table = new_table("design_goals", "Objectives and limits", "Before and after, at the worst condition.", verdict, shown=.true.)
-    call table%add("role", "objective, at_most or at_least", role)
+    table = new_table("design_goals", "Objectives and limits", "Values before and after the design, at the worst condition.", &
+      & verdict, shown=.true.)
+    call table%add("role", "objective, at_most, at_least or equals", role)
     call table%add("quantity", "name as in the input", (design%goals%measure%quantity))
-    call table%add("measure", "peak, rms or band; empty: it is a number", measure)
-    call table%add("unit", "of the values", (design%goals%measure%unit))
-    call table%add("before", plain, "of the machine of the file", before(1, :), error="before_error")
-    call table%add("before_error", plain, "bound on its error", before(2, :))
-    call table%add("after", plain, "of the design", after(1, :), error="after_error")
-    call table%add("after_error", plain, "bound on its error", after(2, :))
-    call table%add("limit", plain, "what it is limited to", limit)
-    call table%add("state", "met, violated or undecided", state)
-    call table%add("limit_worth", percent, "of the objective, by which it falls where the limit is wider by 1 %", worth)
-    call table%add("before_speed", rpm, "where it was worst; 0: the speed is a parameter", before(3, :))
-    call table%add("after_speed", rpm, "where it is worst", after(3, :))
+    call table%add("measure", "peak, rms or band; empty: the quantity does not vary over the period", measure)
+    call table%add("unit", "unit of the values", (design%goals%measure%unit))
+    call table%add("before", plain, "value for the machine of the input", before(1, :), error="before_error")
+    call table%add("before_error", plain, "error bound of before", before(2, :))
+    call table%add("after", plain, "value for the design", after(1, :), error="after_error")
+    call table%add("after_error", plain, "error bound of after", after(2, :))
+    call table%add("limit", plain, "the limit; NaN for an objective", limit)
+    call table%add("state", "whether the limit is met, violated or undecided (within the error)", state)
+    call table%add("limit_worth", percent, "decrease of the objective if the limit is relaxed by 1 %", worth)
+    call table%add("before_speed", rpm, "crank speed at the worst condition before; 0: the speed is a parameter", before(3, :))
+    call table%add("after_speed", rpm, "crank speed at the worst condition after", after(3, :))
   end function goal_table
 
   !> Table design_range.csv: one row for each condition.
@@ -98,28 +100,29 @@ contains
     integer :: c, g
 
     associate (conditions => design%options%conditions)
-      table = new_table("design_range", "Before and after over the range", "Objectives and limits at every condition.", verdict)
-      call table%add("speed", rpm, "crank speed; 0: it is a parameter", conditions%drive_rpm(design%turns))
-      call table%add("speed_factor", plain, "by which it differs", (conditions%speed_factor))
-      call table%add("stiffness_factor", plain, "by which the mounting differs", (conditions%stiffness_factor))
-      call table%add("damping_factor", plain, "by which its damping differs", (conditions%damping_factor))
+      table = new_table("design_range", "Before and after over the range", "Objectives and limited quantities at every " &
+        & // "condition.", verdict)
+      call table%add("speed", rpm, "crank speed; 0: the speed is a parameter", conditions%drive_rpm(design%turns))
+      call table%add("speed_factor", plain, "factor on the nominal speed", (conditions%speed_factor))
+      call table%add("stiffness_factor", plain, "factor on the stiffness of the mounting", (conditions%stiffness_factor))
+      call table%add("damping_factor", plain, "factor on the damping of the mounting", (conditions%damping_factor))
       do g = 1, size(design%goals)
         associate (unit => new_unit(trim(design%goals(g)%measure%unit)))
           name = design%goals(g)%measure%quantity
           if (design%goals(g)%is_periodic()) name = trim(design%goals(g)%measure%name())
           if (count(design%goals(:g)%measure%quantity == design%goals(g)%measure%quantity) > 1) name = name // "_" // text(g)
-          call table%add(trim(name) // "_before", unit, "of the machine of the file", design%before%values(g, :), &
+          call table%add(trim(name) // "_before", unit, "value for the machine of the input", design%before%values(g, :), &
             & error=trim(name) // "_before_error")
-          call table%add(trim(name) // "_before_error", unit, "bound on its error", design%before%errors(g, :))
-          call table%add(trim(name) // "_after", unit, "of the design", design%after%values(g, :), &
+          call table%add(trim(name) // "_before_error", unit, "error bound of the value before", design%before%errors(g, :))
+          call table%add(trim(name) // "_after", unit, "value for the design", design%after%values(g, :), &
             & error=trim(name) // "_after_error")
-          call table%add(trim(name) // "_after_error", unit, "bound on its error", design%after%errors(g, :))
+          call table%add(trim(name) // "_after_error", unit, "error bound of the value after", design%after%errors(g, :))
         end associate
       end do
-      call table%add("verdict_before", "on the machine of the file", design%before%verdicts%word())
-      call table%add("verdict_after", "on the design", design%after%verdicts%word())
-      call table%add("between", "1: a maximum between the conditions that were given", [(c > size(plan%options%conditions), c = 1, &
-        & size(conditions))])
+      call table%add("verdict_before", "verdict on the machine of the input", design%before%verdicts%word())
+      call table%add("verdict_after", "verdict on the design", design%after%verdicts%word())
+      call table%add("between", "1: this condition is a maximum between the given ones", [(c > size(plan%options%conditions), &
+        & c = 1, size(conditions))])
     end associate
   end function range_table
 
@@ -148,13 +151,14 @@ contains
         state(k) = merge("converged    ", "not converged", one%converged)
       end associate
     end do
-    table = new_table("design_starts", "What was found from all starts", "Local optima.", verdict)
-    call table%add("start", "number; 1: from the machine of the file", [(k, k = 1, size(design%found))])
-    call table%add("objective", plain, "weighted", objective)
-    call table%add("violation", plain, "by which the worst limit is exceeded, in its unit", violation)
-    call table%add("optimality", plain, "by how much the conditions of Karush, Kuhn and Tucker are missed, relative", missed)
-    call table%add("state", "converged, not converged, no machine", state)
-    call table%add("evaluations", "machines solved", (design%found%evaluations))
+    table = new_table("design_starts", "Results from all starts", "The local optimum that the search found from each starting " &
+      & // "point.", verdict)
+    call table%add("start", "number of the starting point; 1: the machine of the input", [(k, k = 1, size(design%found))])
+    call table%add("objective", plain, "weighted objective", objective)
+    call table%add("violation", plain, "amount by which the worst limit is exceeded, in its unit", violation)
+    call table%add("optimality", plain, "relative residual of the optimality conditions (Karush, Kuhn and Tucker)", missed)
+    call table%add("state", "converged, not converged, or no machine at this start", state)
+    call table%add("evaluations", "number of machines solved", (design%found%evaluations))
     do k = 1, size(design%x)
       call table%add("parameter_" // text(k), plain, trim(plan%paths(k)), x(k, :))
     end do
@@ -166,15 +170,16 @@ contains
     type(design_type), intent(in) :: design
     integer :: k, i, g
 
-    table = new_table("design_trade_off", "Trade-off", "The least of one objective for each value of the other.", "", shown=.true.)
+    table = new_table("design_trade_off", "Trade-off", "Minimum of the first objective for each value of the second.", "", &
+      & shown=.true.)
     do g = 1, 2
       associate (measure => plan%options%objectives(g)%measure)
         call table%add(trim(merge("first ", "second", g == 1)), new_unit(trim(measure%unit)), plan%options%objectives(g)%name(), &
           & [(design%curve(i)%values(g), i = 1, size(design%curve))])
       end associate
     end do
-    call table%add("state", "converged or not", [(merge("converged    ", "not converged", design%curve(i)%converged), i = 1, &
-      & size(design%curve))])
+    call table%add("state", "whether the search converged", [(merge("converged    ", "not converged", &
+      & design%curve(i)%converged), i = 1, size(design%curve))])
     do k = 1, size(plan%paths)
       call table%add("parameter_" // text(k), plain, trim(plan%paths(k)), [(design%curve(i)%x(k), i = 1, size(design%curve))])
     end do

@@ -44,11 +44,11 @@ contains
   subroutine extend(schema)
     type(schema_type), intent(inout) :: schema
 
-    call schema%add(group_rule("design", "for the task `design`: what may be changed, one group a parameter", repeatable=.true.), &
+    call schema%add(group_rule("design", "for the task `design`: a parameter that may change, and its range", repeatable=.true.), &
       & design_keys)
-    call schema%add(group_rule("objective", "for the task `design`: what is to be small", repeatable=.true.), objective_keys)
-    call schema%add(group_rule("constraint", "for the task `design`: what is limited", repeatable=.true.), constraint_keys)
-    call schema%add(group_rule("robust", "for the task `design`: what may differ from what it should be"), robust_keys)
+    call schema%add(group_rule("objective", "for the task `design`: a quantity to minimise", repeatable=.true.), objective_keys)
+    call schema%add(group_rule("constraint", "for the task `design`: a limit of a quantity", repeatable=.true.), constraint_keys)
+    call schema%add(group_rule("robust", "for the task `design`: scatter of speed and mounting"), robust_keys)
   end subroutine extend
 
   subroutine read_task(self, configuration, error)
@@ -72,8 +72,8 @@ contains
     ! The search itself determines the vibrations of its machines, so the family gives frames at rest.
     call context%members(self%plan%family, family, "rest")
     call find_design(family, self%plan, context%configuration%frame, design, error, context%executor)
-    if (.not. allocated(error) .and. design%best == 0) call fatal_error(error, "there is no machine, or no vibration of one, at " &
-      & // "any of the design's starts", failed_computation)
+    if (.not. allocated(error) .and. design%best == 0) call fatal_error(error, "at every starting point of the design " &
+      & // "the machine is impossible or has no periodic vibration: change the ranges in &design", failed_computation)
     if (allocated(error)) return
     associate (plan => self%plan, configuration => context%configuration)
       if (plan%curve > 0) call find_curve(family, plan, design, error)
@@ -101,11 +101,12 @@ contains
     type(result_type), intent(inout) :: result
 
     if (verdict == unstable) then
-      call result%judge(judgement_type(verdict, "UNSTABLE: the design does not keep to its vibration"))
+      call result%judge(judgement_type(verdict, "UNSTABLE: disturbances of the vibration of the design grow"))
     else if (verdict == undecided) then
-      call result%judge(judgement_type(verdict, "UNDECIDED: whether the design keeps to its vibration is within the errors"))
+      call result%judge(judgement_type(verdict, "UNDECIDED: whether disturbances of the vibration of the design grow is within " &
+        & // "the error"))
     else if (verdict == undamped) then
-      call result%judge(judgement_type(verdict, "UNDAMPED: the free vibrations of the design neither grow nor decay"))
+      call result%judge(judgement_type(verdict, "UNDAMPED: disturbances of the vibration of the design neither grow nor decay"))
     else
       call result%include_verdict(verdict)
     end if
