@@ -51,7 +51,7 @@ def pasted(report):
 
 
 def label(row):
-    return {"found": "as found", "complete": "complete", "together": "together, for force"}.get(
+    return {"found": "original", "complete": "complete", "together": "together, for force"}.get(
         row["aim"], f"{row['links']}, for {row['aim']}")
 
 
@@ -109,7 +109,7 @@ def test_four_bar():
                                                 for aim, key in (("force", "rigid_f_rms_N"), ("moment", "rigid_m_rms_Nm"))],
               [True, True])
         percent = 100 * (found[-1]["f_rms_N"] / found[0]["f_rms_N"] - 1)
-        check("balance: headline", f"Balancing, rms force: complete, -100 % on rigid ground, {percent:.3g} % on these mounts"
+        check("balance: headline", f"Best counterweights on rigid ground (complete): rms force -100 %, on the mounts {percent:.3g} %"
               in run.flat, percent, run.out)
         check("balance: lines of the report", max(map(len, run.out.splitlines())) <= 80, "80 columns", run.out)
         compare("balance", BALANCED, folder, run.out)
@@ -118,7 +118,7 @@ def test_four_bar():
         (folder / "input.nml").write_text(balanced)
         run = Run(folder, "input.nml")
         run.done("balance, balanced already")
-        check("balance, balanced already", "the force is balanced as it is" in run.flat, "a line", run.out)
+        check("balance, balanced already", "the force is already balanced" in run.flat, "a line", run.out)
         equal("balance, balanced already: aims", {row["aim"] for row in rows(folder / "input")[1]}, {"found", "moment", "sum"})
 
 
@@ -172,7 +172,7 @@ def test_drawn():
     with Folder(input=BALANCED) as folder:
         Run(folder, "-q", "--plot", "input.nml", environment={"LC_ALL": "C.UTF-8"}).done("balance drawn")
         texts = sound_picture("balance drawn", folder / "input" / "balance.svg")
-        for word in ("crank, for force", "complete", "on rigid ground", "on these mounts", "rms moment (% of found)"):
+        for word in ("crank, for force", "complete", "on rigid ground", "on the mounts", "rms moment (% of original)"):
             check(f"balance drawn, {word}", word in texts, word, texts)
 
 
@@ -180,12 +180,12 @@ def test_refused():
     line = "input.nml:16: &balance: "
     for what, group, message in (
             ("no such link", "links='crank','rod'", line + "links(2) = 'rod': there is no link 'rod'"),
-            ("named twice", "links='crank','crank'", line + "links(2) = 'crank': names 'crank' twice"),
+            ("named twice", "links='crank','crank'", line + "links(2) = 'crank': link 'crank' is named twice"),
             ("weight", "weight=1.5", line + "weight = 1.5: must lie between 0 and 1"),
             ("no radius", "radius=0", line + "radius(1) = 0: must be positive"),
             ("radii without links", "radius=0.1,0.2",
-             line + "radius = 0.1, 0.2: is one number for all, or needs links, to have one for each"),
-            ("radii and links", "links='crank', radius=0.1,0.2", line + "radius = 0.1, 0.2: needs one number, or one for each of links"),
+             line + "radius = 0.1, 0.2: must be one value, or one for each of 'links', which is missing"),
+            ("radii and links", "links='crank', radius=0.1,0.2", line + "radius = 0.1, 0.2: must be one value, or one for each of 'links'"),
             ("about", "about='A'", line + "about = 'A': unknown; known: 'frame', 'origin'"),
             ("unknown key", "radii=1", line + "unknown key 'radii': did you mean 'radius'?")):
         with Folder(input=BALANCED + f"&balance {group} /\n") as folder:
@@ -193,10 +193,10 @@ def test_refused():
     with Folder(input=BALANCED.replace("&link name='coupler', from='A', to='B'", "&link name='coupler', from='A'")
                 + "&balance links='coupler' /\n") as folder:
         Run(folder, "input.nml").refused("balance, translates", 2,
-                                         line + "links(1) = 'coupler': 'coupler' does not turn: it has no to")
+                                         line + "links(1) = 'coupler': 'coupler' cannot carry a counterweight: it has no 'to' and only translates")
     with Folder(input=functions("&drive", "&case tasks='balance' /\n&drive")) as folder:
-        Run(folder, "input.nml").refused("balance, mass functions", 2, "input.nml:3: &mass_functions: there is nothing to put "
-                                         "counterweights on: the task 'balance' needs joints and links")
+        Run(folder, "input.nml").refused("balance, mass functions", 2, "input.nml:3: &mass_functions: the task 'balance' needs "
+                                         "joints and links: mass functions have no links that could carry counterweights")
 
 
 BALANCE_TESTS = (test_four_bar, test_orders, test_stiff, test_drawn, test_refused)

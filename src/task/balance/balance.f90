@@ -55,8 +55,8 @@ contains
   subroutine extend(schema)
     type(schema_type), intent(inout) :: schema
 
-    call schema%add(group_rule("balance", "for the task `balance`: where counterweights may sit, and what they are for"), &
-      & balance_keys)
+    call schema%add(group_rule("balance", "for the task `balance`: where counterweights may sit, and how force and moment " &
+      & // "are weighted"), balance_keys)
   end subroutine extend
 
   !> Reads the group &balance. Fails if the mechanism is not a linkage, or as `read_balance` does.
@@ -69,8 +69,8 @@ contains
     type is (linkage_type)
       call read_balance(configuration%document, configuration%units, mechanism, self%options, error)
     class default
-      if (self%ordered) call input_error(the_group(configuration%document, "mass_functions"), "", "there is nothing to put " &
-        & // "counterweights on: the task 'balance' needs joints and links", error)
+      if (self%ordered) call input_error(the_group(configuration%document, "mass_functions"), "", "the task 'balance' " &
+        & // "needs joints and links: mass functions have no links that could carry counterweights", error)
     end select
     if (allocated(error) .or. .not. self%ordered) return
     configuration%analysis%rows = max(configuration%analysis%rows, merge(velocities, guide_forces, size(configuration%frame%free) &
@@ -102,8 +102,7 @@ contains
         call plan_variants(rigid, linkage, frame%speed, self%options, variants, state, length)
         if (.not. all([(ieee_is_finite(variants(i)%left%rms) .and. ieee_is_finite(variants(i)%left%peak), i = 1, &
           & size(variants))])) then
-          call fatal_error(error, "the forces of the mechanism overflow: they lie beyond what double precision holds", &
-            & failed_computation)
+          call fatal_error(error, "the forces of the mechanism overflow double precision", failed_computation)
           return
         end if
         call take_mounted(context%analysis, configuration%analysis%harmonics, variants(1)%mounted, none)
@@ -120,7 +119,7 @@ contains
           lines = lines(i + 1:)
         end do
         if (.not. context%reports) return
-        call result%say_section("BALANCING by counterweights: rms on rigid ground, and of the machine on its mounts", &
+        call result%say_section("BALANCING by counterweights: rms on rigid ground and on the mounts", &
           & report_balance(variants, rigid, linkage, self%options, state, length))
         if (allocated(frame%space)) call result%say(turning_lines(variants, frame%space%planes(1)%axes, linkage%turns))
         call result%say(link_lines(variants, rigid, linkage, configuration%units), whole=.true.)
@@ -145,21 +144,22 @@ contains
       links(i) = variants(i)%links(" ")
       if (allocated(variants(i)%mounted%reason)) known(i) = ieee_value(1.0_dp, ieee_quiet_nan)
     end do
-    table = new_table("balance", "Counterweights", "What counterweights do on rigid ground and on these mounts.", &
+    table = new_table("balance", "Counterweights", "Effect of counterweights on rigid ground and on the mounts.", &
       & shown=.true.)
-    call table%add("aim", "what is least: force, moment, their sum; complete: no force at all", [(aims(variants(i)%aim), i = 1, n)])
-    call table%add("links", "with counterweights", links)
-    call table%add("added_mass", kilogram, "of the counterweights", [(variants(i)%mass, i = 1, n)])
+    call table%add("aim", "what the counterweights minimise; found: without, complete: no force", [(aims(variants(i)%aim), &
+      & i = 1, n)])
+    call table%add("links", "links with counterweights", links)
+    call table%add("added_mass", kilogram, "mass of the counterweights", [(variants(i)%mass, i = 1, n)])
     do k = force, moment
       name = "rigid_" // quantities(k)
-      call table%add(name // "_rms", units(k), "on rigid ground, root mean square", [(variants(i)%left%rms(k), i = 1, n)])
-      call table%add(name // "_peak", units(k), "on rigid ground, greatest size", [(variants(i)%left%peak(k), i = 1, n)])
+      call table%add(name // "_rms", units(k), "rms on rigid ground", [(variants(i)%left%rms(k), i = 1, n)])
+      call table%add(name // "_peak", units(k), "peak on rigid ground", [(variants(i)%left%peak(k), i = 1, n)])
     end do
     do k = force, moment
       name = quantities(k)
-      call table%add(name // "_rms", units(k), "on the mounts, root mean square", [(known(i) * variants(i)%mounted%rms(k), &
+      call table%add(name // "_rms", units(k), "rms on the mounts", [(known(i) * variants(i)%mounted%rms(k), &
         & i = 1, n)], bounds=[(known(i) * variants(i)%mounted%rms_error(k), i = 1, n)])
-      call table%add(name // "_peak", units(k), "on the mounts, greatest size", [(known(i) * variants(i)%mounted%peak(k), &
+      call table%add(name // "_peak", units(k), "peak on the mounts", [(known(i) * variants(i)%mounted%peak(k), &
         & i = 1, n)], bounds=[(known(i) * variants(i)%mounted%peak_error(k), i = 1, n)])
     end do
     do k = 1, dofs
@@ -167,8 +167,8 @@ contains
         & [(known(i) * variants(i)%mounted%motion(k), i = 1, n)], bounds=[(known(i) * variants(i)%mounted%motion_error(k), &
         & i = 1, n)])
     end do
-    call table%add("verdict", "on the machine with them", [(merge(variants(i)%mounted%verdict, "failed   ", &
-      & variants(i)%mounted%verdict /= ""), i = 1, n)])
+    call table%add("verdict", "verdict on the machine with these counterweights", &
+      & [(merge(variants(i)%mounted%verdict, "failed   ", variants(i)%mounted%verdict /= ""), i = 1, n)])
   end function table_of
 
   !> Table balance_links.csv with a row for every counterweight.
@@ -206,17 +206,17 @@ contains
         end associate
       end do
     end do
-    table = new_table("balance_links", "Counterweights as links", "Masses and places of the counterweights.", "", shown=.true.)
-    call table%add("aim", "of the variant, as in balance.csv", aim)
-    call table%add("links", "of the variant, as in balance.csv", links)
-    call table%add("name", "of the counterweight as a link of the input", name)
-    call table%add("on", "the link that it is fixed to", on)
-    call table%add("from", "the joint at the origin of its axes", from)
-    call table%add("to", "the joint that its first axis points to", to)
-    call table%add("mass", kilogram, "of the counterweight, a point mass", mass)
-    call table%add("center_x", metre, "its place along the first axis", x)
-    call table%add("center_y", metre, "its place across, to the left", y)
-    if (size(rigid%kinds()) > 3) call table%add("z", metre, "its place along the normal of the mechanism's plane", z)
+    table = new_table("balance_links", "Counterweights as links", "Masses and positions of the counterweights.", "", shown=.true.)
+    call table%add("aim", "what the counterweights minimise, as in balance.csv", aim)
+    call table%add("links", "links with counterweights, as in balance.csv", links)
+    call table%add("name", "name of the counterweight as a link of the input", name)
+    call table%add("on", "link that carries it", on)
+    call table%add("from", "joint at the origin of its axes", from)
+    call table%add("to", "joint to which its first axis points", to)
+    call table%add("mass", kilogram, "mass of the counterweight, a point mass", mass)
+    call table%add("center_x", metre, "position along the first axis", x)
+    call table%add("center_y", metre, "position across, to the left", y)
+    if (size(rigid%kinds()) > 3) call table%add("z", metre, "position along the normal of the mechanism's plane", z)
     call table%add("unbalance", kilogram_metre, "mass times distance from the pivot", unbalance)
   end function links_of
 
@@ -251,21 +251,23 @@ contains
         if (allocated(variants(i)%mounted%reason)) rms(n, 3:) = ieee_value(1.0_dp, ieee_quiet_nan)
       end do
     end do
-    table = new_table("balance_harmonics", "Counterweights by orders", "What counterweights leave, by orders of the crank.")
-    call table%add("aim", "of the variant, as in balance.csv", aim)
-    call table%add("links", "of the variant, as in balance.csv", links)
+    table = new_table("balance_harmonics", "Counterweights by orders", "Force and moment with counterweights, by orders of " &
+      & // "the crank.")
+    call table%add("aim", "what the counterweights minimise, as in balance.csv", aim)
+    call table%add("links", "links with counterweights, as in balance.csv", links)
     call add_order_column(table, "order", "multiple of the crank speed", number, frame%mechanism%turns)
-    call table%add("rigid_f_rms", newton, "of the force on rigid ground", rms(:, 1))
-    call table%add("rigid_m_rms", newton_metre, "of the moment on rigid ground", rms(:, 2))
-    call table%add("f_rms", newton, "of the force on the mounts", rms(:, 3))
-    call table%add("m_rms", newton_metre, "of the moment on the mounts", rms(:, 4))
+    call table%add("rigid_f_rms", newton, "rms of the force on rigid ground", rms(:, 1))
+    call table%add("rigid_m_rms", newton_metre, "rms of the moment on rigid ground", rms(:, 2))
+    call table%add("f_rms", newton, "rms of the force on the mounts", rms(:, 3))
+    call table%add("m_rms", newton_metre, "rms of the moment on the mounts", rms(:, 4))
     if (.not. allocated(frame%space)) return
     do i = 1, 6
       call table%add("rigid_" // parts(i), merge(newton, newton_metre, i <= 3), "amplitude on rigid ground", amplitudes(:, i))
     end do
     do i = 1, 4
-      call table%add("rigid_" // trim(turning(i)), merge(newton, newton_metre, i <= 2), "on rigid ground, of the vector across " &
-        & // "the shaft that turns " // either("with the crank", "against the crank", modulo(i, 2) == 1), turned(:, i))
+      call table%add("rigid_" // trim(turning(i)), merge(newton, newton_metre, i <= 2), "on rigid ground, magnitude of the " &
+        & // "vector across the shaft that rotates " // either("with the crank", "against the crank", modulo(i, 2) == 1), &
+        & turned(:, i))
     end do
   end function harmonics_of
 

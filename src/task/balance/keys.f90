@@ -19,16 +19,16 @@ module gestell_task_balance_keys
 
   type(key_type), parameter, public :: balance_keys(*) = [ &
     & key_type("balance", "links", text_key, "names of links on which counterweights may sit", 1, 1, most_links, &
-    &   otherwise="all that turn"), &
-    & key_type("balance", "radius", real_key, "how far from its link's pivot on the frame a counterweight sits, where there " // &
-    &   "is none from the origin of its axes; of all, or one for each of `links`", 1, 1, most_links, unit=of_length, &
+    &   otherwise="all links that rotate"), &
+    & key_type("balance", "radius", real_key, "distance of a counterweight from its link's pivot on the frame, or from joint " // &
+    &   "`from` if there is no such pivot; one value for all, or one for each of `links`", 1, 1, most_links, unit=of_length, &
     &   range=positive, otherwise="the length of the link, from `from` to `to`"), &
-    & key_type("balance", "weight", real_key, "part of the moment in the weighted sum, what is left to 1 that of the force", &
+    & key_type("balance", "weight", real_key, "weight of the moment in the weighted sum; the force has 1 - `weight`", &
     &   default=0.5_dp, range=range_type(0.0_dp, 1.0_dp)), &
-    & key_type("balance", "length", real_key, "what moments are divided by to be forces in that sum", unit=of_length, &
-    &   range=positive, otherwise="rms moment over rms force, as found"), &
-    & key_type("balance", "about", text_key, "the point that moments on rigid ground are about: the frame's centre of mass F, " // &
-    &   "as the moment `m` of the machine on its mounts, or the mechanism's origin O", word="frame", words="frame, origin")]
+    & key_type("balance", "length", real_key, "length that converts moments to forces in that sum", unit=of_length, &
+    &   range=positive, otherwise="rms moment over rms force without counterweights"), &
+    & key_type("balance", "about", text_key, "reference point of moments on rigid ground: the frame's centre of mass F, as " // &
+    &   "for `m`, or the mechanism's origin O", word="frame", words="frame, origin")]
 
   !> Values of the group &balance, in SI units.
   type, public :: balance_options
@@ -69,9 +69,9 @@ contains
     call read(group, balance_keys, "radius", options%radii, error, units)
     if (allocated(error) .or. size(options%radii) == 1) return
     if (.not. allocated(options%links)) then
-      call input_error(group, "radius", "is one number for all, or needs links, to have one for each", error)
+      call input_error(group, "radius", "must be one value, or one for each of 'links', which is missing", error)
     else if (size(options%radii) /= size(options%links)) then
-      call input_error(group, "radius", "needs one number, or one for each of links", error)
+      call input_error(group, "radius", "must be one value, or one for each of 'links'", error)
     end if
   end subroutine read_balance
 
@@ -96,9 +96,10 @@ contains
       if (options%links(i) == 0) then
         call input_error(group, "links", "there is no link '" // trim(names(i)) // "'", error, i)
       else if (linkage%links(options%links(i))%to == 0) then
-        call input_error(group, "links", "'" // trim(names(i)) // "' does not turn: it has no to", error, i)
+        call input_error(group, "links", "'" // trim(names(i)) // "' cannot carry a counterweight: it has no 'to' and only " &
+          & // "translates", error, i)
       else if (any(options%links(:i - 1) == options%links(i))) then
-        call input_error(group, "links", "names '" // trim(names(i)) // "' twice", error, i)
+        call input_error(group, "links", "link '" // trim(names(i)) // "' is named twice", error, i)
       end if
       if (allocated(error)) return
     end do

@@ -41,7 +41,7 @@ contains
       & // panel(force, "force", "rigid_f_rms_N", "f_rms_N", "set xtics format ''") // "set key off" // newline &
       & // panel(moment, "moment", "rigid_m_rms_Nm", "m_rms_Nm", "set xtics rotate by 35 right noenhanced (" &
       & // tics(labels, 0) // ")") // "unset multiplot" // newline
-    figure = new_figure("balance", "Counterweights on rigid ground and on these mounts", lines, &
+    figure = new_figure("balance", "Effect of counterweights on rigid ground and on the mounts", lines, &
       & width=max(640, 200 + 70 * size(variants)), height=height)
 
   contains
@@ -61,10 +61,10 @@ contains
           if (found%mounted%rms(row) > least_found) greatest = max(greatest, variants(k)%mounted%rms(row) / found%mounted%rms(row))
         end do
         lines = axis // newline // "set yrange [0:" // text(nint(112 * min(greatest, top / 100.0_dp))) // "]" // newline &
-          & // "set ylabel 'rms " // what // " (% of found)'" // newline // "plot " &
+          & // "set ylabel 'rms " // what // " (% of original)'" // newline // "plot " &
           & // bars("'balance.csv'", "-", percent(rigid, found%left%rms(row)), "lt 1 dt 1 lw 1 fs solid 1", "on rigid ground") &
           & // ", \" // newline // "  " &
-          & // bars("''", "+", percent(mounted, found%mounted%rms(row)), "lt 2 dt 1 lw 1 fs pattern 2", "on these mounts") &
+          & // bars("''", "+", percent(mounted, found%mounted%rms(row)), "lt 2 dt 1 lw 1 fs pattern 2", "on the mounts") &
           & // newline
       end associate
     end function panel

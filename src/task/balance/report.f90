@@ -37,23 +37,23 @@ contains
     lines = ""
     on_rigid = minloc([(variants(i)%left%rms(force), i = 1, size(variants))], dim=1)
     if (on_rigid == 1) return
-    lines = "Balancing, rms force: " // variants(on_rigid)%label() // ", " // change(on_rigid, .true.) &
-      & // " on rigid ground, " // change(on_rigid, .false.) // " on these mounts" // newline
+    lines = "Best counterweights on rigid ground (" // variants(on_rigid)%label() // "): rms force " // change(on_rigid, .true.) &
+      & // ", on the mounts " // change(on_rigid, .false.) // newline
     solved = [(.not. allocated(variants(i)%mounted%reason), i = 1, size(variants))]
     if (.not. solved(1)) return
     on_mounts = minloc([(variants(i)%mounted%rms(force), i = 1, size(variants))], dim=1, mask=solved)
     if (on_mounts == 1) then
-      lines = lines // "Balancing, rms force: on these mounts no counterweight makes it less" // newline
+      lines = lines // "On the mounts none of these counterweights reduces the rms force" // newline
     else if (on_mounts /= on_rigid) then
-      lines = lines // "Balancing, rms force: best on these mounts " // variants(on_mounts)%label() // ", " &
+      lines = lines // "Best counterweights on the mounts (" // variants(on_mounts)%label() // "): rms force " &
         & // change(on_mounts, .false.) // ", on rigid ground " // change(on_mounts, .true.) // newline
     end if
     lured = solved .and. [(variants(i)%left%rms(force) < (1 - noticed) * variants(1)%left%rms(force) .and. &
       & variants(i)%mounted%rms(force) > (1 + noticed) * variants(1)%mounted%rms(force), i = 1, size(variants))]
     lured(on_rigid) = .false.
     worst = maxloc([(variants(i)%mounted%rms(force), i = 1, size(variants))], dim=1, mask=lured)
-    if (worst > 0) lines = lines // "Balancing, rms force: the opposite by " // variants(worst)%label() // ", " &
-      & // change(worst, .true.) // " on rigid ground, " // change(worst, .false.) // " on these mounts" // newline
+    if (worst > 0) lines = lines // "Worst counterweights on the mounts (" // variants(worst)%label() // "): rms force " &
+      & // change(worst, .false.) // ", though on rigid ground " // change(worst, .true.) // newline
 
   contains
 
@@ -63,7 +63,7 @@ contains
       logical, intent(in) :: rigidly
       character(len=:), allocatable :: words
 
-      words = "no vibration"
+      words = "no periodic vibration"
       if (rigidly) then
         words = change_words(variants(i)%left%rms(force), variants(1)%left%rms(force), "N")
       else if (.not. (allocated(variants(i)%mounted%reason) .or. allocated(variants(1)%mounted%reason))) then
@@ -140,13 +140,13 @@ contains
       & rows)
     select case (state)
     case (balanced)
-      report = report // "  complete balance of the force: counterweights on " // variants(size(variants))%links(", ")
+      report = report // "  counterweights that cancel the force completely: on " // variants(size(variants))%links(", ")
     case (balanced_already)
-      report = report // "  the force is balanced as it is"
+      report = report // "  the force is already balanced"
     case (no_pivots)
-      report = report // "  none of these links turns about a point of the frame"
+      report = report // "  the force cannot be cancelled: none of these links turns about a pivot on the frame"
     case default
-      report = report // "  no counterweights on these links balance the force completely"
+      report = report // "  counterweights on these links cannot cancel the force completely"
     end select
     report = report // newline
     do aim = for_force, for_moment
@@ -155,14 +155,14 @@ contains
         if (any([(variants(i)%aim == aim .and. any(variants(i)%weights%body == b), i = 2, size(variants))])) cycle
         links = links // ", " // linkage%links(rigid%bodies(b)%link)%name
       end do
-      if (links /= "") report = report // "  a single one makes the " // trim(aims(aim)) // " no less on " // links(3:) // newline
+      if (links /= "") report = report // "  a single counterweight cannot reduce the " // trim(aims(aim)) // " on: " // links(3:) &
+        & // newline
     end do
     report = report // "  moments about " // either("F;", "O;", options%about_frame) // " sum: " // concise(1 - options%weight, 3) &
-      & // " of the force's mean square and " // concise(options%weight, 3) // " of the moment's over " // concise(length, 4) &
-      & // " m" // newline &
-      & // "  masses at " // either("the radii of &balance", "radii as long as their links; &balance radius orders others", &
+      & // " force^2 + " // concise(options%weight, 3) // " (moment / " // concise(length, 4) // " m)^2, of rms values" // newline &
+      & // "  radius of a counterweight: " // either("as given in &balance", "length of its link; change it by &balance radius", &
       & allocated(options%radii)) // newline // newline &
-      & // "WHAT IS LEFT of the force by orders of the crank, rms" // newline &
+      & // "RMS FORCE on rigid ground and on the mounts, by orders of the crank" // newline &
       & // tabulated("lrrrrrr", "counterweight,rigid " // heads // ",mounts " // heads // newline // ",N,N,N,N,N,N", orders)
   end function report_balance
 
@@ -188,7 +188,8 @@ contains
       end do
       lines = lines // newline
     end do
-    lines = newline // wrapped("WHAT TURNS with the crank and against it across the shaft, order 1 on rigid ground" // newline) &
+    lines = newline // wrapped("VECTORS across the shaft that rotate with the crank and against it, order 1, rigid ground" &
+      & // newline) &
       & // tabulated("lrrrr", "counterweight,force with,against,moment with,against" // newline // ",N,N,N m,N m", lines)
   end function turning_lines
 
@@ -225,7 +226,7 @@ contains
 
     lines = ""
     if (size(variants) == 1) return
-    lines = newline // "COUNTERWEIGHTS as links of the input" // newline // copies_line(variants, rigid, linkage)
+    lines = newline // "COUNTERWEIGHTS as links for the input" // newline // copies_line(variants, rigid, linkage)
     do i = 2, size(variants)
       associate (one => variants(i))
         lines = lines // "  ! " // one%label() // newline
@@ -272,7 +273,8 @@ contains
       carries = any([(any(variants(i)%weights%body == b), i = 1, size(variants))])
       if (copied .and. carries) line = line // ", " // tail(2:)
     end do
-    if (line /= "") line = wrapped("  &repeat copies what is added to its mechanism: here " // line(3:) // newline)
+    if (line /= "") line = wrapped("  note: &repeat also copies a counterweight that is added to its original, here on " &
+      & // line(3:) // newline)
   end function copies_line
 
   !> A value in SI units converted to the units of the input.

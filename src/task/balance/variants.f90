@@ -168,7 +168,7 @@ contains
 
     select case (self%aim)
     case (as_found)
-      label = "as found"
+      label = "original"
     case (complete)
       label = "complete"
     case default
@@ -230,7 +230,7 @@ contains
       mounted%reason = failure%message
       deallocate(failure)
     else if (.not. allocated(analysis%vibration)) then
-      mounted%reason = "no vibration"
+      mounted%reason = "no periodic vibration"
     else
       associate (dofs => analysis%frame%dofs())
         mounted%motion(:dofs) = analysis%vibration%peak(:dofs)
