@@ -143,7 +143,7 @@ def test_undamped():
 def test_refused():
     with Folder(input=SIEVE, one=SIEVE + SPEED, point=SIEVE + SPEED.replace("to=300.0, count=10", "count=1")) as folder:
         Run(folder, "input.nml").refused(
-            "borders: over nothing", 2, "input.nml:4: &case: tasks = 'boundary': needs a group &sweep: parameter, from, to, count")
+            "borders: over nothing", 2, "input.nml:4: &case: tasks = 'boundary': needs a group &sweep with parameter, from, to and count")
         Run(folder, "point.nml").refused(
             "borders: over a point", 2, "point.nml:11: &sweep: count = 1: must be at least 2 where a border is sought")
         Run(folder, "-s", "boundary.tolerance=0.2", "one.nml").refused(

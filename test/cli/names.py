@@ -100,7 +100,7 @@ def test_standstill():
     for sweeps, line, name in ((one, 16, "&sweep"), (two + one, 17, "&sweep 2")):
         with Folder(input=changed("'stability', 'response'", "'boundary'") + sweeps.replace("count=3", "count=4")) as folder:
             Run(folder, "input.nml").refused(f"borders over speeds through zero, {name}", 2, f"input.nml:{line}: {name}: to = "
-                                             "-125.0: the range goes through standstill: from and to need the same sign")
+                                             "-125.0: the range must not include standstill: 'from' and 'to' must have the same sign")
 
 
 NAME_TESTS = [test_names_of_files, test_long_references, test_characters, test_long_title, test_controls_of_two_bytes, test_carriage_return, test_remark, test_standstill]

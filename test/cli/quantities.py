@@ -138,7 +138,7 @@ def test_no_vibration():
 
 REFUSED = [
     ("no quantity", ", columns='verdict','fz'", re.compile(r"columns\(2\) = 'fz': 'fz' is no quantity: there are xi, .*, m, f, "
-     r"support\(1\)\.fx .*; nor is it one of rho_max, .*, psi_peak_rad")),
+     r"support\(1\)\.fx .*; other columns are rho_max, .*, psi_peak_rad")),
     ("no such support", ", columns='support(5).f'", re.compile(r"columns\(1\) = 'support\(5\)\.f': .*to 4\).*")),
     ("nearly a column", ", columns='xi_pek_m'", "columns(1) = 'xi_pek_m': unknown; did you mean 'xi_peak_m'?"),
     ("twice", ", columns='f','rho_max','f'", "columns(3) = 'f': names 'f' twice"),
@@ -161,8 +161,8 @@ def test_refused():
             equal(f"quantities, {what}: nothing is written", files(folder), ["input.nml"])
     groups = axis(FIRST, 1, 2, 3, ", columns='f', measures='peak'") + axis(SECOND, 1, 2, 3, ", measures='rms'")
     with Folder(input=SWEEP + groups) as folder:
-        Run(folder, "input.nml").refused("two sets of measures", 2, f"input.nml:{LINE + 1}: &sweep 2: measures = 'rms': are others "
-                                         "than in &sweep 1")
+        Run(folder, "input.nml").refused("two sets of measures", 2, f"input.nml:{LINE + 1}: &sweep 2: measures = 'rms': differs "
+                                         "from 'measures' in &sweep 1; both groups must agree")
     with Folder(input=SOUND) as folder:
         for setting, message in (("response.quantities=fz", "'fz' is no quantity: there are xi, "),):
             text = SOUND + "&response quantities='f' /\n"

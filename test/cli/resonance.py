@@ -160,16 +160,16 @@ def test_nothing_judged():
 
 def test_refused():
     for name, line, message in (
-        ("two sweeps", SPEEDS + SPEEDS.replace("drive.speed_rpm", "frame.mass"), "input.nml:17: &sweep 2: is one too many: "
-         "the tasks resonance, critical, campbell run over the speed alone"),
-        ("no sweep", "", "input.nml:1: &case: tasks = 'resonance': needs a group &sweep: parameter, from, to, count"),
+        ("two sweeps", SPEEDS + SPEEDS.replace("drive.speed_rpm", "frame.mass"), "input.nml:17: &sweep 2: the tasks "
+         "resonance, critical and campbell vary only the speed: remove this group"),
+        ("no sweep", "", "input.nml:1: &case: tasks = 'resonance': needs a group &sweep with parameter, from, to and count"),
         ("another parameter", SPEEDS.replace("drive.speed_rpm", "frame.mass"),
          "input.nml:16: &sweep: parameter = 'frame.mass': must "
-         "be 'drive.speed_rpm' for the tasks resonance, critical, campbell"),
+         "be 'drive.speed_rpm' for the tasks resonance, critical and campbell"),
         ("through standstill", SPEEDS.replace("500.0", "-500.0").replace("count=5", "count=4"),
-         "input.nml:16: &sweep: to = 700.0: the range goes through standstill: from and to need the same sign"),
+         "input.nml:16: &sweep: to = 700.0: the range must not include standstill: 'from' and 'to' must have the same sign"),
         ("one speed", SPEEDS.replace("to=700.0, count=5", "count=1"), "input.nml:16: &sweep: count = 1: must be at least 2 for the "
-         "tasks resonance, critical, campbell"),
+         "tasks resonance, critical and campbell"),
         ("no such quantity", SPEEDS + "&resonance quantities='zeta' /\n",
          "input.nml:17: &resonance: quantities = 'zeta': 'zeta' is "
          "no quantity: there are xi, eta, psi (also with _dot, _ddot), fx, fy, m, f, support(1).fx (.fy, .f; to 4), "

@@ -153,7 +153,7 @@ def test_refused():
             ("unknown key", "&separation margin=10 /",
              "input.nml:9: &separation: unknown key 'margin': allowed are orders, margin_percent"),
             ("standstill", "&sweep parameter='drive.speed_rpm', from=-750, to=900, count=4 /",
-             "input.nml:9: &sweep: to = 900: the range goes through standstill: from and to need the same sign"),
+             "input.nml:9: &sweep: to = 900: the range must not include standstill: 'from' and 'to' must have the same sign"),
             ("no range", "&sweep parameter='drive.speed_rpm', from=750, to=750, count=4 /",
              "input.nml:9: &sweep: to = 750: the range is empty: from equals to")):
         with Folder(input=BARE + group + "\n") as folder:

@@ -106,7 +106,7 @@ def sweep_tests():
     with Folder(input="&case tasks='sweep' /\n&drive speed_rpm=300 /\n" + plane +
                 "&sweep parameter='frame.mass', from=10, to=20, count=3, columns='zeta_peak_m' /\n") as folder:
         Run(folder, "input.nml").refused("a peak in space in the plane", 2,
-                                         "input.nml:12: &sweep: columns(1) = 'zeta_peak_m': is of a frame in space")
+                                         "input.nml:12: &sweep: columns(1) = 'zeta_peak_m': exists only if the frame moves in space")
 
 
 def border_tests():

@@ -185,13 +185,13 @@ REFUSED = [
      "parameter = 'link(couplr).mass': unknown link 'couplr'; did you mean 'coupler'?"),
     ("no path", axis("speed", 1, 2, 2),
      "parameter = 'speed': a path is GROUP.KEY, GROUP(NAME).KEY or GROUP.KEY(INDEX), as in drive.speed_rpm"),
-    ("a text", axis("frame.dof", 1, 2, 2), "parameter = 'frame.dof': is a text, only numbers can run"),
-    ("a whole number", axis("joint(B).branch", -1, 1, 3), "parameter = 'joint(B).branch': is a whole number, which cannot run"),
-    ("several values", axis("frame.origin", 1, 2, 2), "parameter = 'frame.origin': has 2 values: name one, as in frame.origin(1)"),
+    ("a text", axis("frame.dof", 1, 2, 2), "parameter = 'frame.dof': is a text; only numbers can be varied"),
+    ("a whole number", axis("joint(B).branch", -1, 1, 3), "parameter = 'joint(B).branch': is a whole number; only real numbers can be varied"),
+    ("several values", axis("frame.origin", 1, 2, 2), "parameter = 'frame.origin': has 2 values; name one of them, for example frame.origin(1)"),
     ("an order", axis("accuracy.tolerance", 1e-9, 1e-3, 2),
-     "parameter = 'accuracy.tolerance': &accuracy gives orders, only numbers of the machine can run"),
+     "parameter = 'accuracy.tolerance': &accuracy does not describe the machine; only numbers of the machine can be varied"),
     ("a sweep of a sweep", axis("sweep.from", 1, 2, 2),
-     "parameter = 'sweep.from': &sweep gives orders, only numbers of the machine can run"),
+     "parameter = 'sweep.from': &sweep does not describe the machine; only numbers of the machine can be varied"),
     ("count 0", axis(FIRST, 1, 2, 0), "count = 0: must be at least 1"),
     ("count negative", axis(FIRST, 1, 2, -3), "count = -3: must be at least 1"),
     ("empty range", axis(FIRST, 1, 1, 2), "to = 1: the range is empty: from equals to"),
@@ -217,14 +217,14 @@ REFUSED = [
 ]
 REFUSED_SECOND = [
     ("too many points", axis(FIRST, 1, 2, 2000000000) + axis(SECOND, 1, 2, 51),
-     "&sweep 2: count = 51: there are 102000000000 points then, at most 100000000000 can be computed"),
-    ("the same path twice", axis(FIRST, 1, 2, 2) * 2, "&sweep 2: parameter = 'drive.speed_rpm': runs already, in &sweep 1"),
+     "&sweep 2: count = 51: gives 102000000000 points in all; at most 100000000000 can be computed"),
+    ("the same path twice", axis(FIRST, 1, 2, 2) * 2, "&sweep 2: parameter = 'drive.speed_rpm': is already varied in &sweep 1"),
     ("all and one of them", axis(SECOND, 1, 2, 2) + axis("support(2).stiffness(1)", 1, 2, 2),
-     "&sweep 2: parameter = 'support(2).stiffness(1)': runs already, in &sweep 1"),
+     "&sweep 2: parameter = 'support(2).stiffness(1)': is already varied in &sweep 1"),
     ("two engines", axis(FIRST, 1, 2, 3, ", engine='auto'") + axis(SECOND, 1, 2, 3, ", engine='direct'"),
-     "&sweep 2: engine = 'direct': is another one than in &sweep 1"),
+     "&sweep 2: engine = 'direct': differs from 'engine' in &sweep 1; both groups must agree"),
     ("two sets of columns", axis(FIRST, 1, 2, 3, ", columns='rho_max'") + axis(SECOND, 1, 2, 3, ", columns='verdict'"),
-     "&sweep 2: columns = 'verdict': are others than in &sweep 1"),
+     "&sweep 2: columns = 'verdict': differs from 'columns' in &sweep 1; both groups must agree"),
 ]
 
 
@@ -237,11 +237,11 @@ def test_refused():
         with Folder(input=SWEEP + text) as folder:
             Run(folder, "input.nml", "-q").refused(f"sweep, {what}", 2, f"input.nml:{LINE + 1}: {message}")
     with Folder(input=SWEEP + TWO + axis("frame.mass", 1, 2, 2)) as folder:
-        Run(folder, "input.nml").refused("three sweeps", 2, f"input.nml:{LINE + 2}: &sweep 3: is one too many: a sweep has one "
-                                         "or two parameters")
+        Run(folder, "input.nml").refused("three sweeps", 2, f"input.nml:{LINE + 2}: &sweep 3: at most two groups &sweep are "
+                                         "allowed, one for each parameter")
     with Folder(input=SWEEP) as folder:
-        Run(folder, "input.nml").refused("no &sweep", 2, "input.nml:1: &case: tasks = 'sweep': needs a group &sweep: parameter, "
-                                         "from, to, count")
+        Run(folder, "input.nml").refused("no &sweep", 2, "input.nml:1: &case: tasks = 'sweep': needs a group &sweep with "
+                                         "parameter, from, to and count")
     with Folder(input=SWEEP + TWO) as folder:
         for what, options, code, message in (
                 ("--set", ["-s", "sweep(1).from=-1", "-s", "sweep(1).parameter=frame.mass"], 2,
@@ -482,7 +482,7 @@ def test_npy():
             equal(f"npy, {what}: JSON of the rows", both[0]["sweep"]["rows"] == numbers, True)
     with Folder(input=SWEEP + TWO) as folder:
         run = Run(folder, "input.nml", "-s", "sweep(1).format=npy", "-s", "sweep(2).format=csv")
-        run.refused("two formats", 2, re.compile(r".*format.*is another one than in &sweep.*"))
+        run.refused("two formats", 2, re.compile(r".*format.*differs from 'format' in &sweep.*"))
 
 
 def test_foreign():

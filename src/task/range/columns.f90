@@ -1,7 +1,6 @@
 !> Columns requested for each point of a sweep: the engine, columns by name, and measured quantities of the vibration by name.
 module gestell_task_range_columns
   use gestell_base_error, only: error_type
-  use gestell_base_key, only: find_key
   use gestell_base_words, only: word_length
   use gestell_input_machine_quantities, only: read_measures
   use gestell_input_namelist_document, only: group_type, has
@@ -83,10 +82,7 @@ contains
     if (.not. allocated(error)) call read(groups(2), sweep_keys, key, second, error)
     if (allocated(error)) return
     if (all([(any(second == first(i)), i = 1, size(first))]) .and. all([(any(first == second(i)), i = 1, size(second))])) return
-    associate (single => sweep_keys(find_key(sweep_keys, key))%most == 1)
-      call input_error(groups(2), key, trim(merge("is another one", "are others    ", single)) // " than in " // label(groups(1)), &
-        & error)
-    end associate
+    call input_error(groups(2), key, "differs from '" // key // "' in " // label(groups(1)) // "; both groups must agree", error)
   end subroutine find_group
 
   !> Checks the names of the columns. Errors: a name is neither a column nor a quantity; a quantity occurs twice.
@@ -104,7 +100,7 @@ contains
     do i = 1, size(columns)
       if (any(fixed_names(:n) == columns(i))) cycle
       if (any(fixed_names(n + 1:) == columns(i))) then
-        call input_error(group, "columns", "is of a frame in space", error, i)
+        call input_error(group, "columns", "exists only if the frame moves in space", error, i)
         return
       end if
       call look_up_quantity(frame, probes, trim(columns(i)), quantity, reason)
@@ -113,10 +109,10 @@ contains
         if (near > 0) then
           call input_error(group, "columns", "unknown; did you mean '" // trim(fixed_names(near)) // "'?", error, i)
         else
-          call input_error(group, "columns", reason%message // "; nor is it one of " // listed(fixed_names(:n), "", ""), error, i)
+          call input_error(group, "columns", reason%message // "; other columns are " // listed(fixed_names(:n), "", ""), error, i)
         end if
       else if (any(columns(:i - 1) == columns(i))) then
-        call input_error(group, "columns", "names '" // trim(columns(i)) // "' twice", error, i)
+        call input_error(group, "columns", "column '" // trim(columns(i)) // "' is named twice", error, i)
       end if
       if (allocated(error)) return
     end do

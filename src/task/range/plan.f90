@@ -79,10 +79,10 @@ contains
 
     groups = groups_named(doc, "sweep")
     if (size(groups) == 0) then
-      call input_error(the_group(doc, "case"), "tasks", "needs a group &sweep: parameter, from, to, count", error)
+      call input_error(the_group(doc, "case"), "tasks", "needs a group &sweep with parameter, from, to and count", error)
       return
     else if (size(groups) > 2) then
-      call input_error(groups(3), "", "is one too many: a sweep has one or two parameters", error)
+      call input_error(groups(3), "", "at most two groups &sweep are allowed, one for each parameter", error)
       return
     end if
     longest = 1
@@ -102,7 +102,7 @@ contains
     end do
     if (size(groups) == 2) then
       if (overlap(doc, targets)) then
-        call input_error(groups(2), "parameter", "runs already, in " // label(groups(1)), error)
+        call input_error(groups(2), "parameter", "is already varied in " // label(groups(1)), error)
         return
       end if
     end if
@@ -137,7 +137,7 @@ contains
     if (grid%points() <= most) return
     write (points, "(i0)") grid%points()
     write (allowed, "(i0)") most
-    call input_error(groups(size(groups)), "count", "there are " // trim(points) // " points then, at most " // trim(allowed) &
+    call input_error(groups(size(groups)), "count", "gives " // trim(points) // " points in all; at most " // trim(allowed) &
       & // " can be computed", error)
   end subroutine limit_points
 
@@ -151,11 +151,11 @@ contains
 
     groups = groups_named(doc, "sweep")
     if (size(groups) > 1) then
-      call input_error(groups(2), "", "is one too many: the tasks resonance, critical, campbell run over the speed alone", error)
+      call input_error(groups(2), "", "the tasks resonance, critical and campbell vary only the speed: remove this group", error)
     else if (lower(trim(plan%paths(1))) /= "drive.speed_rpm") then
-      call input_error(groups(1), "parameter", "must be 'drive.speed_rpm' for the tasks resonance, critical, campbell", error)
+      call input_error(groups(1), "parameter", "must be 'drive.speed_rpm' for the tasks resonance, critical and campbell", error)
     else if (plan%grid%axes(1)%count < 2) then
-      call input_error(groups(1), "count", "must be at least 2 for the tasks resonance, critical, campbell", error)
+      call input_error(groups(1), "count", "must be at least 2 for the tasks resonance, critical and campbell", error)
     end if
     if (.not. allocated(error)) call refuse_standstill(groups, plan, error)
   end subroutine read_speeds
@@ -169,7 +169,7 @@ contains
 
     do k = 1, size(groups)
       if (lower(trim(plan%paths(k))) /= "drive.speed_rpm" .or. plan%grid%axes(k)%from / plan%grid%axes(k)%to > 0) cycle
-      call input_error(groups(k), "to", "the range goes through standstill: from and to need the same sign", error)
+      call input_error(groups(k), "to", "the range must not include standstill: 'from' and 'to' must have the same sign", error)
       return
     end do
   end subroutine refuse_standstill
@@ -216,13 +216,14 @@ contains
     end if
     associate (rule => schema%keys(target%rule))
       if (rule%kind == text_key) then
-        call input_error(group, key, "is a text, only numbers can run", error)
+        call input_error(group, key, "is a text; only numbers can be varied", error)
       else if (schema%groups(find_group_rule(schema, rule%group))%about == option_group) then
-        call input_error(group, key, "&" // trim(rule%group) // " gives orders, only numbers of the machine can run", error)
+        call input_error(group, key, "&" // trim(rule%group) // " does not describe the machine; only numbers of the " &
+          & // "machine can be varied", error)
       else if (rule%kind == integer_key) then
-        call input_error(group, key, "is a whole number, which cannot run", error)
+        call input_error(group, key, "is a whole number; only real numbers can be varied", error)
       else if (rule%least > 1 .and. target%element == 0 .and. .not. rule%alike) then
-        call input_error(group, key, "has " // text(rule%least) // " values: name one, as in " // shown(path) // &
+        call input_error(group, key, "has " // text(rule%least) // " values; name one of them, for example " // shown(path) // &
           & trim(merge("(1,1)", "(1)  ", rule%rank == 2)), error)
       end if
     end associate
