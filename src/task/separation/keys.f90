@@ -6,9 +6,9 @@ module gestell_task_separation_keys
   private
 
   type(key_type), parameter, public :: separation_keys(*) = [ &
-    & key_type("separation", "orders", integer_key, "orders 1, 2, ... of the crank that the modes have to keep away from", &
+    & key_type("separation", "orders", integer_key, "number of orders of the crank that are compared: 1, 2, ...", &
     &   default=4.0_dp, range=range_type(1.0_dp, 50.0_dp)), &
-    & key_type("separation", "margin_percent", real_key, "least distance, in per cent of the order's frequency", &
+    & key_type("separation", "margin_percent", real_key, "required distance of every mode, in per cent of the order's frequency", &
     &   default=20.0_dp, range=range_type(0.0_dp, 1000.0_dp, above_zero=.true.))]
 
 end module gestell_task_separation_keys

@@ -39,9 +39,9 @@ contains
       if (.not. any(found%dofs > 3)) heads = heads // " %"
       parts = parts // ", " // trim(dof_names(i))
     end do
-    lines = lines // "  " // parts(3:) // ": parts of the kinetic energy" &
-      & // either(" (%)", "", any(found%dofs > 3)) // "; order: the nearest, " // concise(margin, 4) &
-      & // " % wanted" // newline
+    lines = lines // "  " // parts(3:) // ": shares of the kinetic energy" &
+      & // either(" (%)", "", any(found%dofs > 3)) // "; order: the nearest one; required distance " // concise(margin, 4) &
+      & // " %" // newline
     rows = ""
     do first = 1, size(found), each
       associate (mode => found(first:first + each - 1))
@@ -66,7 +66,7 @@ contains
         & // tab // trim(found(i)%state) // newline
     end do
     lines = lines // newline // tabulated("rrrrrrl", "mode,order,at rpm,mode's Hz,order's Hz,distance %,", rows)
-    if (listed > most_listed) lines = lines // "  ... all in separation.csv" // newline
+    if (listed > most_listed) lines = lines // "  ... all pairs in separation.csv" // newline
   end function report_separation
 
   !> Number of the row with the smallest distance; 1 if the mode was not identified.
@@ -107,7 +107,7 @@ contains
       line = line // ", " // text(modes(i)%mode) // " (" // trim(dof_names(k)) // " " // fixed(100 * modes(i)%energy(k), 0) // " %)"
     end do
     if (line == "") line = ", none"
-    line = "  coupled, no part reaching " // text(decoupled) // " %: " // line(3:) // newline
+    line = "  coupled modes, largest share below " // text(decoupled) // " %: " // line(3:) // newline
   end function coupled_line
 
   !> The number, or a question mark if it is not finite.
@@ -131,12 +131,12 @@ contains
     if (any(found%state == "undecided")) state = "undecided"
     if (any(found%state == "fail")) state = "unstable"
     i = nearest_row(found)
-    words = "Separation: no mode can be told"
+    words = "Separation: no mode could be identified"
     if (.not. found(i)%at%identified) return
-    words = "Separation: mode " // text(found(i)%mode) // " (" // concise(found(i)%frequency, 5) // " Hz) keeps " &
-      & // number(100 * found(i)%distance, 3) // " % from order " // concise(found(i)%order, 4) // " at " &
-      & // concise(found(i)%speed, 6) // " rpm, wanted are " // concise(margin, 4) // " %"
-    if (state == "undecided") words = words // "; whether all modes do is undecided"
+    words = "Separation: mode " // text(found(i)%mode) // " (" // concise(found(i)%frequency, 5) // " Hz) is " &
+      & // number(100 * found(i)%distance, 3) // " % away from order " // concise(found(i)%order, 4) // " at " &
+      & // concise(found(i)%speed, 6) // " rpm; required: " // concise(margin, 4) // " %"
+    if (state == "undecided") words = words // "; for some modes it is undecided"
   end subroutine separation_headline
 
 end module gestell_task_separation_report

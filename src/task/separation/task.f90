@@ -70,7 +70,8 @@ contains
   subroutine extend(schema)
     type(schema_type), intent(inout) :: schema
 
-    call schema%add(group_rule("separation", "for the task `separation`: from which orders the modes keep away, and how far"), &
+    call schema%add(group_rule("separation", "for the task `separation`: orders that the modes must keep clear of, and the " &
+      & // "distance"), &
       & separation_keys)
   end subroutine extend
 
@@ -155,26 +156,30 @@ contains
     integer :: i, k, n
 
     n = size(found)
-    table = new_table("separation", "Separation", "The modes beside the orders of the crank, with the margin around these.", &
+    table = new_table("separation", "Separation", "Natural frequencies and the orders of the crank with their margins.", &
       & verdict, shown=.true.)
     table%model = model
-    call table%add("mode", "its number", (found%mode))
+    call table%add("mode", "number of the mode", (found%mode))
     call add_order_column(table, "order", "multiple of the crank speed", (found%harmonic), turns)
-    call table%add("speed", rpm, "where the two are nearest", (found%speed))
-    call table%add("frequency", hertz, "of the mode there", (found%frequency), bounds=[(merge(found(i)%at%error / (2 * pi), &
+    call table%add("speed", rpm, "speed at which mode and order are closest", (found%speed))
+    call table%add("frequency", hertz, "frequency of the mode at this speed", (found%frequency), &
+      & bounds=[(merge(found(i)%at%error / (2 * pi), &
       & ieee_value(1.0_dp, ieee_quiet_nan), found(i)%at%identified), i = 1, n)])
-    call table%add("damping_ratio", plain, "of the mode there, Lehr's", [(found(i)%at%damping_ratio(), i = 1, n)])
-    call table%add("share", plain, "of the strongest component in the mode's mean square", [(found(i)%at%share(), i = 1, n)])
-    call table%add("excitation", hertz, "frequency of the order there", (found%excitation))
-    call table%add("distance", percent, "of the two, in per cent of the order's frequency", 100 * found%distance, &
+    call table%add("damping_ratio", plain, "damping ratio (Lehr) of the mode at this speed", [(found(i)%at%damping_ratio(), &
+      & i = 1, n)])
+    call table%add("share", plain, "share of the strongest component in the mean square of the mode", [(found(i)%at%share(), &
+      & i = 1, n)])
+    call table%add("excitation", hertz, "frequency of the order at this speed", (found%excitation))
+    call table%add("distance", percent, "distance of mode and order, relative to the order's frequency", 100 * found%distance, &
       & bounds=100 * found%error)
     do k = 1, maxval([3, found%dofs])
-      call table%add("energy_" // trim(dof_names(k)), plain, "part of " // trim(dof_names(k)) // " in the mode's kinetic energy", &
+      call table%add("energy_" // trim(dof_names(k)), plain, "share of " // trim(dof_names(k)) &
+        & // " in the kinetic energy of the mode", &
         & [(found(i)%energy(k), i = 1, n)])
     end do
     call table%add("state", "pass, fail or undecided", (found%state))
-    if (any(found%torque_roll >= 0)) call table%add("energy_torque_roll", plain, "part of the motion about the torque-roll " &
-      & // "axis in the mode's kinetic energy", [(merge(found(i)%torque_roll, ieee_value(1.0_dp, ieee_quiet_nan), &
+    if (any(found%torque_roll >= 0)) call table%add("energy_torque_roll", plain, "share of the motion about the " &
+      & // "torque-roll axis in the kinetic energy of the mode", [(merge(found(i)%torque_roll, ieee_value(1.0_dp, ieee_quiet_nan), &
       & found(i)%torque_roll >= 0), i = 1, n)])
   end function table_of
 

@@ -52,11 +52,11 @@ contains
     line = ""
     if (.not. any(modes%torque_roll >= 0)) return
     do i = 1, size(modes)
-      if (modes(i)%torque_roll >= least) line = line // ", mode " // text(modes(i)%mode) // " " &
-        & // fixed(100 * modes(i)%torque_roll, 0) // " %"
+      if (modes(i)%torque_roll >= least) line = line // ", " // fixed(100 * modes(i)%torque_roll, 0) // " % in mode " &
+        & // text(modes(i)%mode)
     end do
     most = maxloc(modes%torque_roll, dim=1, mask=modes%torque_roll >= 0)
-    line = wrapped("  of the motion about the torque-roll axis: " // line(3:) // either("; decoupled", "; coupled", &
+    line = wrapped("  motion about the torque-roll axis: " // line(3:) // either("; decoupled", "; coupled", &
       & is_decoupled(modes(most)%torque_roll)) // newline)
   end function torque_roll_line
 
@@ -69,7 +69,7 @@ contains
     call find_axis(frame, roll)
     line = ""
     if (.not. roll%known) return
-    line = newline // wrapped("TORQUE-ROLL AXIS of the machine on nothing: (" // listed(roll%axis) // "), " &
+    line = newline // wrapped("TORQUE-ROLL AXIS of the unsupported machine: direction (" // listed(roll%axis) // "), " &
       & // fixed(roll%angle * 180 / pi, 2) // " deg from the shaft, through the centre of mass at (" // listed(roll%center) &
       & // ") m" // newline)
   end function axis_line
@@ -83,14 +83,15 @@ contains
 
     call find_axis(frame, roll)
     rows = merge(1, 0, roll%known)
-    table = new_table("torque_roll", "Torque-roll axis", "About which the machine turns under a torque where nothing holds it.", "")
+    table = new_table("torque_roll", "Torque-roll axis", "Axis about which the unsupported machine turns under a torque " &
+      & // "about the shaft.", "")
     do i = 1, 3
-      call table%add("axis_" // names(i), plain, "its direction", spread(roll%axis(i), 1, rows))
+      call table%add("axis_" // names(i), plain, "direction of the axis", spread(roll%axis(i), 1, rows))
     end do
     do i = 1, 3
-      call table%add("center_" // names(i), metre, "the centre of mass, on it, from F", spread(roll%center(i), 1, rows))
+      call table%add("center_" // names(i), metre, "centre of mass, a point of the axis, from F", spread(roll%center(i), 1, rows))
     end do
-    call table%add("angle", degree, "between it and the shaft", spread(roll%angle * 180 / pi, 1, rows))
+    call table%add("angle", degree, "angle between the axis and the shaft", spread(roll%angle * 180 / pi, 1, rows))
   end function axis_table
 
   !> Finds the torque-roll axis of a frame in space. Moving masses are averaged over the period.
