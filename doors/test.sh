@@ -165,6 +165,15 @@ symbols() {
     echo '#include <gestell.h>' | c++ -x c++ -Wall -Wextra -Werror -I"$prefix-shared/include" -fsyntax-only -
 }
 
+# A program linked to the shared library asks for it by the major version; the file and pkg-config have the whole version.
+release() {
+  local library version
+  library=$(echo "$prefix-shared"/lib*/libgestell.so "$prefix-shared"/lib/*/libgestell.so | tr ' ' '\n' | grep -v '\*' | head -1)
+  version=$("$prefix-shared/bin/gestell" --version | grep -o '[0-9.]*$')
+  objdump -p "$library" | grep 'SONAME' | grep -x " *SONAME *libgestell\.so\.${version%%.*}" && [ -f "$library.$version" ] &&
+    [ "$(PKG_CONFIG_PATH=${library%/*}/pkgconfig pkg-config --modversion gestell)" = "$version" ]
+}
+
 # A user's project, in C and Fortran: its sources.
 sources() {
   mkdir -p "$1"
@@ -190,7 +199,7 @@ verdict() { "$1" | grep '^stable, force on the ground 137.6661 N'; }
 
 packages() {
   local here=$temporary/package
-  project "$here" 'find_package(gestell 0.1 REQUIRED)'
+  project "$here" 'find_package(gestell 1.0 REQUIRED)'
   cmake -S "$here" -B "$here/build" -DCMAKE_PREFIX_PATH="$prefix-static" && cmake --build "$here/build" &&
     same "$prefix-static/bin/gestell" "$here/build/c" "$here/build/fortran" && verdict "$here/build/verdict"
 }
@@ -279,6 +288,7 @@ check 'pkg-config, static: what is refused' refusals static
 check 'find_package from C and Fortran' packages
 check 'CMake, shared' install_as shared
 check 'symbols of the shared library, header in C++' symbols
+check 'version of the shared library and of pkg-config' release
 check 'pkg-config, shared: the numbers of the command line' numbers shared
 check 'pkg-config, shared: what is refused' refusals shared
 check 'groups added one by one' adding shared

@@ -17,7 +17,7 @@ typedef struct gestell_error_s *gestell_error;
 typedef struct gestell_machine_s *gestell_machine;
 typedef struct gestell_solution_s *gestell_solution;
 
-/* The version, as "0.1.0", into size characters. */
+/* The version, such as "1.0.0", into size characters. */
 int gestell_get_version(int size, char *text);
 
 /* ---- errors: code and message of the last call that was given the handle */

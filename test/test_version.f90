@@ -7,6 +7,8 @@ module test_version
 
   public :: collect_version
 
+  character, parameter :: nl = new_line("a")
+
 contains
 
   subroutine collect_version(testsuite)
@@ -15,40 +17,76 @@ contains
     testsuite = [ &
       & new_unittest("fpm.toml", test_manifest), &
       & new_unittest("CITATION.cff", test_citation), &
-      & new_unittest("CHANGELOG.md", test_changelog)]
+      & new_unittest("CHANGELOG.md", test_changelog), &
+      & new_unittest("man page", test_man_page), &
+      & new_unittest("find_package in the page on C", test_page)]
   end subroutine collect_version
 
+  !> CMake, Meson and the Python package read the version from fpm.toml.
   subroutine test_manifest(error)
     type(error_type), allocatable, intent(out) :: error
 
-    call check(error, has_line("fpm.toml", 'version = "' // version // '"'), more="fpm.toml has not " // version)
+    call expect(error, "fpm.toml", nl // 'version = "' // version // '"' // nl)
   end subroutine test_manifest
 
   subroutine test_citation(error)
     type(error_type), allocatable, intent(out) :: error
 
-    call check(error, has_line("CITATION.cff", "version: " // version), more="CITATION.cff has not " // version)
+    call expect(error, "CITATION.cff", nl // "version: " // version // nl)
   end subroutine test_citation
 
+  !> The changelog has a section on the version, and below it the date of CITATION.cff.
   subroutine test_changelog(error)
     type(error_type), allocatable, intent(out) :: error
+    character(len=*), parameter :: key = nl // "date-released: "
+    character(len=:), allocatable :: citation
+    integer :: at
 
-    call check(error, has_line("CHANGELOG.md", "## [" // version // "]"), more="CHANGELOG.md has not " // version)
+    citation = text_of("CITATION.cff")
+    at = index(citation, key)
+    call check(error, at > 0, more="CITATION.cff has no date-released")
+    if (allocated(error)) return
+    at = at + len(key)
+    call expect(error, "CHANGELOG.md", nl // "## [" // version // "] - " // citation(at:min(at + 9, len(citation))) // nl)
   end subroutine test_changelog
 
-  !> Whether a line of the file begins with `line`; fpm runs tests in the project's folder.
-  logical function has_line(file, line)
-    character(len=*), intent(in) :: file, line
-    character(len=200) :: buffer
-    integer :: unit, status
+  subroutine test_man_page(error)
+    type(error_type), allocatable, intent(out) :: error
 
-    has_line = .false.
-    open (newunit=unit, file=file, action="read", status="old", iostat=status)
-    do while (status == 0 .and. .not. has_line)
-      read (unit, "(a)", iostat=status) buffer
-      if (status == 0) has_line = index(buffer, line) == 1
-    end do
+    call expect(error, "share/man/man1/gestell.1", '"gestell ' // version // '"')
+  end subroutine test_man_page
+
+  !> The version that a CMake project is told to request has the same major number; any other is refused.
+  subroutine test_page(error)
+    type(error_type), allocatable, intent(out) :: error
+
+    call expect(error, "doc/c.md", "find_package(gestell " // version(:index(version, ".")))
+  end subroutine test_page
+
+  !> Fails unless `text` stands in the file; a new line at its beginning or end asks for the beginning or end of a line.
+  subroutine expect(error, file, text)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=*), intent(in) :: file, text
+
+    call check(error, index(text_of(file), text) > 0, more=file // " has not " // text)
+  end subroutine expect
+
+  !> The contents of a file, after a new line; fpm runs tests in the project's folder.
+  function text_of(file) result(text)
+    character(len=*), intent(in) :: file
+    character(len=:), allocatable :: text
+    integer :: unit, status, bytes
+
+    text = nl
+    open (newunit=unit, file=file, action="read", status="old", access="stream", iostat=status)
+    if (status /= 0) return
+    inquire (unit=unit, size=bytes)
+    deallocate (text)
+    allocate (character(len=bytes + 1) :: text)
+    text(1:1) = nl
+    read (unit, iostat=status) text(2:)
     close (unit)
-  end function has_line
+    if (status /= 0) text = nl
+  end function text_of
 
 end module test_version

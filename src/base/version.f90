@@ -1,8 +1,9 @@
-!> The only place in the code that holds the version. A test compares it with fpm.toml, CITATION.cff and CHANGELOG.md.
+!> The only place in the code that holds the version. A test compares it with fpm.toml, CITATION.cff, CHANGELOG.md
+!> and the man page.
 module gestell_base_version
   implicit none (type, external)
   private
 
-  character(len=*), parameter, public :: version = "0.1.0"
+  character(len=*), parameter, public :: version = "1.0.0"
 
 end module gestell_base_version
