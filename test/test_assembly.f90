@@ -21,15 +21,15 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("assembly lost over a part of the turn", test_lost), &
-      & new_unittest("assembly lost between all samples", test_narrow_gap), &
-      & new_unittest("a change point is a dead point", test_change_point), &
-      & new_unittest("close to a dead point, but free", test_nearly_dead), &
+      & new_unittest("a linkage that comes apart over part of the turn is refused", test_lost), &
+      & new_unittest("a linkage that comes apart between all samples is refused", test_narrow_gap), &
+      & new_unittest("a parallelogram is refused at its change point, a dead point", test_change_point), &
+      & new_unittest("a linkage that only just clears its dead point is accepted", test_nearly_dead), &
       & new_unittest("the angle scale is the distance to the nearest dead point", test_angle_scales), &
-      & new_unittest("a second dyad that locks is named", test_second_dyad), &
-      & new_unittest("a link whose joints meet", test_meeting), &
-      & new_unittest("dead points of all joints are found", test_dead_points), &
-      & new_unittest("bad parts are refused", test_refused)]
+      & new_unittest("the error names the second dyad if that one locks", test_second_dyad), &
+      & new_unittest("a link whose two joints coincide at some angle is refused", test_meeting), &
+      & new_unittest("the error gives the angle of the dead point for every joint type", test_dead_points), &
+      & new_unittest("links, joints and frames with invalid data are refused", test_refused)]
   end subroutine collect_assembly
 
   !> Turns a four-bar with crank a, coupler b, rocker c, ground d.

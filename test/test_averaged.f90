@@ -30,13 +30,14 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("constant coefficients: multipliers and motion by hand", test_constant), &
-      & new_unittest("multipliers that underflow, defective and overdamped ones", test_extremes), &
-      & new_unittest("Mathieu's equation averaged; resonances name their harmonic", test_resonance), &
-      & new_slow("coefficients and load that jump: stated errors hold", test_jumps), &
-      & new_slow("random machines against quadruple precision: bounds hold and are of use", test_bounds), &
-      & new_unittest("the general integrator on the averaged model", test_integrator), &
-      & new_unittest("coefficients that cancel take no more samples than others", test_cancelling)]
+      & new_unittest("with constant coefficients multipliers and motion agree with the closed form", test_constant), &
+      & new_unittest("defective, overdamped and underflowing multipliers stay within their error bounds", test_extremes), &
+      & new_unittest("averaging removes Mathieu's parametric excitation; an error at resonance names the harmonic", &
+        & test_resonance), &
+      & new_slow("error bounds hold for averages of coefficients that jump", test_jumps), &
+      & new_slow("error bounds of averaged random machines hold against quadruple precision", test_bounds), &
+      & new_unittest("the general integrator agrees with the closed form of the averaged model", test_integrator), &
+      & new_unittest("averages of coefficients that cancel need no more samples than others", test_cancelling)]
   end subroutine collect_averaged
 
   !> In data/inline_twin.nml the masses are balanced: what they leave of B and C is rounding, which no number of samples changes.

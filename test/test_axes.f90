@@ -37,12 +37,12 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("alike along both axes and without damper: as in space", test_alike), &
-      & new_unittest("else not", test_different), &
-      & new_unittest("without damping reciprocal multipliers, with weights too", test_reciprocal), &
-      & new_unittest("a support above F or below: C in closed form, averaged too", test_pendulum), &
-      & new_unittest("forces and moment on the ground are what momentum loses", test_momentum), &
-      & new_unittest("power balances", test_balance)]
+      & new_unittest("equal springs along both axes act alike whether their axes turn or not", test_alike), &
+      & new_unittest("unequal springs or dampers act differently if their axes turn with the frame", test_different), &
+      & new_unittest("undamped machines with turning support axes have reciprocal multipliers", test_reciprocal), &
+      & new_unittest("stiffness of a frame above or below its support agrees with closed form", test_pendulum), &
+      & new_unittest("forces and moment on the ground equal the rate of momentum lost", test_momentum), &
+      & new_unittest("drive power equals energy growth plus damper power with turning axes", test_balance)]
   end subroutine collect_axes
 
   !> Springs that pull alike in all directions have no axes.

@@ -25,13 +25,13 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("four-bar: complete balance by Berkof's and Lowen's numbers", test_four_bar), &
-      & new_unittest("slider-crank: complete balance by hand, floating and about a pivot", test_slider_crank), &
-      & new_unittest("six-bar: complete balance, three counterweights", test_six_bar), &
-      & new_unittest("no complete balance: a Scotch yoke", test_none), &
-      & new_unittest("what is told is what a linkage with these links exerts", test_left), &
-      & new_unittest("bodies: links that share one, pivots that no joint is at", test_bodies), &
-      & new_unittest("least squares of force, then moment, then size: the conditions of each", test_least_squares)]
+      & new_unittest("counterweights of a four-bar agree with Berkof and Lowen (1969)", test_four_bar), &
+      & new_unittest("counterweights of a slider-crank agree with a calculation by hand", test_slider_crank), &
+      & new_unittest("a Watt six-bar is force-balanced by three counterweights", test_six_bar), &
+      & new_unittest("a Scotch yoke has no complete balance; half its mass is balanced", test_none), &
+      & new_unittest("reported residual forces agree with a linkage that carries the counterweights", test_left), &
+      & new_unittest("links that form one rigid body receive one counterweight", test_bodies), &
+      & new_unittest("the lexicographic least-squares solution satisfies its optimality conditions", test_least_squares)]
   end subroutine collect_balance
 
   !> Berkof, Lowen, J. Eng. Ind. 91, 1969, 21-26: with the coupler's centre at s from A on its length l the crank needs

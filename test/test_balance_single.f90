@@ -24,9 +24,9 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("the crank's for force: minus the first positive coefficient of a1 + i a2", test_crank), &
-      & new_unittest("worse beside it, in all directions", test_optimality), &
-      & new_unittest("a search finds none better, and one as good", test_search)]
+      & new_unittest("the crank's best counterweight cancels the forward first harmonic of the force", test_crank), &
+      & new_unittest("every small change of the best counterweight makes the objective worse", test_optimality), &
+      & new_unittest("a grid search finds no better counterweight and one nearly as good", test_search)]
   end subroutine collect_balance_single
 
   !> With F+ the crank takes its part of the mean square away, and nothing else. A crank at the phase 0.4 carries its weight there.

@@ -22,18 +22,18 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("a message is one line of bounded length", test_messages), &
-      & new_unittest("jets: every operation by hand", test_jets), &
-      & new_unittest("cosine and sine to the last place", test_circle), &
-      & new_unittest("Fourier series: orders below half the samples, even and odd", test_orders), &
-      & new_unittest("Fourier series: derivatives", test_derivatives), &
-      & new_unittest("Fourier series: tail", test_tail), &
-      & new_unittest("Fourier series: what lies beyond its orders", test_beyond), &
-      & new_unittest("Fourier series: peaks of both signs", test_peaks), &
-      & new_unittest("many orders by Taylor coefficients", test_tabulated), &
-      & new_unittest("symmetric pencil", test_pencil), &
-      & new_unittest("singular matrices", test_singular), &
-      & new_unittest("eigenvectors, right and left", test_eigenvectors)]
+      & new_unittest("every error message is one line of bounded length", test_messages), &
+      & new_unittest("every operation on jets yields the derivatives computed by hand", test_jets), &
+      & new_unittest("cosine and sine are accurate to the last digit", test_circle), &
+      & new_unittest("Fourier series reproduce every order below half the number of samples", test_orders), &
+      & new_unittest("derivatives of Fourier series agree with closed forms", test_derivatives), &
+      & new_unittest("the tail of a Fourier series is its upper third relative to the maximum", test_tail), &
+      & new_unittest("the estimated size of the omitted Fourier orders covers the next order", test_beyond), &
+      & new_unittest("Fourier series find maxima of either sign between the samples", test_peaks), &
+      & new_unittest("Taylor coefficients sum series of up to 1023 orders to rounding accuracy", test_tabulated), &
+      & new_unittest("eigenvalues of a diagonal symmetric pencil are the quotients, in ascending order", test_pencil), &
+      & new_unittest("the inversion of a singular matrix fails", test_singular), &
+      & new_unittest("right and left eigenvectors of a nonsymmetric matrix satisfy their defining equations", test_eigenvectors)]
   end subroutine collect_base
 
   !> Of any text: ends of lines and control characters, long words, many words, characters cut in the middle.

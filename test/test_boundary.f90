@@ -23,20 +23,20 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("Mathieu: published characteristic values", test_published), &
-      & new_unittest("Mathieu: all characteristic values to 1e-10, q = 5, 10, 25", test_characteristic), &
-      & new_unittest("Mathieu: a0 and b1 at q = 25 in one search", test_close_pair), &
-      & new_unittest("Mathieu: narrow tongues between two search points", test_narrow), &
-      & new_slow("Mathieu: coarse tolerances lose no border", test_coarse), &
-      & new_unittest("Mathieu: over q", test_over_q), &
-      & new_unittest("damped Mathieu: the trace on both sides", test_damped), &
-      & new_unittest("flutter with damping", test_flutter), &
-      & new_unittest("flutter without damping", test_krein), &
-      & new_unittest("an impossible range between two borders", test_gap), &
-      & new_unittest("systems that cannot be solved between two verdicts: an open place", test_lost), &
-      & new_unittest("a logarithmic axis", test_logarithmic), &
-      & new_unittest("a range that descends", test_descending), &
-      & new_unittest("nearest stable system", test_nearest)]
+      & new_unittest("stability borders of Mathieu's equation agree with Abramowitz and Stegun's table", test_published), &
+      & new_unittest("borders of Mathieu's equation at q = 5, 10, 25 are accurate to 1e-10", test_characteristic), &
+      & new_unittest("one search separates the neighbouring borders a0 and b1 at q = 25", test_close_pair), &
+      & new_unittest("instability tongues of Mathieu's equation between two search points are found", test_narrow), &
+      & new_slow("a coarse tolerance misses no border of Mathieu's equation", test_coarse), &
+      & new_unittest("borders of Mathieu's equation over q are characteristic values", test_over_q), &
+      & new_unittest("on borders of damped Mathieu's equation the trace is 2 cosh(c pi)", test_damped), &
+      & new_unittest("the flutter border of a damped system agrees with its closed form", test_flutter), &
+      & new_unittest("the flutter border of an undamped system agrees with its closed form", test_krein), &
+      & new_unittest("borders on both sides of a range without systems are found", test_gap), &
+      & new_unittest("a range of systems that cannot be solved is reported as open", test_lost), &
+      & new_unittest("a border on a logarithmic axis is found with a relative tolerance", test_logarithmic), &
+      & new_unittest("borders over a descending range are listed in that direction", test_descending), &
+      & new_unittest("the nearest stable system lies on the border, within its error", test_nearest)]
   end subroutine collect_boundary
 
   subroutine borders_of(family, axis, tolerance, borders, error)

@@ -30,8 +30,8 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("unbalance on a spring: the level's curve in closed form", test_closed_form), &
-      & new_slow("no damping: two curves, and open places on the ridge between them", test_undamped)]
+      & new_unittest("the level curve of an unbalanced rotor agrees with its closed form", test_closed_form), &
+      & new_slow("two level curves enclose an undamped resonance, whose ridge is reported as open", test_undamped)]
   end subroutine collect_boundary_level
 
   !> Peak of the force.

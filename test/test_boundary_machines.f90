@@ -23,9 +23,9 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("rocking sieve over speed: plain bisection", test_sieve), &
-      & new_unittest("four-bar with little damping over speed: a dense sweep and plain bisection", test_four_bar), &
-      & new_unittest("four-bar over the stiffness: a coarse search finds what a fine one finds", test_coarse)]
+      & new_unittest("borders of the rocking sieve agree with plain bisection", test_sieve), &
+      & new_unittest("borders of a weakly damped four-bar agree with a dense sweep and bisection", test_four_bar), &
+      & new_unittest("coarse and fine searches over a four-bar's stiffness find the same borders", test_coarse)]
   end subroutine collect_boundary_machines
 
   subroutine borders_of(family, axis, tolerance, borders, error)

@@ -22,19 +22,19 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("a circle: closed, followed to the tolerance, unstable outside", test_circle), &
-      & new_unittest("ranges that descend: the unstable side remains on the left", test_descending), &
-      & new_unittest("two circles", test_circles), &
-      & new_unittest("a circle cut by the range", test_cut), &
-      & new_unittest("a saddle: both pairs of branches", test_saddle), &
-      & new_unittest("stripes: eight borders through one cell", test_stripes), &
-      & new_unittest("a hole of impossible systems", test_hole), &
-      & new_unittest("a strip of systems that cannot be solved: no curve, and open across", test_lost), &
-      & new_unittest("a corner where divergence turns into flutter", test_corner), &
-      & new_unittest("logarithmic axes", test_logarithmic), &
-      & new_slow("Mathieu's diagram: every vertex on a characteristic curve", test_mathieu), &
-      & new_slow("weakly damped Mathieu's diagram: tongues between few lines", test_narrow), &
-      & new_slow("damped Mathieu's diagram: two search grids agree", test_tongues)]
+      & new_unittest("a circular border is closed, within tolerance, unstable outside", test_circle), &
+      & new_unittest("the unstable side remains on the left if ranges descend", test_descending), &
+      & new_unittest("two separate circular borders are both found", test_circles), &
+      & new_unittest("a circle that leaves the ranges ends on their edges", test_cut), &
+      & new_unittest("both pairs of hyperbola branches near a saddle are found", test_saddle), &
+      & new_unittest("eight straight borders that cross one search cell are found", test_stripes), &
+      & new_unittest("a border ends at the edge of a region without systems", test_hole), &
+      & new_unittest("a strip of unsolvable systems yields no curve and is reported as open", test_lost), &
+      & new_unittest("a border has a corner where divergence changes to flutter", test_corner), &
+      & new_unittest("a hyperbola on logarithmic axes is followed as a straight line", test_logarithmic), &
+      & new_slow("every vertex of Mathieu's stability diagram lies on a characteristic curve", test_mathieu), &
+      & new_slow("tongues of weakly damped Mathieu's diagram between search lines are found", test_narrow), &
+      & new_slow("two search grids yield the same diagram of damped Mathieu's equation", test_tongues)]
   end subroutine collect_boundary_map
 
   subroutine trace(family, axes, deviation, map, error)

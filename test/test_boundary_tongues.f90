@@ -29,11 +29,11 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_slow("two dyads: seven tongues from 10, 40 and 160 search points", test_dyads), &
-      & new_slow("four-bar: nine tongues from 10 and 40 search points", test_four_bar), &
-      & new_slow("two sliders: eighteen tongues from 10 and 160 search points", test_sliders), &
-      & new_unittest("more meetings than are looked at: the others are said to be open", test_left_out), &
-      & new_unittest("random machines over stiffness and mass: dense sweeps", test_sweeps)]
+      & new_slow("10, 40 and 160 search points find the same seven tongues of two dyads", test_dyads), &
+      & new_slow("10 and 40 search points find the same nine tongues of a four-bar", test_four_bar), &
+      & new_slow("10 and 160 search points find the same eighteen tongues of two sliders", test_sliders), &
+      & new_unittest("meetings of multipliers that were not examined are reported as open", test_left_out), &
+      & new_unittest("borders of random machines over stiffness and mass agree with dense sweeps", test_sweeps)]
   end subroutine collect_boundary_tongues
 
   !> The least and the greatest unstable speed of each tongue among 1000001 in equal steps (task `sweep`).

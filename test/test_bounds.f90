@@ -28,13 +28,13 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("multipliers: perturbed matrices stay within the bounds", test_perturbed), &
-      & new_unittest("multipliers: bounds of close ones reach across both", test_close), &
-      & new_unittest("multipliers: order, exponents, vectors, units", test_sorted), &
-      & new_unittest("verdicts", test_verdicts), &
-      & new_unittest("x0: perturbed equations stay within the bounds", test_start), &
-      & new_unittest("x0: what cannot be told is not told", test_untold), &
-      & new_unittest("rounding of eigenvalues and x0 is inside the bounds", test_rounding)]
+      & new_unittest("multipliers of perturbed monodromy matrices lie within the error bounds", test_perturbed), &
+      & new_unittest("error bounds of close multipliers cover both of them", test_close), &
+      & new_unittest("multipliers are sorted and carry correct exponents, vectors and units", test_sorted), &
+      & new_unittest("the verdict follows from the multipliers' moduli and error bounds", test_verdicts), &
+      & new_unittest("start vectors of perturbed equations lie within the error bounds", test_start), &
+      & new_unittest("no start vector is reported if the equations may be singular", test_untold), &
+      & new_unittest("error bounds cover the rounding of eigenvalues and start vector", test_rounding)]
   end subroutine collect_bounds
 
   !> Uniformly in [-1, 1].

@@ -30,9 +30,9 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("faulty coefficients by their names", test_faults), &
-      & new_unittest("smooth coefficients at many calls stay as they are", test_smooth), &
-      & new_unittest("coefficients that swing fast, and many small masses, are sound", test_sound)]
+      & new_unittest("faulty user coefficients are refused with an error that names them", test_faults), &
+      & new_unittest("a sharp but smooth pulse is integrated without complaint", test_smooth), &
+      & new_unittest("rapidly oscillating coefficients and tiny masses are not mistaken for faults", test_sound)]
   end subroutine collect_callbacks
 
   subroutine test_faults(error)

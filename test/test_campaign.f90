@@ -43,14 +43,14 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("numbers as Fortran writes them", test_numbers), &
-      & new_unittest("members as --set makes them", test_members), &
-      & new_unittest("members that cannot be", test_impossible), &
-      & new_unittest("tiles to a table", test_table), &
-      & new_unittest("foreign tiles", test_foreign), &
-      & new_unittest("another input begins at the same time", test_two_inputs), &
-      & new_unittest("another run ends first", test_overtaken), &
-      & new_unittest("blocks replaced before the end", test_replaced)]
+      & new_unittest("numbers are written exactly as the compiler writes them", test_numbers), &
+      & new_unittest("a family member equals the machine read with --set, bit by bit", test_members), &
+      & new_unittest("members without assembly and members with invalid data are told apart", test_impossible), &
+      & new_unittest("tiles finished in any order form a table in grid order", test_table), &
+      & new_unittest("blocks of another input are refused and left unchanged", test_foreign), &
+      & new_unittest("if two inputs start in one folder at once the second is refused", test_two_inputs), &
+      & new_unittest("a run learns that another run has finished the same sweep", test_overtaken), &
+      & new_unittest("blocks replaced by those of another input do not enter the table", test_replaced)]
   end subroutine collect_campaign
 
   !> Against the compiler's own writing: numbers of all sizes, whole numbers over powers of two, which are ties at the 17th

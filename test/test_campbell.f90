@@ -27,12 +27,12 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("constant coefficients: crossings at w / k", test_constant), &
-      & new_unittest("ends of locked intervals, against the reference", test_locked), &
-      & new_slow("crossings do not depend on the speeds that are ordered", test_speeds), &
-      & new_slow("a mirrored machine that turns the other way", test_mirrored), &
-      & new_slow("the crank's phase at the start", test_phase), &
-      & new_unittest("modes that mix on an order of the crank", test_mixing_on_order)]
+      & new_unittest("frequencies of a system with constant coefficients cross each order once", test_constant), &
+      & new_unittest("ends of locked intervals agree with the quadruple-precision reference", test_locked), &
+      & new_slow("crossings do not depend on the requested speeds", test_speeds), &
+      & new_slow("a mirrored machine turning in reverse has the same crossings", test_mirrored), &
+      & new_slow("crossings do not depend on the crank's initial phase", test_phase), &
+      & new_unittest("modes that mix on an order of the crank cross it twice", test_mixing_on_order)]
   end subroutine collect_campbell
 
   subroutine solve(machine, speeds, orders, campbell, crossings, error, averaged)

@@ -28,11 +28,11 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("an unbalance: the peak of the closed form", test_unbalance), &
-      & new_unittest("no damping, too much of it, instability", test_outcomes), &
-      & new_slow("the paper's machine: direct peaks at sharp resonances", test_sharp), &
-      & new_unittest("each peak belongs to one crossing", test_belonging), &
-      & new_slow("more damping: all direct peaks of a range, and no others", test_all)]
+      & new_unittest("the critical speed of an unbalanced rotor agrees with its closed form", test_unbalance), &
+      & new_unittest("undamped, overdamped and unstable crossings are reported as such", test_outcomes), &
+      & new_slow("sharp peaks of the paper's machine lie at the reported critical speeds", test_sharp), &
+      & new_unittest("each peak of the force is assigned to exactly one crossing", test_belonging), &
+      & new_slow("with more damping the critical speeds are exactly the peaks of the vibration", test_all)]
   end subroutine collect_campbell_critical
 
   subroutine solve(machine, from, to, count, orders, critical, error)

@@ -24,9 +24,9 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_slow("heavy mechanisms", test_heavy), &
-      & new_unittest("a mode that is locked", test_locked), &
-      & new_unittest("real multipliers of two modes", test_real)]
+      & new_slow("exponents of machines with heavy mechanisms agree with the reference", test_heavy), &
+      & new_unittest("the locked mode of the sieve swings at half the crank frequency and grows", test_locked), &
+      & new_unittest("real multipliers of two modes are assigned to the right modes", test_real)]
   end subroutine collect_campbell_exponents
 
   !> Multipliers of the reference, each with the growth and the frequency, up to multiples of the crank's, of a mode.

@@ -33,12 +33,12 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("constant coefficients: the characteristic polynomial", test_constant), &
-      & new_unittest("overdamped: two real exponents, frequency zero", test_overdamped), &
-      & new_unittest("components of a modulated vibration", test_components), &
-      & new_unittest("freedoms that do not act on each other", test_parts), &
-      & new_unittest("a slow crank: frequencies of the frozen frame's mean", test_slow), &
-      & new_unittest("what cannot be told is not", test_not_told)]
+      & new_unittest("modes of constant systems satisfy the characteristic polynomial", test_constant), &
+      & new_unittest("an overdamped mode has two real exponents and frequency zero", test_overdamped), &
+      & new_unittest("components of a modulated vibration have their known frequencies and shares", test_components), &
+      & new_unittest("uncoupled degrees of freedom yield modes along single axes", test_parts), &
+      & new_unittest("with a slow crank frequencies equal the mean over frozen crank angles", test_slow), &
+      & new_unittest("modes whose phase cannot be determined are reported as unknown", test_not_told)]
   end subroutine collect_campbell_modes
 
   !> A balanced rotor on two unlike supports: all coefficients are constant.

@@ -50,10 +50,10 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("modes keep their numbers where they mix", test_mixing), &
-      & new_unittest("shapes that turn, frequencies that change places", test_changing), &
-      & new_unittest("halvings of all stretches at once", test_levels), &
-      & new_unittest("a gap in the range", test_gap)]
+      & new_unittest("modes keep their numbers through a range where they mix", test_mixing), &
+      & new_unittest("modes keep their numbers while shapes turn or frequencies cross", test_changing), &
+      & new_unittest("all intervals are refined in one round, with the results of separate searches", test_levels), &
+      & new_unittest("modes keep their numbers across a gap in the speed range", test_gap)]
   end subroutine collect_campbell_tracking
 
   !> Near 707 rpm the first two frequencies of the paper's machine differ by the crank's: the modes mix. Before and after each

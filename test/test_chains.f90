@@ -29,10 +29,10 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("accelerations deviate by no more than told", test_deviations), &
-      & new_unittest("a dead point behind thirty rockers", test_far_dead_point), &
-      & new_unittest("random chains: proved where they turn", test_random), &
-      & new_unittest("intervals do not grow with the chain", test_intervals)]
+      & new_unittest("accelerations along joint chains deviate by no more than their bound", test_deviations), &
+      & new_unittest("a dead point behind thirty rockers is found", test_far_dead_point), &
+      & new_unittest("random chains are proved to turn exactly if a fine grid confirms it", test_random), &
+      & new_unittest("the number of proof intervals does not grow with the chain's length", test_intervals)]
   end subroutine collect_chains
 
   !> Joints on earlier ones that move along cubics: their accelerations deviate along a line, by a known rate.

@@ -42,11 +42,11 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("works of the steps", test_work), &
-      & new_unittest("low order for easy cases, high order for hard ones", test_choice), &
-      & new_slow("at most half more than the least work", test_least_work), &
-      & new_unittest("many turns and many states", test_large_choice), &
-      & new_unittest("steps that only come side by side", test_few_steps)]
+      & new_unittest("the work of a step grows with the states and stages", test_work), &
+      & new_unittest("low order is chosen for easy cases, high order for hard ones", test_choice), &
+      & new_slow("the chosen method needs at most half more than the least work", test_least_work), &
+      & new_unittest("fast vibrations demand a method of order 8 or more", test_large_choice), &
+      & new_unittest("methods that pay only in blocks of eight steps are avoided", test_few_steps)]
   end subroutine collect_cheapest
 
   subroutine still_matrix(self, t, p)

@@ -16,9 +16,9 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("relations hold or fail", test_relations), &
-      & new_unittest("numbers that are told", test_told), &
-      & new_unittest("failures of the library", test_failures)]
+      & new_unittest("each relation holds or fails for numbers of every kind", test_relations), &
+      & new_unittest("failure texts contain the found and the wanted numbers", test_told), &
+      & new_unittest("checks of library failures compare presence, message and code", test_failures)]
   end subroutine collect_checks
 
   subroutine test_relations(error)

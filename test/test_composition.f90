@@ -16,9 +16,9 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("products of maps", test_products), &
-      & new_unittest("Phi in mid-turn and where it is greatest, over blocks of maps", test_transient), &
-      & new_unittest("products beyond the range", test_range)]
+      & new_unittest("products of random maps agree with quadruple precision", test_products), &
+      & new_unittest("maps from the start to mid-turn and their maximum norm agree with quadruple precision", test_transient), &
+      & new_unittest("products that overflow double precision are detected", test_range)]
   end subroutine collect_composition
 
   !> Random maps in blocks as they come in a turn: against the products of all from the first, in quadruple precision.

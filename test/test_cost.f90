@@ -31,14 +31,14 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("the discrete Fourier transform is its sum", test_dft), &
-      & new_unittest("a looser tolerance takes no more samples", test_tolerance), &
-      & new_unittest("a stiff support costs no integration over its vibration", test_stiff_support), &
-      & new_unittest("a dictionary of many words", test_dictionary), &
-      & new_unittest("a diagnosis places every joint once an angle", test_diagnosis), &
-      & new_unittest("the proof of assembly does not depend on joints beside each other", test_beside), &
-      & new_unittest("the proof of assembly near dead points", test_dead_points), &
-      & new_unittest("the proof of assembly ends", test_ends)]
+      & new_unittest("the discrete Fourier transform agrees with the direct sum", test_dft), &
+      & new_unittest("a looser tolerance never requires more samples", test_tolerance), &
+      & new_unittest("a stiff support does not require integration over its fast vibration", test_stiff_support), &
+      & new_unittest("the dictionary finds the first position of each of many words", test_dictionary), &
+      & new_unittest("the diagnosis computes every joint once per angle", test_diagnosis), &
+      & new_unittest("the cost of the assembly proof does not depend on unrelated joints", test_beside), &
+      & new_unittest("proof intervals grow only logarithmically near a dead point", test_dead_points), &
+      & new_unittest("the assembly proof ends within bounded work and names the joint", test_ends)]
   end subroutine collect_cost
 
   !> Of lengths with one prime factor and with several, by the sum in quadruple precision.

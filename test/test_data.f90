@@ -30,10 +30,10 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("the machines in data/ against the reference", test_machines), &
-      & new_unittest("cam press: the ram's inertia force in closed form", test_cam_press), &
-      & new_unittest("mass functions by harmonics: an unbalanced crank", test_harmonics), &
-      & new_unittest("mass functions that no masses can have", test_impossible)]
+      & new_unittest("results of the machines in data/ agree with the reference", test_machines), &
+      & new_unittest("inertia forces of the cam press's ram agree with the closed form", test_cam_press), &
+      & new_unittest("an unbalanced crank given by harmonics equals one given by links", test_harmonics), &
+      & new_unittest("mass functions that no real masses can have are refused", test_impossible)]
   end subroutine collect_data
 
   subroutine test_machines(error)

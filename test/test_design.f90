@@ -25,11 +25,11 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("the best counterweight of a crank, in closed form", test_crank), &
-      & new_unittest("complete balance of a four-bar linkage", test_complete), &
-      & new_unittest("masses, places and limits: proved to be the best, and against all others", test_proof), &
-      & new_unittest("a convex design against SciPy", test_convex), &
-      & new_slow("a mounted machine against differential evolution", test_evolution)]
+      & new_unittest("the best counterweight of a crank agrees with the closed form", test_crank), &
+      & new_unittest("the design finds the complete balance of a four-bar", test_complete), &
+      & new_unittest("the proved optimum is better than every random feasible point", test_proof), &
+      & new_unittest("the optimum of a convex design agrees with SciPy", test_convex), &
+      & new_slow("the design of a mounted machine is as good as differential evolution's", test_evolution)]
   end subroutine collect_design
 
   !> The force is -Omega^2 S'', and a counterweight adds u exp(i phi) to S: the least rms is where u is minus the coefficient c of

@@ -26,9 +26,9 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("first moments as coordinates: slopes, limits and prices of a polynomial", test_moments), &
-      & new_unittest("gradients about rest against differences of solutions", test_gradients), &
-      & new_slow("gradients of all models against differences of solutions", test_all_gradients)]
+      & new_unittest("slopes, limits and prices transform correctly to first moments", test_moments), &
+      & new_unittest("gradients of the model about rest agree with differences of solutions", test_gradients), &
+      & new_slow("gradients of all models agree with differences of solutions", test_all_gradients)]
   end subroutine collect_design_gradients
 
   !> f = m^2 + 3 m^2 c of a mass m and a place c between -1 and 2, which is y_m^2 + 3 y_m y_c in y_m = m and y_c = m c.

@@ -17,8 +17,8 @@ contains
   subroutine collect_digits(testsuite)
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
-    testsuite = [new_unittest("numbers of all sizes, ties and neighbours of ties", test_numbers), &
-      & new_unittest("whole numbers", test_whole)]
+    testsuite = [new_unittest("numbers of all sizes, ties included, are printed with correct digits", test_numbers), &
+      & new_unittest("whole numbers are printed with all their digits", test_whole)]
   end subroutine collect_digits
 
   subroutine test_numbers(error)

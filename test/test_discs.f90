@@ -25,10 +25,10 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("eigenvalues of changed matrices", test_changed), &
-      & new_unittest("roots that were missed, or not quite found", test_missed), &
-      & new_unittest("one matrix", test_one), &
-      & new_unittest("pairs beside real ones", test_beside)]
+      & new_unittest("eigenvalues of perturbed matrices lie within the discs", test_changed), &
+      & new_unittest("missed and inaccurate roots are detected or corrected", test_missed), &
+      & new_unittest("the eigensystem of one matrix agrees with its definition and LAPACK", test_one), &
+      & new_unittest("close conjugate pairs beside real eigenvalues keep correct discs and verdicts", test_beside)]
   end subroutine collect_discs
 
   !> LAPACK's eigenvalues of matrices that were changed along the eigenvectors of one of them lie in the discs, and reach their

@@ -38,8 +38,8 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_slow("all tasks agree on all quantities, for all sets of degrees of freedom", test_all_sets), &
-      & new_unittest("a quantity of the plane is one of space", test_names)]
+      & new_slow("all tasks agree on all quantities for every set of degrees of freedom", test_all_sets), &
+      & new_unittest("quantities of a plane machine exist for the same machine in space", test_names)]
   end subroutine collect_dofs
 
   subroutine test_all_sets(error)

@@ -23,9 +23,9 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("a rotor against its closed form", test_rotor), &
-      & new_unittest("what is refused leaves the machine as it was", test_refused), &
-      & new_unittest("several threads give the numbers of one", test_threads)]
+      & new_unittest("a rotor built in code agrees with its closed form", test_rotor), &
+      & new_unittest("a refused change leaves the machine unchanged", test_refused), &
+      & new_unittest("several threads obtain the same numbers as one", test_threads)]
   end subroutine collect_door
 
   !> Amplitude and force of an unbalanced rotor, built in code.

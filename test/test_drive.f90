@@ -30,13 +30,13 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("torque by Lagrange's equation at random states", test_lagrange), &
-      & new_unittest("what errors of the motion do to the torque, row by row", test_torque_error), &
-      & new_unittest("power balances at every time and over the turn", test_balance), &
-      & new_unittest("an unbalance in closed form", test_unbalance), &
-      & new_unittest("by mass functions as by links; unknown without the energy", test_mass_functions), &
-      & new_unittest("springs that no potential has take power too", test_circulation), &
-      & new_unittest("claimed error of the peak holds; peak and mean by hand", test_errors)]
+      & new_unittest("the driving torque agrees with Lagrange's equation at random states", test_lagrange), &
+      & new_unittest("the torque's error bounds cover errors of the motion, row by row", test_torque_error), &
+      & new_unittest("drive power equals energy growth plus damper power at all times", test_balance), &
+      & new_unittest("torque and power of a rotating unbalance agree with the closed form", test_unbalance), &
+      & new_unittest("mass functions yield the links' torque; without energy it is unknown", test_mass_functions), &
+      & new_unittest("power balances even for nonsymmetric stiffness and damping", test_circulation), &
+      & new_unittest("error bounds of torque peaks hold; peak, rms and mean agree with a history", test_errors)]
   end subroutine collect_drive
 
   subroutine solve(frame, points, tolerance, drive, error)

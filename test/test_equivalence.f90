@@ -29,12 +29,12 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("turned by an angle", test_turned), &
-      & new_unittest("the mechanism's origin shifted", test_shifted), &
-      & new_unittest("mirrored and run backwards", test_mirrored), &
-      & new_unittest("scaled in length, mass and time", test_scaled), &
-      & new_unittest("a force-balanced four-bar shakes with a pure moment", test_balanced), &
-      & new_slow("close to the change point: right or refused", test_change_point)]
+      & new_unittest("a machine turned by an angle has the same results, turned", test_turned), &
+      & new_unittest("shifting the mechanism's origin leaves the results unchanged", test_shifted), &
+      & new_unittest("a mirrored machine run in reverse has mirrored results", test_mirrored), &
+      & new_unittest("scaling length, mass and time scales all results accordingly", test_scaled), &
+      & new_unittest("a force-balanced four-bar exerts only a moment", test_balanced), &
+      & new_slow("machines close to a change point are correct or refused", test_change_point)]
   end subroutine collect_equivalence
 
   !> Multipliers of a machine without foundation, so that only supports hold it.

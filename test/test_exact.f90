@@ -27,20 +27,21 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("the vibration satisfies d'Alembert's principle", test_residual), &
-      & new_unittest("with weights too", test_residual_weights), &
-      & new_unittest("and with axes that turn with the frame", test_residual_axes), &
-      & new_unittest("with a crank that turns evenly in space, weights too", test_residual_held), &
-      & new_unittest("derivatives against differences", test_derivatives), &
-      & new_unittest("derivatives with weights", test_derivatives_weights), &
-      & new_unittest("derivatives with axes that turn with the frame", test_derivatives_axes), &
-      & new_unittest("derivatives with a crank that turns evenly in space", test_derivatives_held), &
-      & new_unittest("an outside program's multiplier in a tongue that rest does not see", test_tongue), &
-      & new_unittest("Newton's steps: each about the square of the one before", test_quadratic), &
-      & new_unittest("moving masses scaled: exact less first order falls with the square", test_scale), &
-      & new_unittest("also with weights on axes that turn with the frame", test_scale_axes), &
-      & new_unittest("a quadratic potential leaves the tongue of rest", test_quadratic_mounting), &
-      & new_unittest("with psi held the models agree, guides too", test_guides)]
+      & new_unittest("the exact vibration satisfies d'Alembert's principle", test_residual), &
+      & new_unittest("the exact vibration with weights satisfies d'Alembert's principle", test_residual_weights), &
+      & new_unittest("the exact vibration with turning support axes satisfies d'Alembert's principle", test_residual_axes), &
+      & new_unittest("with a crank held in space the vibration satisfies d'Alembert's principle", test_residual_held), &
+      & new_unittest("derivatives of the exact equations agree with differences", test_derivatives), &
+      & new_unittest("derivatives of the exact equations with weights agree with differences", test_derivatives_weights), &
+      & new_unittest("derivatives of the exact equations with turning support axes agree with differences", &
+        & test_derivatives_axes), &
+      & new_unittest("derivatives of equations with a crank held in space agree with differences", test_derivatives_held), &
+      & new_unittest("the exact model finds the instability that an outside program found", test_tongue), &
+      & new_unittest("Newton's method converges quadratically", test_quadratic), &
+      & new_unittest("the first-order model's error falls with the square of the moving masses", test_scale), &
+      & new_unittest("with weights and turning axes the first-order error falls likewise", test_scale_axes), &
+      & new_unittest("with a quadratic mounting potential exact growth differs only in second order", test_quadratic_mounting), &
+      & new_unittest("without rotation all models agree, forces of guides included", test_guides)]
   end subroutine collect_exact
 
   subroutine test_residual(error)

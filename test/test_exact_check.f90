@@ -22,8 +22,8 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("verdicts beside the greatest modulus", test_verdicts), &
-      & new_unittest("missing, meaningless and unproved numbers", test_numbers)]
+      & new_unittest("the check accepts a verdict only if the greatest modulus allows it", test_verdicts), &
+      & new_unittest("the check detects missing, NaN, wrong and unprovable numbers", test_numbers)]
   end subroutine collect_exact_check
 
   subroutine test_verdicts(error)

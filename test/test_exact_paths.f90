@@ -29,15 +29,15 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("paths to vibrations far from the linear one", test_paths), &
-      & new_unittest("each path by itself", test_each_path), &
-      & new_unittest("a frame that swings by more than a radian", test_great_turn), &
-      & new_unittest("where Newton's method goes astray it is left soon", test_astray), &
-      & new_unittest("from much damping to a vibration that no other path leads to", test_damping_path), &
-      & new_unittest("a search that finds no vibration ends soon", test_search_ends), &
-      & new_slow("all vibrations of a machine", test_all_vibrations), &
-      & new_unittest("without damping reciprocal multipliers", test_reciprocal), &
-      & new_unittest("the product of the multipliers by Liouville's formula", test_liouville)]
+      & new_unittest("path following finds vibrations far from the linear one", test_paths), &
+      & new_unittest("the excitation path and the speed path each find a vibration", test_each_path), &
+      & new_unittest("a frame swinging by more than a radian has its published multiplier", test_great_turn), &
+      & new_unittest("a diverging Newton iteration is abandoned early", test_astray), &
+      & new_unittest("the path over damping finds a vibration that other paths miss", test_damping_path), &
+      & new_unittest("a search that finds no vibration ends within bounded work", test_search_ends), &
+      & new_slow("all three vibrations of a yoke are found from each of them", test_all_vibrations), &
+      & new_unittest("undamped machines have reciprocal multipliers about their exact vibration", test_reciprocal), &
+      & new_unittest("the product of the multipliers agrees with Liouville's formula", test_liouville)]
   end subroutine collect_exact_paths
 
   !> Beside resonances of a machine all but without damping, whose linear vibration is a hundred millimetres: at 609 rpm on the path

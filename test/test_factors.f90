@@ -46,15 +46,15 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("Colaneri's system: exponents 0 and -24", test_colaneri), &
-      & new_unittest("growth and decay together: multipliers and motion", test_turning), &
-      & new_unittest("jumps, multipliers from 1e-600 to 1e400", test_jumping), &
-      & new_unittest("the start's bound where errors are not tiny", test_loose_tolerances), &
-      & new_unittest("two equal vibrations beside a fast decay", test_equal), &
-      & new_unittest("one state, multipliers from 1e-650 to 1e650", test_single), &
-      & new_unittest("nothing moves", test_still), &
-      & new_unittest("given steps stay what they are", test_given), &
-      & new_unittest("what grows goes down again within the period", test_detour)]
+      & new_unittest("Colaneri's system has the exponents 0 and -24", test_colaneri), &
+      & new_unittest("multipliers and motion are accurate if growth and decay coexist", test_turning), &
+      & new_unittest("multipliers from 1e-600 to 1e400 are within their bounds despite jumps", test_jumping), &
+      & new_unittest("the start vector's bound holds for loose tolerances", test_loose_tolerances), &
+      & new_unittest("two equal vibrations beside a fast decay are resolved", test_equal), &
+      & new_unittest("a scalar system has multipliers from 1e-650 to 1e650", test_single), &
+      & new_unittest("a system that never moves has the multiplier one", test_still), &
+      & new_unittest("a given number of steps is not changed", test_given), &
+      & new_unittest("growth within the period that vanishes at its end enters the bounds", test_detour)]
   end subroutine collect_factors
 
   !> Mathieu's equation at q = 25 beside its border at a0: Phi(t) grows thousandfold and is about 1 in the end, so roundings on

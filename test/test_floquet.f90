@@ -20,20 +20,20 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("constant coefficients: exponents of the oscillator", test_constant), &
-      & new_unittest("Meissner: published multipliers", test_meissner), &
-      & new_unittest("Meissner: steps end at the break whatever their number", test_breaks), &
-      & new_unittest("Vinograd: exponents 2 and -13", test_vinograd), &
-      & new_unittest("Mathieu: published exponent at a = 1, q = 0.2", test_mathieu_exponent), &
-      & new_unittest("Mathieu: characteristic values at q = 5", test_mathieu_borders), &
-      & new_unittest("Mathieu: damping shifts the exponents by d / 2", test_mathieu_damped), &
-      & new_unittest("second-order path and first-order path agree", test_paths), &
-      & new_unittest("a double multiplier 1: bound covers, verdict undecided", test_double), &
-      & new_unittest("equal conjugate pairs stay pairs", test_twins), &
-      & new_unittest("multipliers apart: what couples them counts to second order", test_apart), &
-      & new_unittest("eigenvectors solve (19)", test_vectors), &
-      & new_unittest("what was not asked for is not there", test_unasked), &
-      & new_unittest("bad orders are refused", test_refused)]
+      & new_unittest("exponents of a damped oscillator agree with the closed form", test_constant), &
+      & new_unittest("multipliers of Meissner's equation agree with published values", test_meissner), &
+      & new_unittest("steps end at coefficient jumps whatever their number", test_breaks), &
+      & new_unittest("Vinograd's system has the exponents 2 and -13", test_vinograd), &
+      & new_unittest("the exponent of Mathieu's equation agrees with its published value", test_mathieu_exponent), &
+      & new_unittest("Mathieu's equation has trace 2 and -2 at tabulated characteristic values", test_mathieu_borders), &
+      & new_unittest("damping shifts the exponents of Mathieu's equation by d / 2", test_mathieu_damped), &
+      & new_unittest("second-order and first-order formulations agree", test_paths), &
+      & new_unittest("a double multiplier 1 lies within its bound; the verdict is undecided", test_double), &
+      & new_unittest("two equal conjugate pairs remain conjugate pairs", test_twins), &
+      & new_unittest("coupling of well separated multipliers enters their bounds quadratically", test_apart), &
+      & new_unittest("eigenvectors satisfy the eigenvalue equation of the monodromy matrix", test_vectors), &
+      & new_unittest("vectors that were not requested are not computed", test_unasked), &
+      & new_unittest("unknown methods and negative numbers of steps are refused", test_refused)]
   end subroutine collect_floquet
 
   subroutine solve(system, multipliers, error, tolerance, method)

@@ -24,12 +24,12 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("harmonic lift: place, three derivatives, inertia force", test_harmonic), &
-      & new_unittest("an eccentric cam is a Scotch yoke", test_yoke), &
-      & new_unittest("a table: its values, and the harmonics that it was made of", test_table), &
-      & new_unittest("cam on a rocker, guide on a coupler: derivatives, one by one and in batches", test_carried), &
-      & new_unittest("diagnosis: mobility, stroke, pressure angle", test_diagnosis), &
-      & new_unittest("proved to turn, or refused", test_refused)]
+      & new_unittest("a harmonic lift has the closed form's position, derivatives and inertia force", test_harmonic), &
+      & new_unittest("an eccentric cam is equivalent to a Scotch yoke", test_yoke), &
+      & new_unittest("a table reproduces its values and the harmonics that generated it", test_table), &
+      & new_unittest("derivatives with cam and guide on moving links agree with differences", test_carried), &
+      & new_unittest("the diagnosis reports a follower's mobility, stroke and pressure angle", test_diagnosis), &
+      & new_unittest("followers are proved to turn or refused with a reason", test_refused)]
   end subroutine collect_follower
 
   !> A crank O-A of 1 m, and a follower T of mass 3 by this lift.

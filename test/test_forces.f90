@@ -26,12 +26,12 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("all forces together are what momentum loses", test_momentum), &
-      & new_unittest("parts add up; peak, rms, crest by hand", test_parts), &
-      & new_unittest("rotating unbalance: supports and guide in closed form", test_unbalance), &
-      & new_unittest("claimed errors of the peaks hold", test_errors), &
-      & new_unittest("more rows than samples: the same history", test_many_rows), &
-      & new_unittest("names of quantities", test_names)]
+      & new_unittest("forces on the ground equal the rate of momentum lost", test_momentum), &
+      & new_unittest("partial forces add up; peak, rms and crest agree with a fine history", test_parts), &
+      & new_unittest("support and guide forces of a rotating unbalance agree with closed forms", test_unbalance), &
+      & new_unittest("error bounds of force peaks hold for loose tolerances", test_errors), &
+      & new_unittest("a history with more rows than samples has the same values", test_many_rows), &
+      & new_unittest("every listed quantity is found; other names are refused", test_names)]
   end subroutine collect_forces
 
   !> Linkages of all kinds on turned supports, all or some degrees of freedom free: minus d/dt of the momentum of all bodies.

@@ -26,12 +26,12 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("rigid mounts feel the shaking force", test_rigid), &
-      & new_unittest("a guide is a stiff spring", test_guide), &
-      & new_unittest("a machine in the mirror", test_mirror), &
-      & new_unittest("forces that cancel are within their bounds", test_cancelled), &
-      & new_unittest("a probe's band: squares overflow, roots do not", test_great), &
-      & new_unittest("averaged model: its guides are averaged too", test_averaged_guides)]
+      & new_unittest("on ever stiffer mounts forces tend to the shaking force", test_rigid), &
+      & new_unittest("a guide is the limit of an ever stiffer spring", test_guide), &
+      & new_unittest("forces of a mirrored machine are mirrored", test_mirror), &
+      & new_unittest("forces that cancel vanish within their error bounds", test_cancelled), &
+      & new_unittest("the rms in a band is correct even if squares overflow", test_great), &
+      & new_unittest("the averaged model averages the guides' forces too", test_averaged_guides)]
   end subroutine collect_forces_limits
 
   !> Equal supports turned by thirds of pi are isotropic: eta makes no force along x. All that comes of the sum of their stiffness

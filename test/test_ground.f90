@@ -108,8 +108,8 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("the moment on the ground is what the angular momentum loses", test_moment), &
-      & new_unittest("bounds count the roundings of what they bound", test_roundings)]
+      & new_unittest("the moment on the ground equals the rate of angular momentum lost", test_moment), &
+      & new_unittest("error bounds cover rounding, by comparison with quadruple precision", test_roundings)]
   end subroutine collect_ground
 
   !> Numbers of the same machines by this program with all its reals of quadruple precision and a tolerance of 1e-15 (gfortran, kind

@@ -39,13 +39,13 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("small pivots are exchanged", test_small_pivots), &
-      & new_unittest("one step of a block with exchanges", test_one_step), &
-      & new_unittest("units make masses about 1", test_units), &
-      & new_unittest("a mass that is no number is told", test_no_mass), &
-      & new_unittest("products of what is no number", test_no_product), &
-      & new_unittest("reach in small units", test_small_units), &
-      & new_unittest("no short block", test_blocks)]
+      & new_unittest("small pivots trigger row exchanges, which preserve the digits", test_small_pivots), &
+      & new_unittest("one step that needs row exchanges leaves the others unchanged", test_one_step), &
+      & new_unittest("balanced units yield masses of about one", test_units), &
+      & new_unittest("NaN in the mass matrix never yields a finite result", test_no_mass), &
+      & new_unittest("products that contain NaN are reported as not computable", test_no_product), &
+      & new_unittest("the reach of a motion is correct even if its square overflows", test_small_units), &
+      & new_unittest("no block has fewer steps than are computed side by side", test_blocks)]
   end subroutine collect_guards
 
   subroutine matrices(self, t, m, b, c)

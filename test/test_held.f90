@@ -39,13 +39,13 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("an unbalance that turns evenly in space: M, B, C, h by hand", test_unbalance), &
-      & new_unittest("power balances, the motor's torque is the mean", test_balance), &
-      & new_unittest("what errors of the motion do to the torque, row by row", test_torque_error), &
-      & new_unittest("moving masses scaled: exact less first order falls with the square", test_scale), &
-      & new_unittest("averaged M, B, C are the means", test_averaged), &
-      & new_unittest("by mass functions as by links; remembered; refused without energy", test_mass_functions), &
-      & new_unittest("a flywheel's fluctuation on a rigid frame: energy is conserved", test_fluctuation)]
+      & new_unittest("M, B, C, h of an evenly turning unbalance agree with hand calculation", test_unbalance), &
+      & new_unittest("power balances; the flywheel's motor delivers the mean torque", test_balance), &
+      & new_unittest("torque error bounds cover errors of the motion if the speed is held", test_torque_error), &
+      & new_unittest("first-order errors fall with the square of the moving masses", test_scale), &
+      & new_unittest("averaged M, B, C are the means of the periodic ones", test_averaged), &
+      & new_unittest("mass functions and links agree for a crank that turns evenly", test_mass_functions), &
+      & new_unittest("a flywheel on a rigid frame conserves energy while its speed fluctuates", test_fluctuation)]
   end subroutine collect_held
 
   !> The unbalance m c of a crank of inertia j about the joint at O: in space a rotating force and a weight at O, whatever the frame

@@ -20,13 +20,13 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_slow("agrees with the integrated reference", test_flow), &
-      & new_slow("agrees with it on random machines", test_random), &
-      & new_slow("both routes agree at slow speeds", test_routes), &
-      & new_unittest("constant coefficients", test_constant), &
-      & new_unittest("exponents 0 and -24 of Colaneri's system", test_colaneri), &
-      & new_unittest("Mathieu's exponent", test_mathieu), &
-      & new_unittest("says so where nothing is found", test_unknown)]
+      & new_slow("Hill's determinant agrees with the integrated reference", test_flow), &
+      & new_slow("Hill's determinant agrees with the integrated reference on random machines", test_random), &
+      & new_slow("Hill's determinant and the Riccati equation agree at slow speeds", test_routes), &
+      & new_unittest("the reference's results for constant coefficients agree with closed forms", test_constant), &
+      & new_unittest("the reference finds Colaneri's exponents 0 and -24", test_colaneri), &
+      & new_unittest("the reference finds the published exponent of Mathieu's equation", test_mathieu), &
+      & new_unittest("the reference is visibly inaccurate if the coefficients jump", test_unknown)]
   end subroutine collect_hill
 
   !> Greatest distance of ln(rho), taken in their common order, imaginary parts modulo 2 pi.

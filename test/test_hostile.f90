@@ -20,21 +20,21 @@ contains
     ! Numbers that are not finite are what this suite is about.
     call ieee_set_halting_mode(ieee_usual, .false.)
     testsuite = [ &
-      & new_unittest("systems", test_systems), &
-      & new_slow("faults within systems", test_faults), &
-      & new_unittest("accuracies and methods", test_accuracies), &
-      & new_unittest("results that are not there", test_order_of_calls), &
-      & new_unittest("steps and shapes", test_trajectories), &
-      & new_unittest("axes and grids", test_axes), &
-      & new_unittest("tiles", test_tiles), &
-      & new_unittest("families", test_families), &
-      & new_unittest("borders", test_borders), &
-      & new_unittest("speeds", test_speeds), &
-      & new_unittest("linkages", test_linkages), &
-      & new_unittest("frames", test_frames), &
-      & new_unittest("tasks and names", test_orders), &
-      & new_unittest("vibrations", test_vibrations), &
-      & new_unittest("functions", test_small)]
+      & new_unittest("invalid systems are refused before anything is computed", test_systems), &
+      & new_slow("mechanically absurd systems end in bounded work", test_faults), &
+      & new_unittest("invalid accuracies and unknown methods are refused", test_accuracies), &
+      & new_unittest("using results that were never computed is an error", test_order_of_calls), &
+      & new_unittest("trajectories refuse invalid step numbers and array shapes", test_trajectories), &
+      & new_unittest("invalid axes and grids are refused", test_axes), &
+      & new_unittest("invalid tiles of a grid are refused", test_tiles), &
+      & new_unittest("invalid families of systems end every study with an error", test_families), &
+      & new_unittest("boundary searches refuse invalid arguments", test_borders), &
+      & new_unittest("studies over the speed refuse invalid arguments", test_speeds), &
+      & new_unittest("invalid links and joints are refused", test_linkages), &
+      & new_unittest("invalid frames and mass functions are refused", test_frames), &
+      & new_unittest("unknown tasks, unknown names and damaged frames are refused", test_orders), &
+      & new_unittest("quantities that a vibration does not contain are refused", test_vibrations), &
+      & new_unittest("functions without error argument return defined values for empty input", test_small)]
   end subroutine collect_hostile
 
 end module test_hostile

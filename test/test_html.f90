@@ -24,14 +24,14 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("base64 as RFC 4648 has it", test_base64), &
-      & new_unittest("user's text is text on the page", test_escaped), &
-      & new_unittest("heads of columns have units", test_label), &
-      & new_unittest("a table in HTML", test_table), &
-      & new_unittest("a wide table is turned", test_turned), &
-      & new_unittest("of a long file the first rows", test_long), &
-      & new_unittest("columns that are expected", test_expected), &
-      & new_unittest("units of the input's keys", test_units)]
+      & new_unittest("base64 encoding agrees with the test vectors of RFC 4648", test_base64), &
+      & new_unittest("special characters in the user's text are escaped", test_escaped), &
+      & new_unittest("column headings show the unit in words", test_label), &
+      & new_unittest("a table becomes valid HTML with escaped text", test_table), &
+      & new_unittest("a wide table is transposed on the page", test_turned), &
+      & new_unittest("only the first rows of a long file are shown", test_long), &
+      & new_unittest("expected columns follow the existing ones in the order given", test_expected), &
+      & new_unittest("each input key shows the unit that the input selects", test_units)]
   end subroutine collect_html
 
   !> They stand behind those that were there, in the order in which they come, with their numbers and errors; further ones follow.

@@ -23,9 +23,9 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("Liouville's theorem over random machines", test_liouville), &
-      & new_unittest("reciprocal pairs without damping", test_reciprocal), &
-      & new_unittest("Phi(2 T) = Phi(T)^2", test_two_turns), &
+      & new_unittest("random machines satisfy Liouville's theorem", test_liouville), &
+      & new_unittest("undamped machines have reciprocal pairs of multipliers", test_reciprocal), &
+      & new_unittest("the monodromy matrix of two turns is the square of one", test_two_turns), &
       & new_unittest("multipliers do not depend on the starting phase", test_starting_phase)]
   end subroutine collect_invariants
 

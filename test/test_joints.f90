@@ -28,16 +28,16 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("slider-crank: harmonics of the piston's acceleration", test_piston), &
-      & new_unittest("slider-crank: both branches, offset and turned guide", test_slider_branches), &
-      & new_unittest("Scotch yoke: pure cosine", test_yoke), &
-      & new_unittest("slotted lever: stroke and direction", test_lever), &
-      & new_unittest("two sliders: the ellipse of a trammel", test_trammel), &
-      & new_unittest("moving guide: a slider at rest on its carrier", test_moving_guide), &
-      & new_unittest("a dyad described as two rigid points and guides", test_two_ways), &
-      & new_slow("random linkages: positions, derivatives and mass functions against the reference", test_random), &
-      & new_slow("random linkages: bounds on the speeds hold", test_speed_bounds), &
-      & new_unittest("diagnosis: ranges, swings, transmission angles", test_diagnosis)]
+      & new_unittest("the piston's acceleration has the harmonics published by Taylor", test_piston), &
+      & new_unittest("both branches of an offset slider-crank agree with the closed form", test_slider_branches), &
+      & new_unittest("a Scotch yoke moves as a pure cosine", test_yoke), &
+      & new_unittest("a slotted lever's stroke and directions agree with the closed form", test_lever), &
+      & new_unittest("two sliders with fixed and carried guides agree with the closed form", test_trammel), &
+      & new_unittest("a slider on a guide carried by the crank remains at rest there", test_moving_guide), &
+      & new_unittest("three descriptions of one dyad yield the same motion", test_two_ways), &
+      & new_slow("positions, derivatives and mass functions of random linkages agree with the reference", test_random), &
+      & new_slow("bounds on the speeds of random linkages' joints hold", test_speed_bounds), &
+      & new_unittest("diagnosed ranges, swings and transmission angles agree with closed forms", test_diagnosis)]
   end subroutine collect_joints
 
   !> r/l = 1/4: the piston's acceleration over r Omega^2 is -(cos phi + A2 cos 2 phi + A4 cos 4 phi + ...) with published

@@ -26,12 +26,12 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("records are whole, of one name in a group, with defaults that are allowed", test_records), &
-      & new_unittest("defaults of missing keys, in SI", test_defaults), &
-      & new_unittest("units of a matrix, element by element", test_matrix), &
-      & new_unittest("ranges with two ends", test_ranges), &
+      & new_unittest("key records are complete, unique within their group, with permitted defaults", test_records), &
+      & new_unittest("missing keys take their defaults in SI units", test_defaults), &
+      & new_unittest("each element of a matrix is converted in its own unit", test_matrix), &
+      & new_unittest("both ends of a key's range are checked", test_ranges), &
       & new_unittest("help on every group and key fits a terminal", test_help), &
-      & new_unittest("help on words that are none", test_no_help)]
+      & new_unittest("help on a misspelt word suggests the right one", test_no_help)]
   end subroutine collect_keys
 
   subroutine test_records(error)

@@ -26,13 +26,13 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("products of matrices", test_products), &
-      & new_unittest("equations and the norm of the inverse", test_equations), &
-      & new_unittest("singular equations are told", test_singular), &
-      & new_unittest("factors of conjugate roots", test_conjugate), &
-      & new_unittest("factors of real roots", test_real), &
-      & new_unittest("discs of pairs", test_pairs), &
-      & new_unittest("greatest values of known functions", test_greatest)]
+      & new_unittest("vectorised matrix products agree with quadruple precision", test_products), &
+      & new_unittest("vectorised linear equations and inverse norms agree with quadruple precision", test_equations), &
+      & new_unittest("singular equations in one lane are reported and affect no other lane", test_singular), &
+      & new_unittest("quadratic factors of conjugate roots are found", test_conjugate), &
+      & new_unittest("quadratic factors of real roots are correct or marked as not found", test_real), &
+      & new_unittest("error discs of conjugate pairs hold for both members", test_pairs), &
+      & new_unittest("maxima of trigonometric functions agree with closed forms", test_greatest)]
   end subroutine collect_lane_numerics
 
   function draw(random, n) result(values)

@@ -41,12 +41,12 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("blocks by registers of every length", test_blocks), &
-      & new_unittest("six columns at once", test_six), &
-      & new_unittest("sums by registers of every length", test_sums), &
-      & new_unittest("products and eigenvalues by registers of every length", test_spectra), &
-      & new_unittest("a period by registers of every length", test_period), &
-      & new_unittest("room on the border of a vector", test_border)]
+      & new_unittest("block elimination yields the same on vector registers of every length", test_blocks), &
+      & new_unittest("eliminating six columns at once agrees with plain matrix products", test_six), &
+      & new_unittest("sums agree on vector registers of every length", test_sums), &
+      & new_unittest("products and eigenvalues agree on vector registers of every length", test_spectra), &
+      & new_unittest("the map of a period agrees on vector registers of every length", test_period), &
+      & new_unittest("aligned work space begins at a multiple of 64 bytes", test_border)]
   end subroutine collect_lane_versions
 
   !> Numbers of size 1 that are not all of one sign.

@@ -33,11 +33,11 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("Schur complement against elimination with exchanges", test_schur), &
-      & new_unittest("panels of three columns and of six, unknowns in stages", test_panels), &
-      & new_unittest("vanished pivots and large multipliers are told", test_multipliers), &
-      & new_unittest("accelerations at many points", test_mass), &
-      & new_unittest("steps in lanes, singly, and with exchanges", test_steps)]
+      & new_unittest("the vectorised Schur complement agrees with elimination with row exchanges", test_schur), &
+      & new_unittest("panels of three and six columns yield the same Schur complements", test_panels), &
+      & new_unittest("vanishing pivots and large multipliers are reported for their lane only", test_multipliers), &
+      & new_unittest("vectorised accelerations agree with solving M X = R; singular M is reported", test_mass), &
+      & new_unittest("a step is the same vectorised, single and with row exchanges", test_steps)]
   end subroutine collect_lanes
 
   subroutine test_schur(error)

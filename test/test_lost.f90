@@ -27,9 +27,9 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_slow("given steps, all methods: no claim is beaten", test_given_steps), &
-      & new_unittest("too few steps: undecided, lost, no vibration", test_too_few), &
-      & new_unittest("links of next to no mass", test_small_masses)]
+      & new_slow("all methods with any number of steps keep their error bounds", test_given_steps), &
+      & new_unittest("far too few steps give an undecided verdict and no vibration", test_too_few), &
+      & new_unittest("error bounds hold for links with almost no mass", test_small_masses)]
   end subroutine collect_lost
 
   !> Random machines with all methods and numbers of steps from far too few to enough, against quadruple precision. A multiplier

@@ -19,8 +19,8 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("natural frequencies: mass averaged, stiffness symmetric, some degrees free", test_averaged), &
-      & new_unittest("rounding of a balanced mechanism does not shake, the least unbalance does", test_nearly_balanced)]
+      & new_unittest("natural frequencies follow from mean mass and symmetric stiffness", test_averaged), &
+      & new_unittest("rounding does not make a balanced mechanism shake; small unbalance does", test_nearly_balanced)]
   end subroutine collect_masses
 
   !> A crank with its mass off the pivot at the frame's F: a1 and a2 average to zero, a3 = m r^2. Of the stiffness only

@@ -23,10 +23,10 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("zeros in closed form, from both ends", test_zeros), &
-      & new_unittest("smooth functions take fewer steps than bisection", test_speed), &
-      & new_unittest("a zero that is met ends the search", test_met), &
-      & new_unittest("ascending numbers, equal ones as they come", test_ascending)]
+      & new_unittest("zeros are found within tolerance from both ends of the bracket", test_zeros), &
+      & new_unittest("smooth functions need fewer steps than bisection", test_speed), &
+      & new_unittest("a search that hits the zero exactly ends there", test_met), &
+      & new_unittest("sorting is ascending and keeps the order of equal numbers", test_ascending)]
   end subroutine collect_math
 
   real(dp) function f(which, x)

@@ -16,8 +16,8 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("steps between breaks, and merged phases", test_steps), &
-      & new_unittest("equal steps through phases", test_refined)]
+      & new_unittest("steps end at breaks and close phases are merged", test_steps), &
+      & new_unittest("steps through given phases are equal and no longer than the mesh's", test_refined)]
   end subroutine collect_mesh
 
   subroutine test_steps(error)

@@ -37,15 +37,15 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("least steps, counted steps and evaluations", test_steps), &
-      & new_unittest("claims are no more than what was ordered", test_ordered), &
-      & new_unittest("the unit of time does not matter", test_units), &
-      & new_unittest("a step of rk4 by its four slopes", test_runge_kutta), &
-      & new_unittest("greatest size on the way, trace in uneven steps", test_way), &
-      & new_unittest("what roundings in mid-turn are worth", test_mid_turn), &
-      & new_unittest("names of the methods", test_names), &
-      & new_unittest("a body without mass", test_massless), &
-      & new_unittest("numbers that overflow on the way", test_overflow)]
+      & new_unittest("predicted numbers of steps and evaluations equal those carried out", test_steps), &
+      & new_unittest("claimed errors never exceed the requested tolerance", test_ordered), &
+      & new_unittest("results do not depend on the unit of time", test_units), &
+      & new_unittest("a step of rk4 equals its four-slope formula", test_runge_kutta), &
+      & new_unittest("the maximum within the period and the trace survive uneven steps", test_way), &
+      & new_unittest("the weight of rounding errors in mid-turn agrees with the closed form", test_mid_turn), &
+      & new_unittest("every listed method name creates a method", test_names), &
+      & new_unittest("a body without mass is an error", test_massless), &
+      & new_unittest("overflow within the period is an error", test_overflow)]
   end subroutine collect_method
 
   subroutine unloaded_matrices(self, t, m, b, c)

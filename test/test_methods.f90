@@ -51,13 +51,13 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("explicit8: all 200 conditions of order 8", test_trees), &
-      & new_unittest("Gauss: nodes and weights in closed form, what is exact", test_gauss_tableau), &
-      & new_unittest("exponentials with known values", test_expm), &
-      & new_unittest("magnus is exact where nothing changes, in any units", test_constant), &
-      & new_unittest("orders of convergence with a jump", test_jump), &
-      & new_unittest("shared ends are evaluated once, but not at jumps", test_shared), &
-      & new_unittest("error constants as told", test_error_constants)]
+      & new_unittest("explicit8 satisfies all 200 order conditions of order 8", test_trees), &
+      & new_unittest("Gauss nodes and weights agree with closed forms and are exact as promised", test_gauss_tableau), &
+      & new_unittest("matrix exponentials agree with closed forms", test_expm), &
+      & new_unittest("magnus is exact for constant coefficients in any units", test_constant), &
+      & new_unittest("every method keeps its order of convergence across a declared jump", test_jump), &
+      & new_unittest("shared ends of steps are evaluated once, except at jumps", test_shared), &
+      & new_unittest("stated error constants agree with measured errors", test_error_constants)]
   end subroutine collect_methods
 
   subroutine counting_matrix(self, t, p)

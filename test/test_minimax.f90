@@ -21,20 +21,20 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("published optima, in few evaluations", test_published), &
-      & new_unittest("exact multipliers of limits and bounds", test_multipliers), &
-      & new_unittest("the conditions of an optimum, from the branches", test_conditions), &
-      & new_unittest("prices are what optima change by", test_prices), &
-      & new_unittest("a fixed parameter and its price", test_fixed), &
-      & new_unittest("the gap holds the optimum of convex problems", test_gap), &
-      & new_unittest("Chebyshev approximation alternates", test_chebyshev), &
-      & new_unittest("limits that cannot be met", test_infeasible), &
-      & new_unittest("places where there is nothing", test_unknown), &
-      & new_unittest("equal branches, in any order", test_equal_branches), &
-      & new_unittest("units change nothing", test_units), &
-      & new_unittest("wrong gradients come to an end", test_wrong_gradients), &
-      & new_unittest("the zero of a norm, where it has no gradient", test_cone), &
-      & new_unittest("what cannot be begun", test_failures)]
+      & new_unittest("published optima are found with few evaluations", test_published), &
+      & new_unittest("Lagrange multipliers of limits and bounds agree with exact values", test_multipliers), &
+      & new_unittest("every optimum satisfies the Karush-Kuhn-Tucker conditions", test_conditions), &
+      & new_unittest("Lagrange multipliers predict how the optimum changes with a limit", test_prices), &
+      & new_unittest("the multiplier of a fixed parameter predicts the change of the optimum", test_fixed), &
+      & new_unittest("the optimality gap of a convex problem encloses its optimum", test_gap), &
+      & new_unittest("a Chebyshev approximation has an error that alternates", test_chebyshev), &
+      & new_unittest("if limits contradict each other, the smallest violation is found and reported", test_infeasible), &
+      & new_unittest("the search avoids points where the objective is not defined", test_unknown), &
+      & new_unittest("repeated branches in changing order do not affect the optimum", test_equal_branches), &
+      & new_unittest("units of parameters and objective do not affect the optimum", test_units), &
+      & new_unittest("slightly wrong gradients end the search without convergence", test_wrong_gradients), &
+      & new_unittest("the minimum of a norm is approached without reported convergence", test_cone), &
+      & new_unittest("failing evaluations, invalid bounds and unusable starting points are errors", test_failures)]
   end subroutine collect_minimax
 
   subroutine solve(which, problem, optimum, failure)

@@ -29,18 +29,18 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("jets: derivatives of an expression against differences", test_jets), &
-      & new_unittest("four-bar: Freudenstein's equation and constant lengths", test_freudenstein), &
-      & new_unittest("four-bar: published angles, velocities, accelerations", test_published), &
-      & new_unittest("four-bar: derivatives against differences", test_differences), &
-      & new_unittest("branch -1 mirrors branch 1", test_branches), &
-      & new_unittest("mass functions of random machines against the reference", test_mass_functions), &
-      & new_unittest("M, B, C, h of random machines against the reference", test_matrices), &
-      & new_unittest("the equations of motion are Newton's law", test_newton), &
-      & new_unittest("supports to c_ij as in [1] of the paper", test_supports), &
-      & new_unittest("free degrees of freedom", test_freedoms), &
-      & new_unittest("natural frequencies of a frame without mechanism", test_frequencies), &
-      & new_unittest("a balanced mechanism does not shake", test_balanced)]
+      & new_unittest("derivatives of an expression by jets agree with differences", test_jets), &
+      & new_unittest("a four-bar satisfies Freudenstein's equation and keeps its link lengths", test_freudenstein), &
+      & new_unittest("angles, velocities and accelerations of a four-bar agree with Norton's book", test_published), &
+      & new_unittest("a four-bar's derivatives agree with differences", test_differences), &
+      & new_unittest("branch -1 is the mirror image of branch 1", test_branches), &
+      & new_unittest("mass functions of random machines agree with the reference", test_mass_functions), &
+      & new_unittest("M, B, C, h of random machines agree with the reference", test_matrices), &
+      & new_unittest("the equations of motion agree with Newton's law to second order", test_newton), &
+      & new_unittest("stiffness and damping of supports agree with the paper's formulas", test_supports), &
+      & new_unittest("a subset of degrees of freedom selects the matching rows", test_freedoms), &
+      & new_unittest("natural frequencies of a frame without mechanism agree with closed forms", test_frequencies), &
+      & new_unittest("a balanced mechanism exerts no shaking force", test_balanced)]
   end subroutine collect_model
 
   subroutine test_jets(error)

@@ -21,9 +21,9 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("where nothing is periodic but the load both models agree", test_agreement), &
-      & new_unittest("the miss falls in proportion to the mechanism's masses", test_light), &
-      & new_unittest("signs, errors, resonance", test_trade)]
+      & new_unittest("averaged and periodic model agree if only the load is periodic", test_agreement), &
+      & new_unittest("the averaged model's error is proportional to the mechanism's masses", test_light), &
+      & new_unittest("the model comparison reports signs, error bounds and resonances correctly", test_trade)]
   end subroutine collect_model_trade
 
   !> xi and eta alone: M, B, C of (9) to (11) are constant there, the load is not.

@@ -33,12 +33,12 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      new_unittest("values of a complete input", test_values), &
-      new_unittest("all ways of writing", test_writing), &
-      new_unittest("numbers as they may be written", test_numbers), &
-      new_unittest("subscripts and matrices", test_subscripts), &
-      new_unittest("files that are none", test_files), &
-      new_slow("long texts", test_long)]
+      new_unittest("all values of a complete input are read", test_values), &
+      new_unittest("all permitted notations yield the same values", test_writing), &
+      new_unittest("all permitted notations of numbers are read correctly", test_numbers), &
+      new_unittest("subscripts and matrices assign the right elements", test_subscripts), &
+      new_unittest("missing files, directories and empty files are errors", test_files), &
+      new_slow("reading time is proportional to the length of the text", test_long)]
   end subroutine collect_namelist
 
   subroutine test_values(error)

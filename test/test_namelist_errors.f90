@@ -23,11 +23,11 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      new_unittest("errors of form", test_form), &
-      new_unittest("errors of the schema", test_schema), &
-      new_unittest("errors of values", test_wrong_values), &
-      new_unittest("errors of subscripts", test_wrong_subscripts), &
-      new_unittest("errors of getters", test_getters)]
+      new_unittest("syntax errors are refused with the exact message", test_form), &
+      new_unittest("unknown groups and keys are refused with the exact message", test_schema), &
+      new_unittest("invalid values are refused with the exact message", test_wrong_values), &
+      new_unittest("invalid subscripts are refused with the exact message", test_wrong_subscripts), &
+      new_unittest("values that break their key's rules are refused with the exact message", test_getters)]
   end subroutine collect_namelist_errors
 
   subroutine test_form(error)

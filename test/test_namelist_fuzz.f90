@@ -30,8 +30,8 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      new_unittest("truncated input", test_truncated), &
-      new_unittest("changed and random input", test_fuzz)]
+      new_unittest("every truncated input is accepted or refused with a proper message", test_truncated), &
+      new_unittest("changed and random input is accepted or refused with a proper message", test_fuzz)]
   end subroutine collect_namelist_fuzz
 
   !> Each beginning of a valid input is either accepted or refused in good form.

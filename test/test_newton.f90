@@ -27,10 +27,10 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("a quick solution errs by its truncation at most", test_truncation), &
-      & new_unittest("harmonic balance errs by its truncation at most", test_balance), &
-      & new_unittest("harmonic balance misses what its phases do not tell, and says so", test_left_out), &
-      & new_unittest("where Newton's method stops a tenth of the tolerance is left", test_left)]
+      & new_unittest("the error of the quick solution is at most its truncation estimate", test_truncation), &
+      & new_unittest("the error of harmonic balance is at most its truncation estimate", test_balance), &
+      & new_unittest("harmonic balance with too few phases reports the error this causes", test_left_out), &
+      & new_unittest("Newton's method stops with at most a tenth of the tolerance left", test_left)]
   end subroutine collect_newton
 
   !> The paper's machine from slow to fast, and a Scotch yoke, weakly damped.

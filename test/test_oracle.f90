@@ -29,13 +29,13 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("kinematics by constraints against kinematics by chains of dyads", test_kinematics), &
-      & new_unittest("a tongue that outside programs found", test_tongue), &
-      & new_unittest("a torque that outside programs found", test_torque), &
-      & new_slow("changes of a turn against differences", test_changes), &
-      & new_slow("Liouville, power, momentum and angular momentum", test_laws), &
-      & new_slow("laws where small changes grow by 1e6 to 1e12 in a turn", test_growth), &
-      & new_slow("strongly unstable machines, and great motions beside a flywheel, against the library", test_unstable)]
+      & new_unittest("kinematics by constraints agree with kinematics by chains of dyads", test_kinematics), &
+      & new_unittest("the oracle's greatest multiplier agrees with outside programs", test_tongue), &
+      & new_unittest("the oracle's peak torque agrees with an outside program", test_torque), &
+      & new_slow("derivatives of a turn agree with differences", test_changes), &
+      & new_slow("the oracle satisfies Liouville's formula and the balances of power and momentum", test_laws), &
+      & new_slow("the oracle satisfies these laws even if disturbances grow by 1e12", test_growth), &
+      & new_slow("oracle and library agree on strongly unstable machines and large motions", test_unstable)]
   end subroutine collect_oracle
 
   subroutine test_kinematics(error)

@@ -26,14 +26,14 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("orders of convergence of all methods", test_convergence), &
-      & new_unittest("paper's machine: converged values at 240 and 360 rpm", test_converged_values), &
-      & new_unittest("paper's machine: tolerances 1e-4 to 1e-12 are met", test_tolerances), &
-      & new_unittest("ten times the masses, other methods: tolerances are met", test_other_methods), &
-      & new_unittest("given steps: the claimed errors hold", test_given_steps), &
-      & new_slow("random machines: claimed errors bound the true ones", test_random), &
-      & new_slow("an error that vanishes by chance at one level", test_by_chance), &
-      & new_unittest("a jump that nobody declared", test_undeclared_jump)]
+      & new_unittest("every method converges with its stated order", test_convergence), &
+      & new_unittest("results of the paper's machine agree with its converged values", test_converged_values), &
+      & new_unittest("tolerances from 1e-4 to 1e-12 are met for the paper's machine", test_tolerances), &
+      & new_unittest("all methods meet tolerances with ten times the masses", test_other_methods), &
+      & new_unittest("claimed errors hold for any given number of steps", test_given_steps), &
+      & new_slow("claimed errors of random machines bound the true errors", test_random), &
+      & new_slow("error bounds hold if one estimate is small by coincidence", test_by_chance), &
+      & new_unittest("error bounds hold across a jump that was not declared", test_undeclared_jump)]
   end subroutine collect_orders
 
   !> Phi(T), x_p(T) and x0 of the reference, rounded to double precision, and its multipliers.

@@ -31,13 +31,13 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("unknowns and equations of the embedded methods", test_nested), &
-      & new_unittest("phase errors of fitted methods and those embedded in them", test_phase), &
-      & new_unittest("the pace of the fastest motion", test_pace), &
-      & new_unittest("a motion to which steps are not fitted", test_not_fitted), &
-      & new_unittest("a motion that dies out below the smallest number", test_dying), &
-      & new_unittest("errors of Mathieu's equation and their bounds", test_mathieu), &
-      & new_unittest("a load that all embedded methods see alike", test_load)]
+      & new_unittest("embedded methods share the unknowns and equations of the full method", test_nested), &
+      & new_unittest("phase errors of fitted and embedded methods agree with closed forms", test_phase), &
+      & new_unittest("the frequency of the fastest motion agrees with closed forms", test_pace), &
+      & new_unittest("fitted steps do not hide the errors of slower motions", test_not_fitted), &
+      & new_unittest("a motion that decays below the smallest number stays within its bound", test_dying), &
+      & new_unittest("errors of Mathieu's equation lie within bounds that are not wide", test_mathieu), &
+      & new_unittest("error bounds hold if all embedded methods sample the load alike", test_load)]
   end subroutine collect_pair
 
   !> Polynomials of degree s - 2 have nothing of the last unknown, of degree s - 3 nothing of the last two; residuals along P_s-1

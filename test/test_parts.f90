@@ -35,9 +35,9 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("which degrees of freedom of a frame couple", test_frames), &
-      & new_unittest("a frame apart is the frame as a whole", test_same), &
-      & new_unittest("states of a first-order system, woven", test_woven)]
+      & new_unittest("uncoupled degrees of freedom of a frame are detected", test_frames), &
+      & new_unittest("solving uncoupled parts separately agrees with solving the whole", test_same), &
+      & new_unittest("interleaved uncoupled states return to their places", test_woven)]
   end subroutine collect_parts
 
   subroutine test_frames(error)

@@ -24,12 +24,12 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("peaks between samples", test_between), &
-      & new_unittest("few places are searched where samples are as good as equal", test_as_good_as_equal), &
-      & new_slow("a machine against single solutions", test_machine), &
-      & new_slow("beside a resonance", test_resonance), &
-      & new_slow("a light frame to twelve digits", test_twelve_digits), &
-      & new_unittest("multipliers that are small beside the vibration", test_small)]
+      & new_unittest("the interpolated maximum is never below densely sampled values", test_between), &
+      & new_unittest("among nearly equal samples few intervals are searched", test_as_good_as_equal), &
+      & new_slow("swept peaks of the paper's machine agree with single solutions", test_machine), &
+      & new_slow("swept peaks near a resonance are correct", test_resonance), &
+      & new_slow("swept peaks of a light frame are accurate to twelve digits", test_twelve_digits), &
+      & new_unittest("multipliers that are small beside the vibration remain accurate", test_small)]
   end subroutine collect_peaks
 
   !> The greatest of a trigonometric polynomial from as few samples as determine it, against the greatest of very many.

@@ -28,16 +28,16 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("products in lanes", test_products), &
-      & new_unittest("parts make the period", test_period), &
-      & new_unittest("members take the steps that they need", test_steps), &
-      & new_unittest("members take the steps that their coefficients need", test_pulses), &
-      & new_unittest("errors count by what becomes of them", test_weights), &
-      & new_unittest("errors count where the periodic vibration is greatest", test_behind), &
-      & new_unittest("as many parts as pay", test_choice), &
-      & new_unittest("integration leaves room beside resonances", test_room), &
-      & new_unittest("what is missing of a series", test_rest), &
-      & new_unittest("corners that say nothing of what lies between", test_reach)]
+      & new_unittest("vectorised products agree with the compiler's", test_products), &
+      & new_unittest("the parts of a period multiply to the whole period", test_period), &
+      & new_unittest("each member takes as many steps as its frequencies require", test_steps), &
+      & new_unittest("each member takes as many steps as its coefficients require", test_pulses), &
+      & new_unittest("weights of partial errors bound the error of the whole period", test_weights), &
+      & new_unittest("partial errors are weighted where the periodic vibration is largest", test_behind), &
+      & new_unittest("the number of parts grows with the frequency, up to 16", test_choice), &
+      & new_unittest("integration uses an eighth of the tolerance at most", test_room), &
+      & new_unittest("the estimated truncation error of a series covers the true one", test_rest), &
+      & new_unittest("error estimates hold between corners whose motions decay strongly", test_reach)]
   end subroutine collect_period_parts
 
   !> Maps E, 10 E and E / 100: of the free motion only the end of the period counts, of the vibration the end of every part too, and

@@ -21,12 +21,12 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("constant coefficients: response is the transfer function's", test_transfer), &
-      & new_unittest("scalar system: multiplier and forced solution", test_scalar), &
-      & new_unittest("resonance is an error, not a number", test_resonance), &
-      & new_unittest("a resonance nearby costs the digits it says", test_near_resonance), &
-      & new_unittest("a quick solution of what a motion lacks has its digits twice", test_quick), &
-      & new_unittest("no quick solution in a resonance", test_no_quick)]
+      & new_unittest("the response with constant coefficients agrees with the transfer function", test_transfer), &
+      & new_unittest("multiplier and forced solution of a scalar system agree with closed forms", test_scalar), &
+      & new_unittest("an exact resonance is an error", test_resonance), &
+      & new_unittest("the claimed error grows near resonance and covers the true one", test_near_resonance), &
+      & new_unittest("correcting a quick solution doubles its number of digits", test_quick), &
+      & new_unittest("a quick solution at resonance is refused", test_no_quick)]
   end subroutine collect_periodic
 
   !> q = Re [(C - W^2 M + i W B)^-1 h exp(i W t)].

@@ -19,10 +19,10 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("eigenvectors of every factor", test_eigenvectors), &
-      & new_unittest("singular and zero factors", test_singular), &
-      & new_unittest("bounds: perturbed factors stay within", test_bounds), &
-      & new_unittest("bounds: defective multipliers", test_defective)]
+      & new_unittest("right and left eigenvectors of every factor satisfy their equations", test_eigenvectors), &
+      & new_unittest("bounds hold for products with singular, zero and tiny factors", test_singular), &
+      & new_unittest("multipliers of perturbed factors stay within their bounds", test_bounds), &
+      & new_unittest("bounds of defective multipliers have the size of their movement", test_defective)]
   end subroutine collect_periodic_bounds
 
   subroutine test_eigenvectors(error)

@@ -31,15 +31,15 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("powers of one matrix, 1 to 1000 factors", test_powers), &
-      & new_unittest("powers of a matrix with a Jordan block", test_jordan_powers), &
-      & new_unittest("Colaneri: exponents 0 and -24", test_colaneri), &
-      & new_unittest("hidden triangular factors, moduli from 1e-300 to 1e300", test_hidden), &
-      & new_unittest("one factor: LAPACK's eigenvalues", test_one_factor), &
-      & new_unittest("random factors: quadruple precision", test_quadruple), &
-      & new_unittest("pairs, cyclic start, Liouville, 1 to 12 states", test_invariants), &
-      & new_unittest("sequences that are slow to converge", test_convergence), &
-      & new_unittest("what is not finite is refused", test_refused)]
+      & new_unittest("multipliers of up to 1000 equal factors are powers of eigenvalues", test_powers), &
+      & new_unittest("powers of a Jordan block stay within bounds of the right size", test_jordan_powers), &
+      & new_unittest("Colaneri's exponents 0 and -24 follow from the factors", test_colaneri), &
+      & new_unittest("moduli from 1e-300 to 1e300 of disguised triangular factors are found", test_hidden), &
+      & new_unittest("multipliers of one factor agree with LAPACK's eigenvalues", test_one_factor), &
+      & new_unittest("multipliers of random factors agree with quadruple precision", test_quadruple), &
+      & new_unittest("multipliers of 1 to 12 states satisfy pairing, cyclic and determinant laws", test_invariants), &
+      & new_unittest("the iteration converges even for difficult sequences of factors", test_convergence), &
+      & new_unittest("factors with NaN or infinity are refused", test_refused)]
   end subroutine collect_periodic_schur
 
   subroutine colaneri_matrix(self, t, p)

@@ -30,14 +30,14 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("products, any number of phases", test_products), &
-      & new_unittest("inverses, also where a pivot vanishes", test_inverses), &
-      & new_unittest("a matrix that is singular at one phase", test_singular), &
-      & new_unittest("a matrix that is no number at one phase", test_no_number), &
-      & new_unittest("conjugate modes in real numbers", test_conjugates), &
-      & new_unittest("interpolation and derivatives of harmonics", test_harmonics), &
-      & new_unittest("the number of phases foretold", test_foretold), &
-      & new_unittest("what a reduction leaves", test_residuals)]
+      & new_unittest("products at any number of phases agree with single products", test_products), &
+      & new_unittest("inverses are correct even if a pivot vanishes", test_inverses), &
+      & new_unittest("a matrix singular at one phase is reported", test_singular), &
+      & new_unittest("NaN at one phase never yields a finite result", test_no_number), &
+      & new_unittest("conjugate modes in real arithmetic agree with complex arithmetic", test_conjugates), &
+      & new_unittest("trigonometric interpolation and its derivative are exact for all harmonics", test_harmonics), &
+      & new_unittest("the predicted number of phases agrees with geometric decay", test_foretold), &
+      & new_unittest("residual, condition and effort of a reduction agree with hand calculation", test_residuals)]
   end subroutine collect_phasewise
 
   !> Numbers in (-1, 1) that look like random ones, the same in every run.

@@ -23,13 +23,13 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_slow("bounds, verdicts, theorems, two methods over random machines", test_machines), &
-      & new_slow("weakly and strongly damped machines, given steps", test_kinds), &
-      & new_slow("machines whose numbers had bounds beaten once", test_beaten), &
-      & new_slow("machines whose numbers had bounds beaten by one method", test_beaten_by_gauss), &
-      & new_unittest("what the checks must notice", test_noticed), &
-      & new_unittest("pairing within bounds", test_partners), &
-      & new_unittest("quantiles", test_quantile)]
+      & new_slow("bounds, verdicts and theorems hold for random machines by two methods", test_machines), &
+      & new_slow("bounds hold for weakly and strongly damped machines and given steps", test_kinds), &
+      & new_slow("machines whose error bounds once failed now keep them", test_beaten), &
+      & new_slow("machines whose bounds once failed with gauss10 now keep them", test_beaten_by_gauss), &
+      & new_unittest("the checks detect claims falsified by small amounts", test_noticed), &
+      & new_unittest("the pairing of multipliers prefers one within all bounds", test_partners), &
+      & new_unittest("quantiles agree with hand calculation", test_quantile)]
   end subroutine collect_population
 
   subroutine test_machines(error)

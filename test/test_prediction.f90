@@ -34,12 +34,12 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("how harmonics fall", test_widths), &
-      & new_unittest("the eighth harmonic of an even function", test_eighth), &
-      & new_unittest("what its decay leaves of the fastest motion", test_fade), &
-      & new_unittest("what a fast vibration does not average", test_not_averaged), &
-      & new_unittest("nothing that changes, nothing that loads", test_constant), &
-      & new_unittest("the first number of steps is enough, and not far too great", test_first)]
+      & new_unittest("the measured decay of harmonics agrees with known functions", test_widths), &
+      & new_unittest("the eighth harmonic of an even function is not missed", test_eighth), &
+      & new_unittest("the decay of the fastest motion agrees with the closed form", test_fade), &
+      & new_unittest("the quadrature error for fast vibrations agrees with the closed form", test_not_averaged), &
+      & new_unittest("constant coefficients need no steps; loads count only if requested", test_constant), &
+      & new_unittest("the predicted number of steps suffices and is not much too large", test_first)]
   end subroutine collect_prediction
 
   pure real(dp) function kernel(t, r, power)

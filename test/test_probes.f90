@@ -27,14 +27,14 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("velocity and acceleration are derivatives", test_derivatives), &
-      & new_unittest("few rows do not spoil the peaks", test_few_rows), &
-      & new_unittest("a rocking frame in closed form, both ways round", test_rocking), &
-      & new_unittest("at a support: its force over its stiffness", test_support), &
-      & new_unittest("the band: edges on orders, greatest direction", test_band), &
-      & new_unittest("verdict against the limit", test_verdict), &
-      & new_unittest("claimed errors hold", test_errors), &
-      & new_unittest("claimed errors hold on very soft and very stiff mounts", test_extremes)]
+      & new_unittest("a probe's velocity and acceleration are derivatives of its displacement", test_derivatives), &
+      & new_unittest("peaks do not depend on the number of requested rows", test_few_rows), &
+      & new_unittest("probes on a rocking frame agree with the closed form", test_rocking), &
+      & new_unittest("a probe at a support moves by force over stiffness", test_support), &
+      & new_unittest("bands include the orders at their edges and give the maximum direction", test_band), &
+      & new_unittest("the probe's verdict compares its value and error with the limit", test_verdict), &
+      & new_unittest("claimed errors of probes hold for loose tolerances", test_errors), &
+      & new_unittest("claimed errors of probes hold on very soft and very stiff mounts", test_extremes)]
   end subroutine collect_probes
 
   subroutine solve(frame, points, tolerance, probes, analysis, responses, error, averaged, method)

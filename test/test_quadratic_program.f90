@@ -18,9 +18,9 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("programs at random", test_random), &
-      & new_unittest("a program of 2000 limits", test_many_groups), &
-      & new_unittest("programs that have no solution", test_failures)]
+      & new_unittest("solutions of random programs satisfy the Karush-Kuhn-Tucker conditions", test_random), &
+      & new_unittest("a program with 2000 limits is solved quickly and correctly", test_many_groups), &
+      & new_unittest("programs without a solution are reported", test_failures)]
   end subroutine collect_quadratic_program
 
   !> 200 programs of up to 8 parameters and 3 groups, with branches given twice: their conditions, B d + sum of lambda a = 0,

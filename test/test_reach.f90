@@ -35,15 +35,15 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("dyad of three turning pairs", test_rrr), &
-      & new_unittest("slider on a fixed guide", test_fixed_rrp), &
-      & new_unittest("slider on a carried guide", test_moving_rrp), &
-      & new_unittest("slotted lever", test_rpr), &
-      & new_unittest("point of a rigid body", test_rigid), &
-      & new_unittest("two sliders", test_prp), &
-      & new_unittest("yokes", test_rpp), &
-      & new_unittest("followers of cams", test_follower), &
-      & new_unittest("crank on a moving pivot", test_crank)]
+      & new_unittest("bounds on the motion of a dyad of three turning pairs hold", test_rrr), &
+      & new_unittest("bounds on the motion of a slider on a fixed guide hold", test_fixed_rrp), &
+      & new_unittest("bounds on the motion of a slider on a carried guide hold", test_moving_rrp), &
+      & new_unittest("bounds on the motion of a slotted lever hold", test_rpr), &
+      & new_unittest("bounds on the motion of a point of a rigid body hold", test_rigid), &
+      & new_unittest("bounds on the motion of two sliders hold", test_prp), &
+      & new_unittest("bounds on the motion of yokes hold", test_rpp), &
+      & new_unittest("bounds on the motion of cam followers hold", test_follower), &
+      & new_unittest("bounds on the motion of a crank on a moving pivot hold", test_crank)]
   end subroutine collect_reach
 
   !> Uniformly in [low, high].

@@ -32,19 +32,19 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("turning modes, all fast", test_fast), &
-      & new_unittest("fast modes with close frequencies", test_close), &
-      & new_unittest("fast and slow modes together", test_mixed), &
-      & new_unittest("violent damping: logarithms where multipliers underflow", test_damped), &
-      & new_unittest("violent growth: logarithms where multipliers overflow", test_growing), &
-      & new_unittest("the cost does not grow with the frequency", test_cost), &
-      & new_unittest("a resonance is an error, a damped one of high order is not", test_resonance), &
-      & new_unittest("constant coefficients: the transfer function", test_transfer), &
-      & new_unittest("a weak load with many harmonics beside a strong one", test_weak_load), &
-      & new_unittest("a loose body beside a fast vibration", test_loose), &
-      & new_unittest("slow motions of unequal size", test_unequal), &
-      & new_unittest("accuracy out of range is an error", test_accuracy), &
-      & new_slow("where it does not apply it says so", test_refused)]
+      & new_unittest("fast modes are reduced without loss of accuracy", test_fast), &
+      & new_unittest("fast modes with close or equal frequencies are reduced accurately", test_close), &
+      & new_unittest("fast and slow modes together are reduced accurately", test_mixed), &
+      & new_unittest("logarithms of multipliers are accurate if multipliers underflow", test_damped), &
+      & new_unittest("logarithms of multipliers are accurate if multipliers overflow", test_growing), &
+      & new_unittest("the cost of the reduction does not grow with the frequency", test_cost), &
+      & new_unittest("an undamped resonance is an error, a damped one is solved", test_resonance), &
+      & new_unittest("a reduced system with constant coefficients agrees with the transfer function", test_transfer), &
+      & new_unittest("a weak load with many harmonics keeps its own error bound", test_weak_load), &
+      & new_unittest("an unsupported body has no periodic motion; fast modes remain accurate", test_loose), &
+      & new_unittest("slow motions of very different size are accurate", test_unequal), &
+      & new_unittest("an accuracy out of range is an error", test_accuracy), &
+      & new_slow("systems unsuited to the reduction are refused with a reason", test_refused)]
   end subroutine collect_reduction
 
   !> Solves `system` and compares all with its closed form.

@@ -23,10 +23,10 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("digits lost are digits claimed", test_digits), &
-      & new_unittest("at resonance an error names multiplier and order", test_singular), &
-      & new_unittest("a frame that nothing holds", test_loose), &
-      & new_unittest("soft springs are no resonance", test_soft)]
+      & new_unittest("near resonance the lost digits are those that the error bound claims", test_digits), &
+      & new_unittest("the error at resonance names the multiplier and the order", test_singular), &
+      & new_unittest("a frame that is not held gives an error with advice", test_loose), &
+      & new_unittest("soft springs are not reported as a resonance", test_soft)]
   end subroutine collect_resonance
 
   !> The paper's frame, undamped, free along x only: there M and C are constant. The crank turns at 1 / 5 of its frequency,

@@ -31,14 +31,14 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("unbalance on a spring: the curve in closed form", test_closed_form), &
-      & new_unittest("unbalance on a spring, clockwise and downwards", test_clockwise), &
-      & new_unittest("no damping: the vibration grows without bounds", test_undamped), &
-      & new_unittest("a resonance that leaves no vibration is listed", test_none_left), &
-      & new_slow("no maximum is missed that brute force finds", test_brute_force), &
-      & new_slow("between the points lies a straight line, to 1 %", test_straight), &
-      & new_slow("maxima do not depend on the grid", test_grids), &
-      & new_slow("inside a tongue the vibration is never reached", test_tongue)]
+      & new_unittest("the resonance curve of an unbalanced rotor agrees with its closed form", test_closed_form), &
+      & new_unittest("clockwise rotation and descending speeds yield the same resonance curve", test_clockwise), &
+      & new_unittest("without damping the maximum is reported as unbounded", test_undamped), &
+      & new_unittest("a speed without any periodic vibration is listed as resonance", test_none_left), &
+      & new_slow("every maximum found by brute force is listed", test_brute_force), &
+      & new_slow("straight lines between the points approximate the curve within 1 %", test_straight), &
+      & new_slow("the listed maxima do not depend on the grid", test_grids), &
+      & new_slow("speeds inside an instability tongue are marked, with unbounded vibration at both ends", test_tongue)]
   end subroutine collect_resonance_curve
 
   subroutine unbalanced_family(ratio, family, error)

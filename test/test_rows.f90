@@ -23,9 +23,9 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("many rows start and end with the period", test_many), &
-      & new_unittest("a high order that nobody announced is resolved", test_hidden), &
-      & new_unittest("a loose tolerance: no samples for the kinks of the steps", test_few_samples)]
+      & new_unittest("a history with many rows is periodic and agrees with fewer rows", test_many), &
+      & new_unittest("an unannounced high order of the shaking force is resolved", test_hidden), &
+      & new_unittest("with a loose tolerance integration errors do not increase the samples", test_few_samples)]
   end subroutine collect_rows
 
   !> More rows than samples: every third of them is a row of a third of the number.

@@ -33,10 +33,10 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("force of an unbalance on a spring, in closed form", test_closed_form), &
-      & new_unittest("no more solutions than the tolerance needs", test_solutions), &
-      & new_unittest("two equal peaks: a bend", test_bend), &
-      & new_unittest("what is zero, and a resonance", test_nothing)]
+      & new_unittest("sensitivities of an unbalanced rotor agree with the closed form", test_closed_form), &
+      & new_unittest("no more solutions are computed than the tolerance requires", test_solutions), &
+      & new_unittest("two equal peaks make the sensitivity one-sided and are reported", test_bend), &
+      & new_unittest("zero quantities and resonances are reported without sensitivity", test_nothing)]
   end subroutine collect_sensitivity
 
   subroutine member(self, parameters, system, error)

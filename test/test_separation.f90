@@ -19,10 +19,10 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("one speed: distances, and the states about the margin", test_states), &
-      & new_unittest("a range: its nearer end, and zero where it holds a resonance", test_range), &
-      & new_unittest("kinetic energy of coupled masses", test_energy), &
-      & new_unittest("a mode that is not told", test_untold)]
+      & new_unittest("distances at one speed and their verdicts agree with hand calculation", test_states), &
+      & new_unittest("over a range the smallest distance counts, zero if it contains a resonance", test_range), &
+      & new_unittest("kinetic energy shares of coupled masses agree with hand calculation", test_energy), &
+      & new_unittest("a mode that cannot be determined leaves the verdict undecided", test_untold)]
   end subroutine collect_separation
 
   !> A mode of this frequency and bound on its error (Hz).

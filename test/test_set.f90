@@ -25,9 +25,9 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      new_unittest("--set and paths", test_assignments), &
-      new_unittest("errors of --set", test_wrong_set), &
-      new_unittest("suggestions", test_suggestion)]
+      new_unittest("--set changes exactly the value that its path names", test_assignments), &
+      new_unittest("invalid --set options are refused with the exact message", test_wrong_set), &
+      new_unittest("misspelt words yield the nearest suggestion", test_suggestion)]
   end subroutine collect_set
 
   subroutine test_assignments(error)

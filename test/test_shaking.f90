@@ -24,12 +24,12 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("an unbalanced crank: m r Omega^2, peak, rms and phase", test_crank), &
-      & new_unittest("slider-crank: the rotating mass with the crank, half the reciprocating one both ways", test_masses), &
-      & new_unittest("slider-crank on its axis: stroke, speed, acceleration, no quick return", test_central), &
-      & new_unittest("offset slider-crank: stroke and time ratio", test_offset), &
-      & new_unittest("words find places apart", test_apart), &
-      & new_unittest("the left side of curves", test_left)]
+      & new_unittest("shaking force and moment of an unbalanced crank agree with closed forms", test_crank), &
+      & new_unittest("a slider-crank's first order follows the textbook rule for its masses", test_masses), &
+      & new_unittest("stroke, speed and acceleration of a central slider-crank agree with closed forms", test_central), &
+      & new_unittest("stroke and time ratio of an offset slider-crank agree with closed forms", test_offset), &
+      & new_unittest("labels in a picture are placed apart from each other", test_apart), &
+      & new_unittest("the left side of a curve is determined correctly", test_left)]
   end subroutine collect_shaking
 
   !> The centre of mass turns with the crank at the angle 0.5 before it.

@@ -25,7 +25,8 @@ contains
   subroutine collect_small_motions(testsuite)
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
-    testsuite = [new_unittest("in the plane", test_plane), new_unittest("in space", test_space)]
+    testsuite = [new_unittest("small exact motions in the plane keep their relative accuracy", &
+      & test_plane), new_unittest("small exact motions in space keep their relative accuracy", test_space)]
   end subroutine collect_small_motions
 
   !> One support's axes stay in space, one's turn with the frame and carry a static force.

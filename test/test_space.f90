@@ -34,10 +34,10 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("masses in bulk against jets, and remembered", test_masses), &
-      & new_unittest("derivatives of the exact equations against differences", test_derivatives), &
-      & new_unittest("engines: the orders of forces and couples that balance", test_engines), &
-      & new_slow("a V-twin and mechanisms in three planes against d'Alembert's principle", test_reference)]
+      & new_unittest("vectorised mass functions in space agree with jets and are reused", test_masses), &
+      & new_unittest("derivatives of the exact equations in space agree with differences", test_derivatives), &
+      & new_unittest("the balanced orders of engines agree with the literature", test_engines), &
+      & new_slow("exact and linear results in space satisfy d'Alembert's principle", test_reference)]
   end subroutine collect_space
 
   !> In more than one batch of angles, also of a slider that only translates; another frame remembers them.

@@ -26,8 +26,8 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("in the plane: M, B, C, h of both models", test_plane), &
-      & new_unittest("derivatives of the equations with a drive outside against differences", test_derivatives)]
+      & new_unittest("with a held speed space and plane equations agree", test_plane), &
+      & new_unittest("derivatives in space with an outside drive agree with differences", test_derivatives)]
   end subroutine collect_space_held
 
   !> The plane's own frame in space.

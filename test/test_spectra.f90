@@ -22,11 +22,11 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("random matrices", test_random), &
-      & new_unittest("known eigenvalues, changed by a known norm", test_known), &
-      & new_unittest("condition of a triangle", test_condition), &
-      & new_unittest("multipliers on the unit circle", test_circle), &
-      & new_unittest("multipliers of a real system are conjugate to the last digit", test_conjugates)]
+      & new_unittest("greatest multipliers of random matrices agree with LAPACK", test_random), &
+      & new_unittest("error bounds cover a perturbation of known norm and are not wide", test_known), &
+      & new_unittest("eigenvalue conditions of triangular matrices agree with the closed form", test_condition), &
+      & new_unittest("multipliers of undamped systems lie on the unit circle", test_circle), &
+      & new_unittest("multipliers of a real system are exactly conjugate", test_conjugates)]
   end subroutine collect_spectra
 
   !> LAPACK finds the same, with the same bounds.

@@ -18,15 +18,15 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("close and double eigenvalues", test_close), &
-      & new_unittest("eigenvalues over sixteen decades", test_spread), &
-      & new_unittest("verdicts on both sides of one", test_verdict), &
-      & new_unittest("every disc counts in a verdict", test_discs), &
-      & new_unittest("units", test_units), &
-      & new_unittest("decoupled states", test_decoupled), &
-      & new_unittest("not finite, zero, extreme", test_extreme), &
-      & new_unittest("no matrix depends on its neighbours", test_alone), &
-      & new_unittest("a mean that is an eigenvalue", test_mean)]
+      & new_unittest("close and double eigenvalues have correct bounds", test_close), &
+      & new_unittest("eigenvalues over sixteen decades are found", test_spread), &
+      & new_unittest("verdicts are correct on both sides of one", test_verdict), &
+      & new_unittest("every disc that may reach the unit circle enters the verdict", test_discs), &
+      & new_unittest("scaling a matrix scales its spectral radius and keeps relative bounds", test_units), &
+      & new_unittest("decoupled and weakly coupled states agree with LAPACK", test_decoupled), &
+      & new_unittest("nonfinite, zero and extreme matrices yield correct radii and verdicts", test_extreme), &
+      & new_unittest("results do not depend on the neighbouring matrices", test_alone), &
+      & new_unittest("a mean eigenvalue equal to an eigenvalue does not disturb the search", test_mean)]
   end subroutine collect_spectra_edges
 
   !> [0.9 c; 0 0.9 + d], and the same with a rotation in place of 0.9, among others and turned.

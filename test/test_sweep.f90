@@ -27,16 +27,16 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("Chebyshev series", test_chebyshev), &
-      & new_unittest("variables", test_variables), &
-      & new_unittest("axes", test_axes), &
-      & new_unittest("tiles cover the grid once", test_tiles), &
-      & new_unittest("oscillators against the closed form", test_oscillators), &
-      & new_unittest("one axis, and single lines", test_lines), &
-      & new_unittest("a jump and a hole", test_jump_and_hole), &
-      & new_slow("a machine against single solutions", test_machine), &
-      & new_unittest("only what is ordered", test_columns), &
-      & new_unittest("no plan where none can pay", test_plan)]
+      & new_unittest("Chebyshev series have the known coefficients and values", test_chebyshev), &
+      & new_unittest("interpolation variables map the range onto -1 to 1", test_variables), &
+      & new_unittest("axes yield the requested values and refuse invalid ranges", test_axes), &
+      & new_unittest("tiles cover every grid point exactly once", test_tiles), &
+      & new_unittest("swept oscillators agree with the closed form within their bounds", test_oscillators), &
+      & new_unittest("sweeps over one axis or a single line agree with the full grid", test_lines), &
+      & new_unittest("jumps and missing systems do not spoil the neighbouring points", test_jump_and_hole), &
+      & new_slow("a sweep of the paper's machine agrees with single solutions", test_machine), &
+      & new_unittest("a single requested column has the same values as among all", test_columns), &
+      & new_unittest("planning is cheap where expansions cannot pay", test_plan)]
   end subroutine collect_sweep
 
   !> exp has the coefficients I_0(1) and 2 I_k(1), modified Bessel functions (Abramowitz and Stegun, table 9.8 and 9.9);

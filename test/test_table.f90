@@ -46,10 +46,10 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("one table for many cases", test_cases), &
-      & new_unittest("one table for the samples of a cell", test_cell), &
-      & new_unittest("tables for their own angles only", test_tables), &
-      & new_unittest("a tabulated mechanism in a new frame", test_new_frame)]
+      & new_unittest("many cases share one table of the mechanism", test_cases), &
+      & new_unittest("all samples of a cell share one table of the mechanism", test_cell), &
+      & new_unittest("a table is used only for exactly its own angles", test_tables), &
+      & new_unittest("a tabulated mechanism in a new frame keeps the mechanism's properties", test_new_frame)]
   end subroutine collect_table
 
   !> With the table the results are the same but for roundings, for other speeds, stiffnesses, masses and origins, and

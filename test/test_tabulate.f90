@@ -30,16 +30,16 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_slow("paths of random linkages' joints against jets and the reference", test_paths), &
-      & new_slow("tables of random linkages against jets and the reference", test_tables), &
-      & new_unittest("an angle's row does not depend on the others", test_remainders), &
-      & new_unittest("beside dead points: what the angle scale promises", test_dead_points), &
-      & new_unittest("a balanced crank does not shake, the least unbalance does", test_balanced), &
-      & new_unittest("a force-balanced four-bar", test_balanced_four_bar), &
-      & new_unittest("a user's joint without a path of its own", test_user_joint), &
-      & new_unittest("a user's mechanism without a table of its own", test_user_mechanism), &
-      & new_unittest("harmonics of different orders", test_harmonics), &
-      & new_unittest("more joints than the stack has room for", test_long_linkage)]
+      & new_slow("tabulated joints of random linkages agree with jets and reference", test_paths), &
+      & new_slow("tables of random linkages agree with jets and reference", test_tables), &
+      & new_unittest("each tabulated row is independent of the other angles", test_remainders), &
+      & new_unittest("near dead points tables lose only the predicted digits", test_dead_points), &
+      & new_unittest("tabulation of a balanced crank leaves no shaking; small unbalance remains", test_balanced), &
+      & new_unittest("a tabulated force-balanced four-bar exerts no force", test_balanced_four_bar), &
+      & new_unittest("a user's joint without tabulation of its own is tabulated", test_user_joint), &
+      & new_unittest("a user's mechanism without tabulation of its own is tabulated", test_user_mechanism), &
+      & new_unittest("tabulated harmonics of different orders agree with the closed form", test_harmonics), &
+      & new_unittest("a linkage with fifty joints is tabulated correctly", test_long_linkage)]
   end subroutine collect_tabulate
 
   subroutine random_pair(number, machine, linkage, error)

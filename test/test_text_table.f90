@@ -19,11 +19,11 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("columns as wide as their contents", test_columns), &
-      & new_unittest("a wide table stacks", test_stacked), &
+      & new_unittest("columns are as wide as their contents", test_columns), &
+      & new_unittest("a table that is too wide is printed as stacked rows", test_stacked), &
       & new_unittest("lines are broken between words", test_wrapped), &
-      & new_unittest("nothing is lost and nothing too wide", test_all_widths), &
-      & new_unittest("a text of many pieces is not written anew with each", test_growing)]
+      & new_unittest("tables of any width keep all cells within 80 columns", test_all_widths), &
+      & new_unittest("appending many pieces copies each character only a few times", test_growing)]
   end subroutine collect_text_table
 
   subroutine test_columns(error)

@@ -27,8 +27,8 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("errors of the paper's machine against the reference", test_errors), &
-      & new_unittest("the cheapest row", test_cheapest)]
+      & new_unittest("reported errors of the speed-accuracy trade are the true errors", test_errors), &
+      & new_unittest("the cheapest row that meets the tolerance is chosen", test_cheapest)]
   end subroutine collect_trade
 
   !> Rows of a ladder of steps for every method, and the first ones of the task itself: with hardly any time allowed it ends

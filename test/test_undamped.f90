@@ -29,13 +29,13 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("verdicts in the order of their severity", test_order), &
-      & new_unittest("the last line has the worst judgement", test_judge), &
-      & new_unittest("which discs prove |rho| = 1", test_circle), &
-      & new_unittest("undamped machines have a Lagrangian", test_lagrangian), &
-      & new_unittest("undamped in space, and not with any damper", test_space), &
-      & new_unittest("the four-bar: undamped, damped, in a tongue", test_four_bar), &
-      & new_unittest("gyroscopic frequencies in closed form", test_gyroscopic)]
+      & new_unittest("verdicts are ordered by severity", test_order), &
+      & new_unittest("the last line starts with the worst verdict whatever the sections' order", test_judge), &
+      & new_unittest("isolated error discs prove that multipliers lie on the unit circle", test_circle), &
+      & new_unittest("machines without dampers are recognised as undamped", test_lagrangian), &
+      & new_unittest("machines in space are undamped only without any damper", test_space), &
+      & new_unittest("the four-bar is undamped, stable with damper, unstable in a tongue", test_four_bar), &
+      & new_unittest("gyroscopic natural frequencies agree with closed forms", test_gyroscopic)]
   end subroutine collect_undamped
 
   subroutine test_order(error)

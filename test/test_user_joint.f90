@@ -20,10 +20,10 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("a tappet on a cam: mobility with a pair of two degrees of freedom", test_count), &
-      & new_unittest("a tappet on a cam: its stroke on its guide", test_stroke), &
-      & new_unittest("drawn: bars, sliders, and what stands on the frame", test_drawing), &
-      & new_unittest("references and numbers are checked", test_refused)]
+      & new_unittest("a user's cam joint enters the mobility with two degrees of freedom", test_count), &
+      & new_unittest("the stroke of a user's tappet on its guide is correct", test_stroke), &
+      & new_unittest("a user's joint is drawn with its bars and sliders", test_drawing), &
+      & new_unittest("invalid references and coordinates of a user's joint are refused", test_refused)]
   end subroutine collect_user_joint
 
   !> A crank O-A, and a tappet on a guide along y, which a cam on the crank's shaft lifts by 2 + cos phi.

@@ -15,11 +15,11 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("fpm.toml", test_manifest), &
-      & new_unittest("CITATION.cff", test_citation), &
-      & new_unittest("CHANGELOG.md", test_changelog), &
-      & new_unittest("man page", test_man_page), &
-      & new_unittest("find_package in the page on C", test_page)]
+      & new_unittest("fpm.toml states the library's version", test_manifest), &
+      & new_unittest("CITATION.cff states the library's version", test_citation), &
+      & new_unittest("CHANGELOG.md has an entry for the library's version", test_changelog), &
+      & new_unittest("the manual page states the library's version", test_man_page), &
+      & new_unittest("the page on C requests the library's version from find_package", test_page)]
   end subroutine collect_version
 
   !> CMake, Meson and the Python package read the version from fpm.toml.

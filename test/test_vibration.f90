@@ -26,14 +26,14 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("x(T) = x(0) by an independent integration", test_closes), &
-      & new_unittest("energy balance: drive and dampers", test_energy), &
-      & new_unittest("a vibration turned backwards", test_backwards), &
-      & new_unittest("Fourier series of a known function", test_fourier), &
-      & new_unittest("Parseval, mean and peak of the vibration", test_parseval), &
-      & new_unittest("free degrees of freedom, forces on the ground, harmonics", test_freedoms), &
-      & new_unittest("loose tolerances: claimed errors of rows and peaks hold", test_peak_errors), &
-      & new_unittest("only what was asked for", test_unasked)]
+      & new_unittest("an independent integration returns to its start after one period", test_closes), &
+      & new_unittest("the drive's work per turn equals the dampers' losses", test_energy), &
+      & new_unittest("an undamped machine run in reverse repeats the vibration backwards in time", test_backwards), &
+      & new_unittest("the Fourier series of a known function is exact", test_fourier), &
+      & new_unittest("mean, rms and peak of the vibration agree with a fine history", test_parseval), &
+      & new_unittest("held degrees of freedom rest; ground forces follow from springs and dampers", test_freedoms), &
+      & new_unittest("claimed errors of rows and peaks hold for loose tolerances", test_peak_errors), &
+      & new_unittest("only requested results are computed", test_unasked)]
   end subroutine collect_vibration
 
   subroutine solve(frame, tolerance, forced, monodromy, error)

@@ -37,15 +37,15 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("a hanging body: natural frequency in closed form, averaged too", test_hanging), &
-      & new_unittest("a support in tension above F, in compression below it", test_support_pendulum), &
-      & new_unittest("machine and gravity turned by 90 deg: the motion turns", test_turned), &
-      & new_unittest("averaged C is the mean of C", test_averaged_mean), &
-      & new_unittest("power balances, lifting takes none over a turn", test_balance), &
-      & new_unittest("static loads: halves, sums, the reference's", test_static), &
-      & new_unittest("least compression against a fine history", test_least), &
-      & new_unittest("nothing carries the weights", test_carried), &
-      & new_unittest("gravity zero is none", test_none)]
+      & new_unittest("the frequency of a hanging body agrees with the closed form", test_hanging), &
+      & new_unittest("weight stiffens a frame hanging from its support and destabilises one standing", test_support_pendulum), &
+      & new_unittest("turning machine and gravity by 90 degrees turns the motion", test_turned), &
+      & new_unittest("the averaged stiffness is the mean of the periodic one", test_averaged_mean), &
+      & new_unittest("power balances with weights; lifting takes no power per turn", test_balance), &
+      & new_unittest("static loads of the supports agree with hand calculation", test_static), &
+      & new_unittest("the least compression of a support agrees with a fine history", test_least), &
+      & new_unittest("weights that no spring carries are an error", test_carried), &
+      & new_unittest("with zero gravity weights are inactive and change nothing", test_none)]
   end subroutine collect_weights
 
   !> A body of mass m at rest at (0, -l), or above, the frame turning about F on a torsional spring.
