@@ -80,7 +80,7 @@ contains
     call check_failure(error, failure, " 0.000 deg")
     if (allocated(error)) return
     call check_that(error, failure%message, "contains", &
-      & "ends are 0.2 m apart, lengths of 0.4 m and 0.2 m reach from 0.2 m to 0.6 m")
+      & "ends are 0.2 m apart; lengths of 0.4 m and 0.2 m allow 0.2 m to 0.6 m")
   end subroutine test_change_point
 
   !> 1e-6 of the length short of a change point it still turns, and the angle scale says how fine its motion is there.
@@ -195,7 +195,7 @@ contains
     call linkage%prepare(failure)
     call check_failure(error, failure)
     if (allocated(error)) return
-    call check(error, failure%message, "link 'rod': its joints meet at a crank angle of 90.000 deg")
+    call check(error, failure%message, "link 'rod': its two joints coincide at a crank angle of 90.000 deg")
   end subroutine test_meeting
 
   subroutine test_refused(error)

@@ -38,14 +38,14 @@ contains
   subroutine test_faults(error)
     type(error_type), allocatable, intent(out) :: error
 
-    call expect("jump", "the stiffness matrix C jumps near the time 2.", error)
-    if (.not. allocated(error)) call expect("load jump", "the load h jumps near the time 2.", error)
-    if (.not. allocated(error)) call expect("noise", "the stiffness matrix C is no smooth function of time", error)
+    call expect("jump", "the stiffness matrix C jumps near t = 2.", error)
+    if (.not. allocated(error)) call expect("load jump", "the load h jumps near t = 2.", error)
+    if (.not. allocated(error)) call expect("noise", "the stiffness matrix C is not a smooth function of time", error)
     if (.not. allocated(error)) call expect("no mass", "the mass matrix is singular at all times", error)
-    if (.not. allocated(error)) call expect("mass turns", "the mass matrix is singular at the time 1.5708", error)
-    if (.not. allocated(error)) call expect("NaN mass", "the mass matrix M is not a finite number at the time", error)
-    if (.not. allocated(error)) call expect("NaN load", "the load h is not a finite number at the time", error)
-    if (.not. allocated(error)) call expect("infinite", "the damping matrix B is not a finite number at the time", error)
+    if (.not. allocated(error)) call expect("mass turns", "the mass matrix is singular at t = 1.5708", error)
+    if (.not. allocated(error)) call expect("NaN mass", "the mass matrix M is NaN or infinite at t =", error)
+    if (.not. allocated(error)) call expect("NaN load", "the load h is NaN or infinite at t =", error)
+    if (.not. allocated(error)) call expect("infinite", "the damping matrix B is NaN or infinite at t =", error)
     if (.not. allocated(error)) call expect("period", "the period of 1", error)
   end subroutine test_faults
 

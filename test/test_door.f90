@@ -72,7 +72,7 @@ contains
     real(dp), allocatable :: values(:)
 
     call machine%solve(solution, failure)
-    call refused(error, failure, "there is no machine yet")
+    call refused(error, failure, "the machine is empty")
     if (allocated(error)) return
     call machine%parse(rotor // springs // "&support position=1,0, stiffness=1e5,1e5 /", failure)
     call check_success(error, failure)

@@ -366,13 +366,13 @@ contains
     call check_failure(error, failure, "the call that fails")
     problem%fails_at = 0
     call minimise(problem, start(:3), usual, optimum, failure)
-    call check_failure(error, failure, "as many bounds")
+    call check_failure(error, failure, "numbers of lower and upper bounds")
     problem%lower(2) = 11
     call minimise(problem, start, usual, optimum, failure)
-    call check_failure(error, failure, "finite bounds")
+    call check_failure(error, failure, "bounds must be finite")
     call problem_of(ring, problem, start)
     call minimise(problem, [2.0_dp, 2.0_dp], usual, optimum, failure)
-    call check_failure(error, failure, "nothing to start from")
+    call check_failure(error, failure, "cannot be computed at the start")
   end subroutine test_failures
 
 end module test_minimax

@@ -114,7 +114,7 @@ contains
     call check_failure(error, failure, "not positive definite")
     call solve_quadratic_program(unit_matrix(1), [1.0_dp], [1, 0, 0], [0.0_dp, 1.0_dp, 1.0_dp], &
       & reshape([1.0_dp, 1.0_dp, -1.0_dp], [1, 3]), d, lambda, failure)
-    call check_failure(error, failure, "no step meets the limits")
+    call check_failure(error, failure, "no step satisfies all constraints")
   end subroutine test_failures
 
 end module test_quadratic_program

@@ -130,7 +130,7 @@ contains
     call check_success(error, failure)
     if (allocated(error)) return
     call analyse(frame, analysis_options(model="rest"), accuracy_type(), analysis, failure)
-    call check_failure(error, failure, "the frame is not held in xi: add &support")
+    call check_failure(error, failure, "the frame is not held in xi: add a &support")
   end subroutine test_loose
 
   !> The paper's frame, free along x only, the crank 32, 64 and 128 times as fast as its vibration: |1 - rho| is about 2 pi / 32

@@ -120,8 +120,8 @@ contains
     call survey_system(system, survey, error)
     if (allocated(error)) return
     if (.not. survey%fastest > absurd_advance) return
-    watch%reason = "the period of " // concise(system%period, 4) // " is too long: the fastest free motion turns by " &
-      & // concise(survey%fastest, 2) // " rad in it (is it in the unit of time of the coefficients?)"
+    watch%reason = "the period of " // concise(system%period, 4) // " is too long: the phase of the fastest free motion " &
+      & // "advances by " // concise(survey%fastest, 2) // " rad in it (do period and coefficients use the same unit of time?)"
   end subroutine find_absurd_period
 
   !> Searches for a time at which det M vanishes or changes its sign, and records it as a fault.
@@ -164,8 +164,8 @@ contains
         end do
         phase = search%root()
       end do
-      if (phase >= 0) watch%reason = "the mass matrix is singular at the time " // concise(phase * system%period, 6) // ", " &
-        & // concise(phase, 6) // " of the period"
+      if (phase >= 0) watch%reason = "the mass matrix is singular at t = " // concise(phase * system%period, 6) // " (" &
+        & // concise(phase, 6) // " of the period)"
     end select
   end subroutine find_singular_mass
 
@@ -199,8 +199,8 @@ contains
     do j = 1, size(names)
       do k = 1, size(phases)
         if (ieee_is_finite(values(k, j)) .or. allocated(watch%reason)) cycle
-        watch%reason = trim(names(j)) // " is not a finite number at the time " // concise(phases(k) * system%period, 6) // ", " &
-          & // concise(phases(k), 6) // " of the period"
+        watch%reason = trim(names(j)) // " is NaN or infinite at t = " // concise(phases(k) * system%period, 6) // " (" &
+          & // concise(phases(k), 6) // " of the period)"
       end do
     end do
     if (.not. (allocated(watch%reason) .or. watch%examined) .and. watch%calls > many_calls) call examine(system, watch)

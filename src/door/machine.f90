@@ -161,7 +161,7 @@ contains
     n = 0
     if (allocated(self%document%groups)) n = size(self%document%groups)
     if (n + self%waiting == 0) then
-      call fatal_error(error, "there is no machine yet: read one first", invalid_input)
+      call fatal_error(error, "the machine is empty: call read, parse or add first", invalid_input)
       return
     end if
     if (self%waiting == 0) then

@@ -133,15 +133,15 @@ contains
       if (ratio > smooth) return
     end do
     if (everywhere) then
-      sentence = name // " is no smooth function of time: it changes from one to the next of " // concise(real(points, dp), 4) &
-        & // " times in the period (does the same time always give the same value?)"
+      sentence = name // " is not a smooth function of time: it varies irregularly between " // concise(real(points, dp), 4) &
+        & // " equidistant times of the period (does the same time always give the same value?)"
       return
     end if
     how = "jumps"
     if (ratio > bent) how = "has a kink"
-    if (ratio > curved) how = "has a jump of its curvature"
-    sentence = name // " " // how // " near the time " // concise(place * system%period, 4) // ", " // concise(place, 4) &
-      & // " of the period: smooth it, or name the time in `breaks`"
+    if (ratio > curved) how = "has a jump in its second derivative"
+    sentence = name // " " // how // " near t = " // concise(place * system%period, 4) // " (" // concise(place, 4) &
+      & // " of the period): make it smooth, or list this time in `breaks`"
 
   contains
 

@@ -197,7 +197,7 @@ contains
         if (.not. allocated(error)) call take_statistics(analysis%vibration, quantity, statistics, error)
         if (.not. allocated(error)) call history_of(analysis%vibration, quantity, found%history, error)
       else
-        call fatal_error(error, "no task of these computes the vibration; order 'response'", invalid_input)
+        call fatal_error(error, "the vibration was not computed: add the task 'response'", invalid_input)
       end if
       if (.not. allocated(error)) then
         found%name = name

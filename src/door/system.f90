@@ -57,7 +57,8 @@ contains
 
     if (present(tolerance)) accuracy%tolerance = tolerance
     if (present(points)) then
-      if (points < 1 .or. points > most_points) call fatal_error(error, "points of a motion: from 1 to 1000000", invalid_input)
+      if (points < 1 .or. points > most_points) call fatal_error(error, &
+        & "the number of points of the motion must lie between 1 and 1000000", invalid_input)
       if (allocated(error)) return
     end if
     call system%check(error)

@@ -133,7 +133,7 @@ contains
     integer :: info
 
     call dgetrf(size(a, 1), size(a, 2), a, size(a, 1), pivots, info)
-    if (info /= 0) call fatal_error(error, "a matrix to be solved with is singular", failed_computation)
+    if (info /= 0) call fatal_error(error, "the matrix of a linear system is singular", failed_computation)
   end subroutine factorise
 
   !> Solves A X = B in place of `b(n, columns)` with the factors from `factorise`.
@@ -188,7 +188,7 @@ contains
     allocate(inverted, source=cmplx(unit_matrix(n), 0, dp))
     call zgetrf(n, n, lu, n, pivots, info)
     if (info /= 0) then
-      call fatal_error(error, "singular matrix", failed_computation)
+      call fatal_error(error, "the matrix of a linear system is singular", failed_computation)
     else
       call zgetrs("N", n, n, lu, n, pivots, inverted, n, info)
     end if
@@ -209,7 +209,7 @@ contains
     allocate(vl(n, n), vr(n, n), work(8 * n))
     call dgeev("V", "V", n, copy, n, wr, wi, vl, n, vr, n, work, size(work), info)
     if (info /= 0) then
-      call fatal_error(error, "the eigenvalues of the monodromy matrix did not converge", failed_computation)
+      call fatal_error(error, "the iteration for the eigenvalues of a matrix did not converge", failed_computation)
       return
     end if
     values = cmplx(wr, wi, dp)
@@ -230,7 +230,7 @@ contains
     allocate(copy, source=a)
     allocate(values(n), right(n, n), left(n, n), work(8 * n))
     call zgeev("V", "V", n, copy, n, values, left, n, right, n, work, size(work), rwork, info)
-    if (info /= 0) call fatal_error(error, "the eigenvalues of the monodromy matrix did not converge", failed_computation)
+    if (info /= 0) call fatal_error(error, "the iteration for the eigenvalues of a matrix did not converge", failed_computation)
   end subroutine complex_eigensystem
 
   !> Converts eigenvectors from LAPACK's real storage, where a pair's real and imaginary parts are two columns, to complex columns.
@@ -273,7 +273,7 @@ contains
     if (info > n) then
       call fatal_error(error, "the mass matrix is not positive definite", failed_computation)
     else if (info /= 0) then
-      call fatal_error(error, "the natural frequencies did not converge", failed_computation)
+      call fatal_error(error, "the iteration for the natural frequencies did not converge", failed_computation)
     end if
     if (present(vectors)) call move_alloc(a_copy, vectors)
   end subroutine symmetric_pencil
@@ -302,7 +302,7 @@ contains
     allocate(r, source=b)
     call dpotrf("L", n, r, max(1, n), info)
     if (info == 0) call dtrtri("L", "N", n, r, max(1, n), info)
-    if (info /= 0) call fatal_error(error, "a matrix is not positive definite", failed_computation)
+    if (info /= 0) call fatal_error(error, "the matrix is not positive definite", failed_computation)
     do i = 2, n
       r(:i - 1, i) = 0
     end do
@@ -326,7 +326,7 @@ contains
     allocate(work(32 * (size(a, 1) + size(a, 2) + size(b, 1) + 1)))
     call dgglse(size(a, 1), size(a, 2), size(b, 1), a_copy, max(1, size(a, 1)), b_copy, max(1, size(b, 1)), c_copy, d_copy, &
       & x, work, size(work), info)
-    if (info /= 0) call fatal_error(error, "a least squares problem is singular", failed_computation)
+    if (info /= 0) call fatal_error(error, "the least squares problem has no unique solution", failed_computation)
   end subroutine constrained_least_squares
 
 end module gestell_math_lapack

@@ -67,19 +67,20 @@ contains
 
     associate (from => axis%from, to => axis%to, count => axis%count, logarithmic => axis%logarithmic)
       if (count < 1) then
-        call fatal_error(error, "a range needs one value at least", invalid_input)
+        call fatal_error(error, "a range must have at least one value", invalid_input)
       else if (.not. (ieee_is_finite(from) .and. ieee_is_finite(to))) then
         call fatal_error(error, "the ends of a range must be finite", invalid_input)
       else if (count > 1 .and. .not. abs(to - from) > 0) then
-        call fatal_error(error, "the range is empty: from equals to", invalid_input)
+        call fatal_error(error, "'from' and 'to' must differ if there are several values", invalid_input)
       else if (count == 1 .and. abs(to - from) > 0) then
-        call fatal_error(error, "one value cannot be two: from and to differ", invalid_input)
+        call fatal_error(error, "'from' and 'to' must be equal if there is only one value", invalid_input)
       else if (logarithmic .and. .not. (from > 0 .and. to > 0 .or. from < 0 .and. to < 0)) then
-        call fatal_error(error, "a logarithmic range keeps off zero: from and to need the same sign", invalid_input)
+        call fatal_error(error, "'from' and 'to' of a logarithmic range must be nonzero and have the same sign", invalid_input)
       else if (max(abs(from), abs(to)) > huge(from) / 2) then
-        call fatal_error(error, "the range is too wide to be divided", invalid_input)
+        call fatal_error(error, "the range is too wide for double precision", invalid_input)
       else if (logarithmic) then
-        if (abs(log(abs(to)) - log(abs(from))) > 700) call fatal_error(error, "the range is too wide to be divided", invalid_input)
+        if (abs(log(abs(to)) - log(abs(from))) > 700) call fatal_error(error, "the range is too wide for double precision", &
+          & invalid_input)
       end if
     end associate
   end subroutine check_axis
@@ -124,7 +125,7 @@ contains
     k = 0
     if (allocated(grid%axes)) k = size(grid%axes)
     if (k < 1 .or. k > 2) then
-      call fatal_error(error, "a grid has one axis or two", invalid_input)
+      call fatal_error(error, "a grid must have one or two axes", invalid_input)
       return
     end if
     do k = 1, size(grid%axes)
@@ -142,7 +143,7 @@ contains
 
     own = grid%tile(tile%number)
     if (own%number == 0 .or. any(tile%first /= own%first) .or. any(tile%last /= own%last)) then
-      call fatal_error(error, "the grid has no such tile", invalid_input)
+      call fatal_error(error, "the tile does not belong to the grid", invalid_input)
     end if
   end subroutine check_tile
 

@@ -51,8 +51,8 @@ contains
   !> Meaning of the number, for headings.
   pure character(len=48) function meaning(self)
     class(measure_type), intent(in) :: self
-    character(len=*), parameter :: meanings(3) = [character(len=len(meaning)) :: "greatest size over the turn", &
-      & "root mean square", "root mean square, orders within the probe's band"]
+    character(len=*), parameter :: meanings(3) = [character(len=len(meaning)) :: "maximum magnitude over the turn", &
+      & "root mean square", "root mean square within the probe's band"]
 
     meaning = meanings(self%kind)
   end function meaning
@@ -87,7 +87,7 @@ contains
     measure%unit = quantity%unit
     if (kind /= band_measure) return
     if (.not. has_band(name)) then
-      call fatal_error(error, "'band' is for velocities of probes, probe(NAME).v, .vx, .vy", invalid_input)
+      call fatal_error(error, "'band' is available only for velocities of probes: probe(NAME).v, .vx, .vy", invalid_input)
       return
     end if
     measure%unit = meter_unit

@@ -96,7 +96,7 @@ contains
     n = 0
     if (allocated(options%names)) n = size(options%names)
     if (n == 0) then
-      call fatal_error(error, "a curve needs one quantity at least", invalid_input)
+      call fatal_error(error, "a resonance curve requires at least one quantity", invalid_input)
       return
     end if
     if (allocated(options%harmonics)) then
@@ -152,7 +152,7 @@ contains
     allocate(probes(0))
     if (allocated(options%probes)) probes = options%probes
     if (.not. associated(frame)) then
-      call fatal_error(error, "only a frame has a resonance curve", invalid_input)
+      call fatal_error(error, "a resonance curve requires a frame: the system is of another type", invalid_input)
       return
     end if
     allocate(quantities(size(options%names)))

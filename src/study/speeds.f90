@@ -23,7 +23,7 @@ contains
     n = size(speeds)
     sound = n > 0 .and. all(ieee_is_finite(speeds)) .and. (all(speeds > 0) .or. all(speeds < 0))
     if (sound .and. n > 1) sound = all(speeds(2:) > speeds(:n - 1)) .or. all(speeds(2:) < speeds(:n - 1))
-    if (.not. sound) call fatal_error(error, "speeds must be finite, of one sign, ascending or descending, one at least", &
+    if (.not. sound) call fatal_error(error, "speeds must be at least one, finite, of one sign, and ascending or descending", &
       & invalid_input)
   end subroutine check_speeds
 
@@ -32,7 +32,7 @@ contains
     integer, intent(in) :: orders
     type(error_type), allocatable, intent(out) :: error
 
-    if (orders < 0 .or. orders > most_orders) call fatal_error(error, "the orders of the crank must lie between 0 and 8000", &
+    if (orders < 0 .or. orders > most_orders) call fatal_error(error, "the number of orders must lie between 0 and 8000", &
       & invalid_input)
   end subroutine check_orders
 

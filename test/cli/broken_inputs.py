@@ -321,34 +321,34 @@ INPUTS = [
      "input.nml:8: &link 'coupler': to = 'A': is the joint of from, needs another one"),
     # mechanisms
     ("cannot be assembled at 0 deg", changed("0.37,0.16", "0.07,0.16"), 3,
-     "input.nml:6: joint 'B' cannot be assembled or stands at a dead point at a crank angle of 0.000 deg: "
-     "its ends are 0.33 m apart, lengths of 0.07 m and 0.16 m reach from 0.09 m to 0.23 m; it closes at no crank angle; no Grashof "
-     "linkage: the shortest and the longest bar, 0.47 m together, are longer than the other two, 0.23 m"),
+     "input.nml:6: joint 'B' cannot be assembled or is at a dead point at a crank angle of 0.000 deg: "
+     "its ends are 0.33 m apart; lengths of 0.07 m and 0.16 m allow 0.09 m to 0.23 m; it cannot be assembled at any crank angle; not a Grashof "
+     "linkage: the shortest and the longest bar, together 0.47 m, are longer than the other two, together 0.23 m"),
     ("cannot be assembled over part of the turn", changed("0.37,0.16", "0.27,0.16"), 3,
-     "input.nml:6: joint 'B' cannot be assembled or stands at a dead point at a crank angle of 110.925 "
-     "deg: its ends are 0.43 m apart, lengths of 0.27 m and 0.16 m reach from 0.11 m to 0.43 m; it closes from 249.08 to 110.92 "
-     "deg; no Grashof linkage: the shortest and the longest bar, 0.47 m together, are longer than the other two, 0.43 m"),
+     "input.nml:6: joint 'B' cannot be assembled or is at a dead point at a crank angle of 110.925 "
+     "deg: its ends are 0.43 m apart; lengths of 0.27 m and 0.16 m allow 0.11 m to 0.43 m; it can be assembled from 249.08 to 110.92 "
+     "deg; not a Grashof linkage: the shortest and the longest bar, together 0.47 m, are longer than the other two, together 0.43 m"),
     ("dead point at 180 deg", changed("0.37,0.16", "0.31,0.16"), 3,
-     re.compile(r"input\.nml:6: joint 'B' cannot be assembled or stands at a dead point at a crank angle of "
-                r"(179\.99\d|180\.000) deg: its ends are 0\.47 m apart, lengths of 0\.31 m and 0\.16 m reach "
-                r"from 0\.15 m to 0\.47 m; elsewhere it closes, but for gaps of less than 4 deg")),
+     re.compile(r"input\.nml:6: joint 'B' cannot be assembled or is at a dead point at a crank angle of "
+                r"(179\.99\d|180\.000) deg: its ends are 0\.47 m apart; lengths of 0\.31 m and 0\.16 m allow "
+                r"0\.15 m to 0\.47 m; it can be assembled elsewhere, except in gaps of less than 4 deg")),
     ("parallelogram", changed("radius=0.07", "radius=0.16").replace("0.37,0.16", "0.40,0.16"), 3,
-     "input.nml:6: joint 'B' cannot be assembled or stands at a dead point at a crank angle of 0.000 deg: "
-     "its ends are 0.24 m apart, lengths of 0.4 m and 0.16 m reach from 0.24 m to 0.56 m; elsewhere it closes, but for gaps of "
-     "less than 4 deg; it is a parallelogram: describe its second arm by another joint of type 'crank', with the same radius and phase "
-     "about its own pivot"),
+     "input.nml:6: joint 'B' cannot be assembled or is at a dead point at a crank angle of 0.000 deg: "
+     "its ends are 0.24 m apart; lengths of 0.4 m and 0.16 m allow 0.24 m to 0.56 m; it can be assembled elsewhere, except in gaps of "
+     "less than 4 deg; it is a parallelogram linkage: describe its second arm by another joint of type 'crank', with the same radius and "
+     "phase, about its own pivot"),
     ("ends of a dyad meet at 180 deg",
      changed("position=0.40, 0.0", "position=-0.07, 0.0").replace("0.37,0.16", "0.37,0.37"), 3,
-     re.compile(r"input\.nml:6: joint 'B' cannot be assembled or stands at a dead point at a crank angle of "
-                r"(179\.99\d|180\.000) deg: its ends are .*, lengths of 0\.37 m and 0\.37 m reach from "
-                r"0 m to 0\.74 m; elsewhere it closes, but for gaps of less than 4 deg")),
+     re.compile(r"input\.nml:6: joint 'B' cannot be assembled or is at a dead point at a crank angle of "
+                r"(179\.99\d|180\.000) deg: its ends are .*; lengths of 0\.37 m and 0\.37 m allow "
+                r"0 m to 0\.74 m; it can be assembled elsewhere, except in gaps of less than 4 deg")),
     ("joints of a link meet at 0 deg", added("&joint name='C', type='ground', position=0.07, 0.0 /\n"
                                              "&link name='belt', from='C', to='A', mass=1.0, inertia=0.0 /"), 3,
-     "input.nml:17: link 'belt': its joints meet at a crank angle of 0.000 deg"),
+     "input.nml:17: link 'belt': its two joints coincide at a crank angle of 0.000 deg"),
     ("joints of a link meet at 40 deg", added("&joint name='C', type='ground', position=0.05362311101832846, "
                                               "0.04499513267805774 /\n"
                                               "&link name='belt', from='C', to='A', mass=1.0, inertia=0.0 /"), 3,
-     re.compile(r"input\.nml:17: link 'belt': its joints meet at a crank angle of (39\.99\d|40\.000) deg")),
+     re.compile(r"input\.nml:17: link 'belt': its two joints coincide at a crank angle of (39\.99\d|40\.000) deg")),
     # files
     ("empty file", "", 2,
      "input.nml: the file is empty"),
@@ -433,8 +433,8 @@ OPTIONS = [
     ("--set, empty value", ["input.nml", "-s", "frame.mass="], 2,
      "--set frame.mass=: a value is missing"),
     ("--set, the mechanism cannot be assembled", ["input.nml", "-s", "joint(B).lengths(1)=0.1"], 3,
-     "input.nml:6: joint 'B' cannot be assembled or stands at a dead point at a crank angle of 0.000 deg: "
-     "its ends are 0.33 m apart, lengths of 0.1 m and 0.16 m reach from 0.06 m to 0.26 m; it closes at no crank angle; no Grashof "
+     "input.nml:6: joint 'B' cannot be assembled or is at a dead point at a crank angle of 0.000 deg: "
+     "its ends are 0.33 m apart; lengths of 0.1 m and 0.16 m allow 0.06 m to 0.26 m; it cannot be assembled at any crank angle; not a Grashof "
      "linkage: the shortest and the longest bar, 0.47 m together, are longer than the other two, 0.26 m"),
     ("--fail-if-unstable without a verdict", ["input.nml", "--fail-if-unstable", "-s", "case.tasks='drawing'"], 1,
      "--fail-if-unstable needs a task with a verdict: 'stability', 'modes', 'response', 'forces', 'power', 'balance', "

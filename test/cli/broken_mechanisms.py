@@ -78,18 +78,18 @@ def without(*groups):
 
 
 def needs_guide(number, name, key="guide"):
-    return (f"input.nml:{number}: &joint '{name}': needs the keys '{key}_point' and '{key}_angle' of a fixed guide, or "
-            f"'{key}' of a guide between two joints")
+    return (f"input.nml:{number}: &joint '{name}': give '{key}_point' and '{key}_angle' for a guide fixed to the frame, or "
+            f"'{key}' for one carried by two joints")
 
 
 # where the joint can be assembled, and what kind of four-bar it is (tested in slips.py)
-CLOSES = (r"(; it closes (at no crank angle|from [\d., tofrm]* deg)|; elsewhere it closes, but for gaps of less than 4 deg)"
+CLOSES = (r"(; it (cannot be assembled at any crank angle|can be assembled from [\d., tofrm]* deg)|; it can be assembled elsewhere, except in gaps of less than 4 deg)"
           r"(; [a-z ]*(Grashof|parallelogram).*)?")
 
 
 def cannot(number, name, degrees, why):
     """The joint, and where and why it cannot be assembled; a pattern for the number of degrees."""
-    return re.compile(re.escape(f"input.nml:{number}: joint '{name}' cannot be assembled or stands at a dead point at a crank angle of "
+    return re.compile(re.escape(f"input.nml:{number}: joint '{name}' cannot be assembled or is at a dead point at a crank angle of "
                                 f"@ deg: {why}").replace("@", degrees) + CLOSES)
 
 
@@ -106,9 +106,9 @@ RPR_HAS = "a joint of type 'RPR' has no such key, it has ends, lengths, branch"
 RPP_HAS = "a joint of type 'RPP' has no such key, it has ends, slot_angle, guide, guide_point, guide_angle"
 PRP_HAS = ("a joint of type 'PRP' has no such key, it has guide, guide_point, guide_angle, guide2, guide2_point, "
            "guide2_angle")
-PARALLEL = "its guides become parallel, or the joints that carry one of them meet"
+PARALLEL = "its guides become parallel, or the two joints that carry one coincide"
 INDEFINITE = "the matrix is not positive (semi-)definite: it would push the frame away in some direction"
-PAIRS = "is a mean and then pairs of cosine and sine: needs an odd number of values"
+PAIRS = "must have an odd number of values: the mean, then pairs of cosine and sine"
 MASS_KEYS = "allowed are mass, inertia, a1, a2, a3, moment, energy"
 UNITS_KEYS = "allowed are length, mass, inertia, stiffness, force, moment, damping, rotary_damping, angle"
 
@@ -243,37 +243,37 @@ INPUTS = [
     # mechanisms that cannot turn
     ("slider out of reach",
      joint("B", "type='RRP', ends='A', lengths=0.2, guide_point=0.3,0.0, guide_angle=90.0, branch=1"), 3,
-     cannot(6, "B", "0.000", "its end is 0.25 m away from the guide, a length of 0.2 m must reach it")),
+     cannot(6, "B", "0.000", "its end is 0.25 m away from the guide; its length of 0.2 m must exceed this distance")),
     # A is 0.05 cos(phi) from the y-axis: 0.16 - 0.05 cos(phi) = 0.2
     ("slider out of reach over part of the turn",
      joint("B", "type='RRP', ends='A', lengths=0.2, guide_point=0.16,0.0, guide_angle=90.0, branch=1"), 3,
      cannot(6, "B", f"{math.degrees(math.acos(-0.8)):.3f}",
-            "its end is 0.2 m away from the guide, a length of 0.2 m must reach it")),
+            "its end is 0.2 m away from the guide; its length of 0.2 m must exceed this distance")),
     ("slider at a dead point",
      joint("B", "type='RRP', ends='A', lengths=0.2, guide_point=0.15,0.0, guide_angle=90.0, branch=1"), 3,
-     about(180.0, 6, "B", "its end is 0.2 m away from the guide, a length of 0.2 m must reach it")),
+     about(180.0, 6, "B", "its end is 0.2 m away from the guide; its length of 0.2 m must exceed this distance")),
     ("rod as long as the crank",
      joint("B", "type='RRP', ends='A', lengths=0.05, guide_point=0.0,0.0, guide_angle=90.0, branch=1"), 3,
-     cannot(6, "B", "0.000", "its end is 0.05 m away from the guide, a length of 0.05 m must reach it")),
+     cannot(6, "B", "0.000", "its end is 0.05 m away from the guide; its length of 0.05 m must exceed this distance")),
     # the guide turns with the crank, at 90 deg to it: P is 0.35 sin(phi) from it
     ("slider out of reach of a moving guide",
      last_joint("type='RRP', ends='P', lengths=0.30, guide='O','A', guide_angle=90.0, branch=1"), 3,
      cannot(8, "S", f"{math.degrees(math.asin(0.30 / 0.35)):.3f}",
-            "its end is 0.3 m away from the guide, a length of 0.3 m must reach it")),
+            "its end is 0.3 m away from the guide; its length of 0.3 m must exceed this distance")),
     ("lever's pivot on the crank's circle",
      last_joint("type='ground', position=1.0,1.0", ("position=0.0,-0.35", "position=0.0,-0.05")), 3,
-     about(270.0, 7, "C", "the joint in the slot meets the lever's pivot")),
+     about(270.0, 7, "C", "the joint in the slot coincides with the lever's pivot")),
     ("lever's pivot where the crank begins",
      last_joint("type='ground', position=1.0,1.0", ("position=0.0,-0.35", "position=0.05,0.0")), 3,
-     cannot(7, "C", "0.000", "the joint in the slot meets the lever's pivot")),
+     cannot(7, "C", "0.000", "the joint in the slot coincides with the lever's pivot")),
     ("joints of a body meet",
      last_joint("type='rigid', ends='A','P', offset=0.1,0.0", ("position=0.0,-0.35", "position=0.0,0.05"),
                 ("ends='A','P', lengths", "ends='A','O', lengths")), 3,
-     about(90.0, 8, "S", "the two joints of its body meet")),
+     about(90.0, 8, "S", "the two joints of its body coincide")),
     ("joints that carry a guide meet",
      last_joint("type='RPP', ends='O', guide='P','A', slot_angle=60.0", ("position=0.0,-0.35", "position=0.0,0.05"),
                 ("ends='A','P', lengths", "ends='A','O', lengths")), 3,
-     about(90.0, 8, "S", "its slot, at 60.000 deg to the guide, is parallel to it, or the joints that carry the guide meet")),
+     about(90.0, 8, "S", "its slot, at 60.000 deg to the guide, is parallel to the guide, or the two joints that carry the guide coincide")),
     # the lever's angle from the y-axis reaches 5 deg: 0.05 cos(phi) = tan(5 deg) (0.35 + 0.05 sin(phi))
     ("guides parallel at one angle",
      joint("F", "type='PRP', guide='P','C', guide2_point=0.0,0.5, guide2_angle=85.0"), 3,
@@ -435,5 +435,5 @@ BROKEN_MECHANISMS += [
     ("--set of the linkage, guides become parallel", MACHINE, ["input.nml", "-s", "joint(F).guide2_angle=90"], 3,
      about(90.0, 10, "F", PARALLEL)),
     ("--check of a slider out of reach", MACHINE, ["--check", "input.nml", "-s", "joint(B).lengths=0.04"], 3,
-     cannot(6, "B", "0.000", "its end is 0.05 m away from the guide, a length of 0.04 m must reach it")),
+     cannot(6, "B", "0.000", "its end is 0.05 m away from the guide; its length of 0.04 m must exceed this distance")),
 ]

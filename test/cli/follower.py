@@ -138,18 +138,18 @@ def test_refused():
     start = "input.nml:5: &joint 'T': "
     for what, words, message in (
             ("no lift", f"type='follower', cam='O','A', {GUIDE}",
-             "needs either the key 'lift', harmonics, or the key 'lift_table'"),
+             "give either 'lift' (harmonics) or 'lift_table'"),
             ("two lifts", f"type='follower', cam='O','A', {GUIDE}, lift=0.01, lift_table=0.0,0.1,0.2",
-             "needs either the key 'lift', harmonics, or the key 'lift_table'"),
+             "give either 'lift' (harmonics) or 'lift_table'"),
             ("even", f"type='follower', cam='O','A', {GUIDE}, lift=0.01,0.02",
-             "lift = 0.01, 0.02: is a mean and then pairs of cosine and sine: needs an odd number of values"),
+             "lift = 0.01, 0.02: must have an odd number of values: the mean, then pairs of cosine and sine"),
             ("short table", f"type='follower', cam='O','A', {GUIDE}, lift_table=0.01,0.02", "lift_table = 0.01, 0.02: takes at least 3 values, has 2"),
             ("one joint", f"type='follower', cam='A', {GUIDE}, lift=0.01", "cam = 'A': takes 2 values, has 1"),
             ("the same twice", f"type='follower', cam='A','A', {GUIDE}, lift=0.01", "cam = 'A', 'A': needs 2 different joints"),
             ("itself", f"type='follower', cam='O','T', {GUIDE}, lift=0.01", "cam = 'O', 'T': a joint cannot be built on itself"),
             ("no cam", f"type='follower', {GUIDE}, lift=0.01", "a joint of type 'follower' needs the key 'cam'"),
             ("no guide", "type='follower', cam='O','A', lift=0.01",
-             "needs the keys 'guide_point' and 'guide_angle' of a fixed guide, or 'guide' of a guide between two joints"),
+             "give 'guide_point' and 'guide_angle' for a guide fixed to the frame, or 'guide' for one carried by two joints"),
             ("ends", f"type='follower', ends='A', cam='O','A', {GUIDE}, lift=0.01",
              "a joint of type 'follower' has no such key, it has cam, lift, lift_table, lift_phase, guide, guide_point, "
              "guide_angle")):
@@ -162,8 +162,8 @@ def test_refused():
         "cam='O','A'", "cam='A','B'")
     with Folder(input=meeting) as folder:
         Run(folder, "input.nml").refused("follower, the cam's joints meet", 3, re.compile(
-            "input.nml:6: joint 'T' cannot be assembled or stands at a dead point at a crank angle of 0.000 deg: the two joints of "
-            "its cam meet, or those that carry its guide; .*it closes.*"))
+            "input.nml:6: joint 'T' cannot be assembled or is at a dead point at a crank angle of 0.000 deg: the two joints of "
+            "its cam, or the two that carry its guide, coincide; .*assembled.*"))
 
 
 FOLLOWER_TESTS = (test_yoke, test_tables, test_units, test_told, test_press, test_refused)

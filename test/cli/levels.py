@@ -156,9 +156,9 @@ def test_as_single_runs():
 
 
 REFUSED = [
-    ("no quantity of that name", "quantity='fz', level=1", re.compile(r"quantity = 'fz': 'fz' is no quantity: there are xi, .*")),
+    ("no quantity of that name", "quantity='fz', level=1", re.compile(r"quantity = 'fz': unknown quantity 'fz': use xi, .*")),
     ("no band", "quantity='fx', measure='band', level=1",
-     re.compile(r"measure = 'band': 'band' is for velocities of probes, probe\(NAME\)\.v, \.vx, \.vy")),
+     re.compile(r"measure = 'band': 'band' is available only for velocities of probes: probe\(NAME\)\.v, \.vx, \.vy")),
     ("no such measure", "quantity='fx', measure='top', level=1",
      re.compile(r"measure = 'top': unknown; known: 'peak', 'rms', 'band'")),
     ("no level", "quantity='fx'", re.compile(r"level: must be given")),

@@ -472,12 +472,12 @@ def test_diagnosis():
         return math.acos((ground ** 2 + rocker ** 2 - distance ** 2) / (2 * ground * rocker))
 
     swing = rocker_at(coupler + crank) - rocker_at(coupler - crank)
-    tells("crank-rocker", report, "mobility 1 (4 links with the frame, 4 pairs); crank-rocker (the crank is shortest)",
+    tells("crank-rocker", report, "mobility 1 (4 links with the frame, 4 pairs); crank-rocker (shortest link: crank)",
           f"smallest transmission angle {math.degrees(min(angles)):.1f} deg, joint 'B' at 180.0 deg",
           f"nearest dead point: a length of joint 'B' changed by {margin:.3g} m",
           f"swings through {math.degrees(swing):.2f} deg", "turns fully", "-0.07 to 0.07")
     report = told("double crank", four_bar(0.05, 0.20, 0.18, 0.22))
-    tells("double crank", report, "double crank (the ground is shortest)")
+    tells("double crank", report, "double crank (shortest link: frame)")
     equal("double crank, links that turn", report.count("turns fully"), 3)
     poor = told("poor transmission", four_bar(0.10, 0.07, 0.14, 0.16))
     tells("poor transmission", poor, "  <- poor")

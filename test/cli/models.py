@@ -74,7 +74,7 @@ def test_default():
 
 def test_no_vibration():
     """Where nothing holds the frame in a direction there is none: exit code 4, and the reason."""
-    none = "there is no periodic vibration: the frame turns freely about the point (0, -0.35) m from F: add another &support"
+    none = "there is no periodic vibration: the frame can turn freely about the point (0, -0.35) m from F: add another &support"
     with Folder(input=ON_ONE_MOUNT) as folder:
         for words in ((), ("-q",), ("--one-line",), ("--fail-if-unstable",), ("-s", "case.tasks='stability'")):
             one = Run(folder, *words, "input.nml")

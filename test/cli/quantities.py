@@ -137,7 +137,7 @@ def test_no_vibration():
 
 
 REFUSED = [
-    ("no quantity", ", columns='verdict','fz'", re.compile(r"columns\(2\) = 'fz': 'fz' is no quantity: there are xi, .*, m, f, "
+    ("no quantity", ", columns='verdict','fz'", re.compile(r"columns\(2\) = 'fz': unknown quantity 'fz': use xi, .*, m, f, "
      r"support\(1\)\.fx .*; other columns are rho_max, .*, psi_peak_rad")),
     ("no such support", ", columns='support(5).f'", re.compile(r"columns\(1\) = 'support\(5\)\.f': .*to 4\).*")),
     ("nearly a column", ", columns='xi_pek_m'", "columns(1) = 'xi_pek_m': unknown; did you mean 'xi_peak_m'?"),
@@ -164,7 +164,7 @@ def test_refused():
         Run(folder, "input.nml").refused("two sets of measures", 2, f"input.nml:{LINE + 1}: &sweep 2: measures = 'rms': differs "
                                          "from 'measures' in &sweep 1; both groups must agree")
     with Folder(input=SOUND) as folder:
-        for setting, message in (("response.quantities=fz", "'fz' is no quantity: there are xi, "),):
+        for setting, message in (("response.quantities=fz", "unknown quantity 'fz': use xi, "),):
             text = SOUND + "&response quantities='f' /\n"
             (folder / "input.nml").write_text(text)
             run = Run(folder, "-q", "input.nml", "-s", setting)

@@ -171,8 +171,8 @@ def test_refused():
         ("one speed", SPEEDS.replace("to=700.0, count=5", "count=1"), "input.nml:16: &sweep: count = 1: must be at least 2 for the "
          "tasks resonance, critical and campbell"),
         ("no such quantity", SPEEDS + "&resonance quantities='zeta' /\n",
-         "input.nml:17: &resonance: quantities = 'zeta': 'zeta' is "
-         "no quantity: there are xi, eta, psi (also with _dot, _ddot), fx, fy, m, f, support(1).fx (.fy, .f; to 4), "
+         "input.nml:17: &resonance: quantities = 'zeta': unknown "
+         "quantity 'zeta': use xi, eta, psi (also with _dot, _ddot), fx, fy, m, f, support(1).fx (.fy, .f; up to 4), "
          "foundation.fx, guide.fx, total.fx (.fy, .f, .m)"),
         ("a quantity twice", SPEEDS + "&resonance quantities='xi','xi' /\n",
          "input.nml:17: &resonance: quantities = 'xi', 'xi': names "

@@ -85,7 +85,7 @@ def test_refused():
         ("an order", "parameters='accuracy.tolerance'", "'accuracy.tolerance' is no number of the machine"),
         ("zero", "parameters='support.damping'", "'support.damping' is zero, or not given: it cannot change by a percentage"),
         ("twice", "parameters='frame.mass','frame.mass'", "names 'frame.mass' twice"),
-        ("no such quantity", "quantities='g'", "'g' is no quantity"),
+        ("no such quantity", "quantities='g'", "unknown quantity 'g'"),
     ):
         with Folder(input=SENSITIVE + f"&sensitivity {keys} /\n") as folder:
             run = Run(folder, "input.nml")

@@ -155,7 +155,7 @@ def test_refused():
             ("standstill", "&sweep parameter='drive.speed_rpm', from=-750, to=900, count=4 /",
              "input.nml:9: &sweep: to = 900: the range must not include standstill: 'from' and 'to' must have the same sign"),
             ("no range", "&sweep parameter='drive.speed_rpm', from=750, to=750, count=4 /",
-             "input.nml:9: &sweep: to = 750: the range is empty: from equals to")):
+             "input.nml:9: &sweep: to = 750: 'from' and 'to' must differ if there are several values")):
         with Folder(input=BARE + group + "\n") as folder:
             Run(folder, "input.nml").refused(f"separation, {what}", 2, message)
             equal(f"separation, {what}: nothing written", files(folder), ["input.nml"])

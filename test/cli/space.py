@@ -493,8 +493,8 @@ def refused_tests():
         equal("space, no shaft of the drive: line", run.err, message + "\n")
     loose = GOOD | {"stiffness": "1e4,1e4,0", "dof": "'xi','eta','zeta'"}
     with Folder(input=BLOCK.format(**loose) + "&gravity direction=0,-1,1 /\n") as folder:
-        Run(folder, "input.nml").refused("space, nothing carries the weight", 3, "input.nml:9: &gravity: nothing carries the weight "
-                                         "along zeta: give the frame a spring there, or a guide")
+        Run(folder, "input.nml").refused("space, nothing carries the weight", 3, "input.nml:9: &gravity: no spring carries the weight "
+                                         "along zeta: add a spring in this direction, or a guide")
 
 
 SPACE_TESTS = [reference_tests, range_tests, tilted_tests, power_tests, block_tests, force_tests, task_tests, balanced_tests,

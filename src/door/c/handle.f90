@@ -42,7 +42,7 @@ contains
     integer(c_int), intent(out), optional :: count
 
     if (.not. present(count)) then
-      if (.not. allocated(error)) call no_handle("the place for a count", error)
+      if (.not. allocated(error)) call no_handle("the pointer for a count", error)
       return
     end if
     count = 0
@@ -56,7 +56,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     character(len=60) :: numbers
 
-    write(numbers, "(a, i0, a, i0)") ": there are ", needed, " elements, not ", given
+    write(numbers, "(a, i0, a, i0)") " must have ", needed, " elements, not ", given
     call fatal_error(error, what // trim(numbers), wrong_usage)
   end subroutine too_small
 
@@ -71,9 +71,9 @@ contains
     integer :: i
 
     if (.not. c_associated(pointer)) then
-      call no_handle("the place for a text", error)
+      call no_handle("the array for the text", error)
     else if (size < len(text) + 1) then
-      call too_small("the place for a text", int(size), len(text) + 1, error)
+      call too_small("the array for the text", int(size), len(text) + 1, error)
     end if
     if (allocated(error)) return
     call c_f_pointer(pointer, characters, [len(text) + 1])

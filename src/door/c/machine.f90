@@ -91,7 +91,7 @@ contains
     character(len=:), allocatable :: name
     type(error_type), allocatable :: error
 
-    call take(handle, machine, file, "the file's name", name, error)
+    call take(handle, machine, file, "the file name", name, error)
     if (.not. allocated(error)) call machine%read(name, error)
     code = code_of(error, failure)
   end function read_file
@@ -166,10 +166,10 @@ contains
     real(dp), allocatable :: values(:)
     type(error_type), allocatable :: error
 
-    if (.not. c_associated(numbers)) call no_handle("the place for numbers", error)
+    if (.not. c_associated(numbers)) call no_handle("the array for the values", error)
     if (.not. allocated(error)) call find_values(handle, path, values, error)
     if (.not. allocated(error)) then
-      if (count /= size(values)) call too_small("the place for numbers", int(count), size(values), error)
+      if (count /= size(values)) call too_small("the array for the values", int(count), size(values), error)
     end if
     if (.not. allocated(error)) then
       call c_f_pointer(numbers, place, [count])
@@ -202,13 +202,13 @@ contains
     type(error_type), allocatable :: error
 
     if (.not. present(found)) then
-      call no_handle("the place for the solution", error)
+      call no_handle("the pointer for the solution", error)
       code = code_of(error, failure)
       return
     end if
     found = c_null_ptr
     if (c_associated(tasks)) then
-      call take(handle, machine, tasks, "tasks", names, error)
+      call take(handle, machine, tasks, "the text of the tasks", names, error)
     else
       call take_machine(handle, machine, error)
     end if

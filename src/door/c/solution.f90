@@ -59,7 +59,7 @@ contains
     character(len=:), allocatable :: name
 
     text = ""
-    call take_solution(handle, what, "the text's name", solution, name, error)
+    call take_solution(handle, what, "the name of the text", solution, name, error)
     if (allocated(error)) return
     select case (name)
     case ("verdict")
@@ -69,7 +69,7 @@ contains
     case ("failure")
       if (allocated(solution%result%failure)) text = solution%result%failure%message
     case default
-      call fatal_error(error, "there is no text '" // name // "': verdict, report, failure", wrong_usage)
+      call fatal_error(error, "unknown text '" // name // "': use verdict, report or failure", wrong_usage)
     end select
     if (.not. allocated(text)) text = ""
   end subroutine find_text
@@ -97,10 +97,11 @@ contains
     real(dp), allocatable :: errors(:)
     type(error_type), allocatable :: error
 
-    if (.not. (c_associated(re) .and. c_associated(im) .and. c_associated(bounds))) call no_handle("a place for multipliers", error)
+    if (.not. (c_associated(re) .and. c_associated(im) .and. c_associated(bounds))) call no_handle("an array for the multipliers", &
+      & error)
     if (.not. allocated(error)) call find_multipliers(handle, rho, errors, error)
     if (.not. allocated(error)) then
-      if (count /= size(rho)) call too_small("the place for multipliers", int(count), size(rho), error)
+      if (count /= size(rho)) call too_small("the array for the multipliers", int(count), size(rho), error)
     end if
     if (.not. allocated(error)) then
       call c_f_pointer(re, place, [count])
@@ -124,7 +125,7 @@ contains
     call find_solution(handle, solution, error)
     if (.not. allocated(error)) then
       call solution%multipliers(rho, errors)
-      if (.not. allocated(rho)) call fatal_error(error, "no task of these computes multipliers; order 'stability'", wrong_usage)
+      if (.not. allocated(rho)) call fatal_error(error, "the multipliers were not computed: add the task 'stability'", wrong_usage)
     end if
     if (.not. allocated(rho)) allocate(rho(0))
   end subroutine find_multipliers
@@ -159,11 +160,11 @@ contains
     call find_response(handle, quantity, response, error)
     if (.not. allocated(error)) then
       if (.not. c_associated(numbers)) then
-        call no_handle("the place for peak and rms", error)
+        call no_handle("the array for peak and rms", error)
       else if (c_associated(amplitudes) .and. orders /= size(response%amplitudes)) then
-        call too_small("the place for amplitudes", int(orders), size(response%amplitudes), error)
+        call too_small("the array for the amplitudes", int(orders), size(response%amplitudes), error)
       else if (c_associated(history) .and. points /= size(response%history)) then
-        call too_small("the place for a history", int(points), size(response%history), error)
+        call too_small("the array for the history", int(points), size(response%history), error)
       end if
     end if
     if (.not. allocated(error)) then

@@ -53,9 +53,9 @@ contains
     integer :: n
 
     n = 2 * min(int(f), most)
-    if (f > most) call fatal_error(error, "degrees of freedom: at most 1000", invalid_input)
-    if (.not. allocated(error) .and. .not. c_associated(give)) call no_handle("the function of the coefficients", error)
-    if (.not. allocated(error) .and. .not. c_associated(multipliers)) call no_handle("the place for multipliers", error)
+    if (f > most) call fatal_error(error, "the system must have at most 1000 degrees of freedom", invalid_input)
+    if (.not. allocated(error) .and. .not. c_associated(give)) call no_handle("the function for the coefficients", error)
+    if (.not. allocated(error) .and. .not. c_associated(multipliers)) call no_handle("the array for the multipliers", error)
     if (.not. allocated(error)) then
       system%states = n
       system%period = period

@@ -45,7 +45,7 @@ contains
     call c_f_pointer(handle, solution)
     if (index < 0 .or. index >= count) then
       !$omp critical (gestell_door)
-      call fatal_error(error, "there are " // text(int(count)) // " tables", wrong_usage)
+      call fatal_error(error, "the index of the table must lie between 0 and " // text(int(count) - 1), wrong_usage)
       !$omp end critical (gestell_door)
     else
       call give_text(solution%result%tables(index + 1)%name, size, name, error)
@@ -145,7 +145,7 @@ contains
     call find_values(handle, name, index, rows, values, words_kind, column, error)
     if (.not. allocated(error)) then
       longest = room_for_words(column, int(rows))
-      if (width < longest) call too_small("the place for a word", int(width), longest, error)
+      if (width < longest) call too_small("the array for a word", int(width), longest, error)
     end if
     if (.not. allocated(error)) then
       call c_f_pointer(values, place, [width, rows])
@@ -192,11 +192,11 @@ contains
     if (allocated(error)) return
     holds = [allocated(column%numbers), allocated(column%integers), allocated(column%words)]
     if (.not. c_associated(values)) then
-      call no_handle("the place for a column", error)
+      call no_handle("the array for the column", error)
     else if (rows /= there) then
-      call too_small("the place for a column", int(rows), there, error)
+      call too_small("the array for the column", int(rows), there, error)
     else if (.not. holds(kind)) then
-      call fatal_error(error, "the column holds no " // trim(kinds(kind)), wrong_usage)
+      call fatal_error(error, "the column does not contain " // trim(kinds(kind)), wrong_usage)
     end if
   end subroutine find_values
 
@@ -215,7 +215,7 @@ contains
     if (allocated(error)) return
     if (index < 0 .or. index >= size(table%columns)) then
       !$omp critical (gestell_door)
-      call fatal_error(error, "the table has " // text(size(table%columns)) // " columns", wrong_usage)
+      call fatal_error(error, "the index of the column must lie between 0 and " // text(size(table%columns) - 1), wrong_usage)
       !$omp end critical (gestell_door)
       return
     end if
@@ -233,7 +233,7 @@ contains
     integer :: i
 
     nullify(table)
-    call take_solution(handle, pointer, "the table's name", solution, name, error)
+    call take_solution(handle, pointer, "the name of the table", solution, name, error)
     if (allocated(error)) return
     do i = 1, size(solution%result%tables)
       if (solution%result%tables(i)%name == name) table => solution%result%tables(i)

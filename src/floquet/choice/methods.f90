@@ -56,7 +56,7 @@ contains
     case ("gauss2", "gauss3", "gauss4", "gauss5", "gauss6", "gauss7", "gauss8", "gauss9", "gauss10")
       method = gauss(stages_of(name))
     case default
-      call fatal_error(error, "unknown method '" // name // "'", invalid_input)
+      call fatal_error(error, "unknown integration method '" // name // "'", invalid_input)
     end select
   end subroutine find_method
 

@@ -200,12 +200,11 @@ contains
       if (norm(matmul(abs(inverted), dz)) < 0.5_dp) return
     end if
     if (k < 0.5_dp) then
-      call fatal_error(error, "the averaged model has no periodic vibration: within rounding nothing holds it in some " // &
-        & "direction against the mean load (harmonic 0); a spring is missing there", failed_computation)
+      call fatal_error(error, "the averaged model has no periodic vibration: no spring carries the mean load (harmonic 0) in " // &
+        & "some direction", failed_computation)
     else
-      call fatal_error(error, "the averaged model has no periodic vibration: a free vibration that within rounding " // &
-        & "nothing damps meets harmonic " // concise(k, 15) // " of the period (resonance); more damping or another " // &
-        & "speed may help", failed_computation)
+      call fatal_error(error, "the averaged model has no periodic vibration: an undamped natural frequency coincides with " // &
+        & "harmonic " // concise(k, 15) // " of the period (resonance); add damping or change the speed", failed_computation)
     end if
     error%cause = resonance
   end subroutine invert

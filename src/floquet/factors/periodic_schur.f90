@@ -31,7 +31,7 @@ contains
     integer :: exponents(size(factors, 3)), n, k
 
     if (.not. all(ieee_is_finite(real(factors)) .and. ieee_is_finite(aimag(factors)))) then
-      call fatal_error(error, "a factor of the monodromy matrix is not finite", failed_computation)
+      call fatal_error(error, "a factor of the monodromy matrix contains NaN or infinity", failed_computation)
       return
     end if
     n = size(factors, 1)
@@ -123,7 +123,7 @@ contains
         cycle
       end if
       if (sweeps == most) then
-        call fatal_error(error, "the multipliers did not converge", failed_computation)
+        call fatal_error(error, "the iteration for the multipliers did not converge", failed_computation)
         return
       end if
       sweeps = sweeps + 1

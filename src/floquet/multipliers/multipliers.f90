@@ -63,7 +63,7 @@ contains
     integer :: n, k
 
     if (.not. allocated(monodromy%phi)) then
-      call fatal_error(error, "multipliers are those of a system that solve_monodromy has solved", invalid_input)
+      call fatal_error(error, "call solve_monodromy before solve_multipliers", invalid_input)
       return
     end if
     n = size(monodromy%scale)

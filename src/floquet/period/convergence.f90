@@ -30,8 +30,8 @@ contains
   pure subroutine too_many_steps(error)
     type(error_type), allocatable, intent(out) :: error
 
-    call fatal_error(error, "more than " // text(most_steps) // " steps per turn would be needed: the fastest free " // &
-      & "vibration is too fast for the crank speed (allow a greater tolerance, or check stiffness, damping and mass)", &
+    call fatal_error(error, "more than " // text(most_steps) // " steps per turn would be required: the fastest " // &
+      & "free vibration is too fast for the crank speed (increase the tolerance, or check stiffness, damping and mass)", &
       & failed_computation)
   end subroutine too_many_steps
 

@@ -76,7 +76,7 @@ contains
       integral = integral + dot_product(weights(:count), traces(system, phases(:count)))
     end do
     if (ieee_is_finite(integral)) return
-    call fatal_error(error, "the coefficients of the system are not finite", failed_computation)
+    call fatal_error(error, "the system's coefficients contain NaN or infinity", failed_computation)
   end subroutine trace_integral
 
   !> tr P at the phases, shape (phases)

@@ -123,9 +123,9 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     if (.not. (accuracy%tolerance > 0 .and. accuracy%tolerance < 1)) then
-      call fatal_error(error, "the tolerance must lie between 0 and 1", invalid_input)
+      call fatal_error(error, "the tolerance must be greater than 0 and less than 1", invalid_input)
     else if (accuracy%steps < 0 .or. accuracy%steps > most_given) then
-      call fatal_error(error, "steps must lie between 0 and " // text(most_given), invalid_input)
+      call fatal_error(error, "the number of steps must lie between 0 and " // text(most_given), invalid_input)
     end if
   end subroutine check_accuracy
 

@@ -43,7 +43,7 @@ contains
 
     sound = all(phases >= 0 .and. phases <= 1)
     if (sound .and. size(phases) > 1) sound = all(phases(2:) >= phases(:size(phases) - 1))
-    if (.not. sound) call fatal_error(error, "phases must be ascending, from 0 to 1", invalid_input)
+    if (.not. sound) call fatal_error(error, "phases must be ascending and lie between 0 and 1", invalid_input)
   end subroutine check_phases
 
   !> Fails if the ends of steps, the units and the results do not fit each other or a system of n states.
@@ -55,9 +55,9 @@ contains
     call check_phases(nodes, error)
     if (allocated(error)) return
     if (size(nodes) < 2) then
-      call fatal_error(error, "a motion needs one step at least", invalid_input)
+      call fatal_error(error, "a motion requires at least one step", invalid_input)
     else if (any(sizes /= n)) then
-      call fatal_error(error, "units and results have the system's number of states, " // text(n), invalid_input)
+      call fatal_error(error, "units and results must have one element per state: " // text(n), invalid_input)
     end if
   end subroutine check_shapes
 
@@ -188,7 +188,7 @@ contains
     if (.not. allocated(error)) call check_phases(phases, error)
     if (allocated(error)) return
     if (size(x, 2) /= size(phases)) then
-      call fatal_error(error, "a motion has a column for each phase", invalid_input)
+      call fatal_error(error, "the array of the motion must have one column per phase", invalid_input)
       return
     end if
     all_nodes = refined(system, nodes, phases)
@@ -276,7 +276,7 @@ contains
   pure subroutine overflow(error)
     type(error_type), allocatable, intent(out) :: error
 
-    call fatal_error(error, "the free vibration leaves the range of the numbers within one period", failed_computation)
+    call fatal_error(error, "a free vibration overflows double precision within one period", failed_computation)
   end subroutine overflow
 
 end module gestell_floquet_period_period_map

@@ -26,8 +26,8 @@ contains
   pure subroutine raise_resonance(error)
     type(error_type), allocatable, intent(out) :: error
 
-    call fatal_error(error, "the periodic vibration cannot be told: within the error of the free ones a multiplier may equal 1 " &
-      & // "(resonance); more damping, another speed or a smaller tolerance may help", failed_computation)
+    call fatal_error(error, "the periodic vibration cannot be computed: within its error bound a multiplier may equal 1 " &
+      & // "(resonance); add damping, change the speed or reduce the tolerance", failed_computation)
     error%cause = resonance
   end subroutine raise_resonance
 
@@ -51,12 +51,12 @@ contains
     integer :: n, k
 
     if (.not. (allocated(monodromy%phi) .and. allocated(monodromy%xp))) then
-      call fatal_error(error, "the periodic motion needs a system that was solved with forcing", invalid_input)
+      call fatal_error(error, "solve_periodic requires a system that was solved with forcing", invalid_input)
       return
     end if
     if (.not. (monodromy%known .and. monodromy%xp_known)) then
-      call fatal_error(error, "the periodic vibration cannot be told: with so few steps nothing is known of its error (order " &
-        & // "more, or none, and the tolerance decides)", failed_computation)
+      call fatal_error(error, "the periodic vibration cannot be computed: too few steps for an error bound (request more, or 0 " &
+        & // "to let the tolerance decide)", failed_computation)
       return
     end if
     n = size(monodromy%scale)
@@ -115,7 +115,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     if (.not. (allocated(solution%x0) .and. allocated(monodromy%method))) then
-      call fatal_error(error, "a motion is followed from the start that solve_periodic found", invalid_input)
+      call fatal_error(error, "call solve_periodic first: the start of the motion is missing", invalid_input)
       return
     end if
     allocate(x(system%states, size(phases)))

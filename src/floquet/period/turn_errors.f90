@@ -120,7 +120,7 @@ contains
       end associate
     end do
     if (all(ieee_is_finite(comparison%local)) .and. all(ieee_is_finite(comparison%transition))) return
-    call fatal_error(error, "the motion leaves the range of the numbers", failed_computation)
+    call fatal_error(error, "the motion overflows double precision", failed_computation)
 
   contains
 

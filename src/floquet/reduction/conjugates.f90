@@ -102,7 +102,7 @@ contains
       im(i) = (im(i) * a(i) - kept * b(i)) * square
     end do
     if (least <= tiny(1.0_dp)) call fatal_error(error, &
-      & "two groups of modes share an eigenvalue, or one turns away from itself", failed_computation)
+      & "two groups of modes share an eigenvalue, or the mode shapes of a group change too much", failed_computation)
   end subroutine divide
 
   !> The complex matrix S for the real form R; shape (n, n).

@@ -56,7 +56,7 @@ contains
       call unite(modes, clash)
     end do
     if (all(modes%group == 0)) then
-      call fatal_error(error, "the free vibrations are too slow against the crank", failed_computation)
+      call fatal_error(error, "the free vibrations are too slow compared with the crank", failed_computation)
       return
     end if
     modes%conjugate = [(merge(k, modes%conjugate(k), modes%group(k) == modes%group(modes%conjugate(k))), k = 1, n)]
@@ -89,7 +89,7 @@ contains
       coordinates = matmul(inverted, vectors(:, :, j))
       ! Without this check the loop over clashes might never end.
       if (.not. all(ieee_is_finite(abs(coordinates)))) then
-        call fatal_error(error, "modes cannot be told from each other", failed_computation)
+        call fatal_error(error, "the modes cannot be distinguished", failed_computation)
         return
       end if
       call assign_groups(coordinates, modes%group, group, clash)
@@ -107,7 +107,7 @@ contains
             cycle
           end if
         end if
-        call fatal_error(error, "a mode turns too far within the period", failed_computation)
+        call fatal_error(error, "a mode shape changes too much within the period", failed_computation)
         return
       end do
       call inverse(bases(:, :, j), inverted, error)

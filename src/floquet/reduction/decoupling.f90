@@ -41,7 +41,7 @@ contains
     call transform(a, s, slope, motion, error)
     if (allocated(error)) return
     left = maxval(uncoupled_sizes(motion%d, modes))
-    if (.not. left < huge(left)) call fatal_error(error, "the coefficients leave the range of the numbers", failed_computation)
+    if (.not. left < huge(left)) call fatal_error(error, "the coefficients overflow double precision", failed_computation)
   end subroutine examine
 
   !> Replaces S by S (E + Z), where D_g Z_gh - Z_gh D_h = -D_gh, until the coupling `left` is at most `enough` or no longer falls.

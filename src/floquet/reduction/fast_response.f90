@@ -65,7 +65,7 @@ contains
       z = z + change
     end do
     if (left >= huge(left)) then
-      call fatal_error(error, "the forcing leaves the range of the numbers", failed_computation)
+      call fatal_error(error, "the forcing overflows double precision", failed_computation)
       return
     end if
     call multiply(s, best, p)

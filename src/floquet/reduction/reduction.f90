@@ -95,7 +95,7 @@ contains
     integer :: n, needed, evaluations
 
     if (allocated(system%breaks)) then
-      call fatal_error(error, "the coefficients jump", failed_computation)
+      call fatal_error(error, "the coefficients have jumps", failed_computation)
       return
     end if
     n = fewest
@@ -111,7 +111,7 @@ contains
       evaluations = evaluations + n
       phase_advance = maxval(abs(nodes%a))
       if (least_residual(reduction) * phase_advance > most_residual) then
-        call fatal_error(error, "the free vibrations turn so often within the period that rounding loses their phase", &
+        call fatal_error(error, "the free vibrations oscillate so often within the period that rounding destroys their phase", &
           & failed_computation)
         return
       end if
@@ -150,7 +150,7 @@ contains
       before = reduction%residual
       n = 2 * n
     end do
-    call fatal_error(error, "the modes couple too much, or change too suddenly, for " // text(n) // " phases", &
+    call fatal_error(error, "the modes couple too strongly or change too suddenly for " // text(n) // " phases", &
       & failed_computation)
   end subroutine reduce
 

@@ -93,7 +93,7 @@ contains
     if (allocated(group%phi)) then
       call move_alloc(integrated, group%solution)
     else if (any(group%conjugates /= group%columns)) then
-      call fatal_error(error, "the modes of a group differ too much", failed_computation)
+      call fatal_error(error, "the multipliers of a group of modes differ too much in magnitude", failed_computation)
     else
       allocate(factored)
       call solve_factored(group%system, accuracy, forced, factored, error)

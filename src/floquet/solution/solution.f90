@@ -130,7 +130,7 @@ contains
 
     defect = 0
     if (.not. allocated(floquet%parts)) then
-      call fatal_error(error, "Liouville's formula is for a system that solve_floquet has solved", invalid_input)
+      call fatal_error(error, "call solve_floquet before liouville_defect", invalid_input)
       return
     end if
     do k = 1, size(floquet%parts)
@@ -158,7 +158,7 @@ contains
     integer :: k
 
     if (.not. allocated(floquet%parts)) then
-      call fatal_error(error, "multipliers are those of a system that solve_floquet has solved", invalid_input)
+      call fatal_error(error, "call solve_floquet before solve_multipliers", invalid_input)
       return
     end if
     if (size(floquet%parts) == 1) then
@@ -192,7 +192,7 @@ contains
     integer :: k
 
     if (.not. (allocated(floquet%parts) .and. floquet%forced)) then
-      call fatal_error(error, "the periodic motion needs a system that was solved with forcing", invalid_input)
+      call fatal_error(error, "solve_periodic requires a system that solve_floquet has solved with forcing", invalid_input)
       return
     end if
     allocate(solution%x0(size(floquet%scale)), solution%error(size(floquet%scale)), source=0.0_dp)
@@ -226,9 +226,9 @@ contains
     call check_phases(phases, error)
     if (allocated(error)) return
     if (.not. (allocated(floquet%parts) .and. floquet%forced .and. allocated(solution%x0))) then
-      call fatal_error(error, "a motion is followed from the start that solve_periodic found", invalid_input)
+      call fatal_error(error, "call solve_periodic before follow: the start of the motion is missing", invalid_input)
     else if (size(solution%x0) /= size(floquet%scale) .or. system%states /= size(floquet%scale)) then
-      call fatal_error(error, "system, solution and start of the motion differ in their numbers of states", invalid_input)
+      call fatal_error(error, "system, solution and start of the motion must have the same number of states", invalid_input)
     end if
     if (allocated(error)) return
     allocate(x(size(floquet%scale), size(phases)))
@@ -291,8 +291,8 @@ contains
           & sqrt(tiny(1.0_dp)) * part%solution%scale)
       end associate
     end do
-    if (.not. all(ieee_is_finite(errors%bounds()))) call fatal_error(error, "the errors of the periodic vibration " &
-      & // "cannot be told: they leave the range of the numbers", failed_computation)
+    if (.not. all(ieee_is_finite(errors%bounds()))) call fatal_error(error, "the error bounds of the periodic " &
+      & // "vibration overflow double precision", failed_computation)
   end subroutine take_errors
 
 end module gestell_floquet_solution

@@ -86,7 +86,7 @@ contains
           part = -multiplier(working(i)) / r(i)
         end do
         if (allocated(error) .or. .not. part < huge(part)) then
-          if (.not. allocated(error)) call fatal_error(error, "no step meets the limits", failed_computation)
+          if (.not. allocated(error)) call fatal_error(error, "no step satisfies all constraints", failed_computation)
           d = matmul(y, inverse_l)
           return
         end if
@@ -102,7 +102,7 @@ contains
       working = [working, p]
     end do
     d = matmul(y, inverse_l)
-    call fatal_error(error, "the quadratic program does not come to its end", failed_computation)
+    call fatal_error(error, "the quadratic program did not converge", failed_computation)
 
   contains
 

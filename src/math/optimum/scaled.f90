@@ -87,11 +87,11 @@ contains
     integer :: first(problem%objectives + problem%constraints), g, b, i
 
     if (any([size(problem%lower), size(problem%upper)] /= size(start))) then
-      call fatal_error(error, "as many bounds as parameters are wanted", invalid_input)
+      call fatal_error(error, "the numbers of lower and upper bounds must equal the number of parameters", invalid_input)
       return
     end if
     if (.not. (all(ieee_is_finite([problem%lower, problem%upper, start])) .and. all(problem%lower <= problem%upper))) then
-      call fatal_error(error, "finite bounds are wanted, the lower one first", invalid_input)
+      call fatal_error(error, "the bounds must be finite, and no lower bound may exceed its upper bound", invalid_input)
       return
     end if
     self%objectives = problem%objectives
@@ -102,7 +102,7 @@ contains
     call self%look(problem, (min(max(start, problem%lower), problem%upper) - problem%lower) / self%span, .true., here, error)
     if (allocated(error)) return
     if (.not. here%known) then
-      call fatal_error(error, "there is nothing to start from", failed_computation)
+      call fatal_error(error, "the objectives cannot be computed at the start", failed_computation)
       return
     end if
     first = 0

@@ -23,7 +23,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     if (.not. all(ieee_is_finite([mass, inertia, origin, reshape(stiffness, [9]), reshape(damping, [9]), speed]))) then
-      call fatal_error(error, "the frame's data are not finite", invalid_input)
+      call fatal_error(error, "the frame's data must be finite", invalid_input)
     else if (mass < 0 .or. inertia < 0) then
       call fatal_error(error, "the frame's mass and inertia must not be negative", invalid_input)
     else if (abs(speed) < tiny(speed)) then
@@ -39,8 +39,8 @@ contains
     integer :: i
 
     if (size(free) > 0 .and. all(free >= 1) .and. all(free <= dofs) .and. .not. any([(count(free == i) > 1, i = 1, dofs)])) return
-    if (dofs == 3) call fatal_error(error, "the free degrees of freedom must be some of xi, eta, psi, each once", invalid_input)
-    if (dofs > 3) call fatal_error(error, "the free degrees of freedom must be some of six, each once", invalid_input)
+    if (dofs == 3) call fatal_error(error, "the free degrees of freedom must be different ones of xi, eta, psi", invalid_input)
+    if (dofs > 3) call fatal_error(error, "the free degrees of freedom must be different numbers from 1 to 6", invalid_input)
   end subroutine check_free
 
   !> Checks a mechanism that has been prepared. Errors: its mass or inertia is negative or not finite; it comes too close to a dead
@@ -51,12 +51,11 @@ contains
 
     if (.not. (ieee_is_finite(mechanism%mass) .and. ieee_is_finite(mechanism%inertia) .and. mechanism%mass >= 0 &
       & .and. mechanism%inertia >= 0)) then
-      call fatal_error(error, "mass and inertia of the mechanism must be finite and not negative", invalid_input)
+      call fatal_error(error, "the mechanism's mass and inertia must be finite and not negative", invalid_input)
     else if (.not. mechanism%angle_scale >= least_angle_scale) then
       call fatal_error(error, "the mechanism comes so close to a dead point that its motion changes within " &
-        & // concise(mechanism%angle_scale * mechanism%turns * 180 / pi, 2) // " deg of the crank: nothing reliable can be " &
-        & // "computed", &
-        & impossible_mechanism)
+        & // concise(mechanism%angle_scale * mechanism%turns * 180 / pi, 2) // " deg of the crank angle: results would " &
+        & // "be unreliable", impossible_mechanism)
     end if
   end subroutine check_turning
 

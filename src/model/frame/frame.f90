@@ -148,15 +148,15 @@ contains
     real(dp), parameter :: rounding = 1.0e-9_dp
 
     if (.not. (allocated(self%mechanism) .and. allocated(self%free) .and. allocated(self%supports))) then
-      call fatal_error(error, "a frame is made by new_frame", invalid_input)
+      call fatal_error(error, "the frame must be made by new_frame", invalid_input)
       return
     end if
     call check_second_order(self, error)
     if (allocated(error)) return
     if (self%states /= 2 * size(self%free)) then
-      call fatal_error(error, "a frame has two states for each free degree of freedom", invalid_input)
+      call fatal_error(error, "the frame must have two states for each free degree of freedom", invalid_input)
     else if (.not. abs(abs(self%speed) * self%period / (2 * pi) - 1) <= rounding) then
-      call fatal_error(error, "the frame's period is not that of its crank's turn, 2 pi / |speed|", invalid_input)
+      call fatal_error(error, "the frame's period must be 2 pi / |speed|", invalid_input)
     end if
   end subroutine check
 

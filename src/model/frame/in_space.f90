@@ -43,10 +43,10 @@ contains
     call check_free(free, 6, error)
     if (allocated(error)) return
     if (.not. all(ieee_is_finite(inertia))) then
-      call fatal_error(error, "the frame's data are not finite", invalid_input)
+      call fatal_error(error, "the frame's inertia must be finite", invalid_input)
     else if (negative(inertia)) then
-      call fatal_error(error, "the inertia is not that of a body: of the three principal moments none is negative, nor greater " &
-        & // "than the sum of the two others", invalid_input)
+      call fatal_error(error, "no rigid body has this inertia: a principal moment of inertia is negative, or greater than the " &
+        & // "sum of the other two", invalid_input)
     end if
     if (allocated(error)) return
     prepared = planes
@@ -69,7 +69,8 @@ contains
     if (present(damping)) b = damping
     call frame%put_on(supports, c, b)
     if (.not. all(ieee_is_finite(frame%stiffness)) .or. .not. all(ieee_is_finite(frame%damping))) then
-      call fatal_error(error, "a support is so far from F that its stiffness or damping about F overflows", invalid_input)
+      call fatal_error(error, &
+        & "a support is so far from F that its stiffness or damping about F overflows double precision", invalid_input)
       return
     end if
     if (present(drive)) frame%space%drive = drive

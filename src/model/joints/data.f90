@@ -106,7 +106,7 @@ contains
     character(len=:), allocatable, intent(inout) :: reason
 
     call check_finite(coordinates, reason)
-    if (reason == "" .and. any(abs(coordinates) > longest)) reason = "coordinates must lie between -1e100 m and 1e100 m"
+    if (reason == "" .and. any(abs(coordinates) > longest)) reason = "its coordinates must lie between -1e100 m and 1e100 m"
   end subroutine check_coordinates
 
   !> Sets `reason`, unless it is set already, if a length (m) is not positive or not between 1e-100 m and 1e100 m, or if the branch
@@ -121,7 +121,7 @@ contains
     if (.not. all(lengths > 0)) then
       reason = "its lengths must be positive"
     else if (any(lengths < shortest .or. lengths > longest)) then
-      reason = "lengths must lie between 1e-100 m and 1e100 m"
+      reason = "its lengths must lie between 1e-100 m and 1e100 m"
     else if (abs(branch) /= 1) then
       reason = "its branch must be 1 or -1"
     end if

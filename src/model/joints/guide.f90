@@ -27,19 +27,20 @@ module gestell_model_joints_guide
   end type guide_type
 
   !> Keys of a guide and of a second guide.
-  character(len=*), parameter :: of_guide = "two joints whose body carries the guide; without, it is fixed", &
-    & of_point = "a point of the guide: in x-y, of a carried guide in the system with its origin at `guide(1)` and its first " // &
-    &   "axis toward `guide(2)`", of_angle_there = "direction of the guide in the same system, 0 along its first axis"
+  character(len=*), parameter :: of_guide = "two joints of the body that carries the guide; if missing, the guide is fixed " // &
+    &   "to the frame", &
+    & of_point = "point of the guide, in x-y; of a carried guide in axes with origin `guide(1)` and the first axis toward " // &
+    &   "`guide(2)`", of_angle_there = "direction of the guide in the axes of `guide_point`, 0 along the first"
   type(key_type), parameter, public :: guide_keys(*) = [ &
     & key_type("joint", "guide", text_key, of_guide, 1, 2, 2, otherwise="none"), &
-    & key_type("joint", "guide_point", real_key, of_point, 1, 2, 2, unit=of_length, otherwise="`0, 0` of a carried guide"), &
-    & key_type("joint", "guide_angle", real_key, of_angle_there, unit=of_angle, otherwise="`0` of a carried guide")]
+    & key_type("joint", "guide_point", real_key, of_point, 1, 2, 2, unit=of_length, otherwise="`0, 0` if carried"), &
+    & key_type("joint", "guide_angle", real_key, of_angle_there, unit=of_angle, otherwise="`0` if carried")]
   type(key_type), parameter, public :: second_guide_keys(*) = [ &
-    & key_type("joint", "guide2", text_key, "the same for the second guide of a `PRP`", 1, 2, 2, otherwise="none"), &
-    & key_type("joint", "guide2_point", real_key, "the same for the second guide", 1, 2, 2, unit=of_length, &
-    &   otherwise="`0, 0` of a carried guide"), &
-    & key_type("joint", "guide2_angle", real_key, "the same for the second guide", unit=of_angle, &
-    &   otherwise="`0` of a carried guide")]
+    & key_type("joint", "guide2", text_key, "as `guide`, for the second guide of a `PRP`", 1, 2, 2, otherwise="none"), &
+    & key_type("joint", "guide2_point", real_key, "as for the first guide", 1, 2, 2, unit=of_length, &
+    &   otherwise="`0, 0` if carried"), &
+    & key_type("joint", "guide2_angle", real_key, "as for the first guide", unit=of_angle, &
+    &   otherwise="`0` if carried")]
 
   !> Bounds on a guide's motion over an interval of the crank angle.
   type, public :: guide_motion_type
@@ -64,8 +65,8 @@ contains
     if (data%has(name)) then
       self%carriers = data%joints(name)
     else if (.not. (data%has(name // "_point") .and. data%has(name // "_angle"))) then
-      data%reason = "needs the keys '" // name // "_point' and '" // name // "_angle' of a fixed guide, or '" // name &
-        & // "' of a guide between two joints"
+      data%reason = "give '" // name // "_point' and '" // name // "_angle' for a guide fixed to the frame, or '" // name &
+        & // "' for one carried by two joints"
       return
     end if
     if (data%has(name // "_point")) self%point = data%numbers(name // "_point")
@@ -82,7 +83,7 @@ contains
     call check_coordinates(self%point, reason)
     if (all(self%carriers == 0)) return
     if (reason /= "") reason = "a guide: " // reason
-    if (self%carriers(1) == self%carriers(2)) reason = "its guide needs two different joints"
+    if (self%carriers(1) == self%carriers(2)) reason = "its guide must be carried by two different joints"
   end subroutine check
 
   !> Moves a guide that is fixed to the frame from the mechanism's axes to the machine's.

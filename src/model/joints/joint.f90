@@ -50,14 +50,14 @@ module gestell_model_joints_joint
     integer, allocatable :: bars(:)
     type(guide_type), allocatable :: guides(:)
     !> Reason, for a message, why the joint cannot be assembled at some crank angle.
-    character(len=80) :: obstacle = "it has no place there"
+    character(len=80) :: obstacle = "it cannot be placed there"
   end type form_type
 
   !> Index that stands for the joint itself in its bars.
   integer, parameter, public :: itself = 0
 
   !> Keys that several types share.
-  character(len=*), parameter :: of_ends = "the earlier joints that the dyad hangs on, or whose body carries the joint", &
+  character(len=*), parameter :: of_ends = "earlier joints: the ends of the dyad, or two joints of the carrying body", &
     & of_lengths = "lengths of the dyad's links"
   type(key_type), parameter, public :: one_end = key_type("joint", "ends", text_key, of_ends, 1, 1, 1, required=.true.)
   type(key_type), parameter, public :: two_ends = key_type("joint", "ends", text_key, of_ends, 1, 2, 2, required=.true.)
@@ -66,7 +66,7 @@ module gestell_model_joints_joint
   type(key_type), parameter, public :: two_lengths = key_type("joint", "lengths", real_key, of_lengths, 1, 2, 2, &
     & required=.true., unit=of_length, range=positive)
   type(key_type), parameter, public :: branch_key = key_type("joint", "branch", integer_key, &
-    & "which of the two ways to assemble the dyad", required=.true., range=one_or_minus_one)
+    & "which of the two possible positions", required=.true., range=one_or_minus_one)
 
   !> A joint. It refers to earlier joints by their indices in the list.
   type, abstract, public :: joint_type
@@ -230,7 +230,7 @@ contains
 
     associate (unused_self => self)
     end associate
-    data%reason = "no joint of this type can be read from an input"
+    data%reason = "a joint of this type cannot be read from an input file"
   end subroutine define
 
   !> Sets `reason`, which is empty before, if one of the joint's numbers makes no sense.

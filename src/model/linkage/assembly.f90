@@ -130,17 +130,17 @@ contains
       subject = "link '" // links(bad_link)%name // "'"
     end if
     if (spent) then
-      reason = ": that it passes" // there // " is not proved within " // text(most_intervals) &
-        & // " intervals of the turn: too close to a dead point, or too long a chain"
+      reason = ": " // text(most_intervals) // " intervals of the turn do not prove that it can be assembled at" // there &
+        & // ": it comes too close to a dead point, or the chain of joints is too long"
     else if (bad_joint == 0) then
-      reason = ": its joints meet at" // there
+      reason = ": its two joints coincide at" // there
     else
       do i = 1, bad_joint - 1
         call joints(i)%joint%locate(angle, at(:i - 1), at(i))
       end do
       call joints(bad_joint)%joint%explain(at(:bad_joint - 1), reason)
       call explain_closure(joints, bad_joint, turns, closure)
-      reason = " cannot be assembled or stands at a dead point at" // there // ": " // reason // closure
+      reason = " cannot be assembled or is at a dead point at" // there // ": " // reason // closure
     end if
     call fatal_error(error, subject // reason, impossible_mechanism, subject)
   end subroutine report
@@ -159,15 +159,15 @@ contains
     ! Samples avoid round angles, where dead points often lie.
     closes = [(assembled(joints, bad, (k + aside) * step), k = 0, samples)]
     if (.not. any(closes)) then
-      words = "; it closes at no crank angle"
+      words = "; it cannot be assembled at any crank angle"
       call add_four_bar(joints, bad, words)
       return
     else if (all(closes)) then
-      words = "; elsewhere it closes, but for gaps of less than 4 deg"
+      words = "; it can be assembled elsewhere, except in gaps of less than 4 deg"
       call add_four_bar(joints, bad, words)
       return
     end if
-    words = "; it closes"
+    words = "; it can be assembled"
     ! Goes once around, from an angle at which the joint does not close.
     first = findloc(closes, .false., dim=1) - 1
     found = 0
@@ -267,11 +267,12 @@ contains
       return
     end select
     if (all(abs(bars(:2) - bars([3, 4])) <= rounding * maxval(bars))) then
-      words = words // "; it is a parallelogram: describe its second arm by another joint of type 'crank', with the same radius " &
-        & // "and phase about its own pivot"
+      words = words // "; it is a parallelogram linkage: describe its second arm by another joint of type 'crank', with the " &
+        & // "same radius and phase, about its own pivot"
     else if (minval(bars) + maxval(bars) > (sum(bars) - minval(bars) - maxval(bars)) * (1 + rounding)) then
-      words = words // "; no Grashof linkage: the shortest and the longest bar, " // concise(minval(bars) + maxval(bars), 6) &
-        & // " m together, are longer than the other two, " // concise(sum(bars) - minval(bars) - maxval(bars), 6) // " m"
+      words = words // "; not a Grashof linkage: the shortest and the longest bar, together " &
+        & // concise(minval(bars) + maxval(bars), 6) // " m, are longer than the other two, together " &
+        & // concise(sum(bars) - minval(bars) - maxval(bars), 6) // " m"
     end if
   end subroutine add_four_bar
 

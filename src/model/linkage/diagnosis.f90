@@ -285,9 +285,9 @@ contains
     end select
     select case (minloc(lengths, dim=1))
     case (1)
-      grashof_class = "crank-rocker (the crank is shortest)"
+      grashof_class = "crank-rocker (shortest link: crank)"
     case (4)
-      grashof_class = "double crank (the ground is shortest)"
+      grashof_class = "double crank (shortest link: frame)"
     case default
       grashof_class = ""
     end select

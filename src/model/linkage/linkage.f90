@@ -187,14 +187,14 @@ contains
 
     joints = 0
     if (size(names) /= 2) then
-      call fatal_error(error, name // " needs two joints", invalid_input)
+      call fatal_error(error, name // " must refer to two joints", invalid_input)
       return
     end if
     do i = 1, 2
       call self%find(names(i), joints(i), error)
       if (allocated(error)) return
     end do
-    if (joints(1) == joints(2)) call fatal_error(error, name // " needs two different joints", invalid_input)
+    if (joints(1) == joints(2)) call fatal_error(error, name // " must refer to two different joints", invalid_input)
   end subroutine find_both
 
   !> Adds a joint of any type, whose references are indices into the list of joints. Errors: its name is empty or taken; a number
@@ -210,19 +210,19 @@ contains
     integer :: i, count
 
     if (len_trim(name) == 0) then
-      call fatal_error(error, "a joint needs a name", invalid_input)
+      call fatal_error(error, "a joint must have a name", invalid_input)
       return
     end if
     count = 0
     if (allocated(self%joints)) count = size(self%joints)
     if (self%names%position(name) > 0) then
-      call fatal_error(error, "joint '" // name // "' is there already", invalid_input)
+      call fatal_error(error, "joint '" // name // "' exists already", invalid_input)
       return
     end if
     reason = ""
     call joint%check(reason)
     call joint%carriers(carriers)
-    if (reason == "" .and. any(carriers < 1 .or. carriers > count)) reason = "it is built on joints that are not there"
+    if (reason == "" .and. any(carriers < 1 .or. carriers > count)) reason = "it refers to joints that do not exist"
     if (reason /= "") then
       call fatal_error(error, "joint '" // name // "': " // reason, invalid_input)
       return
@@ -292,7 +292,7 @@ contains
 
     joint = self%names%position(name)
     if (joint > 0) return
-    call fatal_error(error, "no joint '" // trim(name) // "' stands before it", invalid_input)
+    call fatal_error(error, "there is no joint '" // trim(name) // "' yet", invalid_input)
   end subroutine find
 
   !> Computes the points of all joints at a crank angle (rad), shape (joints).
@@ -330,9 +330,9 @@ contains
       end do
     end if
     if (cranks == 0) then
-      call fatal_error(error, "a mechanism needs a crank", invalid_input)
+      call fatal_error(error, "the mechanism has no crank", invalid_input)
     else if (.not. allocated(self%links)) then
-      call fatal_error(error, "a mechanism needs at least one link", invalid_input)
+      call fatal_error(error, "the mechanism has no links", invalid_input)
     end if
     if (allocated(error)) return
     call prove_assembly(self%joints, self%links, self%angle_scale, self%intervals, error, self%turns)
@@ -352,8 +352,8 @@ contains
     class(linkage_type), intent(in) :: self
     type(error_type), allocatable, intent(out) :: error
 
-    if (.not. (allocated(self%joints) .and. allocated(self%links))) call fatal_error(error, "a mechanism needs joints and links", &
-      & invalid_input)
+    if (.not. (allocated(self%joints) .and. allocated(self%links))) call fatal_error(error, &
+      & "the mechanism has no joints or no links", invalid_input)
   end subroutine check
 
   !> Computes the sums (4) to (7) over the links at a crank angle (rad).

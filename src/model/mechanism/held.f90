@@ -45,11 +45,12 @@ contains
     integer :: k
 
     if (.not. any(holders == held_by)) then
-      call fatal_error(error, "there is no '" // held_by // "' that holds the speed", invalid_input, held_subject)
+      call fatal_error(error, "held_by must be 'motor', 'flywheel' or 'outside', not '" // held_by // "'", invalid_input, &
+        & held_subject)
     else if (held_by /= "motor") then
       call mechanism%tabulate_drive([0.0_dp], drive, known)
       if (.not. known) then
-        call fatal_error(error, "a speed that is not held by the motor needs the mechanism's energy, key energy of " &
+        call fatal_error(error, "held_by = '" // trim(held_by) // "' requires the mechanism's energy: add the key energy to " &
           & // "&mass_functions", invalid_input, held_subject)
         return
       end if
@@ -57,7 +58,7 @@ contains
       call tabulate_felt(mechanism, [0.0_dp, 0.0_dp], .true., [(2 * pi * k / angles, k = 1, angles)], felt)
       if (any(mechanism%mass * (mechanism%inertia + felt(:, a3_v)) < (1 - rounding) * (felt(:, a1_v)**2 + felt(:, a2_v)**2) &
         & - rounding * mechanism%mass * (mechanism%inertia + masses(:, a3_v)))) call fatal_error(error, &
-        & "no masses can have this energy with these a1, a2, a3 and moment", invalid_input, held_subject)
+        & "no mechanism can have this energy together with these a1, a2, a3 and moment", invalid_input, held_subject)
     end if
   end subroutine check_held
 

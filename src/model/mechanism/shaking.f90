@@ -49,7 +49,7 @@ contains
     call mechanism%check(error)
     if (allocated(error)) return
     if (.not. (ieee_is_finite(speed) .and. mechanism%angle_scale > 0)) then
-      call fatal_error(error, "the speed must be finite, and the mechanism's angle_scale positive", invalid_input)
+      call fatal_error(error, "the speed must be finite and the mechanism's angle_scale positive", invalid_input)
       return
     end if
     corrected = .false.

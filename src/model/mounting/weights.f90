@@ -69,8 +69,8 @@ contains
     !> Numbers of the free degrees of freedom
     integer, intent(in) :: free(:)
     type(error_type), allocatable, intent(out) :: error
-    character(len=*), parameter :: names(6) = [character(len=30) :: "weight along xi", "weight along eta", &
-      & "weights' moment about zeta", "weight along zeta", "weights' moment about xi", "weights' moment about eta"]
+    character(len=*), parameter :: names(6) = [character(len=32) :: "weight along xi", "weight along eta", &
+      & "moment of the weight about zeta", "weight along zeta", "moment of the weight about xi", "moment of the weight about eta"]
     integer, parameter :: turns(3) = in_frame(4:)
     real(dp) :: load(6), sizes(6), moved(size(free))
     integer :: j, left
@@ -88,8 +88,8 @@ contains
     sizes(4:) = greatest * norm2(gravity)
     call solve_semidefinite(stiffness(free, free), load(in_space(free)), sizes(in_space(free)), moved, left)
     if (left > 0) then
-      call fatal_error(error, "nothing carries the " // trim(names(free(left))) // ": give the frame a spring there, or a guide", &
-        & impossible_mechanism, gravity_subject)
+      call fatal_error(error, "no spring carries the " // trim(names(free(left))) // ": add a spring in this " &
+        & // "direction, or a guide", impossible_mechanism, gravity_subject)
       return
     end if
     weights%sag(in_space(free)) = moved
@@ -111,7 +111,7 @@ contains
       c(turns, turns) = merge(0.0_dp, c(turns, turns), abs(c(turns, turns)) <= weights%rounding)
     end associate
     if (.not. all(ieee_is_finite([load, weights%sag, weights%rounding])) .or. .not. all(ieee_is_finite(weights%stiffness))) then
-      call fatal_error(error, "the weights overflow", invalid_input, gravity_subject)
+      call fatal_error(error, "the moments of the weights overflow double precision", invalid_input, gravity_subject)
     end if
   end subroutine new_weights
 

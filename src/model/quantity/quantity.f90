@@ -82,9 +82,9 @@ contains
     integer :: in_space
 
     in_space = merge(1, 0, allocated(frame%space))
-    words = "'" // name // "' is no quantity: there are xi, eta, psi" // of_space(", zeta, rot_xi, rot_eta") &
+    words = "unknown quantity '" // name // "': use xi, eta, psi" // of_space(", zeta, rot_xi, rot_eta") &
       & // " (also with _dot, _ddot), fx, fy" // of_space(", fz, mx, my") // ", m, f"
-    if (size(frame%supports) > 0) words = words // ", support(1).fx (.fy, " // of_space(".fz, ") // ".f; to " &
+    if (size(frame%supports) > 0) words = words // ", support(1).fx (.fy, " // of_space(".fz, ") // ".f; up to " &
       & // text(size(frame%supports)) // ")"
     words = words // ", foundation.fx, guide.fx, total.fx (.fy, " // of_space(".fz, ") // ".f, " // of_space(".mx, .my, ") // ".m)"
     if (size(probes) > 0) words = words // ", probe(" // trim(probes(1)%name) // ").x (.y, " // of_space(".z, ") &

@@ -282,7 +282,7 @@ contains
     n = motion%frame%states
     call find_coordinates(motion%frame, size(motion%phases), coarse(members%setting%accuracy), free, fits, motion%quick)
     if (.not. fits) then
-      call fatal_error(error, "the multipliers' derivatives cannot be told", failed_computation)
+      call fatal_error(error, "the derivatives of the multipliers cannot be computed", failed_computation)
       return
     end if
     moduli = exp(real(free%lambda) * free%period)

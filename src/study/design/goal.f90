@@ -82,21 +82,21 @@ contains
       if (name == "added_mass") goal%measure%unit = "kg"
       if (name == "sag") goal%measure%unit = "m"
       if (name == "separation") goal%measure%unit = "%"
-      if (name == "sag" .and. .not. frame%weights%act) call fatal_error(error, "'sag' needs the group &gravity", invalid_input)
+      if (name == "sag" .and. .not. frame%weights%act) call fatal_error(error, "'sag' requires the group &gravity", invalid_input)
     else if (named) then
       goal%about = of_machine
       goal%measure%unit = "m"
-      if (offset < 0) call fatal_error(error, "there is no such link, " // name, invalid_input)
+      if (offset < 0) call fatal_error(error, "unknown link in '" // name // "'", invalid_input)
     else
       call new_measure(frame, probes, name, kind, goal%measure, error)
       ! the quantity exists, but not this measure
       if (.not. allocated(error) .or. len_trim(goal%measure%quantity) > 0) return
-      error%message = error%message // "; and shaking.fx (.fy, .f, .m), torque, rho_max, added_mass, sag, separation, " &
+      error%message = error%message // "; or shaking.fx (.fy, .f, .m), torque, rho_max, added_mass, sag, separation, " &
         & // "link(NAME).offset"
       return
     end if
     if (kind == band_measure .and. .not. allocated(error)) call fatal_error(error, &
-      & "'band' is for velocities of probes, probe(NAME).v, .vx, .vy", invalid_input)
+      & "'band' is available only for velocities of probes: probe(NAME).v, .vx, .vy", invalid_input)
   end subroutine new_goal
 
   !> Number of components in the samples of a goal: those of a vector.
@@ -259,7 +259,7 @@ contains
         first_rows = motion(:rows_of(dofs, accelerations), :)
         call drive_power(frame, phases, first_rows, power, known)
         if (.not. known) then
-          call fatal_error(error, "'torque' needs the mechanism's energy, key energy of &mass_functions", invalid_input)
+          call fatal_error(error, "'torque' requires the mechanism's energy: add the key energy to &mass_functions", invalid_input)
           return
         end if
         samples(:, 1, i) = power(torque, :) / frame%mechanism%turns

@@ -190,8 +190,8 @@ contains
         motion%slope(:, system%free, :, :) = motion%slope(:, system%free, :, :) + changes
       end do
     end associate
-    if (.not. all(abs(motion%slope) <= huge(most))) call fatal_error(error, "the derivatives of the vibration overflow", &
-      & failed_computation)
+    if (.not. all(abs(motion%slope) <= huge(most))) call fatal_error(error, &
+      & "the derivatives of the vibration overflow double precision", failed_computation)
   end subroutine find_slopes
 
   !> Functions over the turn at equidistant phases, shape (phases, functions), without harmonics above `order`: corrections there

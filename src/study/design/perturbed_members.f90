@@ -180,7 +180,7 @@ contains
     type is (frame_type)
       frame = system
     class default
-      call fatal_error(error, "a design is that of frames", invalid_input)
+      call fatal_error(error, "a design requires frames: the system is of another type", invalid_input)
     end select
   end subroutine take_frame
 

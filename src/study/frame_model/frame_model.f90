@@ -92,7 +92,7 @@ contains
       end if
       if (.not. allocated(error)) call move_alloc(varied, settled)
     case default
-      call fatal_error(error, "there is no model '" // model // "' of the frame", invalid_input)
+      call fatal_error(error, "unknown model of the frame '" // model // "'", invalid_input)
     end select
   end subroutine settle
 

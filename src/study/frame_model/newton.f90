@@ -144,7 +144,7 @@ contains
       before = step
     end do
     if (present(quickly)) quickly = next%quickly
-    call fatal_error(error, "Newton's method does not converge", failed_computation)
+    call fatal_error(error, "Newton's method did not converge", failed_computation)
     error%cause = no_convergence
   end subroutine iterate
 
@@ -191,7 +191,7 @@ contains
       end if
       if (.not. next%quickly .and. .not. present(floquet)) call integrate(frame, system, n, next, change, next%quickly, from, lack)
       if (.not. next%quickly .and. next%only_quickly) then
-        call fatal_error(error, "the quick methods cannot compute this motion", failed_computation)
+        call fatal_error(error, "the fast methods cannot compute this motion", failed_computation)
         return
       end if
       if (.not. next%quickly) then

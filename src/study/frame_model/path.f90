@@ -184,7 +184,7 @@ contains
         return
       end if
     end do
-    call fatal_error(error, "the path is lost", failed_computation)
+    call fatal_error(error, "the path cannot be continued: Newton's method did not converge", failed_computation)
   end subroutine advance
 
   !> Motion at the fraction x of the arc between two points, by the cubic through both points and their tangents.
@@ -228,7 +228,7 @@ contains
 
     family%left = family%left - 2
     if (family%left < 0) then
-      call fatal_error(error, "the search has no end", failed_computation)
+      call fatal_error(error, "the search along the path exceeded its number of steps", failed_computation)
       return
     end if
     ends = [lambda, lambda + family%difference]
@@ -285,7 +285,7 @@ contains
     next%quickly = found%quickly
     if (allocated(error)) return
     next%q = found%q / spread(family%units, 1, size(found%q, 1))
-    if (too_rough(about, found)) call fatal_error(error, "the motion on the path is too rough", failed_computation)
+    if (too_rough(about, found)) call fatal_error(error, "the motion on the path has too many harmonics", failed_computation)
     if (family%multipliers) next%angles = angles_of(floquet)
   end subroutine next_iterate
 

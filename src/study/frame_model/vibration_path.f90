@@ -52,8 +52,8 @@ module gestell_study_frame_model_vibration_path
   !> A path that returns to more damping than at its start ends at another equilibrium of the frame.
   real(dp), parameter :: back_at_start = -0.1_dp
 
-  character(len=*), parameter :: unfound = "no periodic vibration of the exact frame was found, neither from the linear one nor " &
-    & // "on paths from rest, from other speeds and from more damping"
+  character(len=*), parameter :: unfound = "no periodic vibration of the exact frame was found, starting from the linear " &
+    & // "vibration, from rest, from other speeds and from more damping"
 
 contains
 
@@ -187,13 +187,13 @@ contains
 
     varied = self%varied
     if (self%drag > 0 .and. lambda < 2 * self%furthest_back) then
-      call fatal_error(error, "the path leads back to far more damping than at its start", failed_computation)
+      call fatal_error(error, "the path returns to much more damping than at its start", failed_computation)
     else if (self%from_rest) then
       varied%excitation = lambda
     else
       varied%speed = self%speeds(1) + lambda * (self%speeds(2) - self%speeds(1))
       if (.not. varied%speed / self%speeds(1) > 0) then
-        call fatal_error(error, "the path leads through standstill", invalid_input)
+        call fatal_error(error, "the path passes through speed 0", invalid_input)
         return
       end if
       varied%period = 2 * pi / abs(varied%speed)

@@ -62,7 +62,7 @@ module gestell_study_vibration_analysis
   !> Condition number above which a periodic vibration counts as near resonance.
   real(dp), parameter :: one_digit = 10
   !> Advice if no vibration of the exact frame was found although the equations about rest have one.
-  character(len=*), parameter :: advice = ": try another speed or more damping, or &model frame='rest' for small motions"
+  character(len=*), parameter :: advice = ": change the speed, add damping, or use &model frame='rest' for small motions"
 
 contains
 
@@ -203,7 +203,7 @@ contains
     if (allocated(error)) return
     at_rest%multipliers = multipliers
     allocate(at_rest%frame, source=frame)
-    failure%message = failure%message // "; about rest"
+    failure%message = failure%message // "; the equations about rest have none either"
     call explain(frame, accuracy, at_rest, failure)
   end subroutine explain_at_rest
 

@@ -43,7 +43,7 @@ contains
     unit = [(sqrt(model%m(i, i)), i = 1, size(squares))]
     along = [(all(abs(model%c(:, i)) <= nothing * unit * unit(i)), i = 1, size(squares))]
     if (count(along) == directions) then
-      sentence = "the frame is not held in " // trim(names_of(pack(frame%free, along))) // ": add &support"
+      sentence = "the frame is not held in " // trim(names_of(pack(frame%free, along))) // ": add a &support"
     else if (directions == 1) then
       i = minloc(abs(squares), dim=1)
       sentence = "the frame " // trim(way_of(frame, unit * vectors(:, i), vectors(:, i))) // ": add another &support"
@@ -62,9 +62,9 @@ contains
     q = 0
     q(frame%free) = merge(motion, 0.0_dp, abs(parts) > small_part * maxval(abs(parts)))
     if (allocated(frame%space)) then
-      words = "is not held in a motion of " // trim(names_of(pack(frame%free, abs(q(frame%free)) > 0))) // " together"
+      words = "is not held in a combined motion of " // trim(names_of(pack(frame%free, abs(q(frame%free)) > 0)))
     else if (abs(q(3)) > 0) then
-      words = "turns freely about the point (" // concise(-q(2) / q(3), 4) // ", " // concise(q(1) / q(3), 4) // ") m from F"
+      words = "can turn freely about the point (" // concise(-q(2) / q(3), 4) // ", " // concise(q(1) / q(3), 4) // ") m from F"
     else
       words = "is not held along " // concise(modulo(atan2(q(2), q(1)) * 180 / pi, 180.0_dp), 4) // " deg"
     end if

@@ -99,13 +99,14 @@ contains
     character(len=:), allocatable, intent(out) :: sentence
 
     if (resonance%loose()) then
-      sentence = "a free motion does not swing: nothing holds the frame in some direction, or its dampers outweigh its springs"
+      sentence = "a free motion does not oscillate: the frame is free in some direction, or its damping is overcritical"
     else
       sentence = "the natural frequency " // concise(resonance%frequency / (2 * pi), 6) // " Hz is " &
         & // concise(resonance%ratio / resonance%turns, 6) // " times the crank speed (order " &
         & // concise(real(resonance%order, dp) / resonance%turns, 10) // ")"
     end if
-    sentence = sentence // "; multiplier " // text(resonance%multiplier) // " lies " // concise(resonance%distance, 2) // " from 1"
+    sentence = sentence // "; multiplier " // text(resonance%multiplier) // " is " // concise(resonance%distance, 2) &
+      & // " away from 1"
   end subroutine describe_resonance
 
 end module gestell_study_vibration_resonance

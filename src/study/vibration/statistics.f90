@@ -214,7 +214,7 @@ contains
     if (allocated(quantity%weights)) then
       call check_rows(vibration, quantity%rows(), error)
     else
-      call fatal_error(error, "a quantity is found by find_quantity or point_quantity", invalid_input)
+      call fatal_error(error, "call find_quantity or point_quantity first: the quantity is not initialised", invalid_input)
     end if
   end subroutine check_quantity
 
@@ -267,7 +267,7 @@ contains
     n = 0
     if (allocated(statistics%series)) n = size(statistics%series)
     if (n < 1 .or. n > 3 .or. size(along) /= n .or. .not. (period > 0 .and. band(1) <= band(2))) then
-      call fatal_error(error, "a band of frequencies needs statistics, a positive period and two ascending ends", invalid_input)
+      call fatal_error(error, "a frequency band requires statistics, a positive period and two ascending limits", invalid_input)
       return
     end if
     ! Squares overflow long before their square roots do.

@@ -77,7 +77,7 @@ contains
 
     frame => frame_of(system)
     if (.not. associated(frame)) then
-      call fatal_error(error, "the vibration is that of a frame", invalid_input)
+      call fatal_error(error, "only a frame has a vibration: the system is of another type", invalid_input)
       return
     end if
     call frame%check(error)
@@ -85,7 +85,7 @@ contains
     if (.not. allocated(error)) call solve_periodic(floquet, vibration%start, error)
     if (allocated(error)) return
     if (size(floquet%scale) /= frame%states) then
-      call fatal_error(error, "the solution is not that of the frame: their numbers of states differ", invalid_input)
+      call fatal_error(error, "the frame and the solution differ in their numbers of states", invalid_input)
       return
     end if
 
@@ -142,7 +142,7 @@ contains
     end if
     if (present(rows)) vibration%motion = vibration%motion(:, :samples)
     if (any(.not. ieee_is_finite([vibration%peak, vibration%peak_error, vibration%rms]))) call fatal_error(error, &
-      & "the periodic vibration overflows: it lies, with its error, beyond what double precision holds", failed_computation)
+      & "the periodic vibration or its error bound overflows double precision", failed_computation)
   end subroutine solve_vibration
 
   !> Fails if points, harmonics or rows of the motion are out of range.
@@ -153,12 +153,12 @@ contains
     integer, parameter :: most_points = 10**6, most_harmonics = 8000
 
     if (points < 1 .or. points > most_points) then
-      call fatal_error(error, "points of the history must lie between 1 and 1000000", invalid_input)
+      call fatal_error(error, "the number of points of the history must lie between 1 and 1000000", invalid_input)
     else if (harmonics < 0 .or. harmonics > most_harmonics) then
-      call fatal_error(error, "harmonics must lie between 0 and 8000", invalid_input)
+      call fatal_error(error, "the number of harmonics must lie between 0 and 8000", invalid_input)
     else if (present(rows)) then
-      if (all(rows /= [velocities, accelerations, guide_forces])) call fatal_error(error, "rows of the motion are 6 (positions " &
-        & // "and velocities), 9 (accelerations too) or 12 (forces of guides too)", invalid_input)
+      if (all(rows /= [velocities, accelerations, guide_forces])) call fatal_error(error, "the number of rows of the motion " &
+        & // "must be 6 (positions, velocities), 9 (and accelerations) or 12 (and forces of guides)", invalid_input)
     end if
   end subroutine check_times
 
@@ -171,8 +171,8 @@ contains
 
     held = allocated(vibration%motion) .and. allocated(vibration%motion_history)
     if (held) held = size(vibration%motion, 1) >= rows_of(size(vibration%history, 1) / 3, rows)
-    if (.not. held) call fatal_error(error, "the vibration does not hold the rows of the motion that are needed: order them with " &
-      & // "its tasks", invalid_input)
+    if (.not. held) call fatal_error(error, "the vibration lacks the rows of the motion that the quantity requires: request more " &
+      & // "rows in solve_vibration", invalid_input)
   end subroutine check_rows
 
   !> The largest stride that keeps at least `wanted` of the samples.

@@ -14,14 +14,14 @@ module gestell_model_joints_types_crank
   private
 
   type(key_type), parameter :: keys(*) = [ &
-    & key_type("joint", "pivot", text_key, "the joint about which the crank turns", required=.true.), &
-    & key_type("joint", "radius", real_key, "of the crank", required=.true., unit=of_length, range=positive), &
-    & key_type("joint", "phase", real_key, "of the crank, added to Omega t", unit=of_angle, default=0.0_dp), &
-    & key_type("joint", "ratio", real_key, "turns of this crank in one of the drive's, against it negative: a number that is " // &
-    &   "a fraction, or its numerator and denominator", 1, 1, 2, default=1.0_dp, range=nonzero)]
+    & key_type("joint", "pivot", text_key, "joint about which the crank turns", required=.true.), &
+    & key_type("joint", "radius", real_key, "crank radius", required=.true., unit=of_length, range=positive), &
+    & key_type("joint", "phase", real_key, "crank angle when the drive's is 0", unit=of_angle, default=0.0_dp), &
+    & key_type("joint", "ratio", real_key, "turns of this crank per turn of the drive, negative if opposite: a fraction " // &
+    &   "such as 0.5, or numerator and denominator (17,23)", 1, 1, 2, default=1.0_dp, range=nonzero)]
 
-  character(len=*), parameter, public :: no_ratio = "must be a fraction: a decimal number such as 0.5 whose denominator is at " // &
-    & "most 64, or numerator and denominator, whole numbers up to 4096"
+  character(len=*), parameter, public :: no_ratio = "must be a fraction: a decimal such as 0.5 with a denominator of at " // &
+    & "most 64, or numerator and denominator as whole numbers up to 4096"
 
   !> A point that turns about the joint `pivot` at `radius` (m) and the angle phi ratio/denominator + `phase` (rad). After `gear`
   !> (gestell_model_linkage_gearing) the denominator is 1.
@@ -46,8 +46,8 @@ contains
     class(crank_joint), intent(in) :: self
     type(form_type), intent(out) :: form
 
-    form = form_type("crank", "turns about the joint `pivot` at the angle `ratio` Omega t + `phase`", links=1, pairs=1, &
-      & keys=keys, bars=[self%pivot, itself])
+    form = form_type("crank", "crank pin, at `radius` from the joint `pivot` and at the angle `ratio` Omega t + `phase`", &
+      & links=1, pairs=1, keys=keys, bars=[self%pivot, itself])
   end subroutine describe
 
   pure subroutine define(self, data)

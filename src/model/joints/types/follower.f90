@@ -18,12 +18,12 @@ module gestell_model_joints_types_follower
   integer, parameter :: most = 1001
 
   type(key_type), parameter :: keys(*) = [ &
-    & key_type("joint", "cam", text_key, "two joints of the body that is the cam, its centre first", 1, 2, 2, required=.true.), &
-    & key_type("joint", "lift", real_key, "over a turn of the cam: the mean, then the factors of cos, sin, cos 2, sin 2, " // &
-    &   "... of its angle", 1, 1, most, unit=of_length, otherwise="none"), &
-    & key_type("joint", "lift_table", real_key, "in place of `lift`: lifts at equal steps of the cam's angle over a turn, " // &
-    &   "from 0", 1, 3, most, unit=of_length, otherwise="none"), &
-    & key_type("joint", "lift_phase", real_key, "added to the cam's angle", unit=of_angle, default=0.0_dp)]
+    & key_type("joint", "cam", text_key, "two joints of the cam, its centre first", 1, 2, 2, required=.true.), &
+    & key_type("joint", "lift", real_key, "harmonics of the lift over the cam's angle: the mean, then the factors of cos, " // &
+    &   "sin, cos 2, sin 2, ...", 1, 1, most, unit=of_length, otherwise="none"), &
+    & key_type("joint", "lift_table", real_key, "instead of `lift`: lifts at equal steps of the cam's angle, from 0", 1, &
+    &   3, most, unit=of_length, otherwise="none"), &
+    & key_type("joint", "lift_phase", real_key, "angle added to the cam's angle", unit=of_angle, default=0.0_dp)]
 
   !> The joint lies on `guide` at the distance L, the lift, from the guide's point:
   !>
@@ -56,11 +56,10 @@ contains
     class(follower_joint), intent(in) :: self
     type(form_type), intent(out) :: form
 
-    form = form_type("follower", "of a cam: lies on the guide, by the lift from the guide's point along its direction. The " // &
-      & "cam's angle goes from the guide's direction to the way from `cam(1)` to `cam(2)`, counter-clockwise, plus " // &
-      & "`lift_phase`; either `lift` or `lift_table` is given", links=1, pairs=1, higher_pairs=1, keys=[keys, guide_keys], &
-      & bars=[self%cam(1), itself], guides=[self%guide], &
-      & obstacle="the two joints of its cam meet, or those that carry its guide")
+    form = form_type("follower", "cam follower on a guide, at the lift from `guide_point`. The cam's angle is that of the " // &
+      & "line from `cam(1)` to `cam(2)`, counter-clockwise from the guide, plus `lift_phase`. Give `lift` or `lift_table`", &
+      & links=1, pairs=1, higher_pairs=1, keys=[keys, guide_keys], bars=[self%cam(1), itself], guides=[self%guide], &
+      & obstacle="the two joints of its cam, or the two that carry its guide, coincide")
   end subroutine describe
 
   pure subroutine carriers(self, joints)
@@ -80,12 +79,12 @@ contains
     call self%guide%define(data, "guide")
     if (data%reason /= "") return
     if (data%has("lift") .eqv. data%has("lift_table")) then
-      data%reason = "needs either the key 'lift', harmonics, or the key 'lift_table'"
+      data%reason = "give either 'lift' (harmonics) or 'lift_table'"
     else if (data%has("lift")) then
       self%lift = data%numbers("lift")
       if (modulo(size(self%lift), 2) == 0) then
         data%key = "lift"
-        data%reason = "is a mean and then pairs of cosine and sine: needs an odd number of values"
+        data%reason = "must have an odd number of values: the mean, then pairs of cosine and sine"
       end if
     else
       self%lift = lift_through(data%numbers("lift_table"))
@@ -122,11 +121,11 @@ contains
     call self%guide%check(reason)
     call check_finite([self%phase], reason)
     if (reason /= "") return
-    if (self%cam(1) == self%cam(2)) reason = "its cam needs two different joints"
+    if (self%cam(1) == self%cam(2)) reason = "its cam must refer to two different joints"
     if (.not. allocated(self%lift)) then
       reason = "it has no lift"
     else if (modulo(size(self%lift), 2) == 0) then
-      reason = "its lift is a mean and then pairs of cosine and sine: an odd number of values"
+      reason = "its lift must have an odd number of values: the mean, then pairs of cosine and sine"
     else
       call check_coordinates(self%lift, reason)
     end if

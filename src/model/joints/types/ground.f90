@@ -10,7 +10,7 @@ module gestell_model_joints_types_ground
   implicit none (type, external)
   private
 
-  type(key_type), parameter :: keys(*) = [key_type("joint", "position", real_key, "where a joint on the frame is, in x-y", &
+  type(key_type), parameter :: keys(*) = [key_type("joint", "position", real_key, "position of the joint on the frame, in x-y", &
     & 1, 2, 2, required=.true., unit=of_length)]
 
   !> A point fixed to the frame.
@@ -32,7 +32,7 @@ contains
     class(ground_joint), intent(in) :: self
     type(form_type), intent(out) :: form
 
-    form = form_type("ground", "is fixed to the frame", links=0, pairs=0, keys=keys)
+    form = form_type("ground", "joint fixed to the frame", links=0, pairs=0, keys=keys)
     associate (unused => self)
     end associate
   end subroutine describe

@@ -13,8 +13,8 @@ module gestell_model_joints_types_rpp
   implicit none (type, external)
   private
 
-  type(key_type), parameter :: slot_key = key_type("joint", "slot_angle", real_key, "of the yoke's slot to the guide's direction", &
-    & required=.true., unit=of_angle)
+  type(key_type), parameter :: slot_key = key_type("joint", "slot_angle", real_key, "angle of the yoke's slot, " // &
+    & "measured from the guide", required=.true., unit=of_angle)
 
   !> The yoke slides along `guide`. Joint `end` slides in its straight slot, which makes the angle `slot_angle` (rad) with the
   !> guide's direction. The joint is the point of the yoke where slot and guide intersect.
@@ -40,8 +40,8 @@ contains
     class(rpp_joint), intent(in) :: self
     type(form_type), intent(out) :: form
 
-    form = form_type("RPP", "yoke: it slides along the guide and has a slot at `slot_angle` to the guide's direction, in " // &
-      & "which `ends(1)` slides; the joint is the yoke's point where slot and guide cross. 90 deg: the Scotch yoke", &
+    form = form_type("RPP", "yoke on a guide; `ends(1)` slides in its slot, which is at `slot_angle` to the guide (Scotch " // &
+      & "yoke: 90 deg). The joint is the crossing of slot and guide", &
       & links=2, pairs=3, keys=[one_end, slot_key, guide_keys], bars=[self%end, itself], guides=[self%guide])
   end subroutine describe
 
@@ -149,8 +149,8 @@ contains
 
     associate (unused => points)
     end associate
-    text = "its slot, at " // fixed(self%slot_angle * 180 / pi, 3) // " deg to the guide, is parallel to it, or the " &
-      & // "joints that carry the guide meet"
+    text = "its slot, at " // fixed(self%slot_angle * 180 / pi, 3) // " deg to the guide, is parallel to the guide, or the " &
+      & // "two joints that carry the guide coincide"
   end subroutine explain
 
 end module gestell_model_joints_types_rpp

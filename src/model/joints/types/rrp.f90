@@ -39,7 +39,7 @@ contains
     class(rrp_joint), intent(in) :: self
     type(form_type), intent(out) :: form
 
-    form = form_type("RRP", "slider: lies on the guide, at `lengths(1)` from `ends(1)`; `branch = 1`: the solution farther " // &
+    form = form_type("RRP", "slider on a guide, at `lengths(1)` from `ends(1)`; `branch = 1`: the position farther " // &
       & "along the guide's direction, `-1`: the other", links=2, pairs=3, keys=[one_end, one_length, branch_key, guide_keys], &
       & bars=[self%end, itself], guides=[self%guide])
   end subroutine describe
@@ -241,12 +241,12 @@ contains
     type(jet) :: off
 
     motion = self%guide%motion(points, spread(0.0_dp, 1, size(points)), spread(0.0_dp, 1, size(points)), 0.0_dp)
-    text = "the joints that carry its guide meet"
+    text = "the two joints that carry its guide coincide"
     if (.not. motion%sound) return
     call self%guide%line(points, g, u)
     off = cross(point_type(points(self%end)%x - g%x, points(self%end)%y - g%y), u)
-    text = "its end is " // concise(abs(off%v)) // " m away from the guide, a length of " // concise(self%length) &
-      & // " m must reach it"
+    text = "its end is " // concise(abs(off%v)) // " m away from the guide; its length of " // concise(self%length) &
+      & // " m must exceed this distance"
   end subroutine explain
 
 end module gestell_model_joints_types_rrp

@@ -35,8 +35,8 @@ contains
     class(rrr_joint), intent(in) :: self
     type(form_type), intent(out) :: form
 
-    form = form_type("RRR", "lies at `lengths(1)` from `ends(1)` and `lengths(2)` from `ends(2)`; `branch = 1`: left of the " // &
-      & "way from `ends(1)` to `ends(2)`, `-1`: right of it", links=2, pairs=3, keys=[two_ends, two_lengths, branch_key], &
+    form = form_type("RRR", "pin of two links, at `lengths(1)` from `ends(1)` and `lengths(2)` from `ends(2)`; `branch = 1`: " // &
+      & "left of the line from `ends(1)` to `ends(2)`, `-1`: right", links=2, pairs=3, keys=[two_ends, two_lengths, branch_key], &
       & bars=[self%ends(1), itself, self%ends(2), itself])
   end subroutine describe
 
@@ -248,8 +248,8 @@ contains
     character(len=:), allocatable, intent(out) :: text
 
     associate (one => points(self%ends(1)), two => points(self%ends(2)), l => self%lengths)
-      text = "its ends are " // concise(hypot(two%x%v - one%x%v, two%y%v - one%y%v)) // " m apart, lengths of " &
-        & // concise(l(1)) // " m and " // concise(l(2)) // " m reach from " // concise(abs(l(1) - l(2))) // " m to " &
+      text = "its ends are " // concise(hypot(two%x%v - one%x%v, two%y%v - one%y%v)) // " m apart; lengths of " &
+        & // concise(l(1)) // " m and " // concise(l(2)) // " m allow " // concise(abs(l(1) - l(2))) // " m to " &
         & // concise(l(1) + l(2)) // " m"
     end associate
   end subroutine explain
