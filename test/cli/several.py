@@ -203,7 +203,7 @@ def data_tests():
     with Folder() as folder:
         shutil.copy(DATA / "inline_four.nml", folder)
         run = Run(folder, "--check", "inline_four.nml")
-        check("inline four: mobility", "mobility 1 (12 links with the frame, 15 pairs, 2 higher pairs)" in run.out, "12, 15, 2", run.out)
+        check("inline four: mobility", "mobility 1 (12 links including the frame, 15 pairs, 2 higher pairs)" in run.out, "12, 15, 2", run.out)
         for what, words in (("with", ()), ("without", ("--set", "link(left).center(1)=0", "--set", "link(right).center(1)=0"))):
             if not Run(folder, "-q", "-o", what, *words, "inline_four.nml").done(f"inline four, {what}"):
                 return

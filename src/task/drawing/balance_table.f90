@@ -29,7 +29,7 @@ contains
     lines = newline // "SHAKING FORCES AND COUPLES of all mechanisms on a frame at rest"
     call shaking_in_space(frame, found)
     if (.not. all(ieee_is_finite(found%rms) .and. ieee_is_finite(found%peak))) then
-      lines = lines // ": they lie beyond what" // newline // "  double precision holds" // newline
+      lines = lines // ":" // newline // "  they overflow double precision" // newline
       return
     end if
     rows = ""
@@ -46,13 +46,14 @@ contains
     end do
     rows = rows // "peak" // cells(found%peak, found%noise) // newline // "rms" // cells(found%rms, found%noise) // newline
     lines = lines // ", amplitudes" // newline // tabulated("rrrrrrr", "order,fx,fy,fz,mx,my,mz" // newline &
-      & // ",N,N,N,N m,N m,N m", rows) // "  couples about O; orders are multiples of the crank's speed" // newline
+      & // ",N,N,N,N m,N m,N m", rows) // "  couples about O; orders are multiples of the crank speed" // newline
     ! the axis of the shaft is mentioned only if it is not zeta
     shaft = ""
     if (found%shaft(3) < 1) shaft = " (" // concise(found%shaft(1), 3) // ", " // concise(found%shaft(2), 3) // ", " &
       & // concise(found%shaft(3), 3) // ")"
-    if (turning /= "") lines = lines // wrapped("  across the shaft" // shaft // ", as vectors that turn with " &
-      & // "the crank and against it:" // newline) // tabulated("rrrrr", "order,force with,against,couple with,against" // newline &
+    if (turning /= "") lines = lines // wrapped("  components across the shaft" // shaft // ", as vectors that rotate " &
+      & // "with the crank and against it:" // newline) // tabulated("rrrrr", "order,force with,against,couple with,against" &
+      & // newline &
       & // ",N,N,N m,N m", turning)
   end function balance_table
 

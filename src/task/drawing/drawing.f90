@@ -51,8 +51,8 @@ contains
     select type (mechanism => configuration%frame%mechanism)
     type is (linkage_type)
     class default
-      call input_error(the_group(configuration%document, "mass_functions"), "", "there is nothing to draw: the task " &
-        & // "'drawing' needs joints and links", error)
+      call input_error(the_group(configuration%document, "mass_functions"), "", "the task 'drawing' needs joints " &
+        & // "and links: mass functions have nothing to draw", error)
     end select
   end subroutine read_drawing
 
@@ -95,18 +95,18 @@ contains
     real(dp), intent(in) :: joints(:, :, :), centers(:, :, :)
     integer :: i, k
 
-    table = new_table("mechanism", "The machine", "The mechanism through " &
-      & // turns_in_words(frame%mechanism%turns) // " on its frame and mounts, to scale.", "")
+    table = new_table("mechanism", "The machine", "The mechanism during " &
+      & // turns_in_words(frame%mechanism%turns) // ", on its frame and mounts, to scale.", "")
     call table%add("crank", degree, "crank angle, negative for a clockwise crank", [(sign(360.0_dp, frame%speed) &
       & * frame%mechanism%turns * k / rows, k = 0, rows)])
     do i = 1, size(linkage%joints)
       do k = 1, size(joints, 1)
-        call table%add("joint(" // linkage%joints(i)%name // ")." // axes(k), metre, "place of the joint", joints(k, i, :))
+        call table%add("joint(" // linkage%joints(i)%name // ")." // axes(k), metre, "position of the joint", joints(k, i, :))
       end do
     end do
     do i = 1, size(linkage%links)
       do k = 1, size(centers, 1)
-        call table%add("link(" // linkage%links(i)%name // ")." // axes(k), metre, "place of the centre of mass", &
+        call table%add("link(" // linkage%links(i)%name // ")." // axes(k), metre, "position of the centre of mass", &
           & centers(k, i, :))
       end do
     end do

@@ -98,7 +98,7 @@ contains
     end if
     lines = lines // newline
     pixels = 680 * (high(2) - low(2)) / (high(1) - low(1)) + 150
-    figure = new_figure("mechanism", "The mechanism through " // turns_in_words(frame%mechanism%turns) &
+    figure = new_figure("mechanism", "The mechanism during " // turns_in_words(frame%mechanism%turns) &
       & // ", bold at a crank angle of " // text(nint(sign(1.0_dp, &
       & frame%speed)) * bold * frame%mechanism%turns) // " deg", lines, width=800, &
       & height=nint(min(max(pixels, 360.0_dp), 950.0_dp)))
@@ -152,7 +152,7 @@ contains
         & // " " // merge("left offset 0.5  ", "right offset -0.5", frame%supports(i)%position(1) < middle) // ",0.8 font ',12' " &
         & // "boxed front" // newline
     end do
-    if (size(frame%supports) == 0) lines = lines // "set label 9 'no &support: what holds the frame is the &foundation' " &
+    if (size(frame%supports) == 0) lines = lines // "set label 9 'no &support: the frame is held by &foundation' " &
       & // "at graph 0.01,graph 0.03 font ',11' noenhanced" // newline
   end function frame_lines
 

@@ -41,7 +41,7 @@ contains
     class is (linkage_type)
       call diagnose(mechanism, diagnosis, unprepared)
       lines = newline // "MECHANISM" // newline // "  mobility " // text(diagnosis%mobility) // " (" &
-        & // text(diagnosis%links) // " links with the frame, " // counted(diagnosis%pairs, "pair")
+        & // text(diagnosis%links) // " links including the frame, " // counted(diagnosis%pairs, "pair")
       if (diagnosis%higher_pairs > 0) lines = lines // ", " // counted(diagnosis%higher_pairs, "higher pair")
       lines = lines // ")"
       if (len_trim(diagnosis%grashof) > 0) lines = lines // "; " // trim(diagnosis%grashof)
@@ -101,12 +101,12 @@ contains
       end do
       rows = rows // newline
     end do
-    rows = rows // "weight of all"
+    rows = rows // "total"
     force = static_force(frame, "total")
     do k = 1, size(force)
       rows = rows // tab // concise(force(k), 5)
     end do
-    lines = newline // "STATIC LOADS on the ground, masses at their mean over the turn" // newline
+    lines = newline // "STATIC LOADS on the ground, moving masses averaged over the turn" // newline
     lines = lines // tabulated("l" // repeat("r", size(force)), "support,fx,fy" // either(",fz", "", size(force) == 3) // newline &
       & // repeat(",N", size(force)), rows // newline)
   end function static_lines
@@ -138,12 +138,13 @@ contains
     angle = diagnosis%joints(worst)%transmission * 180 / pi
     line = ""
     if (angle > 89.999_dp) return
-    line = "  smallest transmission angle " // concise(angle, 3) // " deg, joint '" // mechanism%joints(worst)%name // "' at " &
+    line = "  smallest transmission angle " // concise(angle, 3) // " deg at joint '" // mechanism%joints(worst)%name &
+      & // "', crank angle " &
       & // fixed(diagnosis%joints(worst)%transmission_at * mechanism%turns * 180 / pi, 1) // " deg"
     if (angle < poor) line = line // "  <- poor"
     line = line // newline
-    if (diagnosis%joints(nearest)%margin < huge(1.0_dp)) line = line // "  nearest dead point: a length of joint '" &
-      & // mechanism%joints(nearest)%name // "' changed by " // concise(diagnosis%joints(nearest)%margin, 3) // " m" // newline
+    if (diagnosis%joints(nearest)%margin < huge(1.0_dp)) line = line // "  nearest dead point: reached if a length of joint '" &
+      & // mechanism%joints(nearest)%name // "' changes by " // concise(diagnosis%joints(nearest)%margin, 3) // " m" // newline
   end function transmission_line
 
   !> Table of the sliders: stroke, maximum speed and acceleration on their guides, and the division of the period between forward
@@ -172,8 +173,8 @@ contains
         rows = rows // newline
       end associate
     end do
-    lines = newline // "SLIDERS at " // concise(abs(speed) * mechanism%turns * 30 / pi) // " rpm, greatest speed and " &
-      & // "acceleration on their guides" // newline // tabulated("lrrrrr", "slider,stroke,speed,acceleration,forward,time" &
+    lines = newline // "SLIDERS at " // concise(abs(speed) * mechanism%turns * 30 / pi) // " rpm, maximum speed and " &
+      & // "acceleration along their guides" // newline // tabulated("lrrrrr", "slider,stroke,speed,acceleration,forward,time" &
       & // newline // ",m,m/s,m/s^2,deg,forward/back", rows)
 
   contains
@@ -183,7 +184,7 @@ contains
       real(dp), intent(in) :: value
       character(len=:), allocatable :: words
 
-      words = either(concise(value, 5), "beyond 1e308", ieee_is_finite(value))
+      words = either(concise(value, 5), "overflow", ieee_is_finite(value))
     end function in_range
 
   end function slider_lines
@@ -194,13 +195,14 @@ contains
     character(len=:), allocatable :: lines, rows
     type(shaking_type) :: found
     type(error_type), allocatable :: unprepared
+    character(len=*), parameter :: ratios(3) = [character(len=8) :: "fx", ", fy", ", moment"]
     real(dp) :: noise(3)
     integer :: k, i
 
     call shaking(frame%mechanism, frame%speed, found, unprepared, frame%even_in_space())
     lines = newline // "SHAKING FORCES of the mechanism on a frame at rest"
     if (.not. all(ieee_is_finite(found%rms) .and. ieee_is_finite(found%peak))) then
-      lines = lines // ": they lie beyond what double precision holds" // newline
+      lines = lines // ": they overflow double precision" // newline
       return
     end if
     ! Amplitudes below this limit are rounding error: relative to the larger of the two forces, and to the terms whose sum they are.
@@ -223,14 +225,13 @@ contains
     rows = rows // "peak" // sizes(found%peak(:3)) // "rms" // sizes(found%rms(:3))
     lines = lines // ", amplitudes and phases" // newline &
       & // tabulated("rrrrrrr", "order,fx,,fy,,moment about O" // newline // ",N,deg,N,deg,N m,deg", rows) &
-      & // "  whole force: peak " // concise(found%peak(4), 5) // " N, rms " // concise(found%rms(4), 5) // " N" // newline &
-      & // "  from order to order they fall by factors of about "
+      & // "  resultant force: peak " // concise(found%peak(4), 5) // " N, rms " // concise(found%rms(4), 5) // " N" // newline &
+      & // "  mean ratio of successive amplitudes: "
     do i = 1, 3
-      if (i > 1) lines = lines // ", "
-      lines = lines // concise(decay(found%series(i)%amplitude), 2)
+      lines = lines // trim(ratios(i)) // " " // concise(decay(found%series(i)%amplitude), 2)
     end do
-    lines = lines // newline // "  unbalance of order 1  with the crank  " // vector(found%unbalance(1)) // newline &
-      & // "                        against it      " // vector(found%unbalance(2)) // newline // balance_lines(frame)
+    lines = lines // newline // "  unbalance of order 1  with the crank     " // vector(found%unbalance(1)) // newline &
+      & // "                        against the crank  " // vector(found%unbalance(2)) // newline // balance_lines(frame)
 
   contains
 
@@ -277,7 +278,7 @@ contains
       if (allocated(unprepared)) return
       call balance_force(rigid, weights, state)
       if (state == balanced_already) then
-        lines = head // "as it is" // newline
+        lines = head // "not needed: the force is already balanced" // newline
       else if (state == balanced) then
         do k = 1, size(weights)
           associate (weight => weights(k))
@@ -286,9 +287,9 @@ contains
               & // " kg mm at " // degrees(weight%angle) // " deg" // newline
           end associate
         end do
-        lines = lines // repeat(" ", len(head)) // "by counterweights, angles to their links" // newline
+        lines = lines // repeat(" ", len(head)) // "by counterweights; angles from the first axis of the link" // newline
       else
-        lines = head // "none by counterweights on these links" // newline
+        lines = head // "impossible with counterweights on these links" // newline
       end if
     end select
   end function balance_lines

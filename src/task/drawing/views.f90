@@ -89,7 +89,7 @@ contains
     end do
     lines = lines // key(linkage, (beside + between + scale * (high(1) - low(1))) / wide, &
       & (below + scale * (high(3) - low(3))) / height) // "unset multiplot" // newline
-    figure = new_figure("mechanism", "The mechanisms through " // turns_in_words(frame%mechanism%turns) &
+    figure = new_figure("mechanism", "The mechanisms during " // turns_in_words(frame%mechanism%turns) &
       & // ", bold at a crank angle of " // text(nint(sign(1.0_dp, &
       & frame%speed)) * bold * frame%mechanism%turns) // " deg", lines, width=nint(wide), height=nint(height))
 
