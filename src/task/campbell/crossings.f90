@@ -103,7 +103,7 @@ contains
     call check_campbell_options(options, error)
     if (allocated(error)) return
     if (.not. allocated(campbell%points)) then
-      call fatal_error(error, "crossings are sought among the modes that solve_campbell found", invalid_input)
+      call fatal_error(error, "the modes must be those of solve_campbell", invalid_input)
       return
     end if
     harmonics = options%sought()

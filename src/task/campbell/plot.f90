@@ -200,7 +200,8 @@ contains
       lines = lines // ", 'crossings.csv' using (column('mode') == " // text(k) // " ? column('speed_rpm') : 1e290):" &
         & // "'frequency_Hz' with points lt " // text(k) // " ps 1.4 title 'mode " // text(k) // "'"
     end do
-    figure = new_figure("crossings", "Crossings of modes with orders of the crank: " // count_or_no(size(crossings)), lines &
+    figure = new_figure("crossings", "Crossings of natural frequencies with orders of the crank: " &
+      & // count_or_no(size(crossings)), lines &
       & // marks%entries, width=800, height=460)
   end function plot_crossings
 

@@ -52,7 +52,7 @@ contains
         & // " rpm,damping" // newline // ",Hz,ratio,Hz,ratio", rows)
     end associate
     if (.not. all(solved)) report = report // "  note: at " // counted(count(.not. solved), "speed") &
-      & // " there is no machine or no mode can be identified" // newline
+      & // " the machine is impossible or no mode can be identified" // newline
     ! the first speeds at which modes cannot be distinguished
     list = ""
     named = 0
@@ -62,8 +62,8 @@ contains
       named = named + 1
       if (named <= most_named) list = list // ", " // concise(campbell%points(k)%speed, 5)
     end do
-    if (named > 0) report = report // "  note: about " // list(3:) // either(", ...", "", named > most_named) &
-      & // " rpm modes mix: which is which is not certain" // newline
+    if (named > 0) report = report // "  note: near " // list(3:) // either(", ...", "", named > most_named) &
+      & // " rpm modes mix: their numbers may be interchanged" // newline
     report = report // crossing_lines(crossings)
   end function report_campbell
 
@@ -92,7 +92,7 @@ contains
     integer :: i
 
     if (size(crossings) == 0) then
-      report = newline // "  no crossing with a multiple of the speed within the range" // newline
+      report = newline // "  no crossing of a mode with a multiple of the speed within the range" // newline
       return
     end if
     rows = ""
@@ -112,7 +112,7 @@ contains
       end associate
     end do
     report = newline // tabulated("rrrrrl", "mode,order,crossing,frequency,damping" // newline // ",,rpm,Hz,ratio", rows)
-    if (size(crossings) > most_listed) report = report // "  ... all in crossings.csv" // newline
+    if (size(crossings) > most_listed) report = report // "  ... all crossings in crossings.csv" // newline
   end function crossing_lines
 
   !> True if the interval in which the mode is locked is wide relative to the resonance, or if the vibration grows in it.

@@ -70,14 +70,17 @@ contains
       n = size(crossings)
       table = new_table("crossings", "Crossings", "", judgement%words, shown=.true.)
       table%model = model_of_modes
-      call table%add("mode", "its number", (crossings%mode))
+      call table%add("mode", "number of the mode", (crossings%mode))
       call table%add("order", plain, "multiple of the crank speed", (crossings%order))
-      call table%add("speed", rpm, "of the crossing", (crossings%speed), bounds=(crossings%error))
-      call table%add("from", rpm, "where the interval of locking begins", [(crossings(i)%ends(1), i = 1, n)])
-      call table%add("to", rpm, "where it ends", [(crossings(i)%ends(2), i = 1, n)])
-      call table%add("frequency", hertz, "of the mode there", [(crossings(i)%at%frequency() / (2 * pi), i = 1, n)])
-      call table%add("growth", per_second, "of the mode there", [(crossings(i)%at%growth, i = 1, n)])
-      call table%add("damping_ratio", plain, "of the mode there", [(crossings(i)%at%damping_ratio(), i = 1, n)])
+      call table%add("speed", rpm, "speed of the crossing, or middle of the locking interval", (crossings%speed), &
+        & bounds=(crossings%error))
+      call table%add("from", rpm, "start of the locking interval", [(crossings(i)%ends(1), i = 1, n)])
+      call table%add("to", rpm, "end of the locking interval", [(crossings(i)%ends(2), i = 1, n)])
+      call table%add("frequency", hertz, "frequency of the mode at this speed", [(crossings(i)%at%frequency() / (2 * pi), i = 1, &
+        & n)])
+      call table%add("growth", per_second, "growth rate of the mode at this speed", [(crossings(i)%at%growth, i = 1, n)])
+      call table%add("damping_ratio", plain, "damping ratio (Lehr) of the mode at this speed", &
+        & [(crossings(i)%at%damping_ratio(), i = 1, n)])
       call table%add("locked", "1: the mode is locked to the order", (crossings%locked))
       call result%add(table, plot_crossings(crossings, diagram%campbell, context%configuration%plan%base))
     end associate
@@ -125,27 +128,27 @@ contains
           values(:, modes * (i - 1) + k) = numbers(points(i)%modes(k), campbell%free)
         end do
       end do
-      table = new_table("campbell", "Campbell diagram", "The modes' frequencies over the speed, and the orders of the crank.", &
+      table = new_table("campbell", "Campbell diagram", "Frequencies of the modes over the speed, and the orders of the crank.", &
         & verdict)
       table%model = model_of_modes
-      call table%add("speed", rpm, "of the crank", [((points(i)%speed, k = 1, modes), i = 1, size(points))])
-      call table%add("mode", "its number", [((k, k = 1, modes), i = 1, size(points))])
-      call table%add("frequency", hertz, "of the strongest component", values(1, :), error="frequency_error")
-      call table%add("growth", per_second, "of the free vibration; negative: it dies out", values(2, :), error="growth_error")
-      call table%add("partner_growth", per_second, "of the second of two real multipliers", values(3, :))
-      call table%add("damping_ratio", plain, "Lehr's", values(4, :))
-      call table%add("share", plain, "of the strongest component in the mean square", values(5, :))
-      call table%add("frequency_error", hertz, "bound on the error", values(6, :))
-      call table%add("growth_error", per_second, "bound on the error", values(7, :))
+      call table%add("speed", rpm, "crank speed", [((points(i)%speed, k = 1, modes), i = 1, size(points))])
+      call table%add("mode", "number of the mode", [((k, k = 1, modes), i = 1, size(points))])
+      call table%add("frequency", hertz, "frequency of the strongest component", values(1, :), error="frequency_error")
+      call table%add("growth", per_second, "growth rate of the mode; negative: it decays", values(2, :), error="growth_error")
+      call table%add("partner_growth", per_second, "growth rate of the second exponent of the mode", values(3, :))
+      call table%add("damping_ratio", plain, "damping ratio (Lehr)", values(4, :))
+      call table%add("share", plain, "share of the strongest component in the mean square", values(5, :))
+      call table%add("frequency_error", hertz, "error bound of the frequency", values(6, :))
+      call table%add("growth_error", per_second, "error bound of the growth rate", values(7, :))
       do k = 1, merge(most_dofs, 3, any(campbell%free > 3))
-        call table%add(trim(dof_names(k)) // "_re", plain, "real part of the shape", values(6 + 2 * k, :))
-        call table%add(trim(dof_names(k)) // "_im", plain, "imaginary part of the shape", values(7 + 2 * k, :))
+        call table%add(trim(dof_names(k)) // "_re", plain, "real part of the mode shape", values(6 + 2 * k, :))
+        call table%add(trim(dof_names(k)) // "_im", plain, "imaginary part of the mode shape", values(7 + 2 * k, :))
       end do
       call table%add("real_pair", "1: two real multipliers, locked to the crank or overdamped", &
         & [((points(i)%modes(k)%identified .and. points(i)%modes(k)%real_pair, k = 1, modes), i = 1, size(points))])
-      call table%add("sure", "0: which mode is which is not sure here", &
+      call table%add("sure", "0: modes mix here; their numbers may be interchanged", &
         & [((points(i)%unambiguous, k = 1, modes), i = 1, size(points))])
-      call table%add("inserted", "1: the speed is none of those that were ordered", [((.not. points(i)%ordered, k = 1, modes), &
+      call table%add("inserted", "1: the program added this speed", [((.not. points(i)%ordered, k = 1, modes), &
         & i = 1, size(points))])
     end associate
   end function campbell_table
