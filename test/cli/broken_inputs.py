@@ -152,14 +152,13 @@ INPUTS = [
     ("typeset quotes about two words", changed("'four-bar'", "\u201cfour-bar linkage\u201d"), 2,
      "input.nml:1: &case: title = \u201cfour-bar, linkage\u201d: takes 1 value, has 2 (must stand in straight quotes, ' or \")"),
     ("copy of no mechanism", SOUND + "&repeat of='main', name='two', origin=0.1,0.0 /\n", 2,
-     "input.nml:16: &repeat 'two': of = 'main': names a mechanism, and there is none: put &mechanism name='main' / before the joints "
-     "that are to be copied"),
+     "input.nml:16: &repeat 'two': of = 'main': the input has no &mechanism: name the mechanism to copy by &mechanism name='main' /"),
     ("ratio of a copy", "&mechanism name='main' /\n" + SOUND + "&repeat of='main', name='two', ratio=1480,1450 /\n", 2,
-     "input.nml:17: &repeat 'two': ratio = 1480, 1450: the machine repeats only after 145 turns of the drive; at most 64 "
+     "input.nml:17: &repeat 'two': ratio = 1480, 1450: the mechanism repeats only after 145 turns of the drive; at most 64 "
      "are allowed"),
     ("ratio of a crank that turns too often", "&mechanism name='main' /\n" + SOUND + "&repeat of='main', name='two', ratio=1,2 /\n"
      "&repeat of='main', name='three', ratio=4096 /\n", 2,
-     "input.nml:18: &repeat 'three': ratio = 4096: the crank turns more than 4096 times before the machine repeats, which is not allowed"),
+     "input.nml:18: &repeat 'three': ratio = 4096: the crank turns more than 4096 times before the mechanism repeats, which is not allowed"),
     ("repeat count too large", changed("0.5,0.5,0.05", "4*0.5"), 2,
      "input.nml:15: &foundation: damping = 4*0.5: takes 3 or 6 values, has 4"),
     ("gap in a vector", changed("origin=-0.20,0.20", "origin=,0.20"), 2,
@@ -198,19 +197,19 @@ INPUTS = [
     ("negative damping of the foundation", changed("0.5,0.5,0.05", "0.5,0.5,-0.05"), 2,
      "input.nml:15: &foundation: damping(3) = -0.05: must not be negative"),
     ("foundation's matrix not symmetric", changed("&foundation ", "&foundation stiffness(1,2)=5.0, "), 2,
-     "input.nml:15: &foundation: stiffness(1,2) = 5.0: the matrix must be symmetric, c12 is 5 and c21 is 0"),
+     "input.nml:15: &foundation: stiffness(1,2) = 5.0: must be symmetric, but c12 is 5 and c21 is 0"),
     ("foundation's matrix not symmetric, third row", changed("&foundation ", "&foundation stiffness=9.0,0.0,4.5,  "
                                                              "0.0,9.0,0.0,  4.0,0.0,9.0, "), 2,
-     "input.nml:15: &foundation: stiffness(3,1) = 4.5: the matrix must be symmetric, c31 is 4.5 and c13 "
+     "input.nml:15: &foundation: stiffness(3,1) = 4.5: must be symmetric, but c31 is 4.5 and c13 "
      "is 4"),
     ("foundation that pushes", changed("&foundation ", "&foundation stiffness=-4.4e5,8*0.0, "), 2,
-     "input.nml:15: &foundation: stiffness = -4.4e5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0: the matrix "
-     "is not positive (semi-)definite: it would push the frame away in some direction"),
+     "input.nml:15: &foundation: stiffness = -4.4e5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0: must be "
+     "positive semidefinite: in some direction this matrix pushes the frame away instead of back"),
     ("foundation's matrix too short", changed("&foundation ", "&foundation stiffness=1.0,2.0,3.0, "), 2,
      "input.nml:15: &foundation: stiffness = 1.0, 2.0, 3.0: takes 9 or 36 values, has 3"),
     ("sums of finite numbers overflow", changed("position=0.10,-0.20, stiffness=196133.0,196133.0",
                                                 "position=1e200,-0.20, stiffness=196133.0,196133.0"), 2,
-     "input.nml:13: &support 3: position = 1e200, -0.20: so far from F its stiffness or damping about F "
+     "input.nml:13: &support 3: position = 1e200, -0.20: is so far from F that the stiffness or damping about F "
      "overflows"),
     ("unknown degree of freedom", changed("mass=18.0", "dof='xi','etta', mass=18.0"), 2,
      "input.nml:10: &frame: dof(2) = 'etta': unknown; did you mean 'eta'?"),
@@ -230,13 +229,13 @@ INPUTS = [
     ("probe, empty name", added("&probe name='', position=0.0,0.0 /"), 2,
      "input.nml:16: &probe: name = '': must not be blank"),
     ("probe, parenthesis", added("&probe name='p(1)', position=0.0,0.0 /"), 2,
-     "input.nml:16: &probe 'p(1)': name = 'p(1)': a name has 1 to 64 characters and no parentheses"),
+     "input.nml:16: &probe 'p(1)': name = 'p(1)': must have 1 to 64 characters and no parentheses"),
     ("probe twice", added("&probe name='p', position=0.0,0.0 / &probe name='p', position=0.0,0.1 /"), 2,
-     "input.nml:16: &probe 'p': name = 'p': is the name of &probe 'p' already"),
+     "input.nml:16: &probe 'p': name = 'p': is already the name of another probe"),
     ("probe, limit of zero", added("&probe name='p', position=0.0,0.0, limit_mm_s=0.0 /"), 2,
      "input.nml:16: &probe 'p': limit_mm_s = 0.0: must be positive"),
     ("probe, empty band", added("&probe name='p', position=0.0,0.0, band_hz=100.0,10.0 /"), 2,
-     "input.nml:16: &probe 'p': band_hz = 100.0, 10.0: the band is empty: its upper end must be the greater one"),
+     "input.nml:16: &probe 'p': band_hz = 100.0, 10.0: the second frequency must be greater than the first"),
     ("probe, negative frequency", added("&probe name='p', position=0.0,0.0, band_hz=-1.0,10.0 /"), 2,
      "input.nml:16: &probe 'p': band_hz(1) = -1.0: must not be negative"),
     ("misspelt coefficients", added("&model coefficients='avaraged' /"), 2,
@@ -279,15 +278,15 @@ INPUTS = [
     ("unknown joint, nothing near", changed("pivot='A0'", "pivot='hinge'"), 2,
      "input.nml:5: &joint 'A': pivot = 'hinge': there is no joint 'hinge'; known: 'A0', 'B0'"),
     ("joint used before it is defined", "".join(LINES[:4] + [LINES[5], LINES[4]] + LINES[6:]), 2,
-     "input.nml:5: &joint 'B': ends = 'A', 'B0': joint 'A' stands only in line 6: list it before this one"),
+     "input.nml:5: &joint 'B': ends = 'A', 'B0': joint 'A' comes later, in line 6: list it before this joint"),
     ("joint built on itself", changed("ends='A','B0'", "ends='A','B'"), 2,
-     "input.nml:6: &joint 'B': ends = 'A', 'B': a joint cannot be built on itself"),
+     "input.nml:6: &joint 'B': ends = 'A', 'B': a joint cannot refer to itself"),
     ("joint of a link unknown", changed("from='A', to='B'", "from='A', to='C'"), 2,
      "input.nml:8: &link 'coupler': to = 'C': there is no joint 'C'; known: 'A0', 'B0', 'A', 'B'"),
     ("joint's name twice", changed("name='B0'", "name='A0'"), 2,
-     "input.nml:4: &joint 'A0': name = 'A0': is taken already"),
+     "input.nml:4: &joint 'A0': name = 'A0': is already used"),
     ("link's name twice", changed("name='rocker'", "name='coupler'"), 2,
-     "input.nml:9: &link 'coupler': name = 'coupler': is taken already"),
+     "input.nml:9: &link 'coupler': name = 'coupler': is already used"),
     ("name empty", changed("name='rocker'", "name=''"), 2,
      "input.nml:9: &link 3: name = '': must not be blank"),
     ("name too long", changed("name='rocker'", "name='" + "r" * 65 + "'"), 2,
@@ -295,13 +294,13 @@ INPUTS = [
      "'rrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrr...': must not be longer than 64 "
      "characters"),
     ("no crank", changed("type='crank', pivot='A0', radius=0.07, phase=0.0", "type='ground', position=0.07, 0.0"), 2,
-     "input.nml: no joint has type = 'crank', one must"),
+     "input.nml: every mechanism needs a joint of type 'crank'"),
     ("key of another type", changed("position=0.40, 0.0", "position=0.40, 0.0, radius=1.0"), 2,
-     "input.nml:4: &joint 'B0': radius = 1.0: a joint of type 'ground' has no such key, it has position"),
+     "input.nml:4: &joint 'B0': radius = 1.0: is not a key of a joint of type 'ground'; its keys are position"),
     ("key that the type needs", changed(", radius=0.07", ""), 2,
      "input.nml:5: &joint 'A': a joint of type 'crank' needs the key 'radius'"),
     ("crank's phase at a dyad", changed(RRR, RRR + ", phase=3.0"), 2,
-     "input.nml:6: &joint 'B': phase = 3.0: a joint of type 'RRR' has no such key, it has ends, lengths, "
+     "input.nml:6: &joint 'B': phase = 3.0: is not a key of a joint of type 'RRR'; its keys are ends, lengths, "
      "branch"),
     ("radius negative", changed("radius=0.07", "radius=-0.07"), 2,
      "input.nml:5: &joint 'A': radius = -0.07: must be positive"),
@@ -314,11 +313,11 @@ INPUTS = [
     ("branch zero", changed("branch=1", "branch=0"), 2,
      "input.nml:6: &joint 'B': branch = 0: must be 1 or -1"),
     ("one end", changed("ends='A','B0'", "ends='A'"), 2,
-     "input.nml:6: &joint 'B': ends = 'A': needs 2 joints"),
+     "input.nml:6: &joint 'B': ends = 'A': must name 2 joints"),
     ("ends the same joint", changed("ends='A','B0'", "ends='A','A'"), 2,
-     "input.nml:6: &joint 'B': ends = 'A', 'A': needs 2 different joints"),
+     "input.nml:6: &joint 'B': ends = 'A', 'A': must name 2 different joints"),
     ("link from and to the same joint", changed("from='A', to='B'", "from='A', to='A'"), 2,
-     "input.nml:8: &link 'coupler': to = 'A': is the joint of from, needs another one"),
+     "input.nml:8: &link 'coupler': to = 'A': must differ from the joint in 'from'"),
     # mechanisms
     ("cannot be assembled at 0 deg", changed("0.37,0.16", "0.07,0.16"), 3,
      "input.nml:6: joint 'B' cannot be assembled or is at a dead point at a crank angle of 0.000 deg: "

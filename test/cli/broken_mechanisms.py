@@ -101,13 +101,13 @@ def about(degrees, number, name, why):
 
 
 FIXED = "guide_point=0.0,0.0, guide_angle=90.0"
-RRP_HAS = "a joint of type 'RRP' has no such key, it has ends, lengths, branch, guide, guide_point, guide_angle"
-RPR_HAS = "a joint of type 'RPR' has no such key, it has ends, lengths, branch"
-RPP_HAS = "a joint of type 'RPP' has no such key, it has ends, slot_angle, guide, guide_point, guide_angle"
-PRP_HAS = ("a joint of type 'PRP' has no such key, it has guide, guide_point, guide_angle, guide2, guide2_point, "
+RRP_HAS = "is not a key of a joint of type 'RRP'; its keys are ends, lengths, branch, guide, guide_point, guide_angle"
+RPR_HAS = "is not a key of a joint of type 'RPR'; its keys are ends, lengths, branch"
+RPP_HAS = "is not a key of a joint of type 'RPP'; its keys are ends, slot_angle, guide, guide_point, guide_angle"
+PRP_HAS = ("is not a key of a joint of type 'PRP'; its keys are guide, guide_point, guide_angle, guide2, guide2_point, "
            "guide2_angle")
 PARALLEL = "its guides become parallel, or the two joints that carry one coincide"
-INDEFINITE = "the matrix is not positive (semi-)definite: it would push the frame away in some direction"
+INDEFINITE = "must be positive semidefinite: in some direction this matrix pushes the frame away instead of back"
 PAIRS = "must have an odd number of values: the mean, then pairs of cosine and sine"
 MASS_KEYS = "allowed are mass, inertia, a1, a2, a3, moment, energy"
 UNITS_KEYS = "allowed are length, mass, inertia, stiffness, force, moment, damping, rotary_damping, angle"
@@ -116,7 +116,7 @@ UNITS_KEYS = "allowed are length, mass, inertia, stiffness, force, moment, dampi
 INPUTS = [
     # sliders
     ("RRP with two ends", joint("B", f"type='RRP', ends='A','P', lengths=0.2, {FIXED}, branch=1"), 2,
-     "input.nml:6: &joint 'B': ends = 'A', 'P': needs 1 joint"),
+     "input.nml:6: &joint 'B': ends = 'A', 'P': must name 1 joint"),
     ("RRP with two lengths", joint("B", f"type='RRP', ends='A', lengths=0.2,0.3, {FIXED}, branch=1"), 2,
      "input.nml:6: &joint 'B': lengths = 0.2, 0.3: needs 1 value, has 2"),
     ("RRP with the second length", joint("B", f"type='RRP', ends='A', lengths(2)=0.2, {FIXED}, branch=1"), 2,
@@ -152,11 +152,11 @@ INPUTS = [
      "input.nml:6: &joint 'B': type = 'rrp': unknown; did you mean 'RRP'?"),
     # slotted levers
     ("RPR with one end", joint("C", "type='RPR', ends='A', lengths=0.6, branch=1"), 2,
-     "input.nml:7: &joint 'C': ends = 'A': needs 2 joints"),
+     "input.nml:7: &joint 'C': ends = 'A': must name 2 joints"),
     ("RPR with three ends", joint("C", "type='RPR', ends='A','P','O', lengths=0.6, branch=1"), 2,
      "input.nml:7: &joint 'C': ends = 'A', 'P', 'O': takes at most 2 values, has 3"),
     ("RPR between a joint and itself", joint("C", "type='RPR', ends='P','P', lengths=0.6, branch=1"), 2,
-     "input.nml:7: &joint 'C': ends = 'P', 'P': needs 2 different joints"),
+     "input.nml:7: &joint 'C': ends = 'P', 'P': must name 2 different joints"),
     ("RPR with two lengths", joint("C", "type='RPR', ends='A','P', lengths=0.6,0.1, branch=1"), 2,
      "input.nml:7: &joint 'C': lengths = 0.6, 0.1: needs 1 value, has 2"),
     ("RPR, length zero", joint("C", "type='RPR', ends='A','P', lengths=0.0, branch=1"), 2,
@@ -166,28 +166,28 @@ INPUTS = [
     ("RPR with a guide", joint("C", "type='RPR', ends='A','P', lengths=0.6, branch=1, guide='O','A'"), 2,
      f"input.nml:7: &joint 'C': guide = 'O', 'A': {RPR_HAS}"),
     ("RPR on a later joint", joint("C", "type='RPR', ends='A','D', lengths=0.6, branch=1"), 2,
-     "input.nml:7: &joint 'C': ends = 'A', 'D': joint 'D' stands only in line 8: list it before this one"),
+     "input.nml:7: &joint 'C': ends = 'A', 'D': joint 'D' comes later, in line 8: list it before this joint"),
     # points of bodies
     ("rigid without offset", joint("D", "type='rigid', ends='A','B'"), 2,
      "input.nml:8: &joint 'D': a joint of type 'rigid' needs the key 'offset'"),
     ("rigid with one end", joint("D", "type='rigid', ends='A', offset=0.1,0.02"), 2,
-     "input.nml:8: &joint 'D': ends = 'A': needs 2 joints"),
+     "input.nml:8: &joint 'D': ends = 'A': must name 2 joints"),
     ("rigid between a joint and itself", joint("D", "type='rigid', ends='B','B', offset=0.1,0.02"), 2,
-     "input.nml:8: &joint 'D': ends = 'B', 'B': needs 2 different joints"),
+     "input.nml:8: &joint 'D': ends = 'B', 'B': must name 2 different joints"),
     ("rigid with half an offset", joint("D", "type='rigid', ends='A','B', offset=0.1"), 2,
      "input.nml:8: &joint 'D': offset = 0.1: takes 2 values, has 1"),
     ("rigid with lengths", joint("D", "type='rigid', ends='A','B', offset=0.1,0.02, lengths=1.0"), 2,
-     "input.nml:8: &joint 'D': lengths = 1.0: a joint of type 'rigid' has no such key, it has ends, offset"),
+     "input.nml:8: &joint 'D': lengths = 1.0: is not a key of a joint of type 'rigid'; its keys are ends, offset"),
     ("rigid with a branch", joint("D", "type='rigid', ends='A','B', offset=0.1,0.02, branch=1"), 2,
-     "input.nml:8: &joint 'D': branch = 1: a joint of type 'rigid' has no such key, it has ends, offset"),
+     "input.nml:8: &joint 'D': branch = 1: is not a key of a joint of type 'rigid'; its keys are ends, offset"),
     ("rigid on itself", joint("D", "type='rigid', ends='A','D', offset=0.1,0.02"), 2,
-     "input.nml:8: &joint 'D': ends = 'A', 'D': a joint cannot be built on itself"),
+     "input.nml:8: &joint 'D': ends = 'A', 'D': a joint cannot refer to itself"),
     # yokes
     ("RPP without slot", joint("E", f"type='RPP', ends='A', {FIXED}"), 2,
      "input.nml:9: &joint 'E': a joint of type 'RPP' needs the key 'slot_angle'"),
     ("RPP without guide", joint("E", "type='RPP', ends='A', slot_angle=90.0"), 2, needs_guide(9, "E")),
     ("RPP with two ends", joint("E", f"type='RPP', ends='A','O', {FIXED}, slot_angle=90.0"), 2,
-     "input.nml:9: &joint 'E': ends = 'A', 'O': needs 1 joint"),
+     "input.nml:9: &joint 'E': ends = 'A', 'O': must name 1 joint"),
     ("RPP with a branch", joint("E", f"type='RPP', ends='A', {FIXED}, slot_angle=90.0, branch=1"), 2,
      f"input.nml:9: &joint 'E': branch = 1: {RPP_HAS}"),
     ("RPP with a length", joint("E", f"type='RPP', ends='A', {FIXED}, slot_angle=90.0, lengths=0.1"), 2,
@@ -225,11 +225,11 @@ INPUTS = [
     ("guide on an unknown joint", joint("K", "type='RRP', ends='D', lengths=0.5, guide='P','CC', branch=1"), 2,
      "input.nml:11: &joint 'K': guide = 'P', 'CC': there is no joint 'CC'; did you mean 'C'?"),
     ("guide on a later joint", joint("E", "type='RPP', ends='A', guide='P','K', slot_angle=90.0"), 2,
-     "input.nml:9: &joint 'E': guide = 'P', 'K': joint 'K' stands only in line 11: list it before this one"),
+     "input.nml:9: &joint 'E': guide = 'P', 'K': joint 'K' comes later, in line 11: list it before this joint"),
     ("guide on the slider itself", joint("K", "type='RRP', ends='D', lengths=0.5, guide='P','K', branch=1"), 2,
-     "input.nml:11: &joint 'K': guide = 'P', 'K': a joint cannot be built on itself"),
+     "input.nml:11: &joint 'K': guide = 'P', 'K': a joint cannot refer to itself"),
     ("guide from a joint to itself", joint("K", "type='RRP', ends='D', lengths=0.5, guide='P','P', branch=1"), 2,
-     "input.nml:11: &joint 'K': guide = 'P', 'P': needs 2 different joints"),
+     "input.nml:11: &joint 'K': guide = 'P', 'P': must name 2 different joints"),
     ("guide on one joint", joint("K", "type='RRP', ends='D', lengths=0.5, guide='P', branch=1"), 2,
      "input.nml:11: &joint 'K': guide = 'P': takes 2 values, has 1"),
     ("guide on three joints", joint("K", "type='RRP', ends='D', lengths=0.5, guide='P','C','A', branch=1"), 2,
@@ -239,7 +239,7 @@ INPUTS = [
     ("second guide on an unknown joint", joint("F", f"type='PRP', {FIXED}, guide2='Q','C'"), 2,
      "input.nml:10: &joint 'F': guide2 = 'Q', 'C': there is no joint 'Q'; known: 'O', 'P', 'A', 'B', 'C', 'D', 'E'"),
     ("second guide from a joint to itself", joint("F", f"type='PRP', {FIXED}, guide2='C','C'"), 2,
-     "input.nml:10: &joint 'F': guide2 = 'C', 'C': needs 2 different joints"),
+     "input.nml:10: &joint 'F': guide2 = 'C', 'C': must name 2 different joints"),
     # mechanisms that cannot turn
     ("slider out of reach",
      joint("B", "type='RRP', ends='A', lengths=0.2, guide_point=0.3,0.0, guide_angle=90.0, branch=1"), 3,
@@ -337,11 +337,11 @@ INPUTS = [
     ("mass functions twice", FUNCTIONS + "&mass_functions mass=3.0, inertia=0.0 /\n", 2,
      "input.nml:6: &mass_functions: may stand only once (first in line 2)"),
     ("mass functions beside joints and links", added("&mass_functions mass=3.0, inertia=0.0 /"), 2,
-     "input.nml:18: &mass_functions: stands in place of joints and links: give either"),
+     "input.nml:18: &mass_functions: cannot be combined with &joint, &link, &mechanism or &repeat"),
     ("mass functions beside a joint", FUNCTIONS + "&joint name='O', type='ground', position=0.0,0.0 /\n", 2,
-     "input.nml:2: &mass_functions: stands in place of joints and links: give either"),
+     "input.nml:2: &mass_functions: cannot be combined with &joint, &link, &mechanism or &repeat"),
     ("mass functions beside a link", FUNCTIONS + "&link name='x', from='O', mass=1.0, inertia=0.0 /\n", 2,
-     "input.nml:2: &mass_functions: stands in place of joints and links: give either"),
+     "input.nml:2: &mass_functions: cannot be combined with &joint, &link, &mechanism or &repeat"),
     ("joints without links", without("link"), 2,
      "input.nml: the mechanism has no mass: a group &link is required"),
     ("links without joints", without("joint"), 2,
@@ -356,13 +356,13 @@ INPUTS = [
     ("four degrees of freedom", machine("origin=", "dof='xi','eta','psi','xi', origin="), 2,
      "input.nml:15: &frame: dof = 'xi', 'eta', 'psi', 'xi': names a degree of freedom twice"),
     ("support with two angles", machine(" angle=30.0 ", " angle=30.0,40.0 "), 2,
-     "input.nml:16: &support 1: angle = 30.0, 40.0: turns out of the frame's plane: then &frame dof needs zeta, rot_xi or rot_eta"),
+     "input.nml:16: &support 1: angle = 30.0, 40.0: describes a tilt out of the plane: add zeta, rot_xi or rot_eta to &frame dof"),
     ("support's angle in quotes", machine(" angle=30.0 ", " angle='30' "), 2,
      "input.nml:16: &support 1: angle(1) = '30': must be a number, without quotes"),
     ("support with one damping", machine("damping=60.0,120.0, angle=30.0", "damping=60.0"), 2,
      "input.nml:16: &support 1: damping = 60.0: takes at least 2 values, has 1"),
     ("foundation not symmetric in 2,3", added("&foundation stiffness(2,3)=4.0 /"), 2,
-     "input.nml:18: &foundation: stiffness(2,3) = 4.0: the matrix must be symmetric, c23 is 4 and c32 is 0"),
+     "input.nml:18: &foundation: stiffness(2,3) = 4.0: must be symmetric, but c23 is 4 and c32 is 0"),
     ("foundation, negative on the diagonal", added("&foundation stiffness=1.0,3*0.0,1.0,3*0.0,-1.0 /"), 2,
      "input.nml:18: &foundation: stiffness = 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0: " + INDEFINITE),
     ("foundation indefinite in 1,2", added("&foundation stiffness=1.0,2.0,0.0, 2.0,1.0,0.0, 0.0,0.0,1.0 /"), 2,
@@ -385,8 +385,8 @@ SETTINGS = [
     ("guide_angle in words", "joint(B).guide_angle=up", 2, "must be a number"),
     ("one carrier", "joint(B).guide=O", 2, "takes 2 values, has 1"),
     ("unknown carrier", "joint(B).guide='O','Q'", 2, "there is no joint 'Q'; known: 'O', 'P', 'A'"),
-    ("later carrier", "joint(B).guide='O','K'", 2, "joint 'K' in line 11 is built on 'B' in turn: joints that hold each "
-     "other make a triad (Assur group of class III) or a larger group, and only dyads are built in, two links at a time"),
+    ("later carrier", "joint(B).guide='O','K'", 2, "joint 'K' in line 11 refers to 'B' in turn: joints that can only be "
+     "located together (Assur groups of class III) are not supported"),
     ("slot of a slider", "joint(B).slot_angle=3", 2, RRP_HAS),
     ("slot parallel", "joint(E).slot_angle=0", 2, "the slot is parallel to the guide"),
     ("half an offset", "joint(D).offset=0.1", 2, "takes 2 values, has 1"),
@@ -400,7 +400,7 @@ SETTINGS = [
     ("second dof without a first", "frame.dof(2)=psi", 2, "needs the element before it too"),
     ("foundation that pushes", "foundation.stiffness(3,3)=-100", 2, INDEFINITE),
     ("foundation not symmetric", "foundation.stiffness(1,2)=100", 2,
-     "the matrix must be symmetric, c12 is 100 and c21 is 0"),
+     "must be symmetric, but c12 is 100 and c21 is 0"),
     ("one value for the matrix", "foundation.stiffness=5", 2, "takes 9 or 36 values, has 1"),
     ("one subscript for the matrix", "foundation.stiffness(9)=5", 2, "stiffness takes two subscripts"),
     ("support's angle", "support(1).angle=x", 2, "must be a number"),
@@ -431,7 +431,7 @@ BROKEN_MECHANISMS += [
     ("--set of the linkage, another type", MACHINE, ["input.nml", "-s", "joint(C).type=RRR"], 2,
      "input.nml:7: &joint 'C': lengths(2): must be given"),
     ("--set of the linkage, mass functions too", MACHINE, ["input.nml", "-s", "mass_functions.mass=3"], 2,
-     "input.nml: &mass_functions: stands in place of joints and links: give either"),
+     "input.nml: &mass_functions: cannot be combined with &joint, &link, &mechanism or &repeat"),
     ("--set of the linkage, guides become parallel", MACHINE, ["input.nml", "-s", "joint(F).guide2_angle=90"], 3,
      about(90.0, 10, "F", PARALLEL)),
     ("--check of a slider out of reach", MACHINE, ["--check", "input.nml", "-s", "joint(B).lengths=0.04"], 3,

@@ -85,7 +85,7 @@ def test_refused():
     drive = "&drive speed_rpm = 240.0"
     cases = (
         ("nobody holds it", "held_by='nobody'", "held_by = 'nobody'"),
-        ("an inertia without flywheel", "flywheel_inertia=0.3", "flywheel_inertia = 0.3: needs held_by='flywheel'"),
+        ("an inertia without flywheel", "flywheel_inertia=0.3", "flywheel_inertia = 0.3: is only allowed with held_by='flywheel'"),
         ("no inertia", "held_by='flywheel', flywheel_inertia=0.0", "flywheel_inertia = 0.0: must be positive"))
     for what, keys, message in cases:
         with Folder(input=SOUND.replace(drive, f"{drive}, {keys}")) as folder:

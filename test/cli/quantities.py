@@ -144,8 +144,8 @@ REFUSED = [
     ("twice", ", columns='f','rho_max','f'", "columns(3) = 'f': names 'f' twice"),
     ("unknown measure", ", columns='f', measures='men'", "measures(1) = 'men': unknown; known: 'peak', 'rms', 'band'"),
     ("no band", ", columns='f','xi_dot', measures='band'",
-     "measures = 'band': 'band' is for velocities of probes, probe(NAME).v, .vx, .vy: none is named"),
-    ("measures of nothing", ", columns='verdict', measures='rms'", "measures = 'rms': tells of quantities: none is named"),
+     "measures = 'band': 'band' applies to velocities of probes: request probe(NAME).v, .vx or .vy"),
+    ("measures of nothing", ", columns='verdict', measures='rms'", "measures = 'rms': applies to quantities, but none is requested"),
 ]
 
 

@@ -222,21 +222,20 @@ def data_tests():
 REFUSED = (
     ("another's link", "&mechanism name='m' /\n&mechanism name='n' /\n" + own(CYLINDER, "m") + own(CYLINDER, "n").replace("'O'", "'P'")
      .replace("'A'", "'Q'").replace("name='B'", "name='R'").replace("from='B'", "from='R'").replace("name='piston'", "name='other'")
-     .replace("inertia=0, mechanism='n'", "inertia=0, mechanism='m'"), "the joint of from belongs to 'n'"),
+     .replace("inertia=0, mechanism='n'", "inertia=0, mechanism='m'"), "must be 'n', the mechanism of the joint in 'from'"),
     ("no such mechanism", "&mechanism name='m' /\n" + own(CYLINDER, "k"), "there is no mechanism 'k'"),
-    ("no group for it", own(CYLINDER, "k"), "needs a group &mechanism of this name"),
+    ("no group for it", own(CYLINDER, "k"), "requires a group &mechanism with this name"),
     ("which one", "&mechanism name='m' /\n&mechanism name='n' /\n" + CYLINDER, "needs the key 'mechanism'"),
-    ("taken", "&mechanism name='m' /\n&mechanism name='m' /\n" + own(CYLINDER, "m"), "is taken already"),
-    ("taken by a copy", "&mechanism name='m' /\n" + CYLINDER + "&repeat of='m', name='m' /\n", "is taken already"),
-    ("copy of nothing", CYLINDER + "&repeat of='m', name='n' /\n", "names a mechanism, and there is none: put &mechanism name='m' / before the "
-     "joints that are to be copied"),
-    ("no joints", "&mechanism name='m' /\n&mechanism name='n' /\n" + own(CYLINDER, "m"), "no joint belongs to it"),
+    ("taken", "&mechanism name='m' /\n&mechanism name='m' /\n" + own(CYLINDER, "m"), "is already used"),
+    ("taken by a copy", "&mechanism name='m' /\n" + CYLINDER + "&repeat of='m', name='m' /\n", "is already used"),
+    ("copy of nothing", CYLINDER + "&repeat of='m', name='n' /\n", "the input has no &mechanism: name the mechanism to copy by &mechanism name='m' /"),
+    ("no joints", "&mechanism name='m' /\n&mechanism name='n' /\n" + own(CYLINDER, "m"), "no joint belongs to this mechanism"),
     ("no turning", "&mechanism name='m', ratio=0 /\n" + CYLINDER, "ratio"),
-    ("mass functions", "&mechanism name='m' /\n&mass_functions mass=1, inertia=0.1 /\n", "stands in place of joints and links"),
+    ("mass functions", "&mechanism name='m' /\n&mass_functions mass=1, inertia=0.1 /\n", "cannot be combined with &joint, &link, &mechanism or &repeat"),
     ("no fraction", "&mechanism name='m', ratio=0.3001 /\n" + CYLINDER, "must be a fraction"),
     ("parts that are not whole", "&mechanism name='m', ratio=1.5,2 /\n" + CYLINDER, "must be a fraction"),
-    ("too many turns", "&mechanism name='m', ratio=1,67 /\n" + CYLINDER, "the machine repeats only after 67 turns of the drive; at most 64 are allowed"),
-    ("too long", "&mechanism name='m' /\n" + CYLINDER + f"&repeat of='m', name='{'n' * 60}' /\n", "is too long"),
+    ("too many turns", "&mechanism name='m', ratio=1,67 /\n" + CYLINDER, "the mechanism repeats only after 67 turns of the drive; at most 64 are allowed"),
+    ("too long", "&mechanism name='m' /\n" + CYLINDER + f"&repeat of='m', name='{'n' * 60}' /\n", "longer than 64 characters"),
 )
 
 

@@ -232,7 +232,7 @@ def test_slips():
                 ("mm for m", "link(coupler).center(1)=180", ("link 'coupler': its centre of mass is 180 m from joint 'A'",))):
             came = warnings(folder, "-s", setting)
             check(f"slip: {what}", len(came) == (1 if words else 0) and all(word in " ".join(came[0].split()) for word in words), words, came)
-        flat = "the third value of {} counts in space only, and the frame moves in its plane"
+        flat = "the third value of {} is ignored, because the frame moves in a plane"
         for key, old, new, spread in (("position", "0.3,-0.2, st", "0.3,-0.2,0.1, st", ""), ("origin", "-0.2,0.2", "-0.2,0.2,0.1", ""),
                                       ("stiffness", "392266,392266", "392266,392266,392266", ""),
                                       ("position", "0.3,-0.2, st", "0.3,-0.2,0.0, st", "zero"),

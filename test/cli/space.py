@@ -409,27 +409,27 @@ BLOCK = """\
 GOOD = {"link": "0.01", "frame": "0.5,0.5,0.6", "dof": "'xi','eta','zeta','rot_xi','rot_eta','psi'", "z": "0.1",
         "stiffness": "1e4,1e4,1e4", "angle": "0"}
 REFUSED = (
-    ("one moment of inertia", {"frame": "0.5"}, "", "needs 3 values, or 6"),
-    ("two moments", {"frame": "0.5,0.6"}, "", "needs 1 value, 3, or 6, has 2"),
+    ("one moment of inertia", {"frame": "0.5"}, "", "must have 3 or 6 values, because the frame can rotate about xi or eta"),
+    ("two moments", {"frame": "0.5,0.6"}, "", "must have 1, 3 or 6 values, but has 2"),
     ("no body's", {"frame": "0.1,0.1,0.6"}, "", "greater than the sum"),
     ("negative", {"frame": "0.5,-0.5,0.6"}, "", "must be positive"),
-    ("two of a link", {"link": "0.1,0.2"}, "", "needs 1 value, or 3, has 2"),
+    ("two of a link", {"link": "0.1,0.2"}, "", "must have 1 or 3 values, but has 2"),
     ("a degree of freedom twice", {"dof": "'zeta','zeta'"}, "", "twice"),
-    ("tilted in the plane", {"dof": "'xi','eta','psi'", "angle": "0,10,0"}, "", "turns out of the frame's plane"),
-    ("tilted plane in the plane", {"dof": "'xi','eta','psi'"}, "&mechanism name='m', axis=1,0,0 /\n", "turns out of the frame's plane"),
-    ("no axis", {}, "&mechanism name='m', axis=0,0,0 /\n", "has no direction"),
-    ("x-axis on the plane", {}, "&mechanism name='m', axis=1,0,0, x_axis=2,0,0 /\n", "stands on the plane"),
-    ("gravity of two values", {}, "&gravity direction=0,-1 /\n", "needs 1 value, an angle, or 3, a vector; has 2"),
+    ("tilted in the plane", {"dof": "'xi','eta','psi'", "angle": "0,10,0"}, "", "describes a tilt out of the plane"),
+    ("tilted plane in the plane", {"dof": "'xi','eta','psi'"}, "&mechanism name='m', axis=1,0,0 /\n", "describes a tilt out of the plane"),
+    ("no axis", {}, "&mechanism name='m', axis=0,0,0 /\n", "must not be the zero vector"),
+    ("x-axis on the plane", {}, "&mechanism name='m', axis=1,0,0, x_axis=2,0,0 /\n", "must not be normal to the plane"),
+    ("gravity of two values", {}, "&gravity direction=0,-1 /\n", "must be one angle or a vector of 3 values, but has 2 values"),
     ("gravity without direction", {}, "&gravity direction=0,0,0 /\n", "all three values are zero"),
-    ("gravity's vector in the plane", {"dof": "'xi','eta','psi'"}, "&gravity direction=0,-1,0 /\n", "is one angle in the plane"),
+    ("gravity's vector in the plane", {"dof": "'xi','eta','psi'"}, "&gravity direction=0,-1,0 /\n", "must be one angle in the plane"),
     ("foundation in the plane", {"dof": "'xi','eta','psi'"}, "&foundation stiffness(4,4)=1e3 /\n",
-     "&foundation: stiffness(4,4) = 1e3: is of a frame in space"),
+     "&foundation: stiffness(4,4) = 1e3: is only for a frame in space"),
     ("foundation's damping in the plane", {"dof": "'xi','eta','psi'"}, "&foundation damping(5)=1e3 /\n",
-     "&foundation: damping(5) = 1e3: is of a frame in space"),
+     "&foundation: damping(5) = 1e3: is only for a frame in space"),
     ("foundation not symmetric", {}, "&foundation stiffness(2,6)=1e3 /\n",
-     "stiffness(2,6) = 1e3: the matrix must be symmetric, c26 is 1000 and c62 is 0"),
+     "stiffness(2,6) = 1e3: must be symmetric, but c26 is 1000 and c62 is 0"),
     ("foundation that pushes", {}, "&foundation stiffness(4,6)=1e3, stiffness(6,4)=1e3, stiffness(4,4)=1e3, stiffness(6,6)=999 /\n",
-     "not positive (semi-)definite"),
+     "must be positive semidefinite"),
     ("foundation of too few", {}, "&foundation stiffness=10*0 /\n", "takes 9 or 36 values, has 10"),
     ("four values", {"z": "0.1,3"}, "", "takes at most 3 values"),
 )
@@ -489,7 +489,7 @@ def refused_tests():
     with Folder(input=BLOCK.format(**GOOD).replace("rpm=60", "rpm=60, held_by='outside'") + "&mechanism name='m', ratio=2 /\n") as folder:
         run = Run(folder, "input.nml")
         equal("space, no shaft of the drive: code", run.code, 2)
-        message = "input.nml:3: &drive: held_by = 'outside': 'outside' needs in space a mechanism with ratio=1, whose shaft is the drive's"
+        message = "input.nml:3: &drive: held_by = 'outside': requires, in space, a mechanism with ratio=1, whose crankshaft is the drive's shaft"
         equal("space, no shaft of the drive: line", run.err, message + "\n")
     loose = GOOD | {"stiffness": "1e4,1e4,0", "dof": "'xi','eta','zeta'"}
     with Folder(input=BLOCK.format(**loose) + "&gravity direction=0,-1,1 /\n") as folder:

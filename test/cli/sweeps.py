@@ -209,7 +209,7 @@ REFUSED = [
     ("speed zero in between", axis(FIRST, -100, 100, 3), "drive.speed_rpm = 0: must not be zero"),
     ("negative length", axis("joint(B).lengths(1)", 0.3, -0.1, 3), "joint(B).lengths(1) = -0.1: must be positive"),
     ("unsymmetric stiffness", axis("foundation.stiffness(1,2)", 0, 5, 3),
-     "foundation.stiffness(1,2) = 2.5: the matrix must be symmetric, c12 is 2.5 and c21 is 0"),
+     "foundation.stiffness(1,2) = 2.5: must be symmetric, but c12 is 2.5 and c21 is 0"),
     ("from is missing", f"&sweep parameter='{FIRST}', to=2, count=3 /\n", "from: must be given"),
     ("to is missing", f"&sweep parameter='{FIRST}', from=2, count=3 /\n", "to: must be given"),
     ("count is missing", f"&sweep parameter='{FIRST}', from=2, to=3 /\n", "count: must be given"),

@@ -156,11 +156,11 @@ def test_units():
 def test_triad():
     with Folder(input=TRIAD) as folder:
         Run(folder, "--check", "input.nml").refused(
-            "triad", 2, "input.nml:6: &joint 'C': ends = 'A', 'D': joint 'D' in line 7 is built on 'C' in turn: joints that hold "
-            "each other make a triad (Assur group of class III) or a larger group, and only dyads are built in, two links at a time")
+            "triad", 2, "input.nml:6: &joint 'C': ends = 'A', 'D': joint 'D' in line 7 refers to 'C' in turn: joints that can "
+            "only be located together (Assur groups of class III) are not supported")
     with Folder(input=SOUND.replace("ends='A','B0'", "ends='A','C'") + "&joint name='C', type='ground', position=0.4,0 /\n") as folder:
-        Run(folder, "--check", "input.nml").refused("only late", 2, re.compile(".*joint 'C' stands only in line 16: list it before "
-                                                                              "this one"))
+        Run(folder, "--check", "input.nml").refused("only late", 2, re.compile(".*joint 'C' comes later, in line 16: list it before "
+                                                                              "this joint"))
 
 
 TOLD_TESTS = (test_frequencies, test_kinds_of_frequencies, test_orders, test_noise, test_motor, test_units, test_triad)

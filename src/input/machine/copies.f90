@@ -95,7 +95,7 @@ contains
           end if
           entry%values(v)%text = part // "." // entry%values(v)%text
           if (character_count(entry%values(v)%text) <= longest_name) cycle
-          call input_error(copy, "name", "is too long: '" // entry%values(v)%text // "' has more than " // text(longest_name) &
+          call input_error(copy, "name", "makes the name '" // entry%values(v)%text // "' longer than " // text(longest_name) &
             & // " characters", error)
           return
         end do

@@ -31,34 +31,36 @@ module gestell_input_machine_frame
   public :: foundation_keys, gravity_keys, read_drive_and_frame, read_frame, values_out_of_the_plane
 
   type(key_type), parameter, public :: drive_keys(*) = [ &
-    & key_type("drive", "speed_rpm", real_key, "crank speed, counter-clockwise positive", required=.true., symbol="1/min", &
-    &   range=nonzero), &
-    & key_type("drive", "held_by", text_key, "who holds this speed, see below", word="motor", words=trim(holders(1)) // ", " // &
-    &   trim(holders(2)) // ", " // trim(holders(3))), &
-    & key_type("drive", "flywheel_inertia", real_key, "with `held_by='flywheel'` only: what the flywheel has beyond the " // &
-    &   "links, about the crank's axis; then the task `power` tells how evenly it turns", otherwise="none", unit=of_inertia, &
-    &   range=positive)]
+    & key_type("drive", "speed_rpm", real_key, "crank speed; positive: counter-clockwise, negative: clockwise", required=.true., &
+    &   symbol="1/min", range=nonzero), &
+    & key_type("drive", "held_by", text_key, "what keeps the crank speed constant", word="motor", words=trim(holders(1)) // &
+    &   ", " // trim(holders(2)) // ", " // trim(holders(3))), &
+    & key_type("drive", "flywheel_inertia", real_key, "moment of inertia of the flywheel about the crank's axis, as far as no " // &
+    &   "link contains it; only with `held_by='flywheel'`. The task `power` then reports the speed fluctuation", otherwise="none", &
+    &   unit=of_inertia, range=positive)]
 
   type(key_type), parameter, public :: frame_keys(*) = [ &
-    & key_type("frame", "mass", real_key, "m_F", unit=of_mass, range=positive), &
-    & key_type("frame", "inertia", real_key, "J_F about the frame's centre of mass F: about zeta; in space about xi, eta, " // &
-    &   "zeta, and then, where they are not zero, the tensor's xy, xz, yz, that is minus the sum of m x y and so on", 1, 1, 6, &
-    &   unit=of_inertia), &
-    & key_type("frame", "origin", real_key, "the mechanism's origin O in the frame's system, whose origin is F", 1, 2, 3, &
-    &   unit=of_length), &
-    & key_type("frame", "dof", text_key, "the degrees of freedom that are free; the others rest; with one of the last " // &
-    &   "three the frame moves in space", 1, 1, 6, word="xi, eta, psi", words="xi, eta, psi, zeta, rot_xi, rot_eta")]
+    & key_type("frame", "mass", real_key, "mass of the frame without the links", unit=of_mass, range=positive), &
+    & key_type("frame", "inertia", real_key, "moment of inertia of the frame without the links, about its centre of mass F: 1 " // &
+    &   "value about zeta; in space 3 values about xi, eta, zeta, or 6 with the products xy, xz, yz (xy: minus the sum of m x y)", &
+    &   1, 1, 6, unit=of_inertia), &
+    & key_type("frame", "origin", real_key, "position of O, the origin of the mechanism's x-y system, from the frame's " // &
+    &   "centre of mass F along xi, eta (in space also zeta)", 1, 2, 3, unit=of_length), &
+    & key_type("frame", "dof", text_key, "free degrees of freedom of the frame; the others are locked. With `'zeta'`, " // &
+    &   "`'rot_xi'` or `'rot_eta'` the frame moves in space, otherwise in a plane", 1, 1, 6, word="xi, eta, psi", &
+    &   words="xi, eta, psi, zeta, rot_xi, rot_eta")]
 
   type(key_type), parameter, public :: support_keys(*) = [ &
-    & key_type("support", "position", real_key, "in the frame's system", 1, 2, 3, unit=of_length), &
-    & key_type("support", "stiffness", real_key, "along its two axes, in space also along the third, else 0", 1, 2, 3, &
-    &   unit=of_stiffness, range=nonnegative, alike=.true.), &
-    & key_type("support", "damping", real_key, "along its two axes, in space also along the third, else 0", 1, 2, 3, &
-    &   unit=of_damping, default=0.0_dp, range=nonnegative, alike=.true.), &
-    & key_type("support", "angle", real_key, "turns the axes about zeta, in space before that about eta and first about xi", 1, 1, &
-    &   3, unit=of_angle, default=0.0_dp), &
-    & key_type("support", "axes", text_key, "whether the axes stay in space or turn with the frame, see below", word="space", &
-    &   words="space, frame")]
+    & key_type("support", "position", real_key, "position of the support, from the frame's centre of mass F along xi, eta (in " // &
+    &   "space also zeta)", 1, 2, 3, unit=of_length), &
+    & key_type("support", "stiffness", real_key, "stiffness along the support's first and second axis; in space also along " // &
+    &   "the third (0 if missing)", 1, 2, 3, unit=of_stiffness, range=nonnegative, alike=.true.), &
+    & key_type("support", "damping", real_key, "damping along the support's first and second axis; in space also along the " // &
+    &   "third (0 if missing)", 1, 2, 3, unit=of_damping, default=0.0_dp, range=nonnegative, alike=.true.), &
+    & key_type("support", "angle", real_key, "rotation of the support's axes about zeta; in space up to 3 angles: about zeta, " // &
+    &   "then about the new eta, then about the new xi", 1, 1, 3, unit=of_angle, default=0.0_dp), &
+    & key_type("support", "axes", text_key, "whether the support's axes keep their direction or rotate with the frame", &
+    &   word="space", words="space, frame")]
 
   !> Drive, frame and mounts in SI units, without the mechanism.
   type, public :: frame_data_type
@@ -126,16 +128,15 @@ contains
     drive%held_by = data%held_by
     drive%flywheel_inertia = data%flywheel_inertia
     if (drive%even_in_space() .and. .not. norm2(drive%axis) > 0) then
-      call input_error(the_group(doc, "drive"), "held_by", "'" // trim(data%held_by) // "' needs in space a mechanism " &
-        & // "with ratio=1, whose shaft is the drive's", error)
+      call input_error(the_group(doc, "drive"), "held_by", "requires, in space, a mechanism with ratio=1, whose " &
+        & // "crankshaft is the drive's shaft", error)
       return
     end if
     select type (mechanism)
     type is (linkage_type)
       call planes_of(mechanism, data%origin, origins, axes, planes)
     class default
-      call input_error(the_group(doc, "mass_functions"), "", "are those of the plane: a frame in space needs joints and links", &
-        & error)
+      call input_error(the_group(doc, "mass_functions"), "", "cannot describe a machine in space: use &joint and &link", error)
       return
     end select
     call new_frame(frame, mechanism, data%mass, data%inertia(3, 3), data%origin(:2), (data%stiffness(:3, :3)), &
@@ -181,14 +182,15 @@ contains
     real(dp) :: speed_rpm
 
     call read(group, drive_keys, "speed_rpm", speed_rpm, error)
-    if (.not. allocated(error) .and. abs(speed_rpm) < 1.0e-300_dp) call input_error(group, "speed_rpm", "is too small", error)
+    if (.not. allocated(error) .and. abs(speed_rpm) < 1.0e-300_dp) call input_error(group, "speed_rpm", "is too close to zero", &
+      & error)
     call read(group, drive_keys, "held_by", held_by, error)
     if (has(group, "flywheel_inertia")) call read(group, drive_keys, "flywheel_inertia", data%flywheel_inertia, error, units)
     if (allocated(error)) return
     data%speed = speed_rpm * 2 * pi / 60
     data%held_by = held_by
     if (has(group, "flywheel_inertia") .and. held_by /= "flywheel") call input_error(group, "flywheel_inertia", &
-      & "needs held_by='flywheel'", error)
+      & "is only allowed with held_by='flywheel'", error)
   end subroutine read_drive
 
   !> Reads the inertia tensor. Fails if a moment is not positive, or if only one value is given for a frame that can rotate about xi
@@ -214,9 +216,9 @@ contains
       return
     end do
     if (all(n /= [1, 3, 6])) then
-      call input_error(group, "inertia", "needs 1 value, 3, or 6, has " // text(n), error)
+      call input_error(group, "inertia", "must have 1, 3 or 6 values, but has " // text(n), error)
     else if (n == 1 .and. turning) then
-      call input_error(group, "inertia", "needs 3 values, or 6: the frame turns about xi or eta too", error)
+      call input_error(group, "inertia", "must have 3 or 6 values, because the frame can rotate about xi or eta", error)
     else if (n == 1) then
       inertia(3, 3) = j(1)
       ! rotation about xi and eta is blocked; these values only complete the tensor of a possible body
@@ -239,8 +241,8 @@ contains
       do i = 1, size(doc%groups)
         if (doc%groups(i)%name /= names(k)) cycle
         if (count_values(doc%groups(i), trim(keys(k))) < 2) cycle
-        call input_error(doc%groups(i), trim(keys(k)), "turns out of the frame's plane: then &frame dof needs zeta, rot_xi or " &
-          & // "rot_eta", error)
+        call input_error(doc%groups(i), trim(keys(k)), "describes a tilt out of the plane: add zeta, rot_xi or rot_eta " &
+          & // "to &frame dof", error)
         return
       end do
     end do
@@ -261,8 +263,8 @@ contains
         do k = 1, size(keys)
           if (count_values(group, trim(keys(k))) < 3) cycle
           if (.not. abs(group%entries(find_entry(group, trim(keys(k))))%values(3)%number) > 0) cycle
-          line = label(group) // ": the third value of " // trim(keys(k)) // " counts in space only, and the frame moves in " &
-            & // "its plane: should &frame dof name zeta, rot_xi, rot_eta?" // new_line("a")
+          line = label(group) // ": the third value of " // trim(keys(k)) // " is ignored, because the frame moves in a " &
+            & // "plane; to move it in space, add zeta, rot_xi or rot_eta to &frame dof" // new_line("a")
           return
         end do
       end associate
@@ -298,7 +300,7 @@ contains
         if (in_space) supports(i)%axes = matmul(rotation_matrix([0.0_dp, 0.0_dp, angles(1)]), &
           & matmul(rotation_matrix([0.0_dp, angles(2), 0.0_dp]), rotation_matrix([angles(3), 0.0_dp, 0.0_dp])))
         if (all(ieee_is_finite(stiffness_matrix(supports(i:i))) .and. ieee_is_finite(damping_matrix(supports(i:i))))) cycle
-        call input_error(group, "position", "so far from F its stiffness or damping about F overflows", error)
+        call input_error(group, "position", "is so far from F that the stiffness or damping about F overflows", error)
         return
       end associate
     end do

@@ -17,25 +17,33 @@ module gestell_input_machine_groups
   public :: machine_schema, read_units
 
   type(group_rule), parameter :: groups(*) = [ &
-    & group_rule("drive", "the crank's speed and who holds it", required=.true., about=frame_group), &
-    & group_rule("units", "units in which the other groups are typed (not `mass_functions`); results stay in SI"), &
-    & group_rule("mechanism", "one of several mechanisms: where it stands, how it turns with the drive", repeatable=.true., &
+    & group_rule("drive", "speed of the crank, and what keeps it constant", required=.true., about=frame_group), &
+    & group_rule("units", "units of the numbers in all groups except `&mass_functions`; results are in SI units"), &
+    & group_rule("mechanism", "one of several mechanisms on the frame: its position and gear ratio", repeatable=.true., &
     &   about=mechanism_group), &
-    & group_rule("repeat", "a mechanism once more", repeatable=.true., about=mechanism_group), &
-    & group_rule("joint", "a point of the mechanism", repeatable=.true., about=mechanism_group), &
-    & group_rule("link", "a body on the joints", repeatable=.true., about=mechanism_group), &
-    & group_rule("mass_functions", "in place of joints and links: the sums over the moving masses, in SI", &
+    & group_rule("repeat", "a copy of a mechanism, with all its joints and links", repeatable=.true., about=mechanism_group), &
+    & group_rule("joint", "a joint of the mechanism: fixed pivot, crank pin, slider, ...", repeatable=.true., &
     &   about=mechanism_group), &
-    & group_rule("frame", "the frame that vibrates", required=.true., about=frame_group), &
-    & group_rule("support", "a spring-damper pair between frame and ground", repeatable=.true., about=frame_group), &
-    & group_rule("foundation", "stiffness and damping about F beside those of the supports", about=frame_group), &
-    & group_rule("gravity", "with this group the frame and all moving masses weigh", about=frame_group), &
-    & group_rule("probe", "a point of the frame whose motion is told", repeatable=.true.)]
+    & group_rule("link", "a rigid body attached to joints of the mechanism", repeatable=.true., about=mechanism_group), &
+    & group_rule("mass_functions", "instead of joints and links: sums over the moving masses, in SI units", &
+    &   about=mechanism_group), &
+    & group_rule("frame", "the elastically mounted frame: mass, inertia, degrees of freedom", required=.true., about=frame_group), &
+    & group_rule("support", "a mount: springs and dampers between frame and ground", repeatable=.true., about=frame_group), &
+    & group_rule("foundation", "stiffness and damping about F, in addition to the supports", about=frame_group), &
+    & group_rule("gravity", "gives weight to the frame and to all moving masses", about=frame_group), &
+    & group_rule("probe", "a point of the frame whose vibration is reported", repeatable=.true.)]
 
   !> Use of each quantity's unit, for help and manual.
-  character(len=*), parameter :: measures(quantities) = [character(len=40) :: "lengths and positions", "masses", &
-    & "moments of inertia", "stiffness of supports, c11, c12, c22", "c13, c23 of the foundation", "c33 of the foundation", &
-    & "damping of supports, b1, b2", "b3 of the foundation", "angles"]
+  character(len=*), parameter :: meanings(quantities) = [character(len=112) :: &
+    & "unit of lengths and positions", &
+    & "unit of masses", &
+    & "unit of moments of inertia", &
+    & "unit of stiffness: supports, and elements of the foundation between two displacements (c11, c12, c22)", &
+    & "unit of elements of the foundation between a displacement and a rotation (c13, c23)", &
+    & "unit of elements of the foundation between two rotations (c33)", &
+    & "unit of damping: supports, and displacements of the foundation (b1, b2)", &
+    & "unit of damping of the foundation's rotations (b3)", &
+    & "unit of angles"]
 
 contains
 
@@ -57,7 +65,7 @@ contains
 
     do i = 1, quantities
       names = unit_names(i)
-      keys(i) = key_type("units", quantity_names(i), text_key, measures(i), word=names(1), words=joined(names))
+      keys(i) = key_type("units", quantity_names(i), text_key, meanings(i), word=names(1), words=joined(names))
     end do
   end function unit_keys
 

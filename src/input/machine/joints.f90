@@ -24,8 +24,8 @@ module gestell_input_machine_joints
   public :: check_known, joint_keys, joint_variants, read_joint, type_of_joint
 
   type(key_type), parameter :: common_keys(*) = [ &
-    & key_type("joint", "name", text_key, "what other groups call it", required=.true.), &
-    & key_type("joint", "type", text_key, "one of those below", required=.true.), membership_key(1)]
+    & key_type("joint", "name", text_key, "name by which other groups refer to the joint", required=.true.), &
+    & key_type("joint", "type", text_key, "type of the joint", required=.true.), membership_key(1)]
 
 contains
 
@@ -163,13 +163,13 @@ contains
       if (allocated(error)) return
       n = size(words)
       if (n /= key(1)%most) then
-        call input_error(joints(i), name, "needs " // trim(merge("1 joint ", "2 joints", key(1)%most == 1)), error)
+        call input_error(joints(i), name, "must name " // trim(merge("1 joint ", "2 joints", key(1)%most == 1)), error)
         return
       end if
       call check_known(joints(i), name, words, joints, names, i - 1, error)
       if (allocated(error)) return
       if (any([(words(n) == words(:n - 1), n = 1, size(words))])) then
-        call input_error(joints(i), name, "needs 2 different joints", error)
+        call input_error(joints(i), name, "must name 2 different joints", error)
       else
         call data%add(name, joints=[(names%position(words(n)), n = 1, size(words))])
       end if
@@ -186,7 +186,7 @@ contains
     do i = 1, size(group%entries)
       associate (key => group%entries(i)%key)
         if (key == "name" .or. key == "type" .or. key == "mechanism" .or. find_key(form%keys, key) > 0) cycle
-        call input_error(group, key, "a joint of type '" // trim(form%name) // "' has no such key, it has " &
+        call input_error(group, key, "is not a key of a joint of type '" // trim(form%name) // "'; its keys are " &
           & // listed((form%keys%name), "", ""), error)
         return
       end associate
@@ -218,14 +218,14 @@ contains
         call input_error(group, key, "there is no joint '" // trim(wanted(i)) // "'" // &
           & suggestion(trim(wanted(i)), group_names(joints(:known))), error)
       else if (number == known + 1) then
-        call input_error(group, key, "a joint cannot be built on itself", error)
+        call input_error(group, key, "a joint cannot refer to itself", error)
       else if (number > known .and. builds_on(joints, number, known + 1)) then
-        call input_error(group, key, "joint '" // trim(wanted(i)) // "' in line " // text(joints(number)%line) // " is built on '" &
-          & // name_of(group) // "' in turn: joints that hold each other make a triad (Assur group of class III) or a larger " &
-          & // "group, and only dyads are built in, two links at a time", error)
+        call input_error(group, key, "joint '" // trim(wanted(i)) // "' in line " // text(joints(number)%line) // " refers to '" &
+          & // name_of(group) // "' in turn: joints that can only be located together (Assur groups of class III) are not " &
+          & // "supported", error)
       else if (number > known) then
-        call input_error(group, key, "joint '" // trim(wanted(i)) // "' stands only in line " // text(joints(number)%line) &
-          & // ": list it before this one", error)
+        call input_error(group, key, "joint '" // trim(wanted(i)) // "' comes later, in line " // text(joints(number)%line) &
+          & // ": list it before this joint", error)
       end if
       if (allocated(error)) return
     end do

@@ -14,17 +14,18 @@ module gestell_input_machine_loads
   public :: read_foundation, read_gravity
 
   type(key_type), parameter, public :: foundation_keys(*) = [ &
-    & key_type("foundation", "stiffness", real_key, "c_ij added to what the supports give, symmetric and nowhere negative, in " // &
-    &   "the order xi, eta, psi, in space then zeta, rot_xi, rot_eta", 2, 36, 36, shorter=9, unit=of_stiffness_matrix, &
-    &   default=0.0_dp, rows=6), &
-    & key_type("foundation", "damping", real_key, "b_i added to the diagonal, in the same order", 1, 6, 6, shorter=3, &
-    &   unit=of_damping_diagonal, default=0.0_dp, range=nonnegative)]
+    & key_type("foundation", "stiffness", real_key, "stiffness matrix about F, added to that of the supports; symmetric, " // &
+    &   "positive semidefinite; rows and columns: xi, eta, psi, in space also zeta, rot_xi, rot_eta", 2, 36, 36, shorter=9, &
+    &   unit=of_stiffness_matrix, default=0.0_dp, rows=6), &
+    & key_type("foundation", "damping", real_key, "damping about F of the motions xi, eta, psi, in space also zeta, rot_xi, " // &
+    &   "rot_eta; added to the diagonal of the supports' damping matrix", 1, 6, 6, shorter=3, unit=of_damping_diagonal, &
+    &   default=0.0_dp, range=nonnegative)]
 
   type(key_type), parameter, public :: gravity_keys(*) = [ &
-    & key_type("gravity", "acceleration", real_key, "of gravity; 0: as without the group", symbol="m/s^2", default=9.80665_dp, &
-    &   range=nonnegative), &
-    & key_type("gravity", "direction", real_key, "of the weights in the frame's axes: 0 along xi, -90 downwards against " // &
-    &   "eta; in space also a vector along xi, eta, zeta, of any length", 1, 1, 3, unit=of_angle, default=-90.0_dp)]
+    & key_type("gravity", "acceleration", real_key, "acceleration of gravity; 0: nothing has weight", symbol="m/s^2", &
+    &   default=9.80665_dp, range=nonnegative), &
+    & key_type("gravity", "direction", real_key, "direction of gravity in the frame's axes: an angle (0 along xi, -90 against " // &
+    &   "eta), in space also a vector along xi, eta, zeta of any length", 1, 1, 3, unit=of_angle, default=-90.0_dp)]
 
 contains
 
@@ -50,7 +51,7 @@ contains
         if (.not. abs(stiffness(i, k) - stiffness(k, i)) > 0) cycle
         row = merge(i, k, i + k /= 4)
         column = i + k - row
-        call input_error(group, "stiffness", "the matrix must be symmetric, c" // text(row) // text(column) // " is " &
+        call input_error(group, "stiffness", "must be symmetric, but c" // text(row) // text(column) // " is " &
           & // concise(stiffness(row, column)) // " and c" // text(column) // text(row) // " is " &
           & // concise(stiffness(column, row)), error, element=row + 6 * (column - 1))
         return
@@ -58,8 +59,8 @@ contains
     end do
     call read(group, foundation_keys, "stiffness", stiffness, error, units)
     if (negative_somewhere(stiffness)) then
-      call input_error(group, "stiffness", "the matrix is not positive (semi-)definite: it would push the frame away in " // &
-        & "some direction", error)
+      call input_error(group, "stiffness", "must be positive semidefinite: in some direction this matrix pushes the frame " // &
+        & "away instead of back", error)
       return
     end if
     call read(group, foundation_keys, "damping", b, error, units)
@@ -82,7 +83,7 @@ contains
       do n = 1, size(group%entries(i)%values)
         if (.not. allocated(group%entries(i)%values(n)%text)) cycle
         if (merge(max(1 + mod(n - 1, 6), 1 + (n - 1) / 6), n, k == 1) <= 3) cycle
-        call input_error(group, trim(names(k)), "is of a frame in space: then &frame dof needs zeta, rot_xi or rot_eta", error, n)
+        call input_error(group, trim(names(k)), "is only for a frame in space: add zeta, rot_xi or rot_eta to &frame dof", error, n)
         return
       end do
     end do
@@ -141,12 +142,12 @@ contains
     if (n > 1) then
       call read(groups(1), gravity_keys, "direction", gravity, error)
       if (.not. in_space) then
-        call input_error(groups(1), "direction", "is one angle in the plane; a vector of a frame in space: then &frame dof needs " &
-          & // "zeta, rot_xi or rot_eta", error)
+        call input_error(groups(1), "direction", "must be one angle in the plane; to give a vector, add zeta, rot_xi or " &
+          & // "rot_eta to &frame dof", error)
       else if (n == 2) then
-        call input_error(groups(1), "direction", "needs 1 value, an angle, or 3, a vector; has 2", error)
+        call input_error(groups(1), "direction", "must be one angle or a vector of 3 values, but has 2 values", error)
       else if (.not. maxval(abs(gravity)) > 0) then
-        call input_error(groups(1), "direction", "is no direction: all three values are zero", error)
+        call input_error(groups(1), "direction", "must not be the zero vector", error)
       end if
       if (allocated(error)) return
       gravity = gravity / maxval(abs(gravity))

@@ -25,34 +25,38 @@ module gestell_input_machine_mechanism
   public :: name_line, read_mechanism
 
   type(key_type), parameter, public :: link_keys(*) = [ &
-    & key_type("link", "name", text_key, "names it in messages, reports and paths", required=.true.), &
-    & key_type("link", "from", text_key, "the joint at the origin of the link's system", required=.true.), &
-    & key_type("link", "to", text_key, "the joint that its xi-axis points to; without it the link only translates with " // &
-    &   "`from`, its axes parallel to x and y", otherwise="none"), &
-    & key_type("link", "mass", real_key, "mass of the body", unit=of_mass, range=nonnegative), &
-    & key_type("link", "inertia", real_key, "about the centre of mass, of the turning in the plane; also of a link that only " // &
-    &   "translates: it turns with the frame. In space about the link's xi-axis, across it, about the plane's normal; one " // &
-    &   "value J stands for the slender 0, J, J", 1, 1, 3, unit=of_inertia, range=nonnegative), &
-    & key_type("link", "center", real_key, "centre of mass in the link's system: along the xi-axis from `from`, and across it " // &
-    &   "to the left", 1, 2, 2, unit=of_length, default=0.0_dp), &
-    & key_type("link", "z", real_key, "where the centre of mass is along the plane's normal; only a frame in space feels it", &
-    &   unit=of_length, default=0.0_dp), membership_key(2)]
+    & key_type("link", "name", text_key, "name of the link in messages, reports and paths", required=.true.), &
+    & key_type("link", "from", text_key, "joint at the origin of the link's axes", required=.true.), &
+    & key_type("link", "to", text_key, "joint to which the link's xi-axis points. Without `to` the link moves with `from` but " // &
+    &   "does not rotate: its axes stay parallel to x and y", otherwise="none"), &
+    & key_type("link", "mass", real_key, "mass of the link", unit=of_mass, range=nonnegative), &
+    & key_type("link", "inertia", real_key, "moment of inertia about the centre of mass; a link that only translates needs it " // &
+    &   "too, since it rotates with the frame. In space 3 values: about the link's xi-axis, across it, about the plane's " // &
+    &   "normal; 1 value J means 0, J, J (slender link)", 1, 1, 3, unit=of_inertia, range=nonnegative), &
+    & key_type("link", "center", real_key, "position of the centre of mass from the joint `from`: along the link's xi-axis, " // &
+    &   "and across it, to the left", 1, 2, 2, unit=of_length, default=0.0_dp), &
+    & key_type("link", "z", real_key, "coordinate of the centre of mass along the normal of the mechanism's plane; used in " // &
+    &   "space only", unit=of_length, default=0.0_dp), &
+    & membership_key(2)]
 
   !> Maximum number of coefficients of a mass function: mean, cosines and sines up to order 500.
   integer, parameter :: most_harmonics = 1001
 
   type(key_type), parameter, public :: mass_function_keys(*) = [ &
-    & key_type("mass_functions", "mass", real_key, "total mass", symbol="kg", range=nonnegative), &
-    & key_type("mass_functions", "inertia", real_key, "sum of the moments of inertia about the parts' own centres of mass", &
-    &   symbol="kg m^2", range=nonnegative), &
-    & key_type("mass_functions", "a1", real_key, "sum of m x, in the mechanism's x-y system", 1, 1, most_harmonics, &
+    & key_type("mass_functions", "mass", real_key, "total mass of the moving parts", symbol="kg", range=nonnegative), &
+    & key_type("mass_functions", "inertia", real_key, "sum of the moments of inertia of the moving parts, each about its own " // &
+    &   "centre of mass", symbol="kg m^2", range=nonnegative), &
+    & key_type("mass_functions", "a1", real_key, "sum of m x over the moving parts, x from O: its mean, then its factors of " // &
+    &   "cos, sin, cos 2, sin 2, ... of the crank angle", 1, 1, most_harmonics, symbol="kg m", default=0.0_dp), &
+    & key_type("mass_functions", "a2", real_key, "sum of m y over the moving parts, a series as for `a1`", 1, 1, most_harmonics, &
     &   symbol="kg m", default=0.0_dp), &
-    & key_type("mass_functions", "a2", real_key, "sum of m y", 1, 1, most_harmonics, symbol="kg m", default=0.0_dp), &
-    & key_type("mass_functions", "a3", real_key, "sum of m (x^2 + y^2)", 1, 1, most_harmonics, symbol="kg m^2", default=0.0_dp), &
-    & key_type("mass_functions", "moment", real_key, "the moment function, sum of m (x y' - y x') + J phi', the angular " // &
-    &   "momentum over the crank speed", 1, 1, most_harmonics, symbol="kg m^2", default=0.0_dp), &
-    & key_type("mass_functions", "energy", real_key, "sum of m (x'^2 + y'^2) + J phi'^2, twice the kinetic energy over the " // &
-    &   "square of the crank speed; only the task `power` needs it, and a speed that is not `held_by` the motor", 1, 1, &
+    & key_type("mass_functions", "a3", real_key, "sum of m (x^2 + y^2) over the moving parts, a series as for `a1`", 1, 1, &
+    &   most_harmonics, symbol="kg m^2", default=0.0_dp), &
+    & key_type("mass_functions", "moment", real_key, "angular momentum divided by the crank speed, a series as for `a1`: sum " // &
+    &   "of m (x y' - y x') + J phi', with the angle phi of each part and ' for the derivative by the crank angle", 1, 1, &
+    &   most_harmonics, symbol="kg m^2", default=0.0_dp), &
+    & key_type("mass_functions", "energy", real_key, "twice the kinetic energy divided by the squared crank speed, a series " // &
+    &   "as for `a1`: sum of m (x'^2 + y'^2) + J phi'^2; required by the task `power` and unless `held_by='motor'`", 1, 1, &
     &   most_harmonics, symbol="kg m^2", otherwise="none")]
 
 contains
@@ -98,7 +102,7 @@ contains
 
     group = the_group(doc, "mass_functions")
     if (sum([(count_groups(doc, trim(linkage_groups(i))), i = 1, size(linkage_groups))]) > 0) then
-      call input_error(group, "", "stands in place of joints and links: give either", error)
+      call input_error(group, "", "cannot be combined with &joint, &link, &mechanism or &repeat", error)
       return
     end if
     call read(group, mass_function_keys, "mass", mass, error)
@@ -125,7 +129,7 @@ contains
     call read(group, mass_function_keys, key, values, error)
     if (allocated(error)) return
     if (modulo(size(values), 2) == 0) call input_error(group, key, &
-      & "is a mean and then pairs of cosine and sine: needs an odd number of values", error)
+      & "must have an odd number of values: the mean, then pairs of cosine and sine", error)
   end subroutine get_harmonics
 
   !> Reads all mechanisms of a checked document as one linkage. Fails if keys do not fit a joint's type, a joint is unknown or
@@ -167,11 +171,11 @@ contains
     call gear(linkage%joints, linkage%turns, linkage%crank_turns, i)
     if (i > 0) then
       if (linkage%turns > most_turns) then
-        call input_error(group_of_ratio(doc, joints, i), "ratio", "the machine repeats only after " // text(linkage%turns) &
+        call input_error(group_of_ratio(doc, joints, i), "ratio", "the mechanism repeats only after " // text(linkage%turns) &
           & // " turns of the drive; at most " // text(most_turns) // " are allowed", error)
       else
         call input_error(group_of_ratio(doc, joints, i), "ratio", "the crank turns more than " // text(most_crank_turns) &
-          & // " times before the machine repeats, which is not allowed", error)
+          & // " times before the mechanism repeats, which is not allowed", error)
       end if
       return
     end if
@@ -217,8 +221,8 @@ contains
       if (allocated(error)) return
       if (forms(number)%name == "crank") return
     end do
-    call fatal_error(error, joints%groups(findloc(joints%mechanism, mechanism, dim=1))%file // ": no joint has type = 'crank', " &
-      & // "one must", invalid_input)
+    call fatal_error(error, joints%groups(findloc(joints%mechanism, mechanism, dim=1))%file // ": every mechanism needs a joint " &
+      & // "of type 'crank'", invalid_input)
   end subroutine check_crank
 
   !> Reads a link and adds it to the linkage.
@@ -238,10 +242,10 @@ contains
     call read(group, link_keys, "to", to, error)
     if (allocated(error)) return
     if (has(group, "to")) call check_known(group, "to", [to], joints, names, size(joints), error)
-    if (.not. allocated(error) .and. to == from) call input_error(group, "to", "is the joint of from, needs another one", error)
+    if (.not. allocated(error) .and. to == from) call input_error(group, "to", "must differ from the joint in 'from'", error)
     call read(group, link_keys, "mass", mass, error, units)
     n = min(3, max(1, count_values(group, "inertia")))
-    if (.not. allocated(error) .and. n == 2) call input_error(group, "inertia", "needs 1 value, or 3, has 2", error)
+    if (.not. allocated(error) .and. n == 2) call input_error(group, "inertia", "must have 1 or 3 values, but has 2", error)
     call read(group, link_keys, "inertia", inertia(:n), error, units)
     call read(group, link_keys, "center", center, error, units)
     call read(group, link_keys, "z", z, error, units)

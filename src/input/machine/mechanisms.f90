@@ -20,35 +20,40 @@ module gestell_input_machine_mechanisms
 
   public :: claim_name, read_parts, read_planes
 
-  character(len=*), parameter :: as_there = "as there"
+  !> Keys that a mechanism and its copies share.
+  character(len=*), parameter :: of_origin = "origin of the mechanism's x-y system, from O along xi, eta (in space also zeta)", &
+    & of_axis = "normal of the mechanism's plane and axis of its crank: components along xi, eta, zeta", &
+    & of_x_axis = "direction whose projection onto the mechanism's plane is its x-axis; components along xi, eta, zeta", &
+    & of_rotation = "rotation of the mechanism's x-axis within its plane", &
+    & of_phase = "angle of the mechanism's crank when the drive's angle is 0", &
+    & of_ratio = "turns of the mechanism's crank per turn of the drive, negative if it turns the other way: a number that is " // &
+    &   "a fraction (2 or 0.5), or numerator and denominator (17,23)", as_original = "as the original"
 
   type(key_type), parameter, public :: mechanism_keys(*) = [ &
-    & key_type("mechanism", "name", text_key, "what `&joint`, `&link` and `&repeat` call it", required=.true.), &
-    & key_type("mechanism", "origin", real_key, "of its own x-y system, in the one with its origin at O", 1, 2, 3, unit=of_length, &
-    &   default=0.0_dp), &
-    & key_type("mechanism", "axis", real_key, "normal of its plane, in the frame's axes: that of the crank", 1, 3, 3, &
-    &   otherwise="along zeta"), &
-    & key_type("mechanism", "x_axis", real_key, "with `axis`: what of this direction lies in the plane is its x-axis", 1, 3, 3, &
-    &   otherwise="xi turned the shortest way"), &
-    & key_type("mechanism", "angle", real_key, "of its x-axis", unit=of_angle, default=0.0_dp), &
-    & key_type("mechanism", "phase", real_key, "its crank angle where the drive's is 0", unit=of_angle, default=0.0_dp), &
-    & key_type("mechanism", "ratio", real_key, "turns of its crank in one of the drive's, against it negative: a number that " // &
-    &   "is a fraction, 2 or 0.5, or its numerator and denominator, 17,23", 1, 1, 2, default=1.0_dp, range=nonzero)]
+    & key_type("mechanism", "name", text_key, "name by which `&joint`, `&link` and `&repeat` refer to the mechanism", &
+    &   required=.true.), &
+    & key_type("mechanism", "origin", real_key, of_origin, 1, 2, 3, unit=of_length, default=0.0_dp), &
+    & key_type("mechanism", "axis", real_key, of_axis, 1, 3, 3, otherwise="along zeta"), &
+    & key_type("mechanism", "x_axis", real_key, of_x_axis, 1, 3, 3, &
+    &   otherwise="xi after the shortest rotation of zeta onto `axis`"), &
+    & key_type("mechanism", "angle", real_key, of_rotation, unit=of_angle, default=0.0_dp), &
+    & key_type("mechanism", "phase", real_key, of_phase, unit=of_angle, default=0.0_dp), &
+    & key_type("mechanism", "ratio", real_key, of_ratio, 1, 1, 2, default=1.0_dp, range=nonzero)]
 
   type(key_type), parameter, public :: repeat_keys(*) = [ &
-    & key_type("repeat", "of", text_key, "the mechanism whose joints and links stand here once more", required=.true.), &
-    & key_type("repeat", "name", text_key, "of the copy; its joints and links are called `NAME.joint`, `NAME.link`", &
+    & key_type("repeat", "of", text_key, "name of the mechanism to copy, with all its joints and links", required=.true.), &
+    & key_type("repeat", "name", text_key, "name of the copy; a joint or link `B` of the original is called `NAME.B` in the copy", &
     &   required=.true.), &
-    & key_type("repeat", "origin", real_key, "as of `&mechanism`", 1, 2, 3, unit=of_length, otherwise=as_there), &
-    & key_type("repeat", "axis", real_key, "as of `&mechanism`", 1, 3, 3, otherwise=as_there), &
-    & key_type("repeat", "x_axis", real_key, "as of `&mechanism`", 1, 3, 3, otherwise=as_there), &
-    & key_type("repeat", "angle", real_key, "as of `&mechanism`", unit=of_angle, otherwise=as_there), &
-    & key_type("repeat", "phase", real_key, "as of `&mechanism`", unit=of_angle, otherwise=as_there), &
-    & key_type("repeat", "ratio", real_key, "as of `&mechanism`", 1, 1, 2, range=nonzero, otherwise=as_there)]
+    & key_type("repeat", "origin", real_key, of_origin, 1, 2, 3, unit=of_length, otherwise=as_original), &
+    & key_type("repeat", "axis", real_key, of_axis, 1, 3, 3, otherwise=as_original), &
+    & key_type("repeat", "x_axis", real_key, of_x_axis, 1, 3, 3, otherwise=as_original), &
+    & key_type("repeat", "angle", real_key, of_rotation, unit=of_angle, otherwise=as_original), &
+    & key_type("repeat", "phase", real_key, of_phase, unit=of_angle, otherwise=as_original), &
+    & key_type("repeat", "ratio", real_key, of_ratio, 1, 1, 2, range=nonzero, otherwise=as_original)]
 
   type(key_type), parameter, public :: membership_key(2) = [ &
-    & key_type("joint", "mechanism", text_key, "which of several it belongs to", otherwise="the only one"), &
-    & key_type("link", "mechanism", text_key, "which of several it belongs to", otherwise="that of `from`")]
+    & key_type("joint", "mechanism", text_key, "mechanism of the joint, if the input has several", otherwise="the only one"), &
+    & key_type("link", "mechanism", text_key, "mechanism of the link, if the input has several", otherwise="that of `from`")]
 
   type(key_type), parameter :: from_key = key_type("link", "from", text_key, "")
 
@@ -90,7 +95,7 @@ contains
     if (allocated(error)) return
     do i = 1, size(mechanisms)
       if (any(joints%mechanism == i)) cycle
-      call input_error(mechanisms(i), "name", "no joint belongs to it", error)
+      call input_error(mechanisms(i), "name", "no joint belongs to this mechanism", error)
       return
     end do
     allocate(links%groups, source=groups_named(doc, "link"))
@@ -205,7 +210,7 @@ contains
     if (name_of(group) == "") then
       call input_error(group, "name", "must not be empty", error)
     else if (names%position(name_of(group)) > 0) then
-      call input_error(group, "name", "is taken already", error)
+      call input_error(group, "name", "is already used", error)
     else
       call names%add(name_of(group))
     end if
@@ -228,13 +233,13 @@ contains
     if (allocated(error)) return
     part%tilted = part%tilted .or. has(group, "axis") .or. has(group, "x_axis")
     if (.not. norm2(part%axis) > 0) then
-      call input_error(group, "axis", "has no direction", error)
+      call input_error(group, "axis", "must not be the zero vector", error)
       return
     end if
     axes = plane_axes(part%axis, part%x_axis)
     if (.not. norm2(axes(:, 1)) > 0.5_dp .or. norm2(part%x_axis) > 0 .and. .not. &
       & norm2(part%x_axis - dot_product(part%x_axis, axes(:, 3)) * axes(:, 3)) > 1.0e-6_dp * norm2(part%x_axis)) then
-      call input_error(group, "x_axis", "stands on the plane: nothing of it lies in it", error)
+      call input_error(group, "x_axis", "must not be normal to the plane", error)
       return
     end if
     ! it is the frame's own plane
@@ -275,10 +280,10 @@ contains
     if (allocated(error)) return
     i = findloc(before%name == of, .true., dim=1)
     if (size(before) == 0) then
-      call input_error(group, "of", "names a mechanism, and there is none: put &mechanism name='" // of // "' / before the " &
-        & // "joints that are to be copied", error)
+      call input_error(group, "of", "the input has no &mechanism: name the mechanism to copy by &mechanism name='" // of &
+        & // "' /", error)
     else if (i == 0) then
-      call input_error(group, "of", "there is no mechanism '" // of // "' before it" // suggestion(of, before%name), error)
+      call input_error(group, "of", "there is no mechanism '" // of // "' before this group" // suggestion(of, before%name), error)
     end if
     if (allocated(error)) return
     copy = before(i)
@@ -305,14 +310,15 @@ contains
         joints%mechanism(i) = names%position(name)
         if (joints%mechanism(i) > 0) cycle
         if (size(mechanisms) == 0) then
-          call input_error(groups(i), "mechanism", "needs a group &mechanism of this name", error)
+          call input_error(groups(i), "mechanism", "requires a group &mechanism with this name", error)
         else
           call input_error(groups(i), "mechanism", "there is no mechanism '" // name // "'" // suggestion(name, &
             & group_names(mechanisms)), error)
         end if
         return
       else if (size(mechanisms) > 1) then
-        call input_error(groups(i), "", "needs the key 'mechanism': there are " // text(size(mechanisms)), error)
+        call input_error(groups(i), "", "needs the key 'mechanism', because there are " // text(size(mechanisms)) &
+          & // " mechanisms", error)
         return
       end if
     end do
@@ -351,8 +357,8 @@ contains
       call read(links%groups(i), membership_key(2:2), "mechanism", name, error)
       if (allocated(error)) return
       if (name == names(links%mechanism(i))) cycle
-      call input_error(links%groups(i), "mechanism", "the joint of from belongs to '" // trim(names(links%mechanism(i))) // "'", &
-        & error)
+      call input_error(links%groups(i), "mechanism", "must be '" // trim(names(links%mechanism(i))) // "', the mechanism of " &
+        & // "the joint in 'from'", error)
       return
     end do
   end subroutine check_links

@@ -7,7 +7,7 @@ module gestell_input_machine_quantities
   use gestell_base_words, only: character_count, longest_name, word_length
   use gestell_input_namelist_document, only: document_type, group_type, groups_named, has, name_of, the_group
   use gestell_input_schema_read, only: read, read_place
-  use gestell_input_namelist_message, only: input_error, label
+  use gestell_input_namelist_message, only: input_error
   use gestell_input_schema_units, only: units_type
   use gestell_model_frame, only: frame_type, dof_names
   use gestell_model_quantity, only: find_quantity
@@ -19,12 +19,14 @@ module gestell_input_machine_quantities
   public :: kind_of_measure, read_measures, read_probes, read_quantities
 
   type(key_type), parameter, public :: probe_keys(*) = [ &
-    & key_type("probe", "name", text_key, "names it in reports and files: up to 64 characters, no parentheses", required=.true.), &
-    & key_type("probe", "position", real_key, "in the frame's system, from F", 1, 2, 3, required=.true., unit=of_length), &
-    & key_type("probe", "limit_mm_s", real_key, "the vibration velocity that is allowed: root of the mean square within the " // &
-    &   "band, in the direction in which it is greatest", symbol="mm/s", otherwise="none", range=positive), &
-    & key_type("probe", "band_hz", real_key, "the band of frequencies that counts for it, both ends included", 1, 2, 2, &
-    &   symbol="Hz", otherwise="10, 1000", range=nonnegative)]
+    & key_type("probe", "name", text_key, "name of the point in reports and files: 1 to 64 characters, no parentheses", &
+    &   required=.true.), &
+    & key_type("probe", "position", real_key, "position of the point, from the frame's centre of mass F along xi, eta (in " // &
+    &   "space also zeta)", 1, 2, 3, required=.true., unit=of_length), &
+    & key_type("probe", "limit_mm_s", real_key, "limit of the rms velocity within `band_hz`, in the direction of strongest " // &
+    &   "vibration", symbol="mm/s", otherwise="none", range=positive), &
+    & key_type("probe", "band_hz", real_key, "frequency band of `limit_mm_s`: lowest and highest frequency, both included", 1, 2, &
+    &   2, symbol="Hz", otherwise="10, 1000", range=nonnegative)]
 
 contains
 
@@ -47,12 +49,12 @@ contains
         probe%name = name_of(group)
         if (len_trim(name_of(group)) == 0 .or. scan(name_of(group), "()") > 0 .or. &
           & character_count(name_of(group)) > longest_name) then
-          call input_error(group, "name", "a name has 1 to 64 characters and no parentheses", error)
+          call input_error(group, "name", "must have 1 to 64 characters and no parentheses", error)
           return
         end if
         k = names%position(probe%name)
         if (k > 0) then
-          call input_error(group, "name", "is the name of " // label(groups(k)) // " already", error)
+          call input_error(group, "name", "is already the name of another probe", error)
           return
         end if
         call names%add(probe%name)
@@ -65,7 +67,7 @@ contains
         end if
         if (has(group, "band_hz")) call read(group, probe_keys, "band_hz", probe%band, error)
         if (.not. (allocated(error) .or. probe%band(2) > probe%band(1))) call input_error(group, "band_hz", &
-          & "the band is empty: its upper end must be the greater one", error)
+          & "the second frequency must be greater than the first", error)
         if (allocated(error)) return
       end associate
     end do
@@ -138,7 +140,7 @@ contains
 
     call read(group, keys, "measures", kinds, error)
     if (size(names) == 0 .and. has(group, "measures") .and. .not. allocated(error)) call input_error(group, "measures", &
-      & "tells of quantities: none is named", error)
+      & "applies to quantities, but none is requested", error)
     if (allocated(error)) return
     allocate(measures(size(names) * size(measure_names)))
     n = 0
@@ -152,7 +154,7 @@ contains
     end do
     measures = measures(:n)
     if (size(names) > 0 .and. any(kinds == measure_names(band_measure)) .and. all(measures%kind /= band_measure)) call &
-      & input_error(group, "measures", "'band' is for velocities of probes, probe(NAME).v, .vx, .vy: none is named", error)
+      & input_error(group, "measures", "'band' applies to velocities of probes: request probe(NAME).v, .vx or .vy", error)
   end subroutine read_measures
 
   !> Reads a key whose value names a measure. Fails if there is no such measure.
