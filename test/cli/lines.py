@@ -12,7 +12,7 @@ DATA = Path(__file__).resolve().parents[2] / "data"
 FEWER = {"khang_chart": "sweep.count=20", "khang_speeds": "sweep.count=9", "sieve_borders": "sweep.count=9"}
 EVERY = {"compressor": "case.tasks='stability','modes','response','forces','power','drawing','sensitivity'",
          "watt_six_bar": "case.tasks='trade'"}
-DIAGNOSTICS = ("rests on ", "Liouville's defect", "motion closes after a turn to", "balance of power is missed by")
+DIAGNOSTICS = ("relative error of Phi(T) at most ", "Liouville's defect", "motion closes after a turn to", "balance of power is missed by")
 WIDEST = 80
 
 
@@ -82,10 +82,10 @@ def test_verbose():
         if shutil.which("gnuplot"):
             Run(folder, "-q", "--report", "-o", "page", DATA / "compressor.nml").done("page")
             page = (folder / "page" / "report.html").read_text()
-            before, _, folded = page.partition("<summary>what the numbers rest on</summary>")
-            check("page: folded", "rests on " in folded and "rests on " not in before, "in its fold", folded[:500])
+            before, _, folded = page.partition("<summary>accuracy of the numerical solution</summary>")
+            check("page: folded", "accuracy   " in folded and "accuracy   " not in before, "in its fold", folded[:500])
             check("page: no folders", str(DATA) not in page and str(folder) not in page, "names alone", page[:600])
-            for words in ("<dd>1450 1/min</dd>", "<dd>5.569, 11.24, 17.34 Hz</dd>", "<dd>x 68.98 N, y 494.6 N, whole 494.6 N</dd>"):
+            for words in ("<dd>1450 1/min</dd>", "<dd>5.569, 11.24, 17.34 Hz</dd>", "<dd>x 68.98 N, y 494.6 N, magnitude 494.6 N</dd>"):
                 check(f"page: {words}", words in page.partition("<h2>")[0], words, page.partition("<h2>")[0][-900:])
 
 

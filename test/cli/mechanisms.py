@@ -231,7 +231,7 @@ def test_mass_functions():
             agree(f"a linkage and its mass functions, {name}", functions, linkage, 1e-9)
 
     report, omega = told("mass functions", text), 700 * math.pi / 30
-    tells("mass functions", report, "2.7 kg in all, by its mass functions")
+    tells("mass functions", report, "2.7 kg in total, given by mass functions")
     check("mass functions have no joints", "MECHANISM\n" not in report, "no MECHANISM", report)
     for what, told_of in (("mass functions", report), ("linkage", told("linkage", OFFSET_CRANK + MOUNTED))):
         for column, values in enumerate((a1, a2)):

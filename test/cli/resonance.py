@@ -58,7 +58,7 @@ def test_curve():
         check("peaks: damping", 0.001 < float(top[5]) < 0.004, "0.0026", top[5])
         near("peaks: width", float(top[4]), 2 * float(top[2]) * float(top[5]), 1e-12)
         check("resonance: report", "RESONANCE CURVE  500 to 700 rpm, 5 speeds of the grid" in run.out and "607.8" in run.out
-              and "least" in run.out and "halves in" not in run.out, "range, maximum, least", run.out)
+              and "least" in run.out and "halve within" not in run.out, "range, maximum, least", run.out)
 
         before = {name: (folder / "input" / name).read_bytes() for name in ("resonance.csv", "peaks.csv")}
         for threads in ("1", "3"):

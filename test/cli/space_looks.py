@@ -416,7 +416,7 @@ def compare_ratios(name, turns, runs, found):
     near(f"{name}: crank angle", float(found[0]["response"][-1]["crank_deg"]), 360.0 * turns, 1e-9)
     near(f"{name}: period", float(found[0]["response"][-1]["t_s"]) / float(found[1]["response"][-1]["t_s"]), 1, 1e-13)
     check(f"{name}: period", f" s, {turns} turns" in runs[0].flat, f"{turns} turns", runs[0].out[:900])
-    halving = [re.search(r"halves in (\S+) turns", run.flat) for run in runs]
+    halving = [re.search(r"halve within (\S+) turns", run.flat) for run in runs]
     if all(halving):
         near(f"{name}: halves in turns", float(halving[0][1]) / float(halving[1][1]), turns, 0.01 * turns)
 

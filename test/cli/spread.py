@@ -149,7 +149,7 @@ def checksum(data):
 
 def test_damaged_and_foreign():
     """What is damaged is computed again, with a note; what another input has left is not used; a torn end is no damage."""
-    note = "note: out: what an interrupted run has left is damaged: computed again as far as it is\n"
+    note = "note: out: the journal of an interrupted run is damaged; its damaged part is computed again\n"
     with Folder(input=CASES["campbell, critical, resonance"]) as folder:
         Run(folder, "-q", "input.nml", "-o", "right").done("damaged: undisturbed")
         right = contents(folder / "right")

@@ -131,7 +131,7 @@ def test_motor():
     with Folder() as folder:
         for options in ([], ["--check"]):
             run = Run(folder, *options, "input.nml")
-            check("where the motor stands", "  motor      on the frame: speed held constant, torque reacts on the frame" in run.out, "it", run.out)
+            check("where the motor stands", "  motor      on the frame: relative speed constant, torque acts on the frame" in run.out, "it", run.out)
 
 
 def test_units():

@@ -162,9 +162,10 @@ contains
       analysis%model = model
       analysis%all_vibrations = vibrations == "all"
       if (analysis%averaged .and. model /= "rest") then
-        call input_error(group, "coefficients", "'averaged' is a simplification of frame='rest'", error)
+        call input_error(group, "coefficients", "'averaged' requires frame='rest', but frame='" // model // "'", error)
       else if (analysis%all_vibrations .and. model /= "exact") then
-        call input_error(group, "vibrations", "linear equations have one vibration: 'all' is for frame='exact'", error)
+        call input_error(group, "vibrations", "'all' requires frame='exact': with frame='" // model &
+          & // "' there is only one vibration", error)
       end if
 
       group = the_group(doc, "accuracy")
@@ -173,7 +174,7 @@ contains
       if (.not. allocated(error)) call read(group, accuracy_keys(), "steps", accuracy%steps, error)
       if (allocated(error)) return
       if (accuracy%steps > 0 .and. accuracy%method == "reduced") then
-        call input_error(group, "steps", "method 'reduced' has no steps", error)
+        call input_error(group, "steps", "must be 0: method='reduced' takes no steps", error)
       end if
     end associate
   end subroutine read_model

@@ -77,8 +77,8 @@ contains
 
     allocate(context%executor%journal)
     call open_journal(context%executor%journal, context%staging, context%configuration%content)
-    if (context%executor%journal%damaged) call result%note(context%folder // ": what an interrupted run has left is damaged: " &
-      & // "computed again as far as it is")
+    if (context%executor%journal%damaged) call result%note(context%folder // ": the journal of an interrupted run is damaged; " &
+      & // "its damaged part is computed again")
   end subroutine keep_journal
 
 end module gestell_task_common_context

@@ -10,38 +10,41 @@ module gestell_task_common_keys
   public :: accuracy_keys, case_keys_of
 
   type(key_type), parameter, public :: case_keys(*) = [ &
-    & key_type("case", "title", text_key, "heads the report and the files", otherwise="none"), &
-    & key_type("case", "tasks", text_key, "what is asked for, see below", 1, 1, 20, word="stability, response")]
+    & key_type("case", "title", text_key, "title of the report and of the result files", otherwise="none"), &
+    & key_type("case", "tasks", text_key, "tasks to compute", 1, 1, 20, word="stability, response")]
 
   type(key_type), parameter, public :: model_keys(*) = [ &
-    & key_type("model", "frame", text_key, "the equations that stand for the frame, see below", otherwise="`'exact'`; " // &
+    & key_type("model", "frame", text_key, "equations of the frame: `'exact'` for any rotation; `'rest'` linearised about " // &
+    &   "rest; `'first_order'` as `'rest'`, but stability is judged about the vibration", otherwise="`'exact'`; " // &
     &   "`'rest'` with `coefficients='averaged'`", words=trim(frame_models(1)) // ", " // trim(frame_models(2)) // ", " // &
     &   trim(frame_models(3))), &
-    & key_type("model", "vibrations", text_key, "`'all'`: the machine of the file is searched for all its periodic vibrations", &
+    & key_type("model", "vibrations", text_key, "`'all'`: search for all periodic vibrations of the machine", &
     &   word="one", words="one, all"), &
-    & key_type("model", "coefficients", text_key, "`'averaged'`: M, B, C are replaced by their means over the turn; with " // &
-    &   "`frame='rest'` only", word="periodic", words="periodic, averaged")]
+    & key_type("model", "coefficients", text_key, "`'averaged'`: replace M, B, C by their means over the period; only " // &
+    &   "with `frame='rest'`", word="periodic", words="periodic, averaged")]
 
   type(key_type), parameter :: fixed_accuracy_keys(*) = [ &
-    & key_type("accuracy", "tolerance", real_key, "error allowed to the map over one period, and to the forced solution over " // &
-    &   "the period, relative to their size", default=1.0e-9_dp, range=range_type(1.0e-15_dp, 0.1_dp, above_zero=.true.)), &
-    & key_type("accuracy", "method", text_key, "how Phi(T) is computed, see below", word="auto"), &
-    & key_type("accuracy", "steps", integer_key, "steps per period, of the product Phi(T); 0: as many as the tolerance needs", &
+    & key_type("accuracy", "tolerance", real_key, "permitted relative error of Phi(T), the state transition over one " // &
+    &   "period, and of the forced motion over the period", default=1.0e-9_dp, &
+    &   range=range_type(1.0e-15_dp, 0.1_dp, above_zero=.true.)), &
+    & key_type("accuracy", "method", text_key, "method that computes Phi(T)", word="auto"), &
+    & key_type("accuracy", "steps", integer_key, "integration steps per period; 0: as many as the tolerance requires", &
     &   default=0.0_dp, range=range_type(0.0_dp, 1048576.0_dp))]
 
   type(key_type), parameter, public :: response_keys(*) = [ &
-    & key_type("response", "points", integer_key, "rows of the time history over one period", default=360.0_dp, &
+    & key_type("response", "points", integer_key, "intervals of the time history over one period", default=360.0_dp, &
     &   range=range_type(1.0_dp, 1.0e6_dp)), &
-    & key_type("response", "harmonics", integer_key, "harmonics listed", default=20.0_dp, range=range_type(0.0_dp, 8000.0_dp)), &
-    & key_type("response", "quantities", text_key, "told in `quantities.csv`, in the report and by `--one-line`, names as for " // &
-    &   "`&resonance`", 1, 1, 20, otherwise="none"), &
-    & key_type("response", "measures", text_key, "what is told of these quantities, as for `&sweep`", 1, 1, 3, word="peak", &
+    & key_type("response", "harmonics", integer_key, "highest order in the tables of harmonics", default=20.0_dp, &
+    &   range=range_type(0.0_dp, 8000.0_dp)), &
+    & key_type("response", "quantities", text_key, "quantities of `&resonance` to report, also in `quantities.csv` and by " // &
+    &   "`--one-line`", 1, 1, 20, otherwise="none"), &
+    & key_type("response", "measures", text_key, "measures of these quantities, as in `&sweep`", 1, 1, 3, word="peak", &
     &   words="peak, rms, band")]
 
   type(key_type), parameter, public :: resonance_keys(*) = [ &
-    & key_type("resonance", "quantities", text_key, "what is looked at, see below", 1, 1, 20, &
+    & key_type("resonance", "quantities", text_key, "quantities to compute (`xi`, `f`, `probe(NAME).v`, ...)", 1, 1, 20, &
     &   otherwise="the free ones of `'xi'`, `'eta'`, `'psi'`, and `'f'`"), &
-    & key_type("resonance", "orders", integer_key, "harmonics of the crank that are split off, and orders k of the lines k Omega", &
+    & key_type("resonance", "orders", integer_key, "highest order of the crank that is considered", &
     &   default=6.0_dp, range=range_type(1.0_dp, 50.0_dp))]
 
 contains

@@ -32,7 +32,7 @@ contains
 
     call frame%natural_frequencies(frequencies, failure)
     if (allocated(failure)) then
-      lines = newline // "NATURAL FREQUENCIES of the frame: none, " // failure%message // newline
+      lines = newline // "NATURAL FREQUENCIES of the frame cannot be computed: " // failure%message // newline
       return
     end if
     lines = frequency_lines(frequencies, abs(frame%drive_speed()), frame%mechanism%turns, varies(frame))
@@ -41,8 +41,8 @@ contains
     slower%period = 2 * frame%period
     call slower%natural_frequencies(slow, failure)
     if (allocated(failure)) return
-    if (any(abs(slow - frequencies) > equal * abs(frequencies))) lines = lines // "  with the gyroscopic moments at this speed; " &
-      & // "they change with the speed: task 'campbell'" // newline
+    if (any(abs(slow - frequencies) > equal * abs(frequencies))) lines = lines // "  they depend on the speed (gyroscopic " &
+      & // "moments); task 'campbell' computes them over a range" // newline
   end function report_frequencies
 
   !> True if the coefficients of the equations linearised about rest vary over the period by more than rounding error.
@@ -110,7 +110,7 @@ contains
     do k = 1, size(frequencies)
       lines = lines // text(k) // tab
       if (frequencies(k) < 0) then
-        lines = lines // "-" // repeat(tab, 6) // "unstable: grows by " // concise(-frequencies(k), 4) // " 1/s" // newline
+        lines = lines // "-" // repeat(tab, 6) // "unstable, growth rate " // concise(-frequencies(k), 4) // " 1/s" // newline
         cycle
       end if
       if (.not. frequencies(k) > 0) then
@@ -128,7 +128,7 @@ contains
       end if
       lines = lines // newline
     end do
-    lines = newline // "NATURAL FREQUENCIES of the frame, mechanism's masses averaged over the turn" // newline &
+    lines = newline // "NATURAL FREQUENCIES of the frame, with the moving masses averaged over the turn" // newline &
       & // tabulated("lrrrrrrl", ",,,crank,nearest,resonance,from crank" // newline // ",Hz,rad/s,speeds,order,at rpm,speed", lines)
     if (periodic) lines = lines // parametric_lines(frequencies, speed, turns)
   end function frequency_lines
@@ -150,8 +150,9 @@ contains
         ratio = (frequencies(i) + frequencies(k)) / speed * turns
         if (ratio < 0.5_dp .or. ratio > highest * turns + 0.5_dp) cycle
         if (abs(ratio / nint(ratio) - 1) > near_sum) cycle
-        lines = lines // either("  twice frequency " // text(i) // " is ", "  frequencies " // text(i) // " and " // text(k) &
-          & // " together are ", i == k) // concise(ratio / turns, 4) // " x crank speed: near parametric resonance of order " &
+        lines = lines // either("  twice frequency " // text(i) // " is ", "  the sum of frequencies " // text(i) // " and " &
+          & // text(k) &
+          & // " is ", i == k) // concise(ratio / turns, 4) // " x crank speed: near parametric resonance of order " &
           & // order_of(nint(ratio), turns) // newline
       end do
     end do

@@ -76,9 +76,11 @@ contains
     found = nothing
     if (allocated(context%analysis%several)) found = size(context%analysis%several)
     associate (options => context%configuration%analysis)
-      if (options%all_vibrations .and. options%judged()) call result%brief%add("vibrations", "how many there are", [found])
+      if (options%all_vibrations .and. options%judged()) call result%brief%add("vibrations", "number of periodic vibrations " &
+        & // "found", [found])
     end associate
-    if (result%verdict /= "" .and. result%brief%number_of("verdict") == 0) call result%brief%add("verdict", "on the machine", &
+    if (result%verdict /= "" .and. result%brief%number_of("verdict") == 0) call result%brief%add("verdict", &
+      & "verdict on the machine", &
       & [result%verdict])
   end subroutine end_line
 
@@ -124,11 +126,12 @@ contains
     units = merge(radian, metre, is_rotation([(k, k = 1, size(units))]))
     table = new_table(trim(own_table), "Vibrations at this speed", "Periodic vibrations of the machine, smallest first.", &
       & shown=.true.)
-    call table%add("index", "number, smallest first", [(i, i = 1, n)])
-    call table%add("rho_max", plain, "largest |rho|", [(abs(several(i)%multipliers%rho(1)), i = 1, n)], error="rho_error")
-    call table%add("rho_error", plain, "bound on its error, relative to it", [(several(i)%multipliers%error(1), i = 1, n)])
+    call table%add("index", "number of the vibration, smallest first", [(i, i = 1, n)])
+    call table%add("rho_max", plain, "modulus of the largest multiplier", [(abs(several(i)%multipliers%rho(1)), i = 1, n)], &
+      & error="rho_error")
+    call table%add("rho_error", plain, "bound on the relative error of rho_max", [(several(i)%multipliers%error(1), i = 1, n)])
     do k = 1, size(units)
-      call table%add(trim(dof_names(k)) // "_rms", units(k), "root mean square", [(several(i)%rms(k), i = 1, n)])
+      call table%add(trim(dof_names(k)) // "_rms", units(k), "root mean square over the period", [(several(i)%rms(k), i = 1, n)])
     end do
     do k = 1, size(units)
       call table%add(trim(dof_names(k)) // "_peak", units(k), "peak over the period", &
@@ -138,10 +141,10 @@ contains
       call table%add(trim(dof_names(k)) // "_peak_error", units(k), "bound on the error of the peak", &
         & [(several(i)%peak_error(k), i = 1, n)])
     end do
-    call table%add("verdict", "on this vibration", [(several(i)%multipliers%verdict(), i = 1, n)])
-    call table%add("turning_index", "1, or -1: an odd number of real multipliers lies above 1", &
+    call table%add("verdict", "verdict on this vibration", [(several(i)%multipliers%verdict(), i = 1, n)])
+    call table%add("turning_index", "-1 if an odd number of real multipliers exceeds 1, otherwise 1", &
       & [(several(i)%vibration_index(), i = 1, n)])
-    call table%add("told", "1: all other files are about this one", [(several(i)%told, i = 1, n)])
+    call table%add("told", "1 for the vibration that all other files describe, otherwise 0", [(several(i)%told, i = 1, n)])
   end function table_of
 
 end module gestell_task_machine

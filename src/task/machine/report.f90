@@ -40,7 +40,7 @@ contains
       if (len(configuration%title) > 0) report = report // wrapped("  title      " // on_one_line(configuration%title) // newline)
       report = report // "  input      " // on_one_line(input) // newline
       if (allocated(configuration%impossible)) then
-        report = report // wrapped("  mechanism  cannot turn as it stands in the input: " // configuration%impossible%message &
+        report = report // wrapped("  mechanism  cannot turn with the values of the input: " // configuration%impossible%message &
           & // newline)
       else
         report = report // wrapped(machine_lines(configuration))
@@ -59,9 +59,9 @@ contains
       type is (linkage_type)
         report = "  mechanism  " // counted(size(mechanism%joints), "joint") // ", " &
           & // counted(size(mechanism%links), "link") // " of " // concise(mechanism%mass) &
-          & // " kg in all; turns freely through " // text(360 * mechanism%turns) // " deg" // newline
+          & // " kg in total; turns freely through " // text(360 * mechanism%turns) // " deg" // newline
       class default
-        report = "  mechanism  " // concise(mechanism%mass) // " kg in all, by its mass functions" // newline
+        report = "  mechanism  " // concise(mechanism%mass) // " kg in total, given by mass functions" // newline
       end select
       report = report // "  frame      " // concise(frame%mass) // " kg, "
       if (allocated(frame%space)) then
@@ -79,11 +79,11 @@ contains
         & // either(", " // turns_in_words(frame%mechanism%turns), "", frame%mechanism%turns > 1) // newline
       select case (frame%held_by)
       case ("flywheel")
-        report = report // "  flywheel   speed constant in space; frame feels only the motor's mean torque" // newline
+        report = report // "  flywheel   speed constant in space; only the mean torque acts on the frame" // newline
       case ("outside")
-        report = report // "  motor      beside the machine: speed constant in space, no torque on the frame" // newline
+        report = report // "  motor      next to the machine: speed constant in space, no torque on frame" // newline
       case default
-        report = report // "  motor      on the frame: speed held constant, torque reacts on the frame" // newline
+        report = report // "  motor      on the frame: relative speed constant, torque acts on the frame" // newline
       end select
       report = report // gravity_line(frame)
       warnings = slips_of(configuration)
@@ -93,13 +93,13 @@ contains
         warnings = warnings(i + 1:)
       end do
       if (configuration%analysis%averaged) then
-        report = report // "  model      averaged: M, B, C are their means over the turn, the load h(t) is full" // newline
+        report = report // "  model      averaged: M, B, C are replaced by their means, the load h(t) is not" // newline
       else if (configuration%analysis%model == "exact") then
-        report = report // "  model      exact: any rotation of the frame; multipliers about its vibration" // newline
+        report = report // "  model      exact: any rotation of the frame; stability of its actual vibration" // newline
       else if (configuration%analysis%model == "first_order") then
-        report = report // "  model      first order: vibration as about rest, multipliers about that vibration" // newline
+        report = report // "  model      first_order: vibration linearised about rest, stability about it" // newline
       else
-        report = report // "  model      about rest, the paper's equations; without &model frame: exact" // newline
+        report = report // "  model      rest: linearised about rest; more accurate: &model frame='exact'" // newline
       end if
     end associate
   end function machine_lines
@@ -145,8 +145,9 @@ contains
         line = line // "at " // concise(atan2(g(2), g(1)) * 180 / pi, 4) // " deg"
       end if
     end associate
-    line = line // "; all weighs " // concise(norm2(frame%weights%weight), 5) // " N"
-    if (allocated(frame%space)) line = line // newline // "  static sag (" // listed(1000 * frame%weights%sag(:3)) // ") mm at F"
+    line = line // "; total weight " // concise(norm2(frame%weights%weight), 5) // " N"
+    if (allocated(frame%space)) line = line // newline // "  static deflection of F: (" // listed(1000 * frame%weights%sag(:3)) &
+      & // ") mm"
     line = line // newline
   end function gravity_line
 
@@ -173,24 +174,24 @@ contains
     words = trim(multipliers%verdict()) // ": "
     turns = log(2.0_dp) / max(abs(multipliers%log_abs(1)), tiny(1.0_dp))
     if (multipliers%unknown()) then
-      words = words // "nothing is known of the multipliers, the steps ordered are too few"
+      words = words // "too few steps in &accuracy to determine the multipliers"
       return
     end if
     select case (multipliers%verdict())
     case ("stable")
       if (multipliers%error(1) >= 1) then
-        words = words // "free vibrations decay within " // turns_in_words(in_period) // ", the multipliers are lost in rounding"
+        words = words // "disturbances decay within " // turns_in_words(in_period) // "; rounding hides the exact multipliers"
       else
-        words = words // "the slowest free vibration halves in " // concise(turns * in_period, 3) // " turns (" &
+        words = words // "disturbances halve within " // concise(turns * in_period, 3) // " turns (" &
           & // concise(turns * period, 3) // " s)"
       end if
     case ("undamped")
-      words = words // "free vibrations neither grow nor decay"
+      words = words // "disturbances neither grow nor decay"
     case ("unstable")
-      words = words // "a free vibration doubles in " // concise(turns * in_period, 3) // " turns (" &
+      words = words // "a disturbance doubles in " // concise(turns * in_period, 3) // " turns (" &
         & // concise(turns * period, 3) // " s)"
     case default
-      words = words // "the error bound reaches across |rho| = 1"
+      words = words // "the error bound of a multiplier includes |rho| = 1"
     end select
     words = words // others
   end function verdict_sentence
@@ -210,21 +211,21 @@ contains
     word = trim(multipliers%verdict())
     lines = ""
     if (multipliers%unknown()) then
-      lines = "  with half and with twice these steps they differ: order more, or none and the tolerance decides" // newline
+      lines = "  half and twice these steps give different multipliers: increase steps, or omit it to use tolerance" // newline
       return
     end if
     if (word == "stable" .and. multipliers%error(1) >= 1) return
     if (word == "unstable") lines = "  it " // manner(multipliers%arg(1), turns) // newline
-    if (word == "undamped") lines = "  no damping; all multipliers are proved to lie on the unit circle (doc/theory.md)" // newline
+    if (word == "undamped") lines = "  no damping: all multipliers provably lie on the unit circle (doc/theory.md)" // newline
     lines = lines // "  largest multiplier  |rho| = " // modulus(multipliers, 1) // newline
     if (word == "undecided") then
       worst = maxloc(multipliers%log_abs + log(1 + multipliers%error), dim=1)
-      if (worst > 1) lines = lines // "  largest bound       |rho| = " // modulus(multipliers, worst) // newline
+      if (worst > 1) lines = lines // "  most critical       |rho| = " // modulus(multipliers, worst) // newline
       if (unheld /= "") then
         lines = lines // "  " // unheld // newline
       else if (at_limit) then
-        lines = lines // "  the error is that of rounding, so a smaller tolerance would not help: the machine lies on the " &
-          & // "stability boundary, or small changes of its numbers change its multipliers much" // newline
+        lines = lines // "  only rounding errors remain, so a smaller tolerance would not help: the machine lies on the " &
+          & // "stability boundary, or its multipliers are very sensitive to its data" // newline
       else
         lines = lines // "  either the tolerance is too coarse (set a smaller one in &accuracy), or the machine lies on the " &
           & // "stability boundary" // newline
@@ -240,13 +241,13 @@ contains
     real(dp), parameter :: real_axis = 1.0e-6_dp
 
     if (abs(arg) < real_axis) then
-      words = either("repeats itself after " // text(turns) // " turns (divergence, or parametric resonance)", &
-        & "repeats itself in every turn (divergence, or parametric resonance of even order)", turns > 1)
+      words = either("repeats after " // text(turns) // " turns (divergence, or parametric resonance)", &
+        & "repeats in every turn (divergence, or parametric resonance of even order)", turns > 1)
     else if (pi - abs(arg) < real_axis) then
-      words = either("changes its sign in " // text(turns) // " turns (parametric resonance)", &
-        & "changes its sign from turn to turn (parametric resonance of odd order)", turns > 1)
+      words = either("changes sign every " // text(turns) // " turns (parametric resonance)", &
+        & "changes sign from turn to turn (parametric resonance of odd order)", turns > 1)
     else
-      words = "beats with the turns (flutter, or combination resonance)"
+      words = "is not synchronous with the crank (flutter, or combination resonance)"
     end if
   end function manner
 
@@ -261,10 +262,10 @@ contains
     rho = abs(multipliers%rho(k))
     bound = rho * multipliers%error(k)
     if (multipliers%error(k) >= 1) then
-      words = modulus_of(multipliers, k, 3) // ", lost: no digit of it is sure"
+      words = modulus_of(multipliers, k, 3) // ": no digit is reliable"
       return
     else if (abs(multipliers%log_abs(k)) > out_of_range) then
-      words = modulus_of(multipliers, k, 10) // ", to " // concise(multipliers%error(k), 1) // " of it"
+      words = modulus_of(multipliers, k, 10) // " with a relative error of at most " // concise(multipliers%error(k), 1)
       return
     end if
     if (rho > 1.0e-4_dp .and. rho < 1.0e6_dp .and. bound > 1.0e-16_dp) then
@@ -284,23 +285,23 @@ contains
 
     call evidence(analysis%floquet, found)
     if (found%methods == "averaged") then
-      lines = "  rests on            the AVERAGED model in closed form, nothing integrated; its matrix " &
-        & // either("is lost", "to " // concise(found%error, 1) // " of its size", found%error >= 1) // ", " &
-        & // text(found%evaluations) // " evaluations in all; trace's defect " &
+      lines = "  accuracy            averaged model in closed form, no integration; " &
+        & // either("the state transition matrix has no reliable digit", "relative error of the state transition matrix at most " &
+        & // concise(found%error, 1), found%error >= 1) // ", " // text(found%evaluations) // " evaluations; defect of the trace " &
         & // defect_in_words(analysis) // newline
       return
     end if
-    lines = "  rests on            " // either("nothing: Phi(T) is lost", "Phi(T) to " // concise(found%error, 1) &
-      & // " of its size", found%error >= 1) // " (" // either(concise(accuracy%tolerance, 2) // " was ordered", &
-      & "with the steps that were ordered", accuracy%steps == 0) // "), by "
+    lines = "  accuracy            " // either("Phi(T) has no reliable digit", "relative error of Phi(T) at most " &
+      & // concise(found%error, 1), found%error >= 1) // " (" // either("tolerance " // concise(accuracy%tolerance, 2), &
+      & "number of steps given", accuracy%steps == 0) // "), by "
     if (found%steps > 0) lines = lines // found%methods // " with " // counted(found%steps, "step")
     if (found%factors > 0) lines = lines // " in " // counted(found%factors, "factor")
     if (found%steps > 0 .and. found%angles > 0) lines = lines // " and "
     if (found%angles > 0) lines = lines // "reduction on " // counted(found%angles, "angle")
-    lines = lines // ", " // text(found%evaluations) // " evaluations in all; Liouville's defect " // defect_in_words(analysis)
+    lines = lines // ", " // text(found%evaluations) // " evaluations; Liouville's defect " // defect_in_words(analysis)
     if (allocated(analysis%multipliers)) lines = lines // "; condition of the multipliers at most " &
       & // concise(maxval(analysis%multipliers%condition), 2)
-    if (found%parts > 1) lines = lines // "; " // text(found%parts) // " parts that do not act on each other were solved apart"
+    if (found%parts > 1) lines = lines // "; " // text(found%parts) // " decoupled subsystems were solved separately"
     lines = lines // newline
   end function evidence_lines
 
@@ -326,8 +327,8 @@ contains
     call evidence(analysis%floquet, found)
     line = ""
     if (found%methods /= "averaged" .and. accuracy%steps == 0 .and. found%error > accuracy%tolerance) line = "  note: the " &
-      & // "tolerance lies below what double precision can give here; Phi(T) is known to " // concise(found%error, 1) &
-      & // " of its size" // newline
+      & // "tolerance cannot be reached in double precision; the relative error of Phi(T) is " // concise(found%error, 1) &
+      & // newline
   end function tolerance_note
 
   !> Line on the convergence of Newton's method to the exact vibration; empty for other models.
@@ -338,11 +339,11 @@ contains
 
     line = ""
     if (.not. allocated(newton%steps)) return
-    line = "  vibration           by Newton's method, steps relative to it"
+    line = "  vibration           by Newton's method, relative steps"
     do k = 1, size(newton%steps)
       line = line // either(",", "", k > 1) // " " // concise(newton%steps(k), 1)
     end do
-    if (newton%followed) line = line // "; on a path from rest or from another speed, there may be others"
+    if (newton%followed) line = line // "; found on a path from rest or from another speed, others may exist"
     line = line // newline
   end function newton_line
 
@@ -354,9 +355,8 @@ contains
 
     line = ""
     if (.not. allocated(better)) return
-    line = "  BUT these are the equations " // either("about rest.", "to first order.", model == "rest") &
-      & // " About its vibration the machine is " // trim(better%verdict()) &
-      & // ", |rho| = " // modulus_of(better, 1, 7) // ": order &model frame='exact'" // newline
+    line = "  BUT frame='" // model // "' is not accurate enough: about its vibration the machine is " &
+      & // trim(better%verdict()) // ", |rho| = " // modulus_of(better, 1, 7) // "; use &model frame='exact'" // newline
   end function better_line
 
 end module gestell_task_machine_report

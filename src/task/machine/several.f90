@@ -22,10 +22,10 @@ contains
     words = ""
     if (.not. allocated(several)) return
     if (size(several) < 2) return
-    words = "; one of " // text(size(several)) // " vibrations"
+    words = "; one of " // text(size(several)) // " periodic vibrations"
     others = count([(.not. several(i)%told .and. several(i)%multipliers%verdict() == "stable", i = 1, size(several))])
-    if (others == 1) words = words // ", another one is STABLE too"
-    if (others > 1) words = words // ", " // text(others) // " others are STABLE too"
+    if (others == 1) words = words // ", another one is also STABLE"
+    if (others > 1) words = words // ", " // text(others) // " others are also STABLE"
   end function among
 
   !> Table of the vibrations. `sought` is true if all vibrations were requested.
@@ -45,8 +45,8 @@ contains
           lines = lines // tab // concise(1000 * v%peak(k), merge(5, 4, size(v%peak) == 3))
         end do
         lines = lines // tab
-        if (v%vibration_index() < 0) lines = lines // "between turning points, not kept to  "
-        if (v%told) lines = lines // "<- told here"
+        if (v%vibration_index() < 0) lines = lines // "between turning points, unstable  "
+        if (v%told) lines = lines // "<- reported here"
         lines = lines // newline
       end associate
     end do
@@ -54,15 +54,15 @@ contains
       lines = tabulated("lrrl" // repeat("r", dofs) // "l", ",|rho|,error,verdict" // peak_heads(dofs) // newline // ",,," &
         & // peak_units(dofs), lines)
     end associate
-    if (sought) lines = ", sought on paths over excitation and speed" // newline // lines
+    if (sought) lines = ", searched on paths over excitation and speed" // newline // lines
     if (.not. sought) lines = newline // lines
     lines = newline // "VIBRATIONS at this speed: " // text(size(several)) // lines
     missing = abs(1 - index_sum(several))
     if (missing > 0) lines = lines // "  at least " &
-      & // counted(missing, "vibration") // either(" more was not found", " more were not found", missing == 1) &
-      & // ": indices (-1 between turning points, else 1) add up to 1" // newline
-    if (.not. sought) lines = lines // "  met on the way; &model vibrations='all' looks for all" // newline
-    if (size(several) > 1) lines = lines // "  which one the machine settles to depends on how it is run up" &
+      & // counted(missing, "vibration") // either(" was not found", " were not found", missing == 1) &
+      & // ": the indices (-1 between turning points, else 1) must add up to 1" // newline
+    if (.not. sought) lines = lines // "  found by chance; &model vibrations='all' searches for all" // newline
+    if (size(several) > 1) lines = lines // "  which of them the machine settles on depends on its run-up" &
       & // newline
   end function several_lines
 

@@ -13,11 +13,13 @@ module gestell_task_registry_keys
   type(group_rule), parameter :: case_group = group_rule("case", "title and tasks")
   type(group_rule), parameter :: groups(*) = [ &
     & group_rule("model", "the equations that are solved"), &
-    & group_rule("accuracy", "how exactly, and by which method"), &
-    & group_rule("response", "for the task `response`: what is written of the vibration"), &
-    & group_rule("sweep", "what runs in a line or a grid of machines, one group a parameter", repeatable=.true.), &
-    & group_rule("boundary", "for the task `boundary`: borders of stability over the parameters of `&sweep`"), &
-    & group_rule("resonance", "for the tasks `resonance`, `critical`, `campbell`: what is looked at over the speeds of `&sweep`")]
+    & group_rule("accuracy", "tolerance and method of the computation"), &
+    & group_rule("response", "for the task `response`: points, harmonics and quantities to write"), &
+    & group_rule("sweep", "parameters to vary over a line or grid of machines, one group per parameter", repeatable=.true.), &
+    & group_rule("boundary", "for the task `boundary`: boundary of stability, or level of a quantity, over the parameters of " &
+    & // "`&sweep`"), &
+    & group_rule("resonance", "for the tasks `resonance`, `critical`, `campbell`: quantities and orders over the speeds of " &
+    & // "`&sweep`")]
 
 contains
 

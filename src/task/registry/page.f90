@@ -63,9 +63,9 @@ contains
     end do
     call page%append(input_table(context%configuration, context%head%settings))
     i = index(report, label) + len(label)
-    call page%append("<h2>Report</h2>" // newline // folded("as on standard output", report(:i - 1) // input &
+    call page%append("<h2>Report</h2>" // newline // folded("as printed on standard output", report(:i - 1) // input &
       & // report(i - 1 + index(report(i:), newline):) // newline // result%in_short()))
-    if (result%details /= "") call page%append(folded("what the numbers rest on", result%details))
+    if (result%details /= "") call page%append(folded("accuracy of the numerical solution", result%details))
     call page%append(tail())
     call page%complete(error)
   end subroutine write_page
@@ -113,7 +113,7 @@ contains
 
     words = "x " // concise(total%statistics(along_x)%peak, 4) // " N, y " // concise(total%statistics(along_y)%peak, 4) // " N"
     if (size(total%position) == 3) words = words // ", z " // concise(total%statistics(along_z)%peak, 4) // " N"
-    words = words // ", whole " // concise(total%statistics(whole_force)%peak, 4) // " N"
+    words = words // ", magnitude " // concise(total%statistics(whole_force)%peak, 4) // " N"
   end function force_peaks
 
   !> Picture and rows of a table.
@@ -165,7 +165,7 @@ contains
 
     words = "<h2>Input</h2>" // newline
     if (size(settings) > 0) then
-      words = words // "<p>Set from outside the file: "
+      words = words // "<p>Set on the command line: "
       do i = 1, size(settings)
         words = words // trim(merge(", ", "  ", i > 1)) // " <code>" // escaped(trim(settings(i)%text)) // "</code>"
       end do
