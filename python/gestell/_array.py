@@ -1,11 +1,11 @@
-"""Numbers with their errors and their units."""
+"""Numbers with error bounds and units."""
 from __future__ import annotations
 
 import numpy
 
 
 class Array(numpy.ndarray):
-    """An array of numpy that knows bounds on its errors, `error` (None: not told), and its `unit`, empty for none."""
+    """A numpy array with bounds on the errors of its elements, `error` (None if there are none), and a `unit` (may be empty)."""
 
     error: numpy.ndarray | None
     unit: str
@@ -22,7 +22,7 @@ class Array(numpy.ndarray):
 
 
 class Value(float):
-    """A number that knows a bound on its error, `error`, and its `unit`."""
+    """A float with a bound on its error, `error`, and a `unit` (may be empty)."""
 
     error: float
     unit: str

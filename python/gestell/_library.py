@@ -1,4 +1,4 @@
-"""The library behind the package, by its functions for C (gestell.h)."""
+"""Loads the shared library and calls its C functions (gestell.h)."""
 from __future__ import annotations
 
 import collections
@@ -39,15 +39,15 @@ _SIGNATURES = {
 }
 _LONGEST_MESSAGE = 4096
 
-# What the library does with texts is for one thread at a time; without OpenMP it has no lock of its own. The garbage collector runs
-# in any thread at any moment, so what it deletes never waits: the thread that holds the lock may be its own, and what is called
-# while the lock is held may call again.
+# The library handles text in one thread at a time, and without OpenMP it has no lock of its own. The garbage collector may run in
+# any thread at any moment, also in the thread that holds this lock. Therefore the lock is reentrant, and deleting never waits for
+# it: handles to delete are queued.
 _lock = threading.RLock()
 _dropped: collections.deque = collections.deque()
 
 
 class Error(Exception):
-    """What the library refuses or cannot compute: `message`, one line, and `code`, the program's exit code."""
+    """An error of the library: `message` is one line, `code` the exit code of the program for this error."""
 
     def __init__(self, message: str, code: int):
         super().__init__(message)
@@ -68,7 +68,7 @@ def _open() -> ctypes.CDLL:
 
 
 _library = _open()
-# All functions that give the code of an error, by their names without gestell_.
+# All functions that return an error code, by their names without the prefix gestell_.
 functions = SimpleNamespace(**{name: getattr(_library, "gestell_" + name) for name in _SIGNATURES})
 for _name, _arguments in _SIGNATURES.items():
     getattr(functions, _name).argtypes = _arguments
@@ -79,12 +79,12 @@ _deleters = {what: getattr(_library, f"gestell_delete_{what}") for what in ("mac
 for _deleter in _deleters.values():
     _deleter.argtypes = [POINTER(c_void_p)]
     _deleter.restype = None
-# Handles for errors that no call is using. Each call has its own: what the garbage collector runs within it may call too.
+# Error handles that no call is using. Each call takes its own, because the garbage collector may start another call meanwhile.
 _errors: list = []
 
 
 def call(function, *arguments) -> None:
-    """Calls one of `functions`; what it reports is raised."""
+    """Calls one of `functions` and raises the error that it reports."""
     try:
         error = _errors.pop()
     except IndexError:
@@ -101,7 +101,7 @@ def call(function, *arguments) -> None:
 
 
 def _locked(function, *arguments):
-    """What a function of the library gives, called by one thread at a time."""
+    """Calls a function of the library in one thread at a time and returns its result."""
     with _lock:
         result = function(*arguments)
     _delete_dropped()
@@ -113,13 +113,13 @@ def new_machine() -> c_void_p:
 
 
 def delete(what: str, handle: c_void_p) -> None:
-    """Deletes a handle, now or when the thread that is in the library comes back."""
+    """Deletes a handle: at once, or when the thread that is in the library returns from it."""
     _dropped.append((what, handle))
     _delete_dropped()
 
 
 def _delete_dropped() -> None:
-    # Who holds the lock comes here when it is free again: nothing is forgotten.
+    # The thread that holds the lock calls this function after releasing it, so no handle is left in the queue.
     while _dropped and _lock.acquire(blocking=False):
         try:
             what, handle = _dropped.popleft()
@@ -131,7 +131,7 @@ def _delete_dropped() -> None:
 
 
 def _go_on_alone() -> None:
-    """In a child of fork: one thread. Those of OpenMP, which others may have started, do not survive fork."""
+    """Restricts a child of fork to one thread, because OpenMP threads of the parent do not survive fork."""
     _lock.release()
     if hasattr(_library, "omp_set_num_threads"):
         _library.omp_set_num_threads(1)
@@ -142,30 +142,30 @@ if hasattr(os, "register_at_fork"):
 
 
 def encoded(text: str) -> bytes:
-    """A text for the library, which ends at a zero."""
+    """Encodes a text for the library. Fails if it contains a zero character or cannot be encoded as UTF-8."""
     try:
         return _without_zero(text.encode("utf-8"))
     except UnicodeEncodeError:
-        raise Error(f"{ascii(text)}: has characters that UTF-8 does not have", 1) from None
+        raise Error(f"{ascii(text)}: contains characters that cannot be encoded as UTF-8", 1) from None
 
 
 def encoded_path(path) -> bytes:
-    """The name of a file or folder, as str, bytes or Path: any bytes but zeros, as the system has them."""
+    """Encodes the name of a file or folder (str, bytes or Path) in the encoding of the file system."""
     return _without_zero(os.fsencode(path))
 
 
 def _without_zero(text: bytes) -> bytes:
     if b"\0" in text:
-        raise Error("a text must not hold the character zero", 1)
+        raise Error("a text must not contain the zero character", 1)
     return text
 
 
 def decoded(text: bytes) -> str:
-    """A text of the library's. Error: bytes that are no UTF-8, as a name in an input of another encoding has."""
+    """Decodes a text of the library. Fails if it is not UTF-8, as names from an input file in another encoding may be."""
     try:
         return text.decode("utf-8")
     except UnicodeDecodeError:
-        raise Error(f"{ascii(text)[1:]}: is no UTF-8; save the input as UTF-8 text", 2) from None
+        raise Error(f"{ascii(text)[1:]}: is not UTF-8; save the input file as UTF-8 text", 2) from None
 
 
 def version() -> str:

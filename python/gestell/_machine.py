@@ -1,4 +1,4 @@
-"""Machines in the language of input files."""
+"""Machines described in the language of input files."""
 from __future__ import annotations
 
 import os
@@ -15,7 +15,7 @@ _LONGEST_WHOLE = 1e15
 
 
 def _spelled(value) -> str:
-    """A value as it stands in an input file."""
+    """The value as written in an input file."""
     if isinstance(value, str):
         return "'" + value.replace("'", "''") + "'"
     if isinstance(value, (bool, numpy.bool_)):
@@ -34,10 +34,11 @@ def _number(value) -> float:
 
 
 class Machine:
-    """A machine from an input file, given by its path, from a text in the same language, or built by `add`.
+    """A machine, read from an input file or a text in the same language (doc/input.md), or built with `add`.
 
-    A str that contains an & or a line break is a text; a Path, or bytes, is a path whatever it contains. `machine["drive.speed_rpm"]` reads and sets what a path names, in the units of
-    the input (an array where there are several numbers); words are set too: `machine["model.frame"] = "rest"`.
+    A str that contains an & or a line break is a text; any other str, a Path or bytes is the path of a file.
+    `machine["drive.speed_rpm"]` reads or sets the number at a path, in the units of the input. Several numbers are returned as an
+    array. Words can be set too: `machine["model.frame"] = "rest"`.
     """
 
     def __init__(self, path_or_text: str | bytes | os.PathLike | None = None):
@@ -48,9 +49,10 @@ class Machine:
             call(functions.read, self._handle, encoded_path(path_or_text))
 
     def add(self, group: str, **values) -> "Machine":
-        """Adds a group of the input's language: add("joint", name="B", type="RRR", ends=["A", "B0"], lengths=[0.37, 0.16]).
+        """Adds a group of the input and returns the machine.
 
-        The machine itself is given back. What is missing is told when the machine is solved.
+        Example: add("joint", name="B", type="RRR", ends=["A", "B0"], lengths=[0.37, 0.16]). Missing groups and keys are reported
+        when the machine is solved.
         """
         words = ", ".join(f"{key}={_spelled(value)}" for key, value in values.items())
         call(functions.add, self._handle, encoded(f"&{group} {words} /"))
@@ -72,7 +74,7 @@ class Machine:
             call(functions.set, self._handle, encoded(path), _number(value))
 
     def solve(self, tasks: str | Sequence[str] | None = None) -> Solution:
-        """Does what the input orders, or these tasks: "stability", or ["stability", "response"]. Writes no files."""
+        """Runs the tasks of the input, or the given ones: "stability", or ["stability", "response"]. Writes no files."""
         if tasks is not None and not isinstance(tasks, str):
             tasks = ", ".join(tasks)
         handle = c_void_p()

@@ -1,4 +1,4 @@
-"""What was found of a machine."""
+"""Results of a machine."""
 from __future__ import annotations
 
 import base64
@@ -23,9 +23,10 @@ _SHOWN_ROWS = 20
 
 
 class Table(dict):
-    """Columns by their names, as in the CSV file: Array of numbers with `.error` and `.unit`, or arrays of words.
+    """A table: its columns by their keys, as in the CSV file.
 
-    pandas.DataFrame(table) takes it as it is.
+    A column of numbers is an Array with `.error` and `.unit`; a column of words is an array of str. pandas.DataFrame accepts a
+    Table.
     """
 
     def __init__(self, name: str, columns: dict):
@@ -48,8 +49,11 @@ class Table(dict):
 
 @dataclass(frozen=True)
 class Response:
-    """A quantity over the period, in SI units: peak and rms, each with its `.error`; amplitudes of the orders 1, 2, ... (harmonics of
-    the period, where ratios of shafts make it several turns); its history at equidistant times, both ends included."""
+    """Vibration of a quantity over the period, in SI units.
+
+    `peak` and `rms` have an `.error` each. `amplitudes` are those of the orders 1, 2, ...; if gear ratios make the period several
+    turns long, those of the harmonics of the period. `history` has the values at equidistant times, both ends included.
+    """
 
     name: str
     unit: str
@@ -60,7 +64,7 @@ class Response:
 
 
 class Solution:
-    """Verdict, multipliers, vibrations and tables."""
+    """Results of a machine: verdict, multipliers, vibrations, tables and the report."""
 
     def __init__(self, handle: c_void_p):
         self._handle = handle
@@ -78,24 +82,24 @@ class Solution:
 
     @property
     def verdict(self) -> str:
-        """The worst of all: "stable", "undamped", "undecided", "unstable"; empty where no task has a verdict."""
+        """The worst verdict of all tasks: "stable", "undamped", "undecided" or "unstable"; empty if no task judges stability."""
         text = ctypes.create_string_buffer(_LONGEST_UNIT)
         call(functions.get_text, self._handle, b"verdict", _LONGEST_UNIT, text)
         return decoded(text.value)
 
     @property
     def report(self) -> str:
-        """What the program would print."""
+        """The report that the program prints."""
         return self._text("report")
 
     @property
     def failure(self) -> str:
-        """What could not be computed beside the verdict; empty: nothing."""
+        """Why a result other than the verdict could not be computed; empty if all were."""
         return self._text("failure")
 
     @property
     def multipliers(self) -> Array:
-        """Complex multipliers, the largest first; `.error`: bounds on their errors."""
+        """Complex multipliers in descending magnitude, with bounds on their errors in `.error`."""
         count = c_int()
         call(functions.count_multipliers, self._handle, byref(count))
         parts = numpy.empty((3, count.value))
@@ -104,7 +108,7 @@ class Solution:
         return Array(parts[0] + 1j * parts[1], error=parts[2])
 
     def response(self, quantity: str) -> Response:
-        """The vibration of a quantity, "f" or "probe(outlet).v"."""
+        """The vibration of a quantity, for example "f" or "probe(outlet).v"."""
         orders, points = c_int(), c_int()
         text = ctypes.create_string_buffer(_LONGEST_UNIT)
         call(functions.describe_response, self._handle, encoded(quantity), byref(orders), byref(points), _LONGEST_UNIT, text)
@@ -116,18 +120,18 @@ class Solution:
         return Response(quantity, unit, Value(peak, peak_error, unit), Value(rms, rms_error, unit), amplitudes, history)
 
     def write(self, folder: str | bytes | os.PathLike, pictures: bool = False) -> None:
-        """Writes the program's files: tables, the scripts of their pictures and, with gnuplot, the pictures."""
+        """Writes the program's files: tables, gnuplot scripts and, if `pictures` is true, the pictures that gnuplot draws."""
         call(functions.write, self._handle, encoded_path(folder), int(pictures))
 
     def pictures(self) -> dict[str, str]:
-        """All pictures by the names of their tables, as SVG. Error: there is no gnuplot."""
+        """All pictures as SVG, by the names of their tables. Fails if gnuplot is missing."""
         with tempfile.TemporaryDirectory() as folder:
             self.write(folder, pictures=True)
             return {file.stem: file.read_text(encoding="utf-8") for file in sorted(Path(folder).glob("*.svg"))}
 
     @property
     def tables(self) -> list[str]:
-        """The names of all tables."""
+        """Names of all tables."""
         count = c_int()
         call(functions.count_tables, self._handle, byref(count))
         name = ctypes.create_string_buffer(_LONGEST_NAME)
@@ -138,7 +142,7 @@ class Solution:
         return names
 
     def table(self, name: str) -> Table:
-        """A table with all its columns."""
+        """The table with this name, with all its columns."""
         rows, count = c_int(), c_int()
         call(functions.shape_table, self._handle, encoded(name), byref(rows), byref(count))
         columns, errors = {}, {}
@@ -181,7 +185,7 @@ class Solution:
             pass
         parts.append("<p>tables: " + ", ".join(html.escape(name) for name in self.tables) + "</p>")
         try:
-            # an image each: within one document the pictures' own names would be one another's
+            # One image element per picture, because ids within the SVGs would clash in one document.
             for name, picture in self.pictures().items():
                 data = base64.b64encode(picture.encode()).decode()
                 parts.append(f'<img alt="{html.escape(name)}" src="data:image/svg+xml;base64,{data}">')
