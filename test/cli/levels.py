@@ -67,7 +67,7 @@ def test_closed_form():
             run.done("level over the speed")
             equal("level, files", files(folder / "input"), ["boundary.csv", "level.csv"])
             as_bisected(f"level {level} over the speed", folder / "input", force, level, 300, 900, FIRST)
-            check("level, report", "BORDERS OF A LEVEL  fx peak" in run.out and re.search(r"\d +within +above\n", run.out), "both", run.out)
+            check("level, report", "CROSSINGS OF A LEVEL  fx peak" in run.out and re.search(r"\d +within +above\n", run.out), "both", run.out)
             text = (folder / "input" / "boundary.csv").read_text()
             check("level, head", f"\n# level: fx_peak = {level / 1000:.16f}E+003 N\n" in text, "the level", text)
             header, curve = rows(folder / "input", "level")
@@ -164,8 +164,8 @@ REFUSED = [
     ("no level", "quantity='fx'", re.compile(r"level: must be given")),
     ("no limit", "quantity='probe(foot).v', measure='band'", re.compile(r"level: must be given")),
     ("negative", "quantity='fx', level=-1", re.compile(r"level = -1: must be positive")),
-    ("level of nothing", "level=1", re.compile(r"level = 1: is one of a quantity: none is named")),
-    ("measure of nothing", "measure='rms'", re.compile(r"measure = 'rms': tells of a quantity: none is named")),
+    ("level of nothing", "level=1", re.compile(r"level = 1: needs 'quantity', which is missing")),
+    ("measure of nothing", "measure='rms'", re.compile(r"measure = 'rms': needs 'quantity', which is missing")),
 ]
 
 
@@ -223,8 +223,8 @@ def test_map():
             table = vertices_on(what, folder / "input", paths, function, 1000)
             equal(f"{what}, one curve", {(row[0], row[3], row[6]) for row in table}, {("1", "level", "ok")})
             follows(what, table, function, 1000, axes, 1e-3)
-            for found in ("BORDERS OF A LEVEL  fx peak = 1000 N, to 0.001 of the ranges\n", "  1 curve, ", ": level\n",
-                          f"Border fx peak = 1000 N over {paths[0]} and {paths[1]}: 1 curve"):
+            for found in ("CROSSINGS OF A LEVEL  fx peak = 1000 N, tolerance 0.001 of the ranges\n", "  1 curve, ", ": level\n",
+                          f"Crossings of fx peak = 1000 N over {paths[0]} and {paths[1]}: 1 curve"):
                 check(f"{what}, report", found in run.out, found, run.out)
             script = (folder / "input" / "boundary.gp").read_text()
             for words in ("'above the level'", "'input'", "Where fx peak crosses 1000 N: 1 found"):
@@ -236,10 +236,10 @@ def test_map():
         follows("a finer map", vertices_on("a finer map", folder / "input", (FIRST, ALONG), force_rms, 1000 / math.sqrt(2)), force,
                 1000, (speed, stiffness), 1e-4)
         run = Run(folder, "input.nml", "-s", "boundary.level=1e7", "-o", "high")
-        check("a map without curves", "  0 curves" in run.out and "  in the middle of the ranges: within\n" in run.out
+        check("a map without curves", "  0 curves" in run.out and "  at the centre of the ranges the quantity is: within\n" in run.out
               and rows(folder / "high")[1] == [], "within", run.out)
         run = Run(folder, "input.nml", "-s", "boundary.level=1", "-o", "low")
-        check("a map above its level", "  0 curves" in run.out and "  in the middle of the ranges: above\n" in run.out, "above", run.out)
+        check("a map above its level", "  0 curves" in run.out and "  at the centre of the ranges the quantity is: above\n" in run.out, "above", run.out)
 
 
 def force_rms(rpm, stiffness):
@@ -264,7 +264,7 @@ def test_narrow_map():
                     equal(f"ridge, damping {damping}, upward at {row}", float(after[2]) > float(row[2]), faster)
             # where nothing damps the number has no value on the ridge
             text = (folder / "input" / "boundary.csv").read_text()
-            equal(f"ridge, damping {damping}, open places are told", ("# open: " in text, "open: a boundary" in run.out),
+            equal(f"ridge, damping {damping}, open places are told", ("# open: " in text, "open: there may be a boundary" in run.out),
                   (state != "ok",) * 2)
 
 
@@ -291,7 +291,7 @@ def test_map_where_unstable():
         paths = ("drive.speed_rpm", "foundation.damping(3)")
         header, table = rows(folder / "input")
         equal("map of a sieve, header", header, MAP_HEADER.format(*paths))
-        check("map of a sieve, report", ": level, level of a vibration that" in run.out, "both", run.out)
+        check("map of a sieve, report", ": level, level with " in run.out, "both", run.out)
         place = lambda row: [(float(row[i + 1]) - a) / (b - a) for i, (a, b) in enumerate(ranges)]
         corners = [math.dist(place(row), place(after)) for row, after in zip(table, table[1:])
                    if row[0] == after[0] and row[6] != after[6]]
@@ -333,7 +333,7 @@ def test_refused():
             equal(f"level, {what}: nothing is written", files(folder), ["input.nml"])
     with Folder(input=LEVEL + axis(FIRST, 300, 900, 3) + "&boundary quantity='f', level=1 /\n") as folder:
         run = Run(folder, "--check", "input.nml")
-        check("level, --check", run.code == 0 and "BORDERS OF A LEVEL  f peak = 1 N" in run.out and "STABILITY" not in run.out, "it",
+        check("level, --check", run.code == 0 and "CROSSINGS OF A LEVEL  f peak = 1 N" in run.out and "STABILITY" not in run.out, "it",
               run.out)
 
 

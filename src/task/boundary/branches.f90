@@ -265,7 +265,7 @@ contains
     samples = 2 * max(ubound(motion(1)%cosine, 1), ubound(motion(2)%cosine, 1)) + 2
     q = (values_of(motion(1), samples) - values_of(motion(2), samples)) / spread(pair(1)%units, 1, samples)
     square = sum(q**2) / samples
-    if (.not. square > 0) call fatal_error(error, "the branches are the same", failed_computation)
+    if (.not. square > 0) call fatal_error(error, "the two branches coincide", failed_computation)
   end subroutine difference_at
 
   !> Adds the turning points at the ends of the family's branch. At the turning point itself a multiplier equals 1 within its error,
@@ -321,7 +321,7 @@ contains
     call iterate(frame, self%accuracy, .false., varied, steps, error)
     if (allocated(error)) return
     if (steps(1) > greatest_step) then
-      call fatal_error(error, "the vibration is not that of the branch", failed_computation)
+      call fatal_error(error, "the vibration has left the branch", failed_computation)
       return
     end if
     call move_alloc(varied, system)

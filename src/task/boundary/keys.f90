@@ -6,15 +6,15 @@ module gestell_task_boundary_keys
   private
 
   type(key_type), parameter, public :: boundary_keys(*) = [ &
-    & key_type("boundary", "tolerance", real_key, "how exactly, relative to the ranges `from` ... `to`, in the logarithm " // &
-    &   "where `spacing='log'`: of the critical values, or of the curves' deviation from the border", &
+    & key_type("boundary", "tolerance", real_key, "permitted error relative to the range (of the logarithm with " // &
+    &   "`spacing='log'`): of a critical value, or of the distance of a curve from the boundary", &
     &   otherwise="`1e-10` for one parameter, `1e-3` for two", &
     &   range=range_type(least_tolerance, greatest_tolerance, above_zero=.true.)), &
-    & key_type("boundary", "quantity", text_key, "whose level is sought in place of stability: a name as for `&resonance`", &
-    &   otherwise="none: borders of stability"), &
-    & key_type("boundary", "measure", text_key, "what of it comes to the level, as for `&sweep`", word="peak", &
+    & key_type("boundary", "quantity", text_key, "quantity of `&resonance` whose level is sought instead of the stability " // &
+    &   "boundary", otherwise="none: stability boundaries"), &
+    & key_type("boundary", "measure", text_key, "measure that is compared with `level`, as in `&sweep`", word="peak", &
     &   words="peak, rms, band"), &
-    & key_type("boundary", "level", real_key, "in the unit of the quantity (m, rad, m/s, rad/s, m/s^2, N, N m), of `'band'` " // &
-    &   "in mm/s", otherwise="of `'band'` the probe's `limit_mm_s`", range=positive)]
+    & key_type("boundary", "level", real_key, "level to find, in the SI unit of the quantity; for `'band'` in mm/s", &
+    &   otherwise="for `'band'` the `limit_mm_s` of the probe", range=positive)]
 
 end module gestell_task_boundary_keys

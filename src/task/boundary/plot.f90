@@ -38,7 +38,7 @@ contains
         & results%curve%points)
     else if (allocated(results%map)) then
       figure = plot_curves(plan, results%map, kinds(:3), [" ", " ", " "], meanings(:3), &
-        & "Borders of stability over " // trim(plan%paths(1)) // " and " // trim(plan%paths(2)), "unstable")
+        & "Stability boundaries over " // trim(plan%paths(1)) // " and " // trim(plan%paths(2)), "unstable")
     else
       figure = plot_values(plan, results)
     end if
@@ -81,7 +81,7 @@ contains
       end do
       if (any([values%above, values%below] == "unstable")) list = list // unstable_entry
     end associate
-    figure = new_figure("boundary", "Borders of stability over " // trim(plan%paths(1)) // ": " // found(size(results%values)), &
+    figure = new_figure("boundary", "Stability boundaries over " // trim(plan%paths(1)) // ": " // found(size(results%values)), &
       & lines // list // marks%entries // newline, width=800, height=440)
   end function plot_values
 

@@ -37,10 +37,11 @@ contains
     integer :: k
 
     if (present(level)) then
-      report = newline // "BORDERS OF A LEVEL  " // level_name(level) // ", to " // concise(tolerance, 2) &
+      report = newline // "CROSSINGS OF A LEVEL  " // level_name(level) // ", tolerance " // concise(tolerance, 2) &
         & // trim(merge(" of the range ", " of the ranges", size(plan%grid%axes) == 1)) // newline
     else
-      report = newline // "STABILITY BOUNDARIES  to " // concise(tolerance, 2) // " of the ranges" // newline
+      report = newline // "STABILITY BOUNDARIES  tolerance " // concise(tolerance, 2) &
+        & // trim(merge(" of the range ", " of the ranges", size(plan%grid%axes) == 1)) // newline
     end if
     do k = 1, size(plan%grid%axes)
       associate (axis => plan%grid%axes(k))
@@ -50,11 +51,11 @@ contains
     end do
     if (present(level) .or. plan%options%model /= "exact") return
     if (size(plan%grid%axes) == 1) then
-      report = report // "  The vibrations found at the search points are followed through the range; at a turning point a " &
+      report = report // "  Vibrations at the search points are followed through the range. At a turning point a " &
         & // "vibration ceases to exist." // newline
     else
-      report = report // "  of the vibration found: a jump to another one counts as a boundary, and a tongue beside it can be " &
-        & // "missed" // newline
+      report = report // "  Each point is solved from rest. A jump to another vibration counts as a boundary; a tongue " &
+        & // "next to it can be missed." // newline
     end if
   end function report_search
 
@@ -73,21 +74,23 @@ contains
     report = newline
     if (allocated(results%map)) then
       report = report // curve_lines(results%map, plan%paths)
-      if (results%middle /= "") report = report // "  in the middle of the ranges: " // trim(results%middle) // newline
+      if (results%middle /= "") report = report // "  at the centre of the ranges the quantity is: " // trim(results%middle) &
+        & // newline
     else
       report = report // value_lines(results, present(level)) // open_lines(results%rest, tolerance, present(level))
     end if
     if (allocated(results%curve)) then
       if (max(size(results%values), size(results%rest%places)) > most_listed) report = report // more_listed
-      if (.not. results%curve%complete) report = report // "  note: the curve was not refined to the end; more search points may " &
-        & // "show more" // newline
-      report = report // "  from " // counted(size(results%curve%points), "point") // " of the curve, in level.csv" // newline
+      if (.not. results%curve%complete) report = report // "  note: the curve is not fully refined; more search points may " &
+        & // "reveal more crossings" // newline
+      report = report // "  based on " // counted(size(results%curve%points), "point") // " of the curve, listed in level.csv" &
+        & // newline
     end if
     if (.not. allocated(results%nearest)) return
-    report = report // newline // "  The machine of the input is " // trim(results%nearest(1)%verdict) &
-      & // "; the nearest one that is not unstable" // newline
+    report = report // newline // "  Machine of the input: " // trim(results%nearest(1)%verdict) &
+      & // ". Nearest values that are not unstable:" // newline
     do k = 1, size(results%nearest)
-      report = report // "    along " // trim(plan%paths(k)) // ": " // way_to(results%nearest(k)) // newline
+      report = report // "    " // way_to(trim(plan%paths(k)), results%nearest(k)) // newline
     end do
   end function report_borders
 
@@ -100,7 +103,7 @@ contains
 
     report = ""
     if (size(results%values) == 0) then
-      report = "  not crossed in the range" // newline
+      report = "  the level is not crossed in the range" // newline
       if (.not. of_level) report = "  no boundary " // where_none(results%rest) // newline
       return
     end if
@@ -110,11 +113,11 @@ contains
       associate (v => results%values(i))
         report = report // concise(v%value, 13) // tab // concise(v%error, 2) // tab // trim(v%below) // tab // trim(v%above) // tab
         if (of_level) then
-          if (v%kind == "jump") report = report // "a jump  "
-          if (v%state /= state_word(stable)) report = report // "the vibration: " // trim(v%state)
+          if (v%kind == "jump") report = report // "jump  "
+          if (v%state /= state_word(stable)) report = report // "vibration " // trim(v%state)
         else
           report = report // words(v%kind)
-          if (v%kind == kind_names(flutter)) report = report // " at " // concise(v%arg_rad) // " rad"
+          if (v%kind == kind_names(flutter)) report = report // ", argument " // concise(v%arg_rad) // " rad"
           if (maxval(results%values%vibration) > 1) report = report // ", vibration " // text(v%vibration)
         end if
         report = report // newline
@@ -137,14 +140,14 @@ contains
     integer :: i
 
     line = "Stability boundaries"
-    if (present(level)) line = "Border " // level_name(level)
+    if (present(level)) line = "Crossings of " // level_name(level)
     if (allocated(results%map)) then
       line = line // curves_over(results%map, plan%paths)
       return
     end if
     line = line // " over " // trim(plan%paths(1)) // ": "
     if (size(results%values) == 0) then
-      if (present(level)) line = line // "not crossed in the range"
+      if (present(level)) line = line // "none in the range"
       if (.not. present(level)) line = line // "none " // where_none(results%rest)
     end if
     do i = 1, min(size(results%values), most)
@@ -173,25 +176,26 @@ contains
 
     report = unsearched_lines(rest%thin, 2 * tolerance, rest%left_out)
     do i = 1, min(size(rest%places), most_listed)
-      report = report // "  open: a " // trim(merge("crossing", "boundary", of_level)) // " could not be excluded at " &
+      report = report // "  open: there may be a " // trim(merge("crossing", "boundary", of_level)) // " at " &
         & // concise(rest%places(i)%value, 13) // ", within " // concise(rest%places(i)%width, 2) // newline
     end do
     if (size(rest%places) > most_listed .and. .not. of_level) report = report // more_listed
   end function open_lines
 
-  !> Sentence on the nearest machine that is not unstable: its value, the distance to it and its verdict.
-  pure function way_to(nearest) result(sentence)
+  !> Words on the nearest machine along a parameter that is not unstable: the parameter's value, the distance to it and the verdict.
+  pure function way_to(path, nearest) result(sentence)
+    character(len=*), intent(in) :: path
     type(nearest_type), intent(in) :: nearest
     character(len=:), allocatable :: sentence
 
     if (nearest%found) then
-      sentence = concise(nearest%value, 12)
+      sentence = path // " = " // concise(nearest%value, 12)
       if (nearest%error > 0) sentence = sentence // " +- " // concise(nearest%error, 2)
-      sentence = sentence // " (" // trim(merge("less", "more", nearest%distance < 0)) // " by " &
-        & // concise(abs(nearest%distance), 6) // "), " // trim(nearest%there)
-      if (nearest%open > 0) sentence = sentence // "; on the way " // counted(nearest%open, "place") // " left open"
+      sentence = sentence // " (" // concise(abs(nearest%distance), 6) &
+        & // trim(merge(" less", " more", nearest%distance < 0)) // "), " // trim(nearest%there)
+      if (nearest%open > 0) sentence = sentence // "; " // counted(nearest%open, "place") // " in between undecided"
     else
-      sentence = "none in the range"
+      sentence = path // ": none in the range"
     end if
   end function way_to
 

@@ -14,8 +14,8 @@ module gestell_task_boundary_tables
   public :: border_table, curve_table
 
   character, parameter :: newline = new_line("a")
-  character(len=*), parameter :: level_kind = "level, or jump where the number jumps across it", &
-    & level_state = "of the machine: ok, undamped, undecided or unstable"
+  character(len=*), parameter :: level_kind = "level: continuous crossing, jump: the quantity jumps across the level", &
+    & level_state = "state of the machine: ok, undamped, undecided or unstable"
 
 contains
 
@@ -28,7 +28,7 @@ contains
 
     if (present(level)) then
       associate (measure => level%measure)
-        table = new_table("boundary", "Crossings of a level", "Where " // trim(measure%name()) // " comes to " &
+        table = new_table("boundary", "Crossings of a level", "Where " // level%subject() // " crosses " &
           & // concise(level%value, 9) // " " // trim(measure%unit) // ".", "", shown=.true.)
         table%remarks = "level: " // trim(measure%name()) // " = " // exact(level%value) // " " // trim(measure%unit) // newline
       end associate
@@ -55,28 +55,29 @@ contains
 
     path = trim(plan%paths(1))
     unit = unit_type(words=plan%units(1))
-    border = "border"
+    border = "boundary"
     if (of_level) border = "crossing"
     associate (values => results%values)
       if (of_level) then
         call table%add("curve", "number of the crossing", [(i, i = 1, size(values))])
-        call table%add(path, unit, "where it is, in the units of the input", (values%value), error=path // "_error")
+        call table%add(path, unit, "parameter at the crossing, in the units of the input", (values%value), error=path // "_error")
         call table%add("kind", level_kind, (values%kind))
       else
         call table%add("curve", "number of the critical value", [(i, i = 1, size(values))])
-        call table%add(path, unit, "critical value, in the units of the input", (values%value), error=path // "_error")
+        call table%add(path, unit, "critical value of the parameter, in the units of the input", (values%value), error=path &
+          & // "_error")
         call table%add("arg", radian, "argument of the critical multiplier", (values%arg_rad))
         call table%add("kind", "divergence, period_doubling, flutter or turning_point", (values%kind))
       end if
-      call table%add(path // "_error", unit, "the " // border // " lies within the value plus and minus this", (values%error))
+      call table%add(path // "_error", unit, "error bound: the " // border // " lies within the value +- this", (values%error))
       if (of_level) then
-        call table%add("below", "at the smaller value: within, above or undecided", (values%below))
-        call table%add("above", "at the greater value", (values%above))
+        call table%add("below", "side of the level below this value: within, above or undecided", (values%below))
+        call table%add("above", "side of the level above this value", (values%above))
         call table%add("state", level_state, (values%state))
       else
-        call table%add("below", "verdict at the smaller value", (values%below))
-        call table%add("above", "verdict at the greater value", (values%above))
-        call table%add("vibration", "whose border it is", (values%vibration))
+        call table%add("below", "verdict below this value", (values%below))
+        call table%add("above", "verdict above this value", (values%above))
+        call table%add("vibration", "number of the vibration that has this boundary", (values%vibration))
       end if
     end associate
     do i = 1, size(results%rest%places)
@@ -96,9 +97,9 @@ contains
     integer :: i, k
 
     associate (vertices => results%map%vertices, places => results%map%places, paths => plan%paths)
-      call table%add("curve", "its number", (vertices%curve))
+      call table%add("curve", "number of the curve", (vertices%curve))
       do k = 1, 2
-        call table%add(trim(paths(k)), unit_type(words=plan%units(k)), "of the vertex, in the units of the input", &
+        call table%add(trim(paths(k)), unit_type(words=plan%units(k)), "parameter at the vertex, in the units of the input", &
           & [(vertices(i)%parameters(k), i = 1, size(vertices))], error=trim(paths(k)) // "_error")
       end do
       if (of_level) then
@@ -108,7 +109,7 @@ contains
         call table%add("kind", "divergence, period_doubling or flutter", (vertices%kind))
       end if
       do k = 1, 2
-        call table%add(trim(paths(k)) // "_error", unit_type(words=plan%units(k)), "the same along the line of the search", &
+        call table%add(trim(paths(k)) // "_error", unit_type(words=plan%units(k)), "error bound along the search line", &
           & [(vertices(i)%error(k), i = 1, size(vertices))])
       end do
       if (of_level) call table%add("state", level_state, (vertices%state))
@@ -116,7 +117,7 @@ contains
         k = maxloc(places(i)%width, dim=1)
         table%remarks = table%remarks // "open: " // trim(paths(1)) // " = " // exact(places(i)%parameters(1)) // ", " &
           & // trim(paths(2)) // " = " // exact(places(i)%parameters(2)) // " within " // exact(places(i)%width(k)) // " along " &
-          & // trim(paths(k)) // ": a border could not be excluded" // newline
+          & // trim(paths(k)) // ": a boundary could not be excluded" // newline
       end do
     end associate
   end subroutine add_curves
@@ -130,14 +131,15 @@ contains
     integer :: i
 
     name = trim(level%measure%name())
-    table = new_table("level", "The number over the parameter", "", "")
+    table = new_table("level", "Quantity over the parameter", "", "")
     associate (unit => new_unit(trim(level%measure%unit)), n => size(points))
-      call table%add(trim(plan%paths(1)), unit_type(words=plan%units(1)), "in the units of the input", &
+      call table%add(trim(plan%paths(1)), unit_type(words=plan%units(1)), "parameter, in the units of the input", &
         & [(points(i)%speed, i = 1, n)])
       call table%add(name, unit, trim(level%measure%meaning()), [(points(i)%values(1, 1), i = 1, n)], error=name // "_error")
-      call table%add(name // "_error", unit, "bound on its error", [(points(i)%values(2, 1), i = 1, n)])
+      call table%add(name // "_error", unit, "error bound of the quantity", [(points(i)%values(2, 1), i = 1, n)])
     end associate
-    call table%add("state", "ok, undamped, undecided, unstable, resonance, impossible or failed", state_word(points%state))
+    call table%add("state", "state of the machine: ok, undamped, undecided, unstable, resonance, impossible or failed", &
+      & state_word(points%state))
   end function curve_table
 
 end module gestell_task_boundary_tables

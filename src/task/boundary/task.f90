@@ -70,7 +70,7 @@ contains
     associate (plan => configuration%plan)
       do k = 1, size(ranges)
         if (plan%grid%axes(k)%count > 1) cycle
-        call input_error(ranges(k), "count", "must be at least 2 where a border is sought", error)
+        call input_error(ranges(k), "count", "must be at least 2 for the task boundary", error)
         return
       end do
       call limit_points(plan%grid, ranges, most_searched, error)
@@ -82,9 +82,9 @@ contains
     if (has(group, "quantity")) then
       call read_level(self, group, configuration, error)
     else if (has(group, "measure")) then
-      call input_error(group, "measure", "tells of a quantity: none is named", error)
+      call input_error(group, "measure", "needs 'quantity', which is missing", error)
     else if (has(group, "level")) then
-      call input_error(group, "level", "is one of a quantity: none is named", error)
+      call input_error(group, "level", "needs 'quantity', which is missing", error)
     end if
   end subroutine read_boundary
 
@@ -153,8 +153,8 @@ contains
       call result%warn("", summary(plan, results, self%level))
       if (allocated(results%nearest)) then
         do k = 1, size(results%nearest)
-          call result%warn("", "The nearest machine that is not unstable along " // trim(plan%paths(k)) // ": " &
-            & // way_to(results%nearest(k)))
+          call result%warn("", "Nearest machine that is not unstable: " &
+            & // way_to(trim(plan%paths(k)), results%nearest(k)))
         end do
       end if
       call result%say(report_search(plan, self%tolerance, self%level) // report_borders(plan, results, self%tolerance, self%level))

@@ -182,7 +182,7 @@ contains
     integer :: i
 
     if (size(base) /= size(axes) .or. which < 1 .or. which > size(axes)) then
-      call fatal_error(error, "a nearest system is sought along one of the axes, from a value for each of them", invalid_input)
+      call fatal_error(error, "the given system needs a value for each axis, and the axis must exist", invalid_input)
       return
     end if
     call check_search([axes(which)], accuracy, tolerance, error)

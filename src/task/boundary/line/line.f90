@@ -85,11 +85,11 @@ contains
     end do
     if (allocated(error)) return
     if (any(axes%count < 2)) then
-      call fatal_error(error, "borders are sought in a range: two values at least", invalid_input)
+      call fatal_error(error, "a search for boundaries needs at least two values on each axis", invalid_input)
     else if (product(real(axes%count, dp)) > most_searched) then
-      call fatal_error(error, "there are more than 1e7 points to search", invalid_input)
+      call fatal_error(error, "the search has more than 1e7 points", invalid_input)
     else if (.not. (tolerance >= least_tolerance .and. tolerance <= greatest_tolerance)) then
-      call fatal_error(error, "the tolerance of borders must lie between 1e-13 and 0.1", invalid_input)
+      call fatal_error(error, "the tolerance of boundaries must lie between 1e-13 and 0.1", invalid_input)
     end if
   end subroutine check_search
 

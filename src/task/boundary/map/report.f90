@@ -41,19 +41,19 @@ contains
       last = findloc(map%vertices%curve, c, dim=1, back=.true.)
       report = report // "  curve " // text(c) // " from " // place(map%vertices(first)%parameters)
       if (all(abs(map%vertices(first)%parameters - map%vertices(last)%parameters) <= 0)) then
-        report = report // " round and back"
+        report = report // ", closed"
       else
         report = report // " to " // place(map%vertices(last)%parameters)
       end if
       report = report // kinds_of(map%vertices(first:last)) // newline
     end do
     if (map%curves > most_listed) report = report // more_listed
-    if (map%rough > 0) report = report // "  note: " // counted(map%rough, "way") // " between vertices could " &
-      & // "not be refined, as at the tip of a tongue" // newline
+    if (map%rough > 0) report = report // "  note: " // counted(map%rough, "segment") // " of the curves " &
+      & // "could not be refined, for example at the tip of a tongue" // newline
     report = report // unsearched_lines(map%thin, 2 * finest_lines, map%left_out)
     do i = 1, min(size(map%places), most_listed)
       associate (along => maxloc(map%places(i)%width, dim=1))
-        report = report // "  open: a boundary could not be excluded at " // place(map%places(i)%parameters) // ", within " &
+        report = report // "  open: there may be a boundary at " // place(map%places(i)%parameters) // ", within " &
           & // concise(map%places(i)%width(along), 2) // " along " // trim(paths(along)) // newline
       end associate
     end do
@@ -68,10 +68,10 @@ contains
     character(len=:), allocatable :: report
 
     report = ""
-    if (thin > 0) report = "  note: without damping, at " // counted(thin, "more place") // " multipliers meet; if a " &
-      & // "tongue is there, it is narrower than " // concise(width, 2) // " of the range" // newline
+    if (thin > 0) report = "  note: without damping, multipliers meet at " // counted(thin, "more place") // "; a " &
+      & // "tongue there is narrower than " // concise(width, 2) // " of the range" // newline
     if (left_out > 0) report = report // "  note: multipliers meet so often that " // counted(left_out, "place") // &
-      & " were not looked at; they lie in the open ranges below: search these apart" // newline
+      & " were not searched; they lie in the open ranges below. Search these ranges separately" // newline
   end function unsearched_lines
 
   !> List such as ": divergence, flutter": each kind once, in the order along the curve, with the state of the machine unless it is
@@ -84,8 +84,8 @@ contains
     list = ""
     do i = 1, size(curve)
       kind = words(curve(i)%kind)
-      if (curve(i)%state /= "" .and. curve(i)%state /= state_word(stable)) kind = kind // " of a vibration that is " &
-        & // trim(curve(i)%state)
+      if (curve(i)%state /= "" .and. curve(i)%state /= state_word(stable)) kind = kind // " with " // trim(curve(i)%state) &
+        & // " vibration"
       if (index(list // ",", " " // kind // ",") == 0) list = list // ", " // kind
     end do
     list(1:1) = ":"
