@@ -18,7 +18,7 @@ typedef struct gestell_error_s *gestell_error;
 typedef struct gestell_machine_s *gestell_machine;
 typedef struct gestell_solution_s *gestell_solution;
 
-/* The version, such as "1.0.0", into size characters. */
+/* Copies the version, for example "1.0.0", to text, which has room for size characters. */
 int gestell_get_version(int size, char *text);
 
 /* ---- errors: gestell_get_error returns code and message of the last call that used the handle */
