@@ -5,7 +5,7 @@ program main
   use slow_tests, only: is_slow, long
   use test_assembly, only: collect_assembly
   use test_averaged, only: collect_averaged
-  use test_axes, only: collect_axes
+  use test_support_axes, only: collect_support_axes
   use test_balance, only: collect_balance
   use test_balance_single, only: collect_balance_single
   use test_base, only: collect_base
@@ -22,7 +22,7 @@ program main
   use test_campbell_exponents, only: collect_campbell_exponents
   use test_campbell_modes, only: collect_campbell_modes
   use test_campbell_tracking, only: collect_campbell_tracking
-  use test_cheapest, only: collect_cheapest
+  use test_method_choice, only: collect_method_choice
   use test_chains, only: collect_chains
   use test_checks, only: collect_checks
   use test_composition, only: collect_composition
@@ -31,7 +31,7 @@ program main
   use test_digits, only: collect_digits
   use test_discs, only: collect_discs
   use test_dofs, only: collect_dofs
-  use test_door, only: collect_door
+  use test_api, only: collect_api
   use test_drive, only: collect_drive
   use test_exact, only: collect_exact
   use test_exact_check, only: collect_exact_check
@@ -43,10 +43,10 @@ program main
   use test_forces, only: collect_forces
   use test_forces_limits, only: collect_forces_limits
   use test_ground, only: collect_ground
-  use test_guards, only: collect_guards
-  use test_held, only: collect_held
+  use test_safeguards, only: collect_safeguards
+  use test_held_speed, only: collect_held_speed
   use test_hill, only: collect_hill
-  use test_hostile, only: collect_hostile
+  use test_invalid_arguments, only: collect_invalid_arguments
   use test_html, only: collect_html
   use test_invariants, only: collect_invariants
   use test_joints, only: collect_joints
@@ -55,10 +55,10 @@ program main
   use test_lane_numerics, only: collect_lane_numerics
   use test_lane_versions, only: collect_lane_versions
   use test_lanes, only: collect_lanes
-  use test_lost, only: collect_lost
+  use test_unreliable, only: collect_unreliable
   use test_masses, only: collect_masses
   use test_mesh, only: collect_mesh
-  use test_method, only: collect_method
+  use test_integration, only: collect_integration
   use test_methods, only: collect_methods
   use test_model, only: collect_model
   use test_model_trade, only: collect_model_trade
@@ -66,10 +66,10 @@ program main
   use test_namelist_errors, only: collect_namelist_errors
   use test_namelist_fuzz, only: collect_namelist_fuzz
   use test_newton, only: collect_newton
-  use test_orders, only: collect_orders
+  use test_convergence, only: collect_convergence
   use test_oracle, only: collect_oracle
-  use test_pair, only: collect_pair
-  use test_parts, only: collect_parts
+  use test_embedded_methods, only: collect_embedded_methods
+  use test_decoupling, only: collect_decoupling
   use test_period_parts, only: collect_period_parts
   use test_periodic, only: collect_periodic
   use test_periodic_bounds, only: collect_periodic_bounds
@@ -77,7 +77,7 @@ program main
   use test_phasewise, only: collect_phasewise
   use test_population, only: collect_population
   use test_prediction, only: collect_prediction
-  use test_reach, only: collect_reach
+  use test_motion_bounds, only: collect_motion_bounds
   use test_reduction, only: collect_reduction
   use test_resonance, only: collect_resonance
   use test_probes, only: collect_probes
@@ -85,15 +85,15 @@ program main
   use test_math, only: collect_math
   use test_minimax, only: collect_minimax
   use test_quadratic_program, only: collect_quadratic_program
-  use test_rows, only: collect_rows
+  use test_history_rows, only: collect_history_rows
   use test_design, only: collect_design
   use test_design_gradients, only: collect_design_gradients
   use test_sensitivity, only: collect_sensitivity
   use test_separation, only: collect_separation
-  use test_set, only: collect_set
+  use test_set_option, only: collect_set_option
   use test_spectra, only: collect_spectra
   use test_spectra_edges, only: collect_spectra_edges
-  use test_table, only: collect_table
+  use test_shared_tables, only: collect_shared_tables
   use test_peaks, only: collect_peaks
   use test_sweep, only: collect_sweep
   use test_tabulate, only: collect_tabulate
@@ -101,7 +101,7 @@ program main
   use test_trade, only: collect_trade
   use test_small_motions, only: collect_small_motions
   use test_space, only: collect_space
-  use test_space_held, only: collect_space_held
+  use test_space_held_speed, only: collect_space_held_speed
   use test_weights, only: collect_weights
   use test_undamped, only: collect_undamped
   use test_user_joint, only: collect_user_joint
@@ -128,15 +128,15 @@ program main
     & new_testsuite("mesh", collect_mesh), &
     & new_testsuite("html", collect_html), &
     & new_testsuite("text-table", collect_text_table), &
-    & new_testsuite("method", collect_method), &
+    & new_testsuite("integration", collect_integration), &
     & new_testsuite("methods", collect_methods), &
-    & new_testsuite("cheapest", collect_cheapest), &
+    & new_testsuite("method-choice", collect_method_choice), &
     & new_testsuite("bounds", collect_bounds), &
     & new_testsuite("floquet", collect_floquet), &
     & new_testsuite("periodic", collect_periodic), &
-    & new_testsuite("orders", collect_orders), &
-    & new_testsuite("pair", collect_pair), &
-    & new_testsuite("parts", collect_parts), &
+    & new_testsuite("convergence", collect_convergence), &
+    & new_testsuite("embedded-methods", collect_embedded_methods), &
+    & new_testsuite("decoupling", collect_decoupling), &
     & new_testsuite("factors", collect_factors), &
     & new_testsuite("schur", collect_periodic_schur), &
     & new_testsuite("schur-bounds", collect_periodic_bounds), &
@@ -144,9 +144,9 @@ program main
     & new_testsuite("phasewise", collect_phasewise), &
     & new_testsuite("model", collect_model), &
     & new_testsuite("ground", collect_ground), &
-    & new_testsuite("guards", collect_guards), &
-    & new_testsuite("hostile", collect_hostile), &
-    & new_testsuite("lost", collect_lost), &
+    & new_testsuite("safeguards", collect_safeguards), &
+    & new_testsuite("invalid-arguments", collect_invalid_arguments), &
+    & new_testsuite("unreliable-results", collect_unreliable), &
     & new_testsuite("math", collect_math), &
     & new_testsuite("minimax", collect_minimax), &
     & new_testsuite("quadratic-program", collect_quadratic_program), &
@@ -156,7 +156,7 @@ program main
     & new_testsuite("spectra", collect_spectra), &
     & new_testsuite("discs", collect_discs), &
     & new_testsuite("spectra-edges", collect_spectra_edges), &
-    & new_testsuite("table", collect_table), &
+    & new_testsuite("shared-tables", collect_shared_tables), &
     & new_testsuite("masses", collect_masses), &
     & new_testsuite("tabulate", collect_tabulate), &
     & new_testsuite("assembly", collect_assembly), &
@@ -166,7 +166,7 @@ program main
     & new_testsuite("follower", collect_follower), &
     & new_testsuite("undamped", collect_undamped), &
     & new_testsuite("user-joint", collect_user_joint), &
-    & new_testsuite("reach", collect_reach), &
+    & new_testsuite("motion-bounds", collect_motion_bounds), &
     & new_testsuite("equivalence", collect_equivalence), &
     & new_testsuite("data", collect_data), &
     & new_testsuite("hill", collect_hill), &
@@ -180,20 +180,20 @@ program main
     & new_testsuite("probes", collect_probes), &
     & new_testsuite("digits", collect_digits), &
     & new_testsuite("dofs", collect_dofs), &
-    & new_testsuite("door", collect_door), &
+    & new_testsuite("api", collect_api), &
     & new_testsuite("drive", collect_drive), &
     & new_testsuite("exact", collect_exact), &
     & new_testsuite("exact_check", collect_exact_check), &
     & new_testsuite("exact_paths", collect_exact_paths), &
     & new_testsuite("newton", collect_newton), &
-    & new_testsuite("axes", collect_axes), &
+    & new_testsuite("support-axes", collect_support_axes), &
     & new_testsuite("balance", collect_balance), &
     & new_testsuite("balance-single", collect_balance_single), &
-    & new_testsuite("held", collect_held), &
+    & new_testsuite("held-speed", collect_held_speed), &
     & new_testsuite("trade", collect_trade), &
     & new_testsuite("averaged", collect_averaged), &
     & new_testsuite("model-trade", collect_model_trade), &
-    & new_testsuite("rows", collect_rows), &
+    & new_testsuite("history-rows", collect_history_rows), &
     & new_testsuite("resonance", collect_resonance), &
     & new_testsuite("modes", collect_campbell_modes), &
     & new_testsuite("exponents", collect_campbell_exponents), &
@@ -217,13 +217,13 @@ program main
     & new_testsuite("boundary-tongues", collect_boundary_tongues), &
     & new_testsuite("version", collect_version), &
     & new_testsuite("space", collect_space), &
-    & new_testsuite("space_held", collect_space_held), &
+    & new_testsuite("space-held-speed", collect_space_held_speed), &
     & new_testsuite("small_motions", collect_small_motions), &
     & new_testsuite("weights", collect_weights), &
     & new_testsuite("namelist", collect_namelist), &
     & new_testsuite("namelist-errors", collect_namelist_errors), &
     & new_testsuite("namelist-fuzz", collect_namelist_fuzz), &
-    & new_testsuite("set", collect_set)]
+    & new_testsuite("set-option", collect_set_option)]
 
   failed = 0
   total = 0

@@ -21,13 +21,13 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("a linkage that comes apart over part of the turn is refused", test_lost), &
+      & new_unittest("a linkage that comes apart over part of the turn is refused", test_partial_turn), &
       & new_unittest("a linkage that comes apart between all samples is refused", test_narrow_gap), &
       & new_unittest("a parallelogram is refused at its change point, a dead point", test_change_point), &
       & new_unittest("a linkage that only just clears its dead point is accepted", test_nearly_dead), &
       & new_unittest("the angle scale is the distance to the nearest dead point", test_angle_scales), &
       & new_unittest("the error names the second dyad if that one locks", test_second_dyad), &
-      & new_unittest("a link whose two joints coincide at some angle is refused", test_meeting), &
+      & new_unittest("a link whose two joints coincide at some angle is refused", test_coinciding_joints), &
       & new_unittest("the error gives the angle of the dead point for every joint type", test_dead_points), &
       & new_unittest("links, joints and frames with invalid data are refused", test_refused)]
   end subroutine collect_assembly
@@ -47,7 +47,7 @@ contains
   end subroutine turn_four_bar
 
   !> The ends drift apart to b + c where cos phi = (a^2 + d^2 - (b + c)^2) / (2 a d): at 104.478 deg here.
-  subroutine test_lost(error)
+  subroutine test_partial_turn(error)
     type(error_type), allocatable, intent(out) :: error
     type(gestell_error), allocatable :: failure
 
@@ -60,7 +60,7 @@ contains
     if (allocated(error)) return
     ! (0.04 + 0.16 - 0.25) / 0.16 = -0.3125: 108.210 deg.
     call check_that(error, failure%message, "contains", "108.210 deg")
-  end subroutine test_lost
+  end subroutine test_partial_turn
 
   !> At 180 deg the ends are 1e-9 m too far apart, over 0.004 deg of the turn.
   subroutine test_narrow_gap(error)
@@ -183,7 +183,7 @@ contains
   end subroutine test_second_dyad
 
   !> A link from the crank's joint to a fixed joint on the crank's circle, at 90 deg.
-  subroutine test_meeting(error)
+  subroutine test_coinciding_joints(error)
     type(error_type), allocatable, intent(out) :: error
     type(linkage_type) :: linkage
     type(gestell_error), allocatable :: failure
@@ -196,7 +196,7 @@ contains
     call check_failure(error, failure)
     if (allocated(error)) return
     call check(error, failure%message, "link 'rod': its two joints coincide at a crank angle of 90.000 deg")
-  end subroutine test_meeting
+  end subroutine test_coinciding_joints
 
   subroutine test_refused(error)
     type(error_type), allocatable, intent(out) :: error

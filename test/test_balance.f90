@@ -28,8 +28,8 @@ contains
       & new_unittest("counterweights of a four-bar agree with Berkof and Lowen (1969)", test_four_bar), &
       & new_unittest("counterweights of a slider-crank agree with a calculation by hand", test_slider_crank), &
       & new_unittest("a Watt six-bar is force-balanced by three counterweights", test_six_bar), &
-      & new_unittest("a Scotch yoke has no complete balance; half its mass is balanced", test_none), &
-      & new_unittest("reported residual forces agree with a linkage that carries the counterweights", test_left), &
+      & new_unittest("a Scotch yoke has no complete balance; half its mass is balanced", test_impossible_balance), &
+      & new_unittest("reported residual forces agree with a linkage that carries the counterweights", test_residual_forces), &
       & new_unittest("links that form one rigid body receive one counterweight", test_bodies), &
       & new_unittest("the lexicographic least-squares solution satisfies its optimality conditions", test_least_squares)]
   end subroutine collect_balance
@@ -160,7 +160,7 @@ contains
   end subroutine test_six_bar
 
   !> A yoke slides: its mass can be balanced by no turning link, but for half of it by the crank.
-  subroutine test_none(error)
+  subroutine test_impossible_balance(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: yoke = 3, radius = 0.1_dp
     type(linkage_type) :: linkage
@@ -181,10 +181,10 @@ contains
     call check_that(error, state, "==", not_balanced, "no complete balance")
     call check_that(error, size(weights), "==", 1, "counterweights")
     call check_that(error, abs(weights(1)%unbalance - yoke * radius / 2), "<", 1.0e-14_dp, "half of the yoke's mass")
-  end subroutine test_none
+  end subroutine test_impossible_balance
 
   !> Force and moment, by peaks and rms, of several counterweights together, with the crank's speed held by motor and flywheel.
-  subroutine test_left(error)
+  subroutine test_residual_forces(error)
     type(error_type), allocatable, intent(out) :: error
     type(linkage_type) :: linkage
     type(rigid_ground_type) :: rigid
@@ -208,7 +208,7 @@ contains
       call check_that(error, abs(left%order_rms(2, 2) * sqrt(2.0_dp) / found%series(3)%amplitude(2) - 1), "<", 1.0e-11_dp, &
         & "second order of the moment")
     end do
-  end subroutine test_left
+  end subroutine test_residual_forces
 
   !> The rocker's link told from B to B0, a second link on the crank by a joint on it, a body whose pivot is no joint of its axes:
   !> each body once, its counterweight where it is on the others.

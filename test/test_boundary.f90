@@ -33,7 +33,7 @@ contains
       & new_unittest("the flutter border of a damped system agrees with its closed form", test_flutter), &
       & new_unittest("the flutter border of an undamped system agrees with its closed form", test_krein), &
       & new_unittest("borders on both sides of a range without systems are found", test_gap), &
-      & new_unittest("a range of systems that cannot be solved is reported as open", test_lost), &
+      & new_unittest("a range of systems that cannot be solved is reported as open", test_unsolvable_range), &
       & new_unittest("a border on a logarithmic axis is found with a relative tolerance", test_logarithmic), &
       & new_unittest("borders over a descending range are listed in that direction", test_descending), &
       & new_unittest("the nearest stable system lies on the border, within its error", test_nearest)]
@@ -251,7 +251,7 @@ contains
   end subroutine test_krein
 
   !> Stable below 1.7 and unstable above 2.3; what lies between cannot be solved. No border is found, and the place is open.
-  subroutine test_lost(error)
+  subroutine test_unsolvable_range(error)
     type(error_type), allocatable, intent(out) :: error
     type(border_type), allocatable :: borders(:)
     type(border_rest_type) :: rest
@@ -273,7 +273,7 @@ contains
       & nearest, failure)
     if (.not. allocated(error)) call check(error, nearest%value, 1.7_dp, thr=4.0e-4_dp, more="the nearest that is known")
     if (.not. allocated(error)) call check_that(error, nearest%open, ">=", 1, "open on the way")
-  end subroutine test_lost
+  end subroutine test_unsolvable_range
 
   !> (p - 1)(p - 3) with nothing between 1.5 and 2.5; four search points see that range as one of theirs.
   subroutine test_gap(error)

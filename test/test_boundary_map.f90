@@ -29,7 +29,7 @@ contains
       & new_unittest("both pairs of hyperbola branches near a saddle are found", test_saddle), &
       & new_unittest("eight straight borders that cross one search cell are found", test_stripes), &
       & new_unittest("a border ends at the edge of a region without systems", test_hole), &
-      & new_unittest("a strip of unsolvable systems yields no curve and is reported as open", test_lost), &
+      & new_unittest("a strip of unsolvable systems yields no curve and is reported as open", test_unsolvable_strip), &
       & new_unittest("a border has a corner where divergence changes to flutter", test_corner), &
       & new_unittest("a hyperbola on logarithmic axes is followed as a straight line", test_logarithmic), &
       & new_slow("every vertex of Mathieu's stability diagram lies on a characteristic curve", test_mathieu), &
@@ -82,7 +82,7 @@ contains
 
   !> Stable where the first parameter is below 1.7, unstable above 2.3; what lies between cannot be solved. Every line along the
   !> first axis lists the strip as open, a line along the second axis lists all of itself if it lies in the strip.
-  subroutine test_lost(error)
+  subroutine test_unsolvable_strip(error)
     type(error_type), allocatable, intent(out) :: error
     type(axis_type), parameter :: axes(2) = [axis_type(0.0_dp, 4.0_dp, 5), axis_type(-1.0_dp, 3.0_dp, 4)]
     type(border_map_type) :: map
@@ -117,7 +117,7 @@ contains
     ! The search halves the intervals beside the strip until they are 1e-3 of the range.
     call check_that(error, abs(low - 1.7_dp), "<", 0.02_dp, "from")
     call check_that(error, abs(high - 2.3_dp), "<", 0.02_dp, "to")
-  end subroutine test_lost
+  end subroutine test_unsolvable_strip
 
   subroutine test_circle(error)
     type(error_type), allocatable, intent(out) :: error

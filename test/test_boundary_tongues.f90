@@ -32,7 +32,7 @@ contains
       & new_slow("10, 40 and 160 search points find the same seven tongues of two dyads", test_dyads), &
       & new_slow("10 and 40 search points find the same nine tongues of a four-bar", test_four_bar), &
       & new_slow("10 and 160 search points find the same eighteen tongues of two sliders", test_sliders), &
-      & new_unittest("meetings of multipliers that were not examined are reported as open", test_left_out), &
+      & new_unittest("meetings of multipliers that were not examined are reported as open", test_unexamined_meetings), &
       & new_unittest("borders of random machines over stiffness and mass agree with dense sweeps", test_sweeps)]
   end subroutine collect_boundary_tongues
 
@@ -115,7 +115,7 @@ contains
   !> y'' + 1e-3 y' + (a - 0.2 cos 2t) y = 0 over a: multipliers meet at a = k**2, k = 1, ... 14, ever slower; only the tongue at 1
   !> and that at 4 are there (that at 9 would begin at q**3 / 32 = 2 d sqrt(a), half of the width of a3 - b3). Of 14 places six are
   !> looked at, those where phases part most slowly (none part within a tongue).
-  subroutine test_left_out(error)
+  subroutine test_unexamined_meetings(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: looked_at = 6, all_places = 14
     type(mathieu_family), target :: family
@@ -153,7 +153,7 @@ contains
       end if
       if (allocated(error)) return
     end do
-  end subroutine test_left_out
+  end subroutine test_unexamined_meetings
 
   !> No point of a sweep contradicts the borders, and there are as many as with four times the search points.
   subroutine test_sweeps(error)

@@ -33,7 +33,7 @@ contains
       & new_unittest("multipliers are sorted and carry correct exponents, vectors and units", test_sorted), &
       & new_unittest("the verdict follows from the multipliers' moduli and error bounds", test_verdicts), &
       & new_unittest("start vectors of perturbed equations lie within the error bounds", test_start), &
-      & new_unittest("no start vector is reported if the equations may be singular", test_untold), &
+      & new_unittest("no start vector is reported if the equations may be singular", test_nearly_singular), &
       & new_unittest("error bounds cover the rounding of eigenvalues and start vector", test_rounding)]
   end subroutine collect_bounds
 
@@ -271,7 +271,7 @@ contains
   end subroutine test_start
 
   !> Where E - Phi can be singular within the error, nothing is said; and a bound before that knows how near it is.
-  subroutine test_untold(error)
+  subroutine test_nearly_singular(error)
     type(error_type), allocatable, intent(out) :: error
     type(monodromy_type) :: monodromy
     type(periodic_solution_type) :: solution
@@ -303,7 +303,7 @@ contains
     monodromy%xp = [1.0_dp, 1.0_dp]
     call solve_periodic(monodromy, solution, failure)
     call check_failure(error, failure, what="norm of the inverse")
-  end subroutine test_untold
+  end subroutine test_nearly_singular
 
   !> With no error of Phi, that of the arithmetic is left: against quadruple precision.
   subroutine test_rounding(error)

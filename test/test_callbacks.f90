@@ -32,7 +32,7 @@ contains
     testsuite = [ &
       & new_unittest("faulty user coefficients are refused with an error that names them", test_faults), &
       & new_unittest("a sharp but smooth pulse is integrated without complaint", test_smooth), &
-      & new_unittest("rapidly oscillating coefficients and tiny masses are not mistaken for faults", test_sound)]
+      & new_unittest("rapidly oscillating coefficients and tiny masses are not mistaken for faults", test_demanding_coefficients)]
   end subroutine collect_callbacks
 
   subroutine test_faults(error)
@@ -98,7 +98,7 @@ contains
   end subroutine test_smooth
 
   !> A stiffness of order 1000, which the first look at it does not resolve, and 17 masses of 1e-20, whose product underflows.
-  subroutine test_sound(error)
+  subroutine test_demanding_coefficients(error)
     type(error_type), allocatable, intent(out) :: error
     character(len=*), parameter :: kinds(2) = ["fast ", "light"]
     integer, parameter :: states(2) = [2, 34]
@@ -122,7 +122,7 @@ contains
         & + 2 * pi * merge(0.1_dp, 0.85_dp, k == 1)), "<=", 1.0e-8_dp, kinds(k) // ": log of the determinant")
       if (allocated(error)) return
     end do
-  end subroutine test_sound
+  end subroutine test_demanding_coefficients
 
   subroutine matrices(self, t, m, b, c)
     class(faulty_type), intent(in) :: self

@@ -49,7 +49,7 @@ contains
       & new_unittest("tiles finished in any order form a table in grid order", test_table), &
       & new_unittest("blocks of another input are refused and left unchanged", test_foreign), &
       & new_unittest("if two inputs start in one folder at once the second is refused", test_two_inputs), &
-      & new_unittest("a run learns that another run has finished the same sweep", test_overtaken), &
+      & new_unittest("a run learns that another run has finished the same sweep", test_finished_by_other_run), &
       & new_unittest("blocks replaced by those of another input do not enter the table", test_replaced)]
   end subroutine collect_campaign
 
@@ -337,7 +337,7 @@ contains
   end subroutine test_two_inputs
 
   !> Two runs of one input: the first writes the table and removes the blocks, the other one is told so.
-  subroutine test_overtaken(error)
+  subroutine test_finished_by_other_run(error)
     type(error_type), allocatable, intent(out) :: error
     type(sweep_plan_type) :: plan
     type(campaign_type) :: one, two
@@ -361,7 +361,7 @@ contains
       & // "finished this sweep, or it was removed")
     call check_that(error, int(file_size(folder // "/sweep.csv")), ">", 0, "size of the table")
     call clear_folder
-  end subroutine test_overtaken
+  end subroutine test_finished_by_other_run
 
   !> Blocks of another input are no part of the table, however they came there.
   subroutine test_replaced(error)

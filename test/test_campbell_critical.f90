@@ -31,7 +31,7 @@ contains
       & new_unittest("the critical speed of an unbalanced rotor agrees with its closed form", test_unbalance), &
       & new_unittest("undamped, overdamped and unstable crossings are reported as such", test_outcomes), &
       & new_slow("sharp peaks of the paper's machine lie at the reported critical speeds", test_sharp), &
-      & new_unittest("each peak of the force is assigned to exactly one crossing", test_belonging), &
+      & new_unittest("each peak of the force is assigned to exactly one crossing", test_peak_assignment), &
       & new_slow("with more damping the critical speeds are exactly the peaks of the vibration", test_all)]
   end subroutine collect_campbell_critical
 
@@ -191,7 +191,7 @@ contains
   end subroutine test_sharp
 
   !> The compressor: two crossings at 334 and 337 rpm, both with half widths that reach over the other, one peak of the force.
-  subroutine test_belonging(error)
+  subroutine test_peak_assignment(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_data) :: machine
     type(critical_type), allocatable :: critical(:)
@@ -220,7 +220,7 @@ contains
     call check(error, any(critical%crossing%mode == 1 .and. critical%found(force)), more="shared")
     if (allocated(error)) return
     call check_that(error, shared, "==", 0, "shared")
-  end subroutine test_belonging
+  end subroutine test_peak_assignment
 
   !> With forty times the damping every maximum of the whole vibration over a range is a critical speed, and every critical
   !> speed whose order is most of the vibration is such a maximum.

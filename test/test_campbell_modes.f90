@@ -38,7 +38,7 @@ contains
       & new_unittest("components of a modulated vibration have their known frequencies and shares", test_components), &
       & new_unittest("uncoupled degrees of freedom yield modes along single axes", test_parts), &
       & new_unittest("with a slow crank frequencies equal the mean over frozen crank angles", test_slow), &
-      & new_unittest("modes whose phase cannot be determined are reported as unknown", test_not_told)]
+      & new_unittest("modes whose phase cannot be determined are reported as unknown", test_unknown_phase)]
   end subroutine collect_campbell_modes
 
   !> A balanced rotor on two unlike supports: all coefficients are constant.
@@ -305,7 +305,7 @@ contains
   end subroutine test_slow
 
   !> A crank that turns once in eleven days leaves no phase to be told.
-  subroutine test_not_told(error)
+  subroutine test_unknown_phase(error)
     type(error_type), allocatable, intent(out) :: error
     type(mode_type), allocatable :: modes(:)
 
@@ -316,6 +316,6 @@ contains
     call check(error, .not. any(modes%identified), more="told")
     if (allocated(error)) return
     call check(error, all(ieee_is_nan(modes%frequency())) .and. all(ieee_is_nan(modes%damping_ratio())), more="numbers")
-  end subroutine test_not_told
+  end subroutine test_unknown_phase
 
 end module test_campbell_modes

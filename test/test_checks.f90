@@ -17,7 +17,7 @@ contains
 
     testsuite = [ &
       & new_unittest("each relation holds or fails for numbers of every kind", test_relations), &
-      & new_unittest("failure texts contain the found and the wanted numbers", test_told), &
+      & new_unittest("failure texts contain the found and the wanted numbers", test_failure_texts), &
       & new_unittest("checks of library failures compare presence, message and code", test_failures)]
   end subroutine collect_checks
 
@@ -68,7 +68,7 @@ contains
 
   end subroutine test_relations
 
-  subroutine test_told(error)
+  subroutine test_failure_texts(error)
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: first
 
@@ -91,7 +91,7 @@ contains
     call check_that(first, [.true., .false.], "==", [.true., .true.])
     call check(error, first%message, "TF, wanted == TT")
     call forget(first)
-  end subroutine test_told
+  end subroutine test_failure_texts
 
   subroutine test_failures(error)
     type(error_type), allocatable, intent(out) :: error

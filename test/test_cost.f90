@@ -36,9 +36,9 @@ contains
       & new_unittest("a stiff support does not require integration over its fast vibration", test_stiff_support), &
       & new_unittest("the dictionary finds the first position of each of many words", test_dictionary), &
       & new_unittest("the diagnosis computes every joint once per angle", test_diagnosis), &
-      & new_unittest("the cost of the assembly proof does not depend on unrelated joints", test_beside), &
+      & new_unittest("the cost of the assembly proof does not depend on unrelated joints", test_unrelated_joints), &
       & new_unittest("proof intervals grow only logarithmically near a dead point", test_dead_points), &
-      & new_unittest("the assembly proof ends within bounded work and names the joint", test_ends)]
+      & new_unittest("the assembly proof ends within bounded work and names the joint", test_bounded_proof)]
   end subroutine collect_cost
 
   !> Of lengths with one prime factor and with several, by the sum in quadruple precision.
@@ -241,7 +241,7 @@ contains
     call check(error, placements(1), 721 * 14)
   end subroutine test_diagnosis
 
-  subroutine test_beside(error)
+  subroutine test_unrelated_joints(error)
     type(error_type), allocatable, intent(out) :: error
     type(linkage_type) :: few, many
 
@@ -250,7 +250,7 @@ contains
     if (allocated(error)) return
     call check_that(error, few%intervals, ">", 0, "intervals of few")
     call check_that(error, many%intervals, "<=", 2 * few%intervals, "intervals of many")
-  end subroutine test_beside
+  end subroutine test_unrelated_joints
 
   !> With a gap left of the length to a dead point the motion changes within about the root of it. The intervals there are as
   !> short; elsewhere they double: their number grows with the logarithm.
@@ -315,7 +315,7 @@ contains
   end subroutine test_dead_points
 
   !> A joint that is only sure of itself within 1e-7 rad: that would take 30 million intervals.
-  subroutine test_ends(error)
+  subroutine test_bounded_proof(error)
     type(error_type), allocatable, intent(out) :: error
     type(linkage_type) :: linkage
     type(gestell_error), allocatable :: failure
@@ -330,6 +330,6 @@ contains
     call check(error, failure%subject, "joint 'T'")
     if (allocated(error)) return
     call check_that(error, linkage%intervals, "<=", 1000001, "intervals")
-  end subroutine test_ends
+  end subroutine test_bounded_proof
 
 end module test_cost

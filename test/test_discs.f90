@@ -25,16 +25,16 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("eigenvalues of perturbed matrices lie within the discs", test_changed), &
+      & new_unittest("eigenvalues of perturbed matrices lie within the discs", test_perturbed), &
       & new_unittest("missed and inaccurate roots are detected or corrected", test_missed), &
       & new_unittest("the eigensystem of one matrix agrees with its definition and LAPACK", test_one), &
-      & new_unittest("close conjugate pairs beside real eigenvalues keep correct discs and verdicts", test_beside)]
+      & new_unittest("close conjugate pairs beside real eigenvalues keep correct discs and verdicts", test_pairs_near_real_values)]
   end subroutine collect_discs
 
   !> LAPACK's eigenvalues of matrices that were changed along the eigenvectors of one of them lie in the discs, and reach their
   !> borders. With a small coupling back eigenvectors are the worse the smaller it is; every second time the roots are found as well
   !> as they can be.
-  subroutine test_changed(error)
+  subroutine test_perturbed(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: couplings(4) = [1.0_dp, 1.0e-3_dp, 1.0e-7_dp, 1.0e-11_dp]
     integer, parameter :: trials = 300
@@ -99,7 +99,7 @@ contains
     call check_that(error, reach, ">", 0.95_dp, "the disc is needed")
     ! Most of 75 times eight matrices, with couplings far above the root of roundoff at least.
     call check_that(error, separate(:2), ">", 300, "lanes with discs")
-  end subroutine test_changed
+  end subroutine test_perturbed
 
   !> A root that is taken for another one; one that is not quite found.
   subroutine test_missed(error)
@@ -231,7 +231,7 @@ contains
   !> Two conjugate pairs close to one another, of which one stands where other matrices have two real eigenvalues: R(theta) x N
   !> with N = [top - g / 2, 1; g^2 / 4, top - g / 2] has the eigenvalues exp(+-i theta) (top - g / 2 +- g / 2). A change of the norm
   !> 1e-7, R(theta) x [0, 0; -1e-7, 0], takes the greater ones below 1: "unstable" would be wrong.
-  subroutine test_beside(error)
+  subroutine test_pairs_near_real_values(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: theta = 2, g = 1.0e-3_dp, change = 1.0e-7_dp, top = 1 + 1.05_dp * change / g
     real(dp), parameter :: turn(2, 2) = reshape([cos(theta), sin(theta), -sin(theta), cos(theta)], [2, 2])
@@ -262,6 +262,6 @@ contains
     call spectral_radii(phi, change, radius, log_radius, alone, stable, unstable)
     ! Roundings of sums in another order.
     call check_that(error, abs(bound(1) / alone(1) - 1), "<", 1.0e-9_dp, "bound")
-  end subroutine test_beside
+  end subroutine test_pairs_near_real_values
 
 end module test_discs

@@ -32,7 +32,7 @@ contains
       & new_unittest("path following finds vibrations far from the linear one", test_paths), &
       & new_unittest("the excitation path and the speed path each find a vibration", test_each_path), &
       & new_unittest("a frame swinging by more than a radian has its published multiplier", test_great_turn), &
-      & new_unittest("a diverging Newton iteration is abandoned early", test_astray), &
+      & new_unittest("a diverging Newton iteration is abandoned early", test_divergence), &
       & new_unittest("the path over damping finds a vibration that other paths miss", test_damping_path), &
       & new_unittest("a search that finds no vibration ends within bounded work", test_search_ends), &
       & new_slow("all three vibrations of a yoke are found from each of them", test_all_vibrations), &
@@ -118,7 +118,7 @@ contains
 
   !> The vibration of the ram is found, with the masses at fewer crank angles than 20 integrations of 500 steps of eight stages take
   !> (twelve million before).
-  subroutine test_astray(error)
+  subroutine test_divergence(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: most = 20 * 500 * 8
     class(frame_type), allocatable :: system
@@ -129,7 +129,7 @@ contains
     call check_success(error, failure)
     if (.not. allocated(error)) call check_residual(ram(), system, error)
     if (.not. allocated(error)) call check_that(error, real(angles, dp), "<", real(most, dp), "crank angles")
-  end subroutine test_astray
+  end subroutine test_divergence
 
   !> The path over the damping finds it; three other ways do not.
   subroutine test_damping_path(error)

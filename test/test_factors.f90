@@ -52,7 +52,7 @@ contains
       & new_unittest("the start vector's bound holds for loose tolerances", test_loose_tolerances), &
       & new_unittest("two equal vibrations beside a fast decay are resolved", test_equal), &
       & new_unittest("a scalar system has multipliers from 1e-650 to 1e650", test_single), &
-      & new_unittest("a system that never moves has the multiplier one", test_still), &
+      & new_unittest("a system that never moves has the multiplier one", test_no_motion), &
       & new_unittest("a given number of steps is not changed", test_given), &
       & new_unittest("growth within the period that vanishes at its end enters the bounds", test_detour)]
   end subroutine collect_factors
@@ -159,7 +159,7 @@ contains
   end subroutine test_single
 
   !> P = 0: the solutions with all numbers of steps are the same.
-  subroutine test_still(error)
+  subroutine test_no_motion(error)
     type(error_type), allocatable, intent(out) :: error
     type(floquet_type) :: floquet
     type(multipliers_type) :: multipliers
@@ -171,7 +171,7 @@ contains
     if (allocated(error)) return
     call check_that(error, abs(multipliers%rho(1) - 1), "<=", multipliers%error(1), "rho")
     call check_that(error, multipliers%error(1), "<", 1.0e-12_dp, "bound")
-  end subroutine test_still
+  end subroutine test_no_motion
 
   subroutine single_matrix(self, t, p)
     class(single_type), intent(in) :: self

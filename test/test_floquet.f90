@@ -29,10 +29,10 @@ contains
       & new_unittest("damping shifts the exponents of Mathieu's equation by d / 2", test_mathieu_damped), &
       & new_unittest("second-order and first-order formulations agree", test_paths), &
       & new_unittest("a double multiplier 1 lies within its bound; the verdict is undecided", test_double), &
-      & new_unittest("two equal conjugate pairs remain conjugate pairs", test_twins), &
-      & new_unittest("coupling of well separated multipliers enters their bounds quadratically", test_apart), &
+      & new_unittest("two equal conjugate pairs remain conjugate pairs", test_equal_pairs), &
+      & new_unittest("coupling of well separated multipliers enters their bounds quadratically", test_separated), &
       & new_unittest("eigenvectors satisfy the eigenvalue equation of the monodromy matrix", test_vectors), &
-      & new_unittest("vectors that were not requested are not computed", test_unasked), &
+      & new_unittest("vectors that were not requested are not computed", test_not_requested), &
       & new_unittest("unknown methods and negative numbers of steps are refused", test_refused)]
   end subroutine collect_floquet
 
@@ -228,7 +228,7 @@ contains
   end subroutine test_double
 
   !> diag(1, 1/2) with e beside the diagonal has the eigenvalues 3/4 + sqrt(1/16 + e^2) and 3/4 - sqrt(1/16 + e^2).
-  subroutine test_apart(error)
+  subroutine test_separated(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: e(3) = [1.0e-6_dp, 1.0e-2_dp, 0.2_dp]
     type(multipliers_type) :: multipliers
@@ -249,10 +249,10 @@ contains
         & + 1.0e-14_dp, "and is near")
       if (allocated(error)) return
     end do
-  end subroutine test_apart
+  end subroutine test_separated
 
   !> Two pairs that are equal, as of a frame on equal springs along both axes, whichever way they come.
-  subroutine test_twins(error)
+  subroutine test_equal_pairs(error)
     type(error_type), allocatable, intent(out) :: error
     complex(dp), parameter :: rho = (0.6_dp, 0.7_dp), slow = (0.5_dp, 0.0_dp)
     type(multipliers_type) :: multipliers
@@ -263,7 +263,7 @@ contains
     call arrange(multipliers)
     call check_that(error, abs(multipliers%rho - [rho, conjg(rho), rho, conjg(rho), slow]), "<=", 0.0_dp, &
       & "+ - + - and the slow one")
-  end subroutine test_twins
+  end subroutine test_equal_pairs
 
   subroutine test_vectors(error)
     type(error_type), allocatable, intent(out) :: error
@@ -287,7 +287,7 @@ contains
     call check(error, abs(m%rho(1) - conjg(m%rho(2))), 0.0_dp, more="pair adjacent and conjugate")
   end subroutine test_vectors
 
-  subroutine test_unasked(error)
+  subroutine test_not_requested(error)
     type(error_type), allocatable, intent(out) :: error
     type(monodromy_type) :: monodromy
     type(multipliers_type) :: m
@@ -300,7 +300,7 @@ contains
     call check(error, .not. allocated(monodromy%xp), more="x_p")
     if (allocated(error)) return
     call check(error, .not. allocated(m%vectors), more="vectors")
-  end subroutine test_unasked
+  end subroutine test_not_requested
 
   subroutine test_refused(error)
     type(error_type), allocatable, intent(out) :: error

@@ -30,7 +30,7 @@ contains
       & new_unittest("a guide is the limit of an ever stiffer spring", test_guide), &
       & new_unittest("forces of a mirrored machine are mirrored", test_mirror), &
       & new_unittest("forces that cancel vanish within their error bounds", test_cancelled), &
-      & new_unittest("the rms in a band is correct even if squares overflow", test_great), &
+      & new_unittest("the rms in a band is correct even if squares overflow", test_overflowing_squares), &
       & new_unittest("the averaged model averages the guides' forces too", test_averaged_guides)]
   end subroutine collect_forces_limits
 
@@ -76,7 +76,7 @@ contains
   end subroutine test_cancelled
 
   !> 3 cos(theta) along x and 4 cos(theta) along y, times 1e200: the root of the mean square of their size is 5/sqrt(2) of that.
-  subroutine test_great(error)
+  subroutine test_overflowing_squares(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: great = 1.0e200_dp
     type(statistics_type) :: statistics
@@ -91,7 +91,7 @@ contains
     call band_rms(statistics, 1.0_dp, [0.5_dp, 1.5_dp], along, greatest, failure)
     call check_success(error, failure, "band")
     call near(error, [along, greatest], great / sqrt(2.0_dp) * [3, 4, 5], 1.0e-15_dp * 5 * great, "great amplitudes")
-  end subroutine test_great
+  end subroutine test_overflowing_squares
 
   !> On mounts s times as stiff the forces tend to those on a frame at rest, -Omega^2 (a_1'', a_2'') and the moment, as 1/s.
   subroutine test_rigid(error)

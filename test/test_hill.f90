@@ -26,7 +26,7 @@ contains
       & new_unittest("the reference's results for constant coefficients agree with closed forms", test_constant), &
       & new_unittest("the reference finds Colaneri's exponents 0 and -24", test_colaneri), &
       & new_unittest("the reference finds the published exponent of Mathieu's equation", test_mathieu), &
-      & new_unittest("the reference is visibly inaccurate if the coefficients jump", test_unknown)]
+      & new_unittest("the reference is visibly inaccurate if the coefficients jump", test_jumping_coefficients)]
   end subroutine collect_hill
 
   !> Greatest distance of ln(rho), taken in their common order, imaginary parts modulo 2 pi.
@@ -150,13 +150,13 @@ contains
   end subroutine test_mathieu
 
   !> Coefficients that jump are no trigonometric polynomials.
-  subroutine test_unknown(error)
+  subroutine test_jumping_coefficients(error)
     type(error_type), allocatable, intent(out) :: error
     type(hill_solution) :: hill
 
     call solve_hill(system_of(2, meissner), 2*pi_qp, hill)
     call check_that(error, hill%change_rho, ">", 1.0e-6_qp, "change")
-  end subroutine test_unknown
+  end subroutine test_jumping_coefficients
 
   subroutine oscillator(n, t, p, f)
     integer, intent(in) :: n

@@ -25,7 +25,7 @@ contains
     testsuite = [ &
       & new_unittest("zeros are found within tolerance from both ends of the bracket", test_zeros), &
       & new_unittest("smooth functions need fewer steps than bisection", test_speed), &
-      & new_unittest("a search that hits the zero exactly ends there", test_met), &
+      & new_unittest("a search that hits the zero exactly ends there", test_exact_hit), &
       & new_unittest("sorting is ascending and keeps the order of equal numbers", test_ascending)]
   end subroutine collect_math
 
@@ -107,7 +107,7 @@ contains
   end subroutine test_speed
 
   !> x (x + 1) is zero in the middle of [-1/2, 1/2] to the last bit.
-  subroutine test_met(error)
+  subroutine test_exact_hit(error)
     type(error_type), allocatable, intent(out) :: error
     type(root_search_type) :: search
     real(dp) :: x
@@ -118,7 +118,7 @@ contains
     call check(error, search%found(1.0e-12_dp), more="the zero at " // concise(x) // " did not end the search")
     if (.not. allocated(error)) call check(error, search%root(), 0.0_dp, thr=0.0_dp)
     if (.not. allocated(error)) call check(error, search%width() <= 1.0_dp)
-  end subroutine test_met
+  end subroutine test_exact_hit
 
   subroutine test_ascending(error)
     type(error_type), allocatable, intent(out) :: error

@@ -29,8 +29,8 @@ contains
     testsuite = [ &
       & new_unittest("the error of the quick solution is at most its truncation estimate", test_truncation), &
       & new_unittest("the error of harmonic balance is at most its truncation estimate", test_balance), &
-      & new_unittest("harmonic balance with too few phases reports the error this causes", test_left_out), &
-      & new_unittest("Newton's method stops with at most a tenth of the tolerance left", test_left)]
+      & new_unittest("harmonic balance with too few phases reports the error this causes", test_too_few_phases), &
+      & new_unittest("Newton's method stops with at most a tenth of the tolerance left", test_remaining_error)]
   end subroutine collect_newton
 
   !> The paper's machine from slow to fast, and a Scotch yoke, weakly damped.
@@ -129,7 +129,7 @@ contains
   end subroutine test_balance
 
   !> With fewer phases than the motion needs.
-  subroutine test_left_out(error)
+  subroutine test_too_few_phases(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: phases(*) = [32, 48]
     real(dp), parameter :: finest = 1.0e-10_dp
@@ -164,7 +164,7 @@ contains
     end do
     print "(a, i0, es8.1)", "         refused, greatest error of the others: ", refused, greatest
     call check_that(error, real(refused, dp), ">", 0.0_dp, "motions that are refused")
-  end subroutine test_left_out
+  end subroutine test_too_few_phases
 
   !> Greatest distance of displacements, relative to them.
   real(dp) function distance(motion, fine)
@@ -181,7 +181,7 @@ contains
 
   !> The motions that multipliers are told about, of a tolerance of 1e-7, against those of 1e-13. At 210 rpm ten times as much would
   !> be left if what a step's own solution misses did not count.
-  subroutine test_left(error)
+  subroutine test_remaining_error(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: phases = 64
     real(dp), parameter :: tolerance = 1.0e-7_dp, part_left = 0.1_dp, finest = 1.0e-13_dp
@@ -223,6 +223,6 @@ contains
       end select
     end function moved
 
-  end subroutine test_left
+  end subroutine test_remaining_error
 
 end module test_newton

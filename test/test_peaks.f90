@@ -25,7 +25,7 @@ contains
 
     testsuite = [ &
       & new_unittest("the interpolated maximum is never below densely sampled values", test_between), &
-      & new_unittest("among nearly equal samples few intervals are searched", test_as_good_as_equal), &
+      & new_unittest("among nearly equal samples few intervals are searched", test_nearly_equal_samples), &
       & new_slow("swept peaks of the paper's machine agree with single solutions", test_machine), &
       & new_slow("swept peaks near a resonance are correct", test_resonance), &
       & new_slow("swept peaks of a light frame are accurate to twelve digits", test_twelve_digits), &
@@ -60,7 +60,7 @@ contains
   !> A constant with rounding, as the force of a rotor: a third of the samples lie above their neighbours, and only the curve
   !> between them tells which is beside the greatest value. It is compared with samples of the curve at a 32nd of the spacing,
   !> summed term by term.
-  subroutine test_as_good_as_equal(error)
+  subroutine test_nearly_equal_samples(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: samples = 1024, orders = samples / 2 - 1, many = 32 * samples
     !> A place searched costs at least four sums over the orders, samples at a part of the spacing about 32 times as much.
@@ -94,7 +94,7 @@ contains
     call check_that(error, real(size(places), dp), "<=", real(most_places, dp), "places that are searched")
     ! Beside a top samples at a 32nd of the spacing miss (pi / 64)^2 / 2 of the ripple at the most; sums round at 1e-15.
     call check_that(error, abs(greatest(f) - dense), "<=", 1.3e-3_dp * (dense - 1) + 1.0e-14_dp, "the greatest between samples")
-  end subroutine test_as_good_as_equal
+  end subroutine test_nearly_equal_samples
 
   pure real(dp) function polynomial(a, theta)
     real(dp), intent(in) :: a(0:, :), theta

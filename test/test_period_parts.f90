@@ -33,16 +33,16 @@ contains
       & new_unittest("each member takes as many steps as its frequencies require", test_steps), &
       & new_unittest("each member takes as many steps as its coefficients require", test_pulses), &
       & new_unittest("weights of partial errors bound the error of the whole period", test_weights), &
-      & new_unittest("partial errors are weighted where the periodic vibration is largest", test_behind), &
+      & new_unittest("partial errors are weighted where the periodic vibration is largest", test_weights_of_vibration), &
       & new_unittest("the number of parts grows with the frequency, up to 16", test_choice), &
-      & new_unittest("integration uses an eighth of the tolerance at most", test_room), &
-      & new_unittest("the estimated truncation error of a series covers the true one", test_rest), &
-      & new_unittest("error estimates hold between corners whose motions decay strongly", test_reach)]
+      & new_unittest("integration uses an eighth of the tolerance at most", test_integration_tolerance), &
+      & new_unittest("the estimated truncation error of a series covers the true one", test_series_error), &
+      & new_unittest("error estimates hold between corners whose motions decay strongly", test_decaying_corners)]
   end subroutine collect_period_parts
 
   !> Maps E, 10 E and E / 100: of the free motion only the end of the period counts, of the vibration the end of every part too, and
   !> states of size 1 come in with it.
-  subroutine test_behind(error)
+  subroutine test_weights_of_vibration(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: factors(3) = [1.0_dp, 10.0_dp, 0.01_dp], free(3) = [0.1_dp, 0.01_dp, 10.0_dp], &
       & forced(3) = [10 * sqrt(2.0_dp), sqrt(2.0_dp), sqrt(101.0_dp)]
@@ -57,11 +57,11 @@ contains
     parts%forced = .true.
     call parts%set_weights(reshape([(factors(k) * [1, 0, 0, 0, 1, 0], k = 1, 3)], [18, 1]))
     call check_that(error, abs(parts%of_map / forced - 1), "<", 1.0e-14_dp, "of the vibration")
-  end subroutine test_behind
+  end subroutine test_weights_of_vibration
 
   !> What integration may miss is an eighth of the tolerance, of the periodic vibration a 64th: with an eighth a million points of
   !> data/khang_chart.nml with peaks took a third longer, as 1,400 points beside resonances had to be solved by themselves.
-  subroutine test_room(error)
+  subroutine test_integration_tolerance(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: corners(2, 2) = reshape([200.0_dp, 0.8_dp, 300.0_dp, 1.2_dp], [2, 2]), tolerance = 1.0e-9_dp
     type(machine_family), target :: family
@@ -77,7 +77,7 @@ contains
     call new_sampler(sampler, family, corners, accuracy_type(tolerance=tolerance), .true., 20000, fits)
     call check_that(error, fits, "==", .true., "a sampler")
     call check_that(error, sampler%error, "<=", tolerance / 64, "of the vibration")
-  end subroutine test_room
+  end subroutine test_integration_tolerance
 
   !> Against the compiler's own products.
   subroutine test_products(error)
@@ -294,7 +294,7 @@ contains
   !> Series of the oscillators' Phi with 8 to 20 terms on both axes, of the whole period and of parts of it: what they miss between
   !> their points is at most what they say, and not very much less: terms fall up to thirtyfold from one to the next, and by as
   !> much more as there are parts.
-  subroutine test_rest(error)
+  subroutine test_series_error(error)
     type(error_type), allocatable, intent(out) :: error
     ! The more points a cell has the more parts pay, if there are many points at all.
     integer, parameter :: cells(2) = [1, 10000]
@@ -333,11 +333,11 @@ contains
         if (allocated(error)) return
       end do
     end do
-  end subroutine test_rest
+  end subroutine test_series_error
 
   !> Weights from corners where motions die within the period, e^(-3 pi), are too small where they do not. All the same an error
   !> there counts for no more than is reckoned with, and about as much is said to be missing as with weights that fit.
-  subroutine test_reach(error)
+  subroutine test_decaying_corners(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: dampings(2) = [0.1_dp, 6.0_dp], small = 1.0e-7_dp
     type(oscillator_family), target :: family
@@ -368,6 +368,6 @@ contains
     call check_that(error, moved, "<=", samplers(2)%parts%reach(numbers) * (1 + 1.0e-6_dp), "more than is reckoned with")
     ! Other units, and the greatest factor in place of each part's own.
     call check_that(error, expansions(2)%rest, ">", expansions(1)%rest / 3, "less is said to be missing")
-  end subroutine test_reach
+  end subroutine test_decaying_corners
 
 end module test_period_parts

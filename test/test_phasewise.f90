@@ -36,7 +36,7 @@ contains
       & new_unittest("NaN at one phase never yields a finite result", test_no_number), &
       & new_unittest("conjugate modes in real arithmetic agree with complex arithmetic", test_conjugates), &
       & new_unittest("trigonometric interpolation and its derivative are exact for all harmonics", test_harmonics), &
-      & new_unittest("the predicted number of phases agrees with geometric decay", test_foretold), &
+      & new_unittest("the predicted number of phases agrees with geometric decay", test_predicted_phases), &
       & new_unittest("residual, condition and effort of a reduction agree with hand calculation", test_residuals)]
   end subroutine collect_phasewise
 
@@ -237,7 +237,7 @@ contains
   end subroutine test_harmonics
 
   !> 1 / (1 - q cos) has harmonics that fall by the same factor from one to the next.
-  subroutine test_foretold(error)
+  subroutine test_predicted_phases(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: n = 32, most = 128
     real(dp), parameter :: factors(4) = [0.1_dp, 0.4_dp, 0.6_dp, 0.9_dp], allowed = 1.0e-10_dp
@@ -267,7 +267,7 @@ contains
     a = 0
     a(1, 1, 1) = 1
     call check(error, phases_needed(a, allowed, most), n, more="a peak")
-  end subroutine test_foretold
+  end subroutine test_predicted_phases
 
   !> cos(12 pi phase) on 8 phases looks like cos(4 pi phase); in the middle between them the two have opposite signs and the
   !> size sqrt(1/2).

@@ -25,9 +25,9 @@ contains
     testsuite = [ &
       & new_slow("bounds, verdicts and theorems hold for random machines by two methods", test_machines), &
       & new_slow("bounds hold for weakly and strongly damped machines and given steps", test_kinds), &
-      & new_slow("machines whose error bounds once failed now keep them", test_beaten), &
-      & new_slow("machines whose bounds once failed with gauss10 now keep them", test_beaten_by_gauss), &
-      & new_unittest("the checks detect claims falsified by small amounts", test_noticed), &
+      & new_slow("machines whose error bounds once failed now keep them", test_former_failures), &
+      & new_slow("machines whose bounds once failed with gauss10 now keep them", test_former_failures_gauss), &
+      & new_unittest("the checks detect claims falsified by small amounts", test_false_claims), &
       & new_unittest("the pairing of multipliers prefers one within all bounds", test_partners), &
       & new_unittest("quantiles agree with hand calculation", test_quantile)]
   end subroutine collect_population
@@ -64,7 +64,7 @@ contains
   !> by a high order that fell unevenly, 2802 by rounding in decays that all but coincide, 1790 by links whose forces cancel,
   !> 20694 by what the nodes miss of a load that is small beside the others and moves most, 50615 by what they miss of coefficients,
   !> 20806, 30180 and 50523 by vibrations that were followed in unequal steps, 130586 by roundings of a chain's accelerations.
-  subroutine test_beaten(error)
+  subroutine test_former_failures(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: numbers(*) = [59, 202, 202, 384, 900, 5057, 48, 1608, 2802, 1790, 1790, 20694, 50615, 20806, 30180, &
       & 50523, 130586]
@@ -79,11 +79,11 @@ contains
       call examine(numbers(i), most_turns, tally, trim(kinds(i)))
     end do
     if (size(tally%failures) > 0) call check(error, .false., more=trim(tally%failures(1)))
-  end subroutine test_beaten
+  end subroutine test_former_failures
 
   !> Machines of which Gauss' method of ten stages, as few steps as it takes and coefficients that change as finely as these steps
   !> had bounds of Phi(T) beaten, 1906 and 30405, and of x0, 2562, whose change by the embedded method is small by chance.
-  subroutine test_beaten_by_gauss(error)
+  subroutine test_former_failures_gauss(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: numbers(*) = [1906, 2562, 30405]
     !> With more digits more steps are taken.
@@ -101,7 +101,7 @@ contains
       call check_that(error, [c%phi_used, c%x0_used, c%rho_used, c%log_used], "<", 0.6_dp, "error over bound")
       if (allocated(error)) return
     end do
-  end subroutine test_beaten_by_gauss
+  end subroutine test_former_failures_gauss
 
   !> Kinds of machines whose vibrations are hard to bound over the turn.
   subroutine test_kinds(error)
@@ -128,7 +128,7 @@ contains
   end subroutine test_kinds
 
   !> Claims on the paper's machine made false by a little.
-  subroutine test_noticed(error)
+  subroutine test_false_claims(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_data) :: machine
     type(claim_type) :: claim, other
@@ -203,7 +203,7 @@ contains
     call solve_by_library(machine, 1.0e-6_dp, "auto", claim)
     call check_that(error, unpaired(claim), "<", 1.0_dp, "reciprocal pairs")
     call check_that(error, abs(claim%liouville_defect), "<", liouville_bound(claim), "Liouville")
-  end subroutine test_noticed
+  end subroutine test_false_claims
 
   !> The cheapest pairing can lie outside a bound where another lies within all.
   subroutine test_partners(error)

@@ -36,10 +36,10 @@ contains
     testsuite = [ &
       & new_unittest("the measured decay of harmonics agrees with known functions", test_widths), &
       & new_unittest("the eighth harmonic of an even function is not missed", test_eighth), &
-      & new_unittest("the decay of the fastest motion agrees with the closed form", test_fade), &
+      & new_unittest("the decay of the fastest motion agrees with the closed form", test_decay), &
       & new_unittest("the quadrature error for fast vibrations agrees with the closed form", test_not_averaged), &
       & new_unittest("constant coefficients need no steps; loads count only if requested", test_constant), &
-      & new_unittest("the predicted number of steps suffices and is not much too large", test_first)]
+      & new_unittest("the predicted number of steps suffices and is not much too large", test_first_steps)]
   end subroutine collect_prediction
 
   pure real(dp) function kernel(t, r, power)
@@ -119,7 +119,7 @@ contains
   !> Of vibrations that do not act on each other |Phi(T)| and the fastest one's part are known: exp(-d) of each, d = damping T / 2.
   !> Both angles are taken for 16.5 e, and units are powers of two: by these d = 2.5 in 40 radians errs by 2 %, exp(-d) by 5 %,
   !> and 0.4 and 0.8 are taken for 0.6 and 0.6, which are 1 % less.
-  subroutine test_fade(error)
+  subroutine test_decay(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: damping(3, 4) = reshape([0.0_dp, 0.0_dp, 0.0_dp, 0.2_dp, 0.2_dp, 2.0_dp, 0.4_dp, 0.8_dp, 5.0_dp, &
       & 1.0_dp, 1.0_dp, 0.1_dp], [3, 4])
@@ -137,7 +137,7 @@ contains
       call check_that(error, abs(survey%fade / (left(3) / norm2(left)) - 1), "<", 0.06_dp, "fade")
       if (allocated(error)) return
     end do
-  end subroutine test_fade
+  end subroutine test_decay
 
   !> (z / 2)^s / (1 3 ... (2 s - 1)) of what is missed, a quarter of the load: a third of it for two nodes and z = 2, all where z is
   !> great; the part of cos(z t) along P_2, 5 (3 j_1(z/2) / (z/2) - j_0(z/2)), is less.
@@ -174,7 +174,7 @@ contains
   end subroutine test_constant
 
   !> Phi(1) is known in closed form. Of 20 tolerances and ratios two at most may need a second number of steps.
-  subroutine test_first(error)
+  subroutine test_first_steps(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: ratios(*) = [0.05_dp, 0.2_dp, 0.4_dp, 0.5_dp]
     class(method_type), allocatable :: method
@@ -219,6 +219,6 @@ contains
     call new_method("gauss9", method, failure)
     call check_that(error, first_steps(method, system, survey_type(88.0_dp, 88.0_dp, [9.0_dp, 9.0_dp]), 1.0e6_dp), ">=", 8.8_dp, &
       & "10 radians of an odd one")
-  end subroutine test_first
+  end subroutine test_first_steps
 
 end module test_prediction

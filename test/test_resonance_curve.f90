@@ -34,7 +34,7 @@ contains
       & new_unittest("the resonance curve of an unbalanced rotor agrees with its closed form", test_closed_form), &
       & new_unittest("clockwise rotation and descending speeds yield the same resonance curve", test_clockwise), &
       & new_unittest("without damping the maximum is reported as unbounded", test_undamped), &
-      & new_unittest("a speed without any periodic vibration is listed as resonance", test_none_left), &
+      & new_unittest("a speed without any periodic vibration is listed as resonance", test_no_vibration), &
       & new_slow("every maximum found by brute force is listed", test_brute_force), &
       & new_slow("straight lines between the points approximate the curve within 1 %", test_straight), &
       & new_slow("the listed maxima do not depend on the grid", test_grids), &
@@ -205,7 +205,7 @@ contains
   end subroutine test_undamped
 
   !> The very speed of the resonance is one of the grid, so that there is no vibration between those that rise to it.
-  subroutine test_none_left(error)
+  subroutine test_no_vibration(error)
     type(error_type), allocatable, intent(out) :: error
     character(len=8), parameter :: models(2) = [character(len=8) :: "rest", "averaged"]
     type(machine_family) :: machines
@@ -229,7 +229,7 @@ contains
       ! the resonance's own speed is one of those that were solved
       if (.not. allocated(error)) call check(error, curve%maxima(1)%speed, natural_rpm, thr=1.0e-9_dp * natural_rpm)
     end do
-  end subroutine test_none_left
+  end subroutine test_no_vibration
 
   !> The paper's machine with `factor` times its damping.
   subroutine khang_family(factor, family, error)

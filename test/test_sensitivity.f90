@@ -35,8 +35,8 @@ contains
     testsuite = [ &
       & new_unittest("sensitivities of an unbalanced rotor agree with the closed form", test_closed_form), &
       & new_unittest("no more solutions are computed than the tolerance requires", test_solutions), &
-      & new_unittest("two equal peaks make the sensitivity one-sided and are reported", test_bend), &
-      & new_unittest("zero quantities and resonances are reported without sensitivity", test_nothing)]
+      & new_unittest("two equal peaks make the sensitivity one-sided and are reported", test_equal_peaks), &
+      & new_unittest("zero quantities and resonances are reported without sensitivity", test_zero_and_resonance)]
   end subroutine collect_sensitivity
 
   subroutine member(self, parameters, system, error)
@@ -192,7 +192,7 @@ contains
 
   !> cos(theta) + sin(2 theta) / 2 has equal peaks at 30 and 150 deg, up and down. Each goes its own way with a parameter
   !> (envelope theorem), the greater one counts: on both sides of the machine the slopes differ.
-  subroutine test_bend(error)
+  subroutine test_equal_peaks(error)
     type(error_type), allocatable, intent(out) :: error
     complex(dp), parameter :: x(2) = [(1.0e-3_dp, 0.0_dp), (0.0_dp, -0.5e-3_dp)]
     real(dp), parameter :: theta(2) = [pi / 6, 5 * pi / 6]
@@ -223,10 +223,10 @@ contains
       call check_that(error, found(k)%bend(2, 1), "==", .false., "bend of the mean square")
       if (allocated(error)) return
     end do
-  end subroutine test_bend
+  end subroutine test_equal_peaks
 
   !> A quantity that rests has no derivative; an undamped resonance no vibration.
-  subroutine test_nothing(error)
+  subroutine test_zero_and_resonance(error)
     type(error_type), allocatable, intent(out) :: error
     type(relative_family) :: family
     type(sensitivity_base_type) :: base
@@ -241,6 +241,6 @@ contains
     family%speed = sqrt(stiffness / total)
     call solve_sensitivity(family, 4, order_of("xi"), base, found, failure)
     call check_failure(error, failure)
-  end subroutine test_nothing
+  end subroutine test_zero_and_resonance
 
 end module test_sensitivity

@@ -22,7 +22,7 @@ contains
       & new_unittest("distances at one speed and their verdicts agree with hand calculation", test_states), &
       & new_unittest("over a range the smallest distance counts, zero if it contains a resonance", test_range), &
       & new_unittest("kinetic energy shares of coupled masses agree with hand calculation", test_energy), &
-      & new_unittest("a mode that cannot be determined leaves the verdict undecided", test_untold)]
+      & new_unittest("a mode that cannot be determined leaves the verdict undecided", test_unknown_mode)]
   end subroutine collect_separation
 
   !> A mode of this frequency and bound on its error (Hz).
@@ -129,7 +129,7 @@ contains
   end subroutine test_energy
 
   !> It is told at the second speed only; then at none.
-  subroutine test_untold(error)
+  subroutine test_unknown_mode(error)
     type(error_type), allocatable, intent(out) :: error
     type(campbell_type) :: campbell
     type(crossing_type) :: none(0)
@@ -146,6 +146,6 @@ contains
     found = find_separations(campbell, none, [1], 1, 0.1_dp)
     call check(error, ieee_is_nan(found(1)%distance) .and. all(ieee_is_nan(found(1)%energy)), "no numbers")
     if (.not. allocated(error)) call check(error, found(1)%state, "undecided")
-  end subroutine test_untold
+  end subroutine test_unknown_mode
 
 end module test_separation

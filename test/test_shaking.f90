@@ -28,8 +28,8 @@ contains
       & new_unittest("a slider-crank's first order follows the textbook rule for its masses", test_masses), &
       & new_unittest("stroke, speed and acceleration of a central slider-crank agree with closed forms", test_central), &
       & new_unittest("stroke and time ratio of an offset slider-crank agree with closed forms", test_offset), &
-      & new_unittest("labels in a picture are placed apart from each other", test_apart), &
-      & new_unittest("the left side of a curve is determined correctly", test_left)]
+      & new_unittest("labels in a picture are placed apart from each other", test_label_places), &
+      & new_unittest("the left side of a curve is determined correctly", test_left_side)]
   end subroutine collect_shaking
 
   !> The centre of mass turns with the crank at the angle 0.5 before it.
@@ -145,7 +145,7 @@ contains
     call check_success(error, failure, "slider-crank")
   end subroutine slider_crank
 
-  subroutine test_apart(error)
+  subroutine test_label_places(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: exact = 1.0e-14_dp
 
@@ -156,10 +156,10 @@ contains
     call check_that(error, abs(apart([8.0_dp, 9.0_dp, 1.0_dp], 2.0_dp, [9.0_dp, 0.0_dp]) - [7, 9, 1]), "<", exact, "at the rim")
     call check_that(error, with_room([3.0_dp, 3.5_dp, 4.0_dp, 4.2_dp, 1.0_dp], 1.0_dp), "==", [.true., .false., .true., .false., &
       & .true.], "the first have room")
-  end subroutine test_apart
+  end subroutine test_label_places
 
   !> A circle that is followed with its inside on the left, and against it; an open curve from rim to rim.
-  subroutine test_left(error)
+  subroutine test_left_side(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: n = 200
     real(dp), parameter :: radius = 0.3_dp
@@ -174,7 +174,7 @@ contains
     call check_that(error, covers(circle(:, n:0:-1), [0.5_dp, 0.95_dp]), "==", .true., "the other way round, outside")
     call check_that(error, covers(reshape([0.0_dp, 0.2_dp, 1.0_dp, 0.4_dp], [2, 2]), [0.9_dp, 0.99_dp]), "==", .true., "above")
     call check_that(error, covers(reshape([0.0_dp, 0.2_dp, 1.0_dp, 0.4_dp], [2, 2]), [0.1_dp, 0.1_dp]), "==", .false., "below")
-  end subroutine test_left
+  end subroutine test_left_side
 
   !> Whether a point lies on the left of a curve.
   pure logical function covers(points, place)

@@ -1,5 +1,5 @@
 !> The frame in space against d'Alembert's principle link by link (validation/space/newton_euler.py, numbers of
-!> doc/validation.md), and its derivatives against differences; `test_space_held` has it against the plane.
+!> doc/validation.md), and its derivatives against differences; `test_space_held_speed` has it against the plane.
 module test_space
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type

@@ -25,7 +25,7 @@ contains
       & new_unittest("scaling a matrix scales its spectral radius and keeps relative bounds", test_units), &
       & new_unittest("decoupled and weakly coupled states agree with LAPACK", test_decoupled), &
       & new_unittest("nonfinite, zero and extreme matrices yield correct radii and verdicts", test_extreme), &
-      & new_unittest("results do not depend on the neighbouring matrices", test_alone), &
+      & new_unittest("results do not depend on the neighbouring matrices", test_independence), &
       & new_unittest("a mean eigenvalue equal to an eigenvalue does not disturb the search", test_mean)]
   end subroutine collect_spectra_edges
 
@@ -297,7 +297,7 @@ contains
   end subroutine test_extreme
 
   !> Bit for bit the same in another order, alone, in columns of any length, and a second time.
-  subroutine test_alone(error)
+  subroutine test_independence(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: n = 6, count = 37
     real(dp) :: phi(count, n * n), one(1, n * n)
@@ -328,7 +328,7 @@ contains
     call spectral_radii(phi(3:, :), 1.0e-10_dp, other(3:), other_log(3:))
     ! Where LAPACK was asked the one time, roundoff, a part of the bound.
     call check_that(error, maxval(abs(radius(3:) - other(3:)) / (bound(3:) * radius(3:))), "<", 0.5_dp, "without bounds")
-  end subroutine test_alone
+  end subroutine test_independence
 
   !> Eigenvalues 0.5, 0, -0.5 and so on, of elements that leave nothing to round.
   subroutine test_mean(error)

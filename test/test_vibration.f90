@@ -33,7 +33,7 @@ contains
       & new_unittest("mean, rms and peak of the vibration agree with a fine history", test_parseval), &
       & new_unittest("held degrees of freedom rest; ground forces follow from springs and dampers", test_freedoms), &
       & new_unittest("claimed errors of rows and peaks hold for loose tolerances", test_peak_errors), &
-      & new_unittest("only requested results are computed", test_unasked)]
+      & new_unittest("only requested results are computed", test_not_requested)]
   end subroutine collect_vibration
 
   subroutine solve(frame, tolerance, forced, monodromy, error)
@@ -346,7 +346,7 @@ contains
     end do
   end subroutine test_peak_errors
 
-  subroutine test_unasked(error)
+  subroutine test_not_requested(error)
     type(error_type), allocatable, intent(out) :: error
     type(frame_type) :: frame
     type(analysis_type) :: analysis
@@ -368,6 +368,6 @@ contains
     call analyse(frame, analysis_options(model="rest", stability=.false., modes=.true., response=.false.), accuracy_type(), &
       & analysis, failure)
     call check(error, allocated(analysis%multipliers%vectors), more="no vectors")
-  end subroutine test_unasked
+  end subroutine test_not_requested
 
 end module test_vibration

@@ -44,8 +44,8 @@ contains
       & new_unittest("power balances with weights; lifting takes no power per turn", test_balance), &
       & new_unittest("static loads of the supports agree with hand calculation", test_static), &
       & new_unittest("the least compression of a support agrees with a fine history", test_least), &
-      & new_unittest("weights that no spring carries are an error", test_carried), &
-      & new_unittest("with zero gravity weights are inactive and change nothing", test_none)]
+      & new_unittest("weights that no spring carries are an error", test_unsupported), &
+      & new_unittest("with zero gravity weights are inactive and change nothing", test_zero_gravity)]
   end subroutine collect_weights
 
   !> A body of mass m at rest at (0, -l), or above, the frame turning about F on a torsional spring.
@@ -310,7 +310,7 @@ contains
     end do
   end subroutine test_least
 
-  subroutine test_carried(error)
+  subroutine test_unsupported(error)
     type(error_type), allocatable, intent(out) :: error
     type(harmonic_mechanism_type) :: mechanism
     type(frame_type) :: frame
@@ -349,10 +349,10 @@ contains
       call check_that(error, failure%message, "contains", word)
     end subroutine attempt
 
-  end subroutine test_carried
+  end subroutine test_unsupported
 
   !> Bit by bit what a frame without gravity is.
-  subroutine test_none(error)
+  subroutine test_zero_gravity(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_data) :: machine
     type(frame_type) :: frame
@@ -376,6 +376,6 @@ contains
       end select
     end do
     if (.not. allocated(error)) call check_that(error, [abs(motion(1)%cosine - motion(2)%cosine)], "<=", 0.0_dp, "motion")
-  end subroutine test_none
+  end subroutine test_zero_gravity
 
 end module test_weights

@@ -1,6 +1,6 @@
 !> Who holds the speed: a crank that turns evenly in space, against closed forms and laws of conservation. Its exact equations are
 !> held against d'Alembert's principle in test_exact.
-module test_held
+module test_held_speed
   use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
@@ -29,13 +29,13 @@ module test_held
   implicit none (type, external)
   private
 
-  public :: collect_held
+  public :: collect_held_speed
 
   real(dp), parameter :: zero(3, 3) = 0
 
 contains
 
-  subroutine collect_held(testsuite)
+  subroutine collect_held_speed(testsuite)
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
@@ -46,7 +46,7 @@ contains
       & new_unittest("averaged M, B, C are the means of the periodic ones", test_averaged), &
       & new_unittest("mass functions and links agree for a crank that turns evenly", test_mass_functions), &
       & new_unittest("a flywheel on a rigid frame conserves energy while its speed fluctuates", test_fluctuation)]
-  end subroutine collect_held
+  end subroutine collect_held_speed
 
   !> The unbalance m c of a crank of inertia j about the joint at O: in space a rotating force and a weight at O, whatever the frame
   !> does.
@@ -331,4 +331,4 @@ contains
       & more="the square")
   end subroutine test_fluctuation
 
-end module test_held
+end module test_held_speed

@@ -1,5 +1,5 @@
 !> What is not known is said to be lost: too few given steps, numbers whose squares underflow.
-module test_lost
+module test_unreliable
   use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
@@ -19,18 +19,18 @@ module test_lost
   implicit none (type, external)
   private
 
-  public :: collect_lost
+  public :: collect_unreliable
 
 contains
 
-  subroutine collect_lost(testsuite)
+  subroutine collect_unreliable(testsuite)
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
       & new_slow("all methods with any number of steps keep their error bounds", test_given_steps), &
       & new_unittest("far too few steps give an undecided verdict and no vibration", test_too_few), &
       & new_unittest("error bounds hold for links with almost no mass", test_small_masses)]
-  end subroutine collect_lost
+  end subroutine collect_unreliable
 
   !> Random machines with all methods and numbers of steps from far too few to enough, against quadruple precision. A multiplier
   !> that is not lost holds its bound relative to the true one too.
@@ -173,4 +173,4 @@ contains
     light%links%inertia = factor * machine%links%inertia
   end function lighter
 
-end module test_lost
+end module test_unreliable

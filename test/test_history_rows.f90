@@ -1,5 +1,5 @@
 !> Rows and samples of the vibration: however many rows are ordered, the motion is sampled until it is resolved.
-module test_rows
+module test_history_rows
   use checks, only: check_success, check_that
   use data_files, only: machine_of_file
   use gestell_base_error, only: gestell_error => error_type
@@ -15,18 +15,18 @@ module test_rows
   implicit none (type, external)
   private
 
-  public :: collect_rows
+  public :: collect_history_rows
 
 contains
 
-  subroutine collect_rows(testsuite)
+  subroutine collect_history_rows(testsuite)
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
       & new_unittest("a history with many rows is periodic and agrees with fewer rows", test_many), &
-      & new_unittest("an unannounced high order of the shaking force is resolved", test_hidden), &
+      & new_unittest("an unannounced high order of the shaking force is resolved", test_unannounced_order), &
       & new_unittest("with a loose tolerance integration errors do not increase the samples", test_few_samples)]
-  end subroutine collect_rows
+  end subroutine collect_history_rows
 
   !> More rows than samples: every third of them is a row of a third of the number.
   subroutine test_many(error)
@@ -53,7 +53,7 @@ contains
 
   !> Shaking forces of order 40 that the mechanism does not announce: 64 samples would take them for order 24. With eta
   !> held some quantities are zero, and resolved at once.
-  subroutine test_hidden(error)
+  subroutine test_unannounced_order(error)
     type(error_type), allocatable, intent(out) :: error
     type(harmonic_mechanism_type) :: mechanism
     type(frame_type) :: frame
@@ -84,7 +84,7 @@ contains
       call check_that(error, few%vibration%series(i)%tail(), "<", 1.0e-9_dp, "tail")
       if (allocated(error)) return
     end do
-  end subroutine test_hidden
+  end subroutine test_unannounced_order
 
   !> What a coarse integration leaves of kinks, no number of samples resolves, and it need not be resolved.
   subroutine test_few_samples(error)
@@ -110,4 +110,4 @@ contains
     call check_that(error, size(loose%vibration%series(3)%amplitude), "<", 360, "harmonics")
   end subroutine test_few_samples
 
-end module test_rows
+end module test_history_rows

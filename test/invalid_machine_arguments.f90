@@ -1,5 +1,5 @@
 !> Bad arguments to the procedures that make machines and look at their vibration.
-module hostile_machines
+module invalid_machine_arguments
   use checks, only: check_that
   use gestell_door_numerics, only: accuracy_type, analyse, analysis_type, band_rms, diagnose, diagnosis_type, dp, drive_type, &
     & error_type, find_drive, find_reactions, find_quantity, fourier_series, fourier_type, frame_type, guide_forces, guide_type, &
@@ -8,13 +8,13 @@ module hostile_machines
     & solve_vibration, statistics_type, stiffness_matrix, support_type, take_statistics, analysis_options, trade_type, &
     & vibration_type, find_responses, probe_response_type
   use gestell_door_numerics, only: damping_matrix
-  use hostile_systems, only: answers, infinite, nan, refuse
+  use faulty_systems, only: answers, infinite, nan, refuse
   use testdrive, only: check, test_error => error_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   implicit none (type, external)
   private
 
-  public :: test_frames, test_linkages, test_orders, test_small, test_vibrations
+  public :: test_frames, test_linkages, test_tasks_and_names, test_empty_input, test_vibrations
 
   real(dp), parameter :: springs(3, 3) = reshape([1.0e5_dp, 0.0_dp, 0.0_dp, 0.0_dp, 1.0e5_dp, 0.0_dp, 0.0_dp, 0.0_dp, 1.0e4_dp], &
     & [3, 3])
@@ -234,7 +234,7 @@ contains
   end subroutine unset
 
   !> Tasks, names, and frames that were changed by halves.
-  subroutine test_orders(error)
+  subroutine test_tasks_and_names(error)
     type(test_error), allocatable, intent(out) :: error
     type(analysis_options), parameter :: bad(9) = [analysis_options(points=0), analysis_options(points=-1), &
       & analysis_options(points=huge(1)), analysis_options(harmonics=-1), analysis_options(harmonics=1000000), &
@@ -291,7 +291,7 @@ contains
     call analyse(changed, analysis_options(), accuracy_type(), analysis, failure)
     call refuse(failure, invalid_input, "other degrees of freedom", complaints)
     call check(error, complaints, "")
-  end subroutine test_orders
+  end subroutine test_tasks_and_names
 
   !> Vibrations that do not hold what is asked for.
   subroutine test_vibrations(error)
@@ -358,7 +358,7 @@ contains
   end subroutine test_vibrations
 
   !> Functions without an error: what they give of nothing.
-  subroutine test_small(error)
+  subroutine test_empty_input(error)
     type(test_error), allocatable, intent(out) :: error
     type(fourier_type) :: series
     real(dp), parameter :: one(1) = 1
@@ -374,7 +374,7 @@ contains
     if (allocated(error)) return
     call check_that(error, [abs(stiffness_matrix([support_type ::])), abs(damping_matrix([support_type ::]))], "<=", &
       & 0.0_dp, "no supports")
-  end subroutine test_small
+  end subroutine test_empty_input
 
   subroutine four_bar(linkage)
     type(linkage_type), intent(out) :: linkage
@@ -396,4 +396,4 @@ contains
     call new_frame(frame, linkage, 18.0_dp, 0.78_dp, [0.0_dp, 0.0_dp], springs, dampers, 25.0_dp, error=failure)
   end subroutine sound
 
-end module hostile_machines
+end module invalid_machine_arguments

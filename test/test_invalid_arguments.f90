@@ -1,20 +1,20 @@
 !> Bad arguments to every public procedure: an error that says what is wrong, before anything is computed; where the arguments make
 !> sense but the mechanics does not, an answer or an error within bounded work.
-module test_hostile
-  use hostile_floquet, only: test_accuracies, test_faults, test_order_of_calls, test_systems, test_trajectories
-  use hostile_machines, only: test_frames, test_linkages, test_orders, test_small, test_vibrations
-  use hostile_studies, only: test_axes, test_borders, test_families, test_speeds, test_tiles
+module test_invalid_arguments
+  use invalid_floquet_arguments, only: test_accuracies, test_faults, test_order_of_calls, test_systems, test_trajectories
+  use invalid_machine_arguments, only: test_frames, test_linkages, test_tasks_and_names, test_empty_input, test_vibrations
+  use invalid_study_arguments, only: test_axes, test_borders, test_families, test_speeds, test_tiles
   use slow_tests, only: new_slow
   use testdrive, only: new_unittest, unittest_type
   use, intrinsic :: ieee_exceptions, only: ieee_set_halting_mode, ieee_usual
   implicit none (type, external)
   private
 
-  public :: collect_hostile
+  public :: collect_invalid_arguments
 
 contains
 
-  subroutine collect_hostile(testsuite)
+  subroutine collect_invalid_arguments(testsuite)
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     ! Numbers that are not finite are what this suite is about.
@@ -32,9 +32,9 @@ contains
       & new_unittest("studies over the speed refuse invalid arguments", test_speeds), &
       & new_unittest("invalid links and joints are refused", test_linkages), &
       & new_unittest("invalid frames and mass functions are refused", test_frames), &
-      & new_unittest("unknown tasks, unknown names and damaged frames are refused", test_orders), &
+      & new_unittest("unknown tasks, unknown names and damaged frames are refused", test_tasks_and_names), &
       & new_unittest("quantities that a vibration does not contain are refused", test_vibrations), &
-      & new_unittest("functions without error argument return defined values for empty input", test_small)]
-  end subroutine collect_hostile
+      & new_unittest("functions without error argument return defined values for empty input", test_empty_input)]
+  end subroutine collect_invalid_arguments
 
-end module test_hostile
+end module test_invalid_arguments

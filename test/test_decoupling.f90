@@ -1,5 +1,5 @@
 !> What does not couple is found and solved apart, and comes together in the right places.
-module test_parts
+module test_decoupling
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
@@ -18,7 +18,7 @@ module test_parts
   implicit none (type, external)
   private
 
-  public :: collect_parts
+  public :: collect_decoupling
 
   !> Three states: x1' = -x1 / 2 + cos t and, woven around it as states 1 and 3, Vinograd's system with the period pi / 3
   !> repeated six times: exponents 2 and -13.
@@ -31,14 +31,14 @@ module test_parts
 
 contains
 
-  subroutine collect_parts(testsuite)
+  subroutine collect_decoupling(testsuite)
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
       & new_unittest("uncoupled degrees of freedom of a frame are detected", test_frames), &
-      & new_unittest("solving uncoupled parts separately agrees with solving the whole", test_same), &
-      & new_unittest("interleaved uncoupled states return to their places", test_woven)]
-  end subroutine collect_parts
+      & new_unittest("solving uncoupled parts separately agrees with solving the whole", test_parts_and_whole), &
+      & new_unittest("interleaved uncoupled states return to their places", test_interleaved)]
+  end subroutine collect_decoupling
 
   subroutine test_frames(error)
     type(error_type), allocatable, intent(out) :: error
@@ -94,7 +94,7 @@ contains
   end subroutine test_frames
 
   !> Multipliers, eigenvectors, start and motion of the translations against one monodromy matrix of both.
-  subroutine test_same(error)
+  subroutine test_parts_and_whole(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: points = 5
     type(frame_type) :: whole, frame
@@ -135,9 +135,9 @@ contains
     call check_that(error, abs(start%x0 - expected%x0), "<=", start%error + expected%error, "start")
     call check_that(error, maxval(abs(x - y) / spread(floquet%scale, 2, points + 1)), "<", 1.0e-9_dp &
       & * maxval(abs(y) / spread(floquet%scale, 2, points + 1)), "motion")
-  end subroutine test_same
+  end subroutine test_parts_and_whole
 
-  subroutine test_woven(error)
+  subroutine test_interleaved(error)
     type(error_type), allocatable, intent(out) :: error
     type(woven_type) :: system
     type(floquet_type) :: floquet
@@ -158,7 +158,7 @@ contains
       & 0.0_dp, "eigenvectors")
     ! y' = -y / 2 + cos t: y = (2 cos t + 4 sin t) / 5.
     call check_that(error, maxval(abs(start%x0 - [0.0_dp, 0.4_dp, 0.0_dp])), "<", 1.0e-8_dp, "start")
-  end subroutine test_woven
+  end subroutine test_interleaved
 
   subroutine woven_matrix(self, t, p)
     class(woven_type), intent(in) :: self
@@ -196,4 +196,4 @@ contains
     coupled([1, 3], 2) = .false.
   end function woven_coupled
 
-end module test_parts
+end module test_decoupling

@@ -1,5 +1,5 @@
 !> Bad arguments to the procedures that solve families of systems.
-module hostile_studies
+module invalid_study_arguments
   use checks, only: check_that
   use gestell_door_numerics, only: accuracy_type, axis_type, border_accuracy, border_map_type, border_type, campbell_options, &
     & campbell_type, critical_type, crossing_type, dp, error_type, find_borders, find_critical, find_crossings, grid_type, &
@@ -7,7 +7,7 @@ module hostile_studies
     & sensitivity_type, solve_base, solve_campbell, solve_curve, solve_parameter, solve_point, solve_sensitivity, &
     & solve_speed_point, solve_tile, speed_options, speed_point_type, start_curve, sweep_columns, sweep_options, &
     & tile_results_type, tile_type, trace_borders, verdict_failed, verdict_impossible
-  use hostile_systems, only: answers, hostile_family, infinite, nan, refuse
+  use faulty_systems, only: answers, faulty_family, infinite, nan, refuse
   use testdrive, only: check, test_error => error_type
   implicit none (type, external)
   private
@@ -77,25 +77,25 @@ contains
     complaints = ""
     call new_grid(grid, [axis], failure)
     options%columns(5:) = .false.
-    call solve_tile(hostile_family(), unset, tile_type(), options, results, failure)
+    call solve_tile(faulty_family(), unset, tile_type(), options, results, failure)
     call refuse(failure, invalid_input, "grid not made", complaints)
-    call solve_tile(hostile_family(), grid, grid%tile(0), options, results, failure)
+    call solve_tile(faulty_family(), grid, grid%tile(0), options, results, failure)
     call refuse(failure, invalid_input, "tile 0", complaints)
-    call solve_tile(hostile_family(), grid, tile_type(1, [1, 1], [10**9, 1]), options, results, failure)
+    call solve_tile(faulty_family(), grid, tile_type(1, [1, 1], [10**9, 1]), options, results, failure)
     call refuse(failure, invalid_input, "tile beyond the grid", complaints)
     bad = options
     bad%engine = "x"
-    call solve_tile(hostile_family(), grid, grid%tile(1), bad, results, failure)
+    call solve_tile(faulty_family(), grid, grid%tile(1), bad, results, failure)
     call refuse(failure, invalid_input, "engine", complaints)
     bad = options
     bad%accuracy%tolerance = 0
-    call solve_tile(hostile_family(), grid, grid%tile(1), bad, results, failure)
+    call solve_tile(faulty_family(), grid, grid%tile(1), bad, results, failure)
     call refuse(failure, invalid_input, "tolerance", complaints)
     bad = options
     bad%columns = .false.
-    call solve_tile(hostile_family(), grid, grid%tile(1), bad, results, failure)
+    call solve_tile(faulty_family(), grid, grid%tile(1), bad, results, failure)
     call answers(failure, "no columns", complaints)
-    call solve_tile(hostile_family(), grid, grid%tile(1), sweep_options(), results, failure)
+    call solve_tile(faulty_family(), grid, grid%tile(1), sweep_options(), results, failure)
     call answers(failure, "peaks of what is no frame", complaints)
     call check(error, complaints, "")
   end subroutine test_tiles
@@ -111,17 +111,17 @@ contains
 
     complaints = ""
     do i = 1, size(refused)
-      call study(hostile_family(fault=refused(i)), merge(77, invalid_input, refused(i) == "strange code"), complaints)
+      call study(faulty_family(fault=refused(i)), merge(77, invalid_input, refused(i) == "strange code"), complaints)
     end do
     do i = 1, size(tolerated)
-      call study(hostile_family(fault=tolerated(i)), 0, complaints)
+      call study(faulty_family(fault=tolerated(i)), 0, complaints)
     end do
     call check(error, complaints, "")
   end subroutine test_families
 
   !> All studies of a family; `code`: that of the error that each must give, 0: an answer is enough.
   subroutine study(family, code, complaints)
-    type(hostile_family), intent(in) :: family
+    type(faulty_family), intent(in) :: family
     integer, intent(in) :: code
     character(len=:), allocatable, intent(inout) :: complaints
     type(grid_type) :: line, plane
@@ -187,7 +187,7 @@ contains
     type(border_map_type) :: map
     type(nearest_type) :: nearest
     type(grid_type) :: line, plane, unset
-    type(hostile_family) :: family
+    type(faulty_family) :: family
     type(accuracy_type) :: order
     type(error_type), allocatable :: failure
     character(len=:), allocatable :: complaints
@@ -233,7 +233,7 @@ contains
   !> What runs over speeds, and what follows from it.
   subroutine test_speeds(error)
     type(test_error), allocatable, intent(out) :: error
-    type(hostile_family) :: family
+    type(faulty_family) :: family
     type(campbell_type) :: campbell
     type(crossing_type), allocatable :: crossings(:)
     type(critical_type), allocatable :: critical(:)
@@ -307,4 +307,4 @@ contains
 
   end subroutine test_speeds
 
-end module hostile_studies
+end module invalid_study_arguments

@@ -1,5 +1,5 @@
 !> Orders of convergence, and errors against the quadruple-precision reference.
-module test_orders
+module test_convergence
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
@@ -18,15 +18,15 @@ module test_orders
   implicit none (type, external)
   private
 
-  public :: collect_orders
+  public :: collect_convergence
 
 contains
 
-  subroutine collect_orders(testsuite)
+  subroutine collect_convergence(testsuite)
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("every method converges with its stated order", test_convergence), &
+      & new_unittest("every method converges with its stated order", test_every_method), &
       & new_unittest("results of the paper's machine agree with its converged values", test_converged_values), &
       & new_unittest("tolerances from 1e-4 to 1e-12 are met for the paper's machine", test_tolerances), &
       & new_unittest("all methods meet tolerances with ten times the masses", test_other_methods), &
@@ -34,7 +34,7 @@ contains
       & new_slow("claimed errors of random machines bound the true errors", test_random), &
       & new_slow("error bounds hold if one estimate is small by coincidence", test_by_chance), &
       & new_unittest("error bounds hold across a jump that was not declared", test_undeclared_jump)]
-  end subroutine collect_orders
+  end subroutine collect_convergence
 
   !> Phi(T), x_p(T) and x0 of the reference, rounded to double precision, and its multipliers.
   subroutine reference(machine, phi, xp, x0, rho)
@@ -59,7 +59,7 @@ contains
     scaled_norm = norm2(a * spread(d, 1, size(d)) / spread(d, 2, size(d)))
   end function scaled_norm
 
-  subroutine test_convergence(error)
+  subroutine test_every_method(error)
     type(error_type), allocatable, intent(out) :: error
     character(len=9), parameter :: methods(13) = [character(len=9) :: "rk4", "explicit8", "magnus4", "magnus6", "gauss2", &
       & "gauss3", "gauss4", "gauss5", "gauss6", "gauss7", "gauss8", "gauss9", "gauss10"]
@@ -96,7 +96,7 @@ contains
         & more="x_p by " // methods(i))
       if (allocated(error)) return
     end do
-  end subroutine test_convergence
+  end subroutine test_every_method
 
   subroutine test_converged_values(error)
     type(error_type), allocatable, intent(out) :: error
@@ -317,4 +317,4 @@ contains
     call check_that(error, wrong, "<=", 3, "estimates that are wrong")
   end subroutine test_undeclared_jump
 
-end module test_orders
+end module test_convergence

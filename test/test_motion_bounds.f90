@@ -1,5 +1,5 @@
 !> What joints claim of an interval of the crank angle holds in it, however their earlier joints move.
-module test_reach
+module test_motion_bounds
   use checks, only: check_that
   use gestell_math_jet, only: jet
   use gestell_base_kinds, only: dp
@@ -18,7 +18,7 @@ module test_reach
   implicit none (type, external)
   private
 
-  public :: collect_reach
+  public :: collect_motion_bounds
 
   !> Earlier joints on straight ways: their speeds are known exactly.
   integer, parameter :: earlier = 5
@@ -31,7 +31,7 @@ module test_reach
 
 contains
 
-  subroutine collect_reach(testsuite)
+  subroutine collect_motion_bounds(testsuite)
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
@@ -44,7 +44,7 @@ contains
       & new_unittest("bounds on the motion of yokes hold", test_rpp), &
       & new_unittest("bounds on the motion of cam followers hold", test_follower), &
       & new_unittest("bounds on the motion of a crank on a moving pivot hold", test_crank)]
-  end subroutine collect_reach
+  end subroutine collect_motion_bounds
 
   !> Uniformly in [low, high].
   real(dp) function draw(random, low, high)
@@ -335,4 +335,4 @@ contains
   end subroutine test_crank
 
 
-end module test_reach
+end module test_motion_bounds

@@ -1,11 +1,11 @@
 !> Bad arguments to the procedures that solve a periodic system.
-module hostile_floquet
+module invalid_floquet_arguments
   use checks, only: check_that
   use gestell_door_numerics, only: accuracy_type, dp, error_type, evidence, evidence_type, floquet_type, follow, invalid_input, &
     & mesh, method_type, monodromy_type, multipliers_type, new_method, period_map, periodic_solution_type, periodic_system, &
     & solve_floquet, solve_modes, solve_monodromy, solve_multipliers, solve_periodic, trajectory
   use gestell_door_numerics, only: mode_type
-  use hostile_systems, only: answers, evaluations, hostile_first, hostile_second, infinite, nan, refuse
+  use faulty_systems, only: answers, evaluations, faulty_first_order, faulty_second_order, infinite, nan, refuse
   use testdrive, only: check, test_error => error_type
   implicit none (type, external)
   private
@@ -26,30 +26,30 @@ contains
     complaints = ""
     periods = [0.0_dp, -1.0_dp, nan(), infinite(), -infinite()]
     do i = 1, size(periods)
-      call never(hostile_second(states=2, period=periods(i)), "period", complaints)
-      call never(hostile_first(states=2, period=periods(i)), "period", complaints)
+      call never(faulty_second_order(states=2, period=periods(i)), "period", complaints)
+      call never(faulty_first_order(states=2, period=periods(i)), "period", complaints)
     end do
-    call never(hostile_second(), "nothing set", complaints)
-    call never(hostile_second(states=2), "period not set", complaints)
-    call never(hostile_second(period=pi), "no states", complaints)
-    call never(hostile_first(period=pi), "no states", complaints)
-    call never(hostile_second(states=-2, period=pi), "negative states", complaints)
-    call never(hostile_first(states=-2, period=pi), "negative states", complaints)
-    call never(hostile_second(states=1, period=pi), "one state", complaints)
-    call never(hostile_second(states=3, period=pi), "odd states", complaints)
-    call never(hostile_second(states=2, period=pi, breaks=[nan()]), "break nan", complaints)
-    call never(hostile_second(states=2, period=pi, breaks=[infinite()]), "break infinite", complaints)
-    call never(hostile_second(states=2, period=pi, breaks=[-1.0_dp, 10.0_dp]), "breaks outside", complaints)
-    call never(hostile_second(states=2, period=pi, breaks=[2.0_dp, 1.0_dp]), "breaks descend", complaints)
-    call never(hostile_second(states=2, period=pi, breaks=[1.0_dp, 1.0_dp]), "break twice", complaints)
-    call never(hostile_second(states=2, period=pi, breaks=[0.0_dp, 1.0_dp]), "break at 0", complaints)
-    call never(hostile_second(states=2, period=pi, breaks=[1.0_dp, pi]), "break at T", complaints)
-    call never(hostile_second(states=2, period=pi, least_steps=0), "least_steps 0", complaints)
-    call never(hostile_second(states=2, period=pi, least_steps=-5), "least_steps negative", complaints)
-    call never(hostile_second(states=2, period=pi, least_steps=huge(1)), "least_steps huge", complaints)
-    call never(hostile_second(states=2, period=pi, least_steps=100000000), "least_steps 1e8", complaints)
-    call never(hostile_second(states=2, period=pi, rounding=nan()), "rounding nan", complaints)
-    call never(hostile_second(states=2, period=pi, rounding=-1.0_dp), "rounding negative", complaints)
+    call never(faulty_second_order(), "nothing set", complaints)
+    call never(faulty_second_order(states=2), "period not set", complaints)
+    call never(faulty_second_order(period=pi), "no states", complaints)
+    call never(faulty_first_order(period=pi), "no states", complaints)
+    call never(faulty_second_order(states=-2, period=pi), "negative states", complaints)
+    call never(faulty_first_order(states=-2, period=pi), "negative states", complaints)
+    call never(faulty_second_order(states=1, period=pi), "one state", complaints)
+    call never(faulty_second_order(states=3, period=pi), "odd states", complaints)
+    call never(faulty_second_order(states=2, period=pi, breaks=[nan()]), "break nan", complaints)
+    call never(faulty_second_order(states=2, period=pi, breaks=[infinite()]), "break infinite", complaints)
+    call never(faulty_second_order(states=2, period=pi, breaks=[-1.0_dp, 10.0_dp]), "breaks outside", complaints)
+    call never(faulty_second_order(states=2, period=pi, breaks=[2.0_dp, 1.0_dp]), "breaks descend", complaints)
+    call never(faulty_second_order(states=2, period=pi, breaks=[1.0_dp, 1.0_dp]), "break twice", complaints)
+    call never(faulty_second_order(states=2, period=pi, breaks=[0.0_dp, 1.0_dp]), "break at 0", complaints)
+    call never(faulty_second_order(states=2, period=pi, breaks=[1.0_dp, pi]), "break at T", complaints)
+    call never(faulty_second_order(states=2, period=pi, least_steps=0), "least_steps 0", complaints)
+    call never(faulty_second_order(states=2, period=pi, least_steps=-5), "least_steps negative", complaints)
+    call never(faulty_second_order(states=2, period=pi, least_steps=huge(1)), "least_steps huge", complaints)
+    call never(faulty_second_order(states=2, period=pi, least_steps=100000000), "least_steps 1e8", complaints)
+    call never(faulty_second_order(states=2, period=pi, rounding=nan()), "rounding nan", complaints)
+    call never(faulty_second_order(states=2, period=pi, rounding=-1.0_dp), "rounding negative", complaints)
     call check(error, complaints, "")
   end subroutine test_systems
 
@@ -66,21 +66,21 @@ contains
 
     complaints = ""
     do i = 1, size(second)
-      call solve(hostile_second(states=2, period=pi, fault=second(i)), accuracy_type(), trim(second(i)), complaints)
+      call solve(faulty_second_order(states=2, period=pi, fault=second(i)), accuracy_type(), trim(second(i)), complaints)
       if (second(i) == "rough") cycle
-      call solve(hostile_second(states=6, period=pi, fault=second(i)), accuracy_type(tolerance=1.0e-6_dp), trim(second(i)), &
+      call solve(faulty_second_order(states=6, period=pi, fault=second(i)), accuracy_type(tolerance=1.0e-6_dp), trim(second(i)), &
         & complaints)
     end do
     do i = 1, size(first)
-      call solve(hostile_first(states=2, period=pi, fault=first(i)), accuracy_type(), trim(first(i)), complaints)
+      call solve(faulty_first_order(states=2, period=pi, fault=first(i)), accuracy_type(), trim(first(i)), complaints)
     end do
-    call solve(hostile_first(states=1, period=pi), accuracy_type(), "one state", complaints)
-    call solve(hostile_second(states=8, period=pi), accuracy_type(), "four degrees of freedom", complaints)
-    call solve(hostile_second(states=2, period=pi, breaks=[real(dp) ::]), accuracy_type(), "no breaks", complaints)
-    call solve(hostile_second(states=2, period=tiny(1.0_dp)), accuracy_type(), "least period", complaints)
-    call solve(hostile_first(states=2, period=huge(1.0_dp)), accuracy_type(), "huge period", complaints)
-    call solve(hostile_second(states=2, period=1.0e3_dp), accuracy_type(), "long period", complaints)
-    call solve(hostile_second(states=2, period=1.0e-9_dp), accuracy_type(), "short period", complaints)
+    call solve(faulty_first_order(states=1, period=pi), accuracy_type(), "one state", complaints)
+    call solve(faulty_second_order(states=8, period=pi), accuracy_type(), "four degrees of freedom", complaints)
+    call solve(faulty_second_order(states=2, period=pi, breaks=[real(dp) ::]), accuracy_type(), "no breaks", complaints)
+    call solve(faulty_second_order(states=2, period=tiny(1.0_dp)), accuracy_type(), "least period", complaints)
+    call solve(faulty_first_order(states=2, period=huge(1.0_dp)), accuracy_type(), "huge period", complaints)
+    call solve(faulty_second_order(states=2, period=1.0e3_dp), accuracy_type(), "long period", complaints)
+    call solve(faulty_second_order(states=2, period=1.0e-9_dp), accuracy_type(), "short period", complaints)
     call check(error, complaints, "")
   end subroutine test_faults
 
@@ -89,7 +89,7 @@ contains
     type(test_error), allocatable, intent(out) :: error
     character(len=*), parameter :: methods(6) = [character(len=16) :: "", "gauss0", "gauss11", "GAUSS6", "xxxxxxxxxxxxxxxx", &
       & "steps"]
-    type(hostile_second) :: system
+    type(faulty_second_order) :: system
     class(method_type), allocatable :: method
     type(error_type), allocatable :: failure
     type(mode_type), allocatable :: modes(:)
@@ -99,7 +99,7 @@ contains
     integer :: i
 
     complaints = ""
-    system = hostile_second(states=2, period=pi)
+    system = faulty_second_order(states=2, period=pi)
     tolerances = [0.0_dp, -1.0_dp, nan(), infinite(), 1.0_dp, 2.0_dp, -infinite()]
     do i = 1, size(tolerances)
       call never_so(system, accuracy_type(tolerance=tolerances(i)), "tolerance", complaints)
@@ -143,33 +143,33 @@ contains
     call refuse(failure, invalid_input, "periodic motion of nothing", complaints)
     call solve_periodic(monodromy, solution, failure)
     call refuse(failure, invalid_input, "periodic motion of no monodromy", complaints)
-    call follow(hostile_second(states=2, period=pi), floquet, solution, [0.0_dp], x, failure)
+    call follow(faulty_second_order(states=2, period=pi), floquet, solution, [0.0_dp], x, failure)
     call refuse(failure, invalid_input, "follow nothing", complaints)
-    call follow(hostile_second(states=2, period=pi), monodromy, solution, [0.0_dp], x, failure)
+    call follow(faulty_second_order(states=2, period=pi), monodromy, solution, [0.0_dp], x, failure)
     call refuse(failure, invalid_input, "follow no monodromy", complaints)
 
-    call solve_floquet(hostile_second(states=2, period=pi), accuracy_type(), .false., floquet, failure)
+    call solve_floquet(faulty_second_order(states=2, period=pi), accuracy_type(), .false., floquet, failure)
     call answers(failure, "not forced", complaints)
     call solve_periodic(floquet, solution, failure)
     call refuse(failure, invalid_input, "periodic motion without forcing", complaints)
-    call solve_monodromy(hostile_second(states=2, period=pi), accuracy_type(), .false., monodromy, failure)
+    call solve_monodromy(faulty_second_order(states=2, period=pi), accuracy_type(), .false., monodromy, failure)
     call answers(failure, "not forced", complaints)
     call solve_periodic(monodromy, solution, failure)
     call refuse(failure, invalid_input, "periodic motion of a monodromy without forcing", complaints)
 
-    call solve_floquet(hostile_second(states=2, period=pi), accuracy_type(), .true., other, failure)
+    call solve_floquet(faulty_second_order(states=2, period=pi), accuracy_type(), .true., other, failure)
     if (.not. allocated(failure)) call solve_periodic(other, solution, failure)
     call answers(failure, "periodic motion", complaints)
-    call follow(hostile_second(states=2, period=pi), other, solution, [0.5_dp, 0.2_dp], x, failure)
+    call follow(faulty_second_order(states=2, period=pi), other, solution, [0.5_dp, 0.2_dp], x, failure)
     call refuse(failure, invalid_input, "phases descend", complaints)
-    call follow(hostile_second(states=2, period=pi), other, solution, [-0.5_dp, 0.2_dp], x, failure)
+    call follow(faulty_second_order(states=2, period=pi), other, solution, [-0.5_dp, 0.2_dp], x, failure)
     call refuse(failure, invalid_input, "phase below 0", complaints)
-    call follow(hostile_second(states=2, period=pi), other, solution, [0.5_dp, nan()], x, failure)
+    call follow(faulty_second_order(states=2, period=pi), other, solution, [0.5_dp, nan()], x, failure)
     call refuse(failure, invalid_input, "phase nan", complaints)
-    call follow(hostile_second(states=4, period=pi), other, solution, [0.5_dp], x, failure)
+    call follow(faulty_second_order(states=4, period=pi), other, solution, [0.5_dp], x, failure)
     call refuse(failure, invalid_input, "another system", complaints)
 
-    call solve_floquet(hostile_first(states=2, period=pi, table=3), accuracy_type(), .true., other, failure)
+    call solve_floquet(faulty_first_order(states=2, period=pi, table=3), accuracy_type(), .true., other, failure)
     call refuse(failure, invalid_input, "coupled of another shape", complaints)
     call check(error, complaints, "")
   end subroutine test_order_of_calls
@@ -177,14 +177,14 @@ contains
   !> Steps and shapes of the map of a period and of a trajectory.
   subroutine test_trajectories(error)
     type(test_error), allocatable, intent(out) :: error
-    type(hostile_second) :: system
+    type(faulty_second_order) :: system
     class(method_type), allocatable :: method
     type(error_type), allocatable :: failure
     character(len=:), allocatable :: complaints
     real(dp) :: phi(2, 2), large(3, 3), x(2, 1)
 
     complaints = ""
-    system = hostile_second(states=2, period=pi)
+    system = faulty_second_order(states=2, period=pi)
     call new_method("gauss4", method, failure)
     call period_map(system, method, [0.0_dp, nan(), 1.0_dp], [1.0_dp, 1.0_dp], phi, failure)
     call refuse(failure, invalid_input, "node nan", complaints)
@@ -258,4 +258,4 @@ contains
     call answers(failure, "solve_monodromy: " // what, complaints)
   end subroutine solve
 
-end module hostile_floquet
+end module invalid_floquet_arguments

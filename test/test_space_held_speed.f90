@@ -1,6 +1,6 @@
 !> Who holds the speed of a frame in space: against the plane, and derivatives against differences. `test/cli/space.py` has the
 !> numbers of d'Alembert's principle (validation/space/holders.py) and the balance of power.
-module test_space_held
+module test_space_held_speed
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
@@ -18,17 +18,17 @@ module test_space_held
   implicit none (type, external)
   private
 
-  public :: collect_space_held
+  public :: collect_space_held_speed
 
 contains
 
-  subroutine collect_space_held(testsuite)
+  subroutine collect_space_held_speed(testsuite)
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
       & new_unittest("with a held speed space and plane equations agree", test_plane), &
       & new_unittest("derivatives in space with an outside drive agree with differences", test_derivatives)]
-  end subroutine collect_space_held
+  end subroutine collect_space_held_speed
 
   !> The plane's own frame in space.
   subroutine test_plane(error)
@@ -153,4 +153,4 @@ contains
 
   end subroutine test_derivatives
 
-end module test_space_held
+end module test_space_held_speed

@@ -1,6 +1,6 @@
 !> Supports whose axes turn with the frame: beside those in space, in closed form, against momentum and energy. What d'Alembert's
 !> principle says of them is with the other tests of the exact frame.
-module test_axes
+module test_support_axes
   use checks, only: check_success, check_that
   use exact_machines, only: machine_on_supports, solve_multiplier
   use gestell_base_error, only: gestell_error => error_type
@@ -26,14 +26,14 @@ module test_axes
   implicit none (type, external)
   private
 
-  public :: collect_axes
+  public :: collect_support_axes
 
   real(dp), parameter :: zero(3, 3) = 0
   character(len=11), parameter :: models(3) = [character(len=11) :: "exact", "first_order", "rest"]
 
 contains
 
-  subroutine collect_axes(testsuite)
+  subroutine collect_support_axes(testsuite)
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
@@ -43,7 +43,7 @@ contains
       & new_unittest("stiffness of a frame above or below its support agrees with closed form", test_pendulum), &
       & new_unittest("forces and moment on the ground equal the rate of momentum lost", test_momentum), &
       & new_unittest("drive power equals energy growth plus damper power with turning axes", test_balance)]
-  end subroutine collect_axes
+  end subroutine collect_support_axes
 
   !> Springs that pull alike in all directions have no axes.
   subroutine test_alike(error)
@@ -240,4 +240,4 @@ contains
     end do
   end subroutine test_balance
 
-end module test_axes
+end module test_support_axes

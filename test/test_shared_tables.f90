@@ -1,5 +1,5 @@
 !> One table of the mechanism for many cases.
-module test_table
+module test_shared_tables
   use checks, only: check_success, check_that
   use data_files, only: machine_of_file
   use gestell_door_numerics, only: dp, frame_type, mass_functions_type, mechanism_type, mesh, method_type, new_frame, new_method, &
@@ -20,7 +20,7 @@ module test_table
   implicit none (type, external)
   private
 
-  public :: collect_table
+  public :: collect_shared_tables
 
   !> A linkage that counts how often it is evaluated.
   type, extends(mechanism_type) :: counting_type
@@ -42,7 +42,7 @@ module test_table
 
 contains
 
-  subroutine collect_table(testsuite)
+  subroutine collect_shared_tables(testsuite)
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
@@ -50,7 +50,7 @@ contains
       & new_unittest("all samples of a cell share one table of the mechanism", test_cell), &
       & new_unittest("a table is used only for exactly its own angles", test_tables), &
       & new_unittest("a tabulated mechanism in a new frame keeps the mechanism's properties", test_new_frame)]
-  end subroutine collect_table
+  end subroutine collect_shared_tables
 
   !> With the table the results are the same but for roundings, for other speeds, stiffnesses, masses and origins, and
   !> nothing is evaluated again; where the table does not hold, for other steps or the crank turned the other way, the
@@ -280,4 +280,4 @@ contains
     call check_success(error, failure)
   end subroutine four_bar
 
-end module test_table
+end module test_shared_tables

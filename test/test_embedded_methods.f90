@@ -1,6 +1,6 @@
 !> A method with the two that are embedded in it: the basis in which one elimination serves all of them, and what they tell of the
 !> error.
-module test_pair
+module test_embedded_methods
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
@@ -23,22 +23,22 @@ module test_pair
   implicit none (type, external)
   private
 
-  public :: collect_pair
+  public :: collect_embedded_methods
 
 contains
 
-  subroutine collect_pair(testsuite)
+  subroutine collect_embedded_methods(testsuite)
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
       & new_unittest("embedded methods share the unknowns and equations of the full method", test_nested), &
       & new_unittest("phase errors of fitted and embedded methods agree with closed forms", test_phase), &
-      & new_unittest("the frequency of the fastest motion agrees with closed forms", test_pace), &
+      & new_unittest("the frequency of the fastest motion agrees with closed forms", test_fastest_frequency), &
       & new_unittest("fitted steps do not hide the errors of slower motions", test_not_fitted), &
-      & new_unittest("a motion that decays below the smallest number stays within its bound", test_dying), &
+      & new_unittest("a motion that decays below the smallest number stays within its bound", test_decaying), &
       & new_unittest("errors of Mathieu's equation lie within bounds that are not wide", test_mathieu), &
       & new_unittest("error bounds hold if all embedded methods sample the load alike", test_load)]
-  end subroutine collect_pair
+  end subroutine collect_embedded_methods
 
   !> Polynomials of degree s - 2 have nothing of the last unknown, of degree s - 3 nothing of the last two; residuals along P_s-1
   !> are not seen in the equations of the others, along P_s-2 not in those before the last two; the tails are Legendre's
@@ -171,7 +171,7 @@ contains
 
   !> Of a damped oscillator the pace v is that of z = -d + i w, v^2 = -Re z^2, zero where it does not turn; of Mathieu's equation it
   !> is the mean of powers of the coefficient; of coupled oscillators it is that of the fastest. Oracle: closed forms, and sums.
-  subroutine test_pace(error)
+  subroutine test_fastest_frequency(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: frequency = 50, damping = 0.2_dp, q = 300, rounding = 1.0e-12_dp
     integer, parameter :: points = 16
@@ -259,7 +259,7 @@ contains
       pace = pace_of(at)
     end function pace
 
-  end subroutine test_pace
+  end subroutine test_fastest_frequency
 
   !> Where the fastest motion dies out the error of Phi(T) is that of a slower one, to which no steps are fitted; where both change
   !> in the turn its errors have both signs and need not cancel, though they look as if the mean did. Oracle: Gauss' method with ten
@@ -300,7 +300,7 @@ contains
 
   !> An oscillator whose motion ends below the smallest number, whatever the units: the differences of such maps tell nothing, and
   !> are not taken for what does not converge.
-  subroutine test_dying(error)
+  subroutine test_decaying(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: frequencies(2) = [500.0_dp, 600.0_dp]
     type(oscillators_type) :: system
@@ -322,7 +322,7 @@ contains
         if (allocated(error)) return
       end do
     end do
-  end subroutine test_dying
+  end subroutine test_decaying
 
   !> Phi(T) of Mathieu's equation, from slow to fast, by every method that has others embedded, is within its bound, the bound
   !> within the tolerance, and not wide: less than 1000 times what is missed, where that is no rounding. Oracle: ten times the
@@ -390,4 +390,4 @@ contains
     end do
   end subroutine test_load
 
-end module test_pair
+end module test_embedded_methods

@@ -1,5 +1,5 @@
 !> Values set from outside the file, and suggestions for misspelt words.
-module test_set
+module test_set_option
   use checks, only: check_failure, check_that
   use testdrive, only: new_unittest, unittest_type, check, test_error => error_type
   use gestell_base_error, only: error_type, invalid_input, wrong_usage
@@ -17,18 +17,18 @@ module test_set
   implicit none (type, external)
   private
 
-  public :: collect_set
+  public :: collect_set_option
 
 contains
 
-  subroutine collect_set(testsuite)
+  subroutine collect_set_option(testsuite)
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
       new_unittest("--set changes exactly the value that its path names", test_assignments), &
       new_unittest("invalid --set options are refused with the exact message", test_wrong_set), &
       new_unittest("misspelt words yield the nearest suggestion", test_suggestion)]
-  end subroutine collect_set
+  end subroutine collect_set_option
 
   subroutine test_assignments(error)
     type(test_error), allocatable, intent(out) :: error
@@ -205,4 +205,4 @@ contains
     call check_message(error, failure, "--set " // assignment // ": " // message)
   end subroutine not_set
 
-end module test_set
+end module test_set_option

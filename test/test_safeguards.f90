@@ -1,5 +1,5 @@
 !> What the fast paths must not do silently: lose digits with small pivots, lose what is no number, mix up steps.
-module test_guards
+module test_safeguards
   use checks, only: check_failure, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
@@ -18,7 +18,7 @@ module test_guards
   implicit none (type, external)
   private
 
-  public :: collect_guards
+  public :: collect_safeguards
 
   !> Its first pivot is small, its condition is not.
   real(dp), parameter :: mix(2, 2) = reshape([1.0e-5_dp, 1.0_dp, 1.0_dp, 0.3_dp], [2, 2])
@@ -35,7 +35,7 @@ module test_guards
 
 contains
 
-  subroutine collect_guards(testsuite)
+  subroutine collect_safeguards(testsuite)
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
@@ -46,7 +46,7 @@ contains
       & new_unittest("products that contain NaN are reported as not computable", test_no_product), &
       & new_unittest("the reach of a motion is correct even if its square overflows", test_small_units), &
       & new_unittest("no block has fewer steps than are computed side by side", test_blocks)]
-  end subroutine collect_guards
+  end subroutine collect_safeguards
 
   subroutine matrices(self, t, m, b, c)
     class(pair_type), intent(in) :: self
@@ -278,4 +278,4 @@ contains
     end do
   end subroutine test_blocks
 
-end module test_guards
+end module test_safeguards

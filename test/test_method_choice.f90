@@ -1,5 +1,5 @@
 !> What the methods tell of their work, and the choice that rests on it.
-module test_cheapest
+module test_method_choice
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
@@ -20,7 +20,7 @@ module test_cheapest
   implicit none (type, external)
   private
 
-  public :: collect_cheapest
+  public :: collect_method_choice
 
   !> P = (1 + change cos(2 pi t / T)) E.
   type, extends(periodic_system) :: still_type
@@ -38,7 +38,7 @@ module test_cheapest
 
 contains
 
-  subroutine collect_cheapest(testsuite)
+  subroutine collect_method_choice(testsuite)
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
@@ -47,7 +47,7 @@ contains
       & new_slow("the chosen method needs at most half more than the least work", test_least_work), &
       & new_unittest("fast vibrations demand a method of order 8 or more", test_large_choice), &
       & new_unittest("methods that pay only in blocks of eight steps are avoided", test_few_steps)]
-  end subroutine collect_cheapest
+  end subroutine collect_method_choice
 
   subroutine still_matrix(self, t, p)
     class(still_type), intent(in) :: self
@@ -232,4 +232,4 @@ contains
     call check_that(error, method%name(:5), "/=", "gauss", method%name)
   end subroutine test_few_steps
 
-end module test_cheapest
+end module test_method_choice

@@ -1,5 +1,5 @@
 !> Single steps, the effort, and that no more is claimed than was ordered.
-module test_method
+module test_integration
   use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
@@ -16,7 +16,7 @@ module test_method
   implicit none (type, external)
   private
 
-  public :: collect_method
+  public :: collect_integration
 
   !> x' = f alone.
   type, extends(periodic_system) :: quadrature_type
@@ -33,20 +33,20 @@ module test_method
 
 contains
 
-  subroutine collect_method(testsuite)
+  subroutine collect_integration(testsuite)
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
       & new_unittest("predicted numbers of steps and evaluations equal those carried out", test_steps), &
-      & new_unittest("claimed errors never exceed the requested tolerance", test_ordered), &
+      & new_unittest("claimed errors never exceed the requested tolerance", test_requested_tolerance), &
       & new_unittest("results do not depend on the unit of time", test_units), &
       & new_unittest("a step of rk4 equals its four-slope formula", test_runge_kutta), &
-      & new_unittest("the maximum within the period and the trace survive uneven steps", test_way), &
+      & new_unittest("the maximum within the period and the trace survive uneven steps", test_mid_period), &
       & new_unittest("the weight of rounding errors in mid-turn agrees with the closed form", test_mid_turn), &
       & new_unittest("every listed method name creates a method", test_names), &
       & new_unittest("a body without mass is an error", test_massless), &
       & new_unittest("overflow within the period is an error", test_overflow)]
-  end subroutine collect_method
+  end subroutine collect_integration
 
   subroutine unloaded_matrices(self, t, m, b, c)
     class(unloaded_type), intent(in) :: self
@@ -135,7 +135,7 @@ contains
 
   !> x' = f: Phi = E is exact at once, x_p(T) takes more steps. And a claim is no more than what was ordered: there and
   !> for Mathieu's equation to many tolerances.
-  subroutine test_ordered(error)
+  subroutine test_requested_tolerance(error)
     type(error_type), allocatable, intent(out) :: error
     character(len=6), parameter :: methods(4) = [character(len=6) :: "rk4", "gauss2", "gauss3", "gauss6"]
     integer, parameter :: order(4) = [4, 4, 6, 12], stages(4) = [2, 2, 3, 6], points = 4000
@@ -187,7 +187,7 @@ contains
         if (allocated(error)) return
       end do
     end do
-  end subroutine test_ordered
+  end subroutine test_requested_tolerance
 
   !> The unit of time changes nothing but the units.
   subroutine test_units(error)
@@ -278,7 +278,7 @@ contains
 
   !> The greatest size of x_p on the way, in balanced units, is not the last one; and the trace is integrated in uneven
   !> steps too.
-  subroutine test_way(error)
+  subroutine test_mid_period(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: nodes(9) = [0.0_dp, 0.1_dp, 0.25_dp, 0.4_dp, 0.5_dp, 0.6_dp, 0.7_dp, 0.9_dp, 1.0_dp]
     real(dp), parameter :: scale(4) = [1.0_dp, 0.5_dp, 32.0_dp, 64.0_dp]
@@ -306,7 +306,7 @@ contains
     call monodromy%liouville_defect(jumping, defect, failure)
     ! Gauss' rule of order 8 with steps of 0.3: 1e-10.
     call check(error, defect, 0.0_dp, thr=1.0e-9_dp)
-  end subroutine test_way
+  end subroutine test_mid_period
 
   !> At critical damping, d = B / 2, Phi(t) = exp(-tau) [1 + tau, tau; -tau, 1 - tau] over the velocity d, tau = d t, of the norm
   !> exp(-tau) sqrt(2 + 4 tau^2): a rounding in mid-turn, tau = a, counts |Phi(T / 2)|^2 / (sqrt 2 |Phi(T)|), 7.1 times.
@@ -377,4 +377,4 @@ contains
     call check_failure(error, failure, "range of the numbers")
   end subroutine test_overflow
 
-end module test_method
+end module test_integration

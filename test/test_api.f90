@@ -1,12 +1,12 @@
 !> The library by its front door: machines by text and in code, what is refused, several threads.
-module test_door
+module test_api
   use checks, only: check_success, check_that
   use gestell, only: dp, gestell_error => error_type, invalid_input, machine_type, response_type, solution_type, table_type
   use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
 
-  public :: collect_door
+  public :: collect_api
 
   character, parameter :: newline = new_line("a")
   !> An unbalanced rotor on springs that are the same in all directions: |x| = m e W^2 / |k - M W^2 + i W c|.
@@ -19,14 +19,14 @@ module test_door
 
 contains
 
-  subroutine collect_door(testsuite)
+  subroutine collect_api(testsuite)
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
       & new_unittest("a rotor built in code agrees with its closed form", test_rotor), &
       & new_unittest("a refused change leaves the machine unchanged", test_refused), &
       & new_unittest("several threads obtain the same numbers as one", test_threads)]
-  end subroutine collect_door
+  end subroutine collect_api
 
   !> Amplitude and force of an unbalanced rotor, built in code.
   subroutine test_rotor(error)
@@ -174,4 +174,4 @@ contains
     call check_that(error, failure%code, "==", invalid_input, "code")
   end subroutine refused
 
-end module test_door
+end module test_api

@@ -1,5 +1,5 @@
-!> Systems and families that make no sense, for the suite `hostile`; and a list of what was said to them.
-module hostile_systems
+!> Systems and families with invalid or absurd properties, for the suite `invalid-arguments`, and a list of complaints.
+module faulty_systems
   use gestell_door_numerics, only: dp, error_type, failed_computation, family_type, impossible_mechanism, invalid_input, &
     & periodic_system, second_order_system
   use, intrinsic :: ieee_arithmetic, only: ieee_negative_inf, ieee_positive_inf, ieee_quiet_nan, ieee_value
@@ -9,16 +9,16 @@ module hostile_systems
   public :: answers, nan, infinite, refuse
 
   !> Mathieu's equation for each degree of freedom, with a little damping, unless `fault` says otherwise.
-  type, extends(second_order_system), public :: hostile_second
+  type, extends(second_order_system), public :: faulty_second_order
     character(len=16) :: fault = ""
     real(dp) :: a = 1, q = 0.1_dp
   contains
     procedure :: matrices
     procedure :: load
-  end type hostile_second
+  end type faulty_second_order
 
   !> The same as equations of first order.
-  type, extends(periodic_system), public :: hostile_first
+  type, extends(periodic_system), public :: faulty_first_order
     character(len=16) :: fault = ""
     !> Shape of `coupled`, where it is not that of the states.
     integer :: table = 0
@@ -26,14 +26,14 @@ module hostile_systems
     procedure :: matrix
     procedure :: forcing
     procedure :: coupled
-  end type hostile_first
+  end type faulty_first_order
 
   !> Mathieu's equation over a, or what `fault` says.
-  type, extends(family_type), public :: hostile_family
+  type, extends(family_type), public :: faulty_family
     character(len=16) :: fault = ""
   contains
     procedure :: member
-  end type hostile_family
+  end type faulty_family
 
   !> How often coefficients were asked for.
   integer, public :: evaluations = 0
@@ -44,7 +44,7 @@ module hostile_systems
 contains
 
   subroutine matrices(self, t, m, b, c)
-    class(hostile_second), intent(in) :: self
+    class(faulty_second_order), intent(in) :: self
     real(dp), intent(in) :: t
     real(dp), intent(out) :: m(:, :), b(:, :), c(:, :)
     integer :: i
@@ -96,7 +96,7 @@ contains
   end subroutine matrices
 
   subroutine load(self, t, h)
-    class(hostile_second), intent(in) :: self
+    class(faulty_second_order), intent(in) :: self
     real(dp), intent(in) :: t
     real(dp), intent(out) :: h(:)
 
@@ -116,7 +116,7 @@ contains
   end subroutine load
 
   subroutine matrix(self, t, p)
-    class(hostile_first), intent(in) :: self
+    class(faulty_first_order), intent(in) :: self
     real(dp), intent(in) :: t
     real(dp), intent(out) :: p(:, :)
 
@@ -147,7 +147,7 @@ contains
   end subroutine matrix
 
   subroutine forcing(self, t, f)
-    class(hostile_first), intent(in) :: self
+    class(faulty_first_order), intent(in) :: self
     real(dp), intent(in) :: t
     real(dp), intent(out) :: f(:)
 
@@ -156,7 +156,7 @@ contains
   end subroutine forcing
 
   function coupled(self)
-    class(hostile_first), intent(in) :: self
+    class(faulty_first_order), intent(in) :: self
     logical, allocatable :: coupled(:, :)
     integer :: n
 
@@ -165,7 +165,7 @@ contains
   end function coupled
 
   subroutine member(self, parameters, system, error)
-    class(hostile_family), intent(in) :: self
+    class(faulty_family), intent(in) :: self
     real(dp), intent(in) :: parameters(:)
     class(periodic_system), allocatable, intent(out) :: system
     type(error_type), allocatable, intent(out) :: error
@@ -178,17 +178,17 @@ contains
       error = error_type(message="an error of the user's own", code=77)
     case ("nothing at all")
     case ("no states")
-      allocate(system, source=hostile_second(states=0, period=pi))
+      allocate(system, source=faulty_second_order(states=0, period=pi))
     case ("odd states")
-      allocate(system, source=hostile_second(states=3, period=pi))
+      allocate(system, source=faulty_second_order(states=3, period=pi))
     case ("negative period")
-      allocate(system, source=hostile_second(states=2, period=-1.0_dp))
+      allocate(system, source=faulty_second_order(states=2, period=-1.0_dp))
     case ("nan")
-      allocate(system, source=hostile_second(states=2, period=pi, fault="mass nan"))
+      allocate(system, source=faulty_second_order(states=2, period=pi, fault="mass nan"))
     case ("changing states")
-      allocate(system, source=hostile_first(states=merge(2, 3, parameters(1) > 1), period=pi))
+      allocate(system, source=faulty_first_order(states=merge(2, 3, parameters(1) > 1), period=pi))
     case default
-      allocate(system, source=hostile_second(states=2, period=pi, a=parameters(1), q=0.2_dp))
+      allocate(system, source=faulty_second_order(states=2, period=pi, a=parameters(1), q=0.2_dp))
     end select
   end subroutine member
 
@@ -235,4 +235,4 @@ contains
     evaluations = 0
   end subroutine answers
 
-end module hostile_systems
+end module faulty_systems
