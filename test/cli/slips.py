@@ -218,10 +218,10 @@ def test_slips():
     with Folder(input=FOUR_BAR) as folder:
         equal("no slip", warnings(folder), [])
         for what, setting, words in (
-                ("another pin", "link(coupler).to=B0", ("link 'coupler' joins 'A' and 'B0'", "0.33 to 0.47 m")),
+                ("another pin", "link(coupler).to=B0", ("link 'coupler' connects 'A' and 'B0'", "0.33 to 0.47 m")),
                 ("kg for t", "frame.mass=0.018", ("the frame has 0.018 kg, the mechanism 1.35 kg",)),
                 # 19.35 kg on 784.532 N/m
-                ("N/m for N/mm", "support.stiffness=392.266", ("would sink on its mounts by 0.242 m even along the stiffest axis, 1.01 Hz",)),
+                ("N/m for N/mm", "support.stiffness=392.266", ("would sink by 0.242 m even along the stiffest axis of its mounts (1.01 Hz)",)),
                 # 2e5 N s/m beside 2 sqrt(784532 N/m 19.35 kg)
                 ("N s/m for N s/mm", "support.damping=1e5", ("at least 25.7 times the critical damping",)),
                 ("softer along one axis", "support(1).stiffness(1)=0.4", ()),

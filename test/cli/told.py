@@ -62,7 +62,7 @@ def test_frequencies():
             equal(f"multipliers at {speed}", len(multipliers(run.out)), 6)
             for k, (frequency, multiple, words) in enumerate(multipliers(run.out)):
                 what = f"multiplier {k + 1} at {speed}"
-                if words == "cannot be told":
+                if words == "not identified":
                     check(f"{what} can be told", False, "a frequency", words)
                     continue
                 frequency = 2 * math.pi * float(frequency)
@@ -78,8 +78,8 @@ def test_kinds_of_frequencies():
     with Folder() as folder:
         run = Run(folder, "-s", "foundation.damping=3e4,2e4,2e3", "input.nml")
         run.done("overdamped")
-        check("overdamped: two do not swing", [row for row in multipliers(run.out) if row == ("0", "0", "does not swing")][1:],
-              "does not swing", multipliers(run.out))
+        check("overdamped: two do not swing", [row for row in multipliers(run.out) if row == ("0", "0", "no oscillation")][1:],
+              "no oscillation", multipliers(run.out))
     with Folder(input=SIEVE) as folder:
         run = Run(folder, "-s", "case.tasks=stability", "input.nml")
         words = [row for row in multipliers(run.out) if row[2] == "locked to the crank"]
@@ -142,15 +142,15 @@ def test_units():
         for option in ("--check", "-q"):
             run = Run(folder, *settings, *(["--check"] if option == "--check" else []), "input.nml")
             # r Omega of the crank pin and more of the rocker's: 70 * 8 pi = 1759
-            told = re.search(r"warning joint '(.*)' moves with up to ([\d.]+) m/s, above 500: are the units right\?", run.flat)
+            told = re.search(r"warning joint '(.*)' moves at up to ([\d.]+) m/s, more than 500 m/s: check the units", run.flat)
             check(f"units, {option}: speed", told and float(told[2]) >= 1759, "1759 m/s or more", run.out[:1500])
-            check(f"units, {option}: width", re.search(r"warning the mechanism is \d+ m wide, above 20: ", run.flat), "it",
+            check(f"units, {option}: width", re.search(r"warning the mechanism is \d+ m wide, more than 20 m: ", run.flat), "it",
                   run.out[:1500])
         # r Omega^2 = 0.07 * 419^2 = 12280, three times as fast 110500, at 88 m/s
         run = Run(folder, "--check", "-s", "drive.speed_rpm=12000", "input.nml")
-        check("units: acceleration", re.search(r"warning joint '.' is accelerated with up to \S+ m/s\^2, above 1(e5|00000): ", run.flat), "it", run.out[:1500])
+        check("units: acceleration", re.search(r"warning joint '.' has an acceleration of up to \S+ m/s\^2, more than 1(e5|00000) m/s\^2: ", run.flat), "it", run.out[:1500])
         run = Run(folder, "--check", "input.nml")
-        check("units: none of a sound machine", "are the units right" not in run.out, "no note", run.out[:1500])
+        check("units: none of a sound machine", "check the units" not in run.out, "no note", run.out[:1500])
 
 
 def test_triad():

@@ -192,7 +192,7 @@ def test_great():
             run.done(f"great, {speed} rpm")
             psi = float(re.search(r"^  psi +([0-9.]+) .* mrad", run.out, re.M)[1]) / 1000
             check(f"great, {speed} rpm: psi = {psi} rad", (psi > 0.5) == great, great, psi)
-            check(f"great, {speed} rpm", ("GREAT MOTIONS: psi reaches 3.42 rad\n" in run.out) == great, great, run.out)
+            check(f"great, {speed} rpm", ("LARGE MOTIONS: psi reaches 3.42 rad\n" in run.out) == great, great, run.out)
 
 
 def test_page():

@@ -37,8 +37,8 @@ module gestell_output_report_plausibility
   !> Maximum plausible share of a follower's rms acceleration in the upper half of the orders of its lift table
   real(dp), parameter :: of_upper_half = 0.1_dp
   integer, parameter :: samples = 72
-  character(len=*), parameter :: units = ": are the units right? They are m, kg, N, s where &units says nothing else", &
-    & powers = ": are mass and inertia right?"
+  character(len=*), parameter :: units = ": check the units (by default m, kg, N, s; see &units)", &
+    & powers = ": check mass and inertia"
 
   !> Extremes of a mechanism over the period.
   type :: extremes_type
@@ -68,16 +68,16 @@ contains
       call find_extremes(mechanism, abs(frame%speed), found)
       extent = maxval(found%high - found%low)
       if (found%speed > fastest) then
-        lines = "joint '" // mechanism%joints(found%fast)%name // "' moves with " // up_to(found%speed) // " m/s, above " &
-          & // concise(fastest) // units // newline
+        lines = "joint '" // mechanism%joints(found%fast)%name // "' moves at " // up_to(found%speed) // " m/s, more than " &
+          & // concise(fastest) // " m/s" // units // newline
       else if (found%acceleration > greatest_acceleration) then
-        lines = "joint '" // mechanism%joints(found%quick)%name // "' is accelerated with " // up_to(found%acceleration) &
-          & // " m/s^2, above " // concise(greatest_acceleration) // units // newline
+        lines = "joint '" // mechanism%joints(found%quick)%name // "' has an acceleration of " // up_to(found%acceleration) &
+          & // " m/s^2, more than " // concise(greatest_acceleration) // " m/s^2" // units // newline
       end if
-      if (extent > widest) lines = lines // "the mechanism is " // concise(extent, 3) // " m wide, above " // concise(widest) &
-        & // units // newline
-      if (extent < narrowest) lines = lines // "the mechanism is " // concise(extent, 3) // " m wide, below " &
-        & // concise(narrowest) // units // newline
+      if (extent > widest) lines = lines // "the mechanism is " // concise(extent, 3) // " m wide, more than " // concise(widest) &
+        & // " m" // units // newline
+      if (extent < narrowest) lines = lines // "the mechanism is " // concise(extent, 3) // " m wide, less than " &
+        & // concise(narrowest) // " m" // units // newline
       ! diagonal of the box around the mechanism, the frame's centre of mass and the heads of the supports
       low = [min(found%low + frame%origin, 0.0_dp), 0.0_dp]
       high = [max(found%high + frame%origin, 0.0_dp), 0.0_dp]
@@ -118,8 +118,8 @@ contains
 
     line = ""
     if (frame%mass > no_mass * (frame%mass + moving) .and. frame%mass < light * moving) then
-      line = "the frame has " // concise(frame%mass) // " kg, the mechanism " // concise(moving) // " kg: is the frame's mass " &
-        & // "right?" // newline
+      line = "the frame has " // concise(frame%mass) // " kg, the mechanism " // concise(moving) // " kg: check the frame's " &
+        & // "mass" // newline
       return
     end if
     ! Without supports the size of the frame is unknown.
@@ -128,7 +128,7 @@ contains
     radius = sqrt(frame%inertia) / sqrt(frame%mass)
     if (allocated(frame%space)) radius = sqrt(maxval([(frame%space%inertia(i, i), i = 1, 3)])) / sqrt(frame%mass)
     if (radius >= smallest_radius * size_of_machine .and. radius <= greatest_radius * size_of_machine) return
-    line = "the frame's radius of gyration is " // concise(radius, 3) // " m, the machine " // concise(size_of_machine, 3) &
+    line = "the frame's radius of gyration is " // concise(radius, 3) // " m, the machine is " // concise(size_of_machine, 3) &
       & // " m wide" // powers // newline
   end function frame_slip
 
@@ -154,12 +154,12 @@ contains
     k = maxval(along)
     ratios = [(quotient(quotient(damping(axes(i), axes(i)), sqrt(stiffness(axes(i), axes(i)))), sqrt(mass)) / 2, i = 1, size(axes))]
     sag = quotient(mass, k / fall)
-    if (sag > deep * size_of_machine) lines = "under its weight the machine would sink on its mounts by " &
-      & // concise(sag, 3) // " m even along the stiffest axis, " // concise(sqrt(k) / sqrt(mass) / (2 * pi), 3) &
-      & // " Hz: is the stiffness right? It is in N/m where &units says nothing else" // newline
+    if (sag > deep * size_of_machine) lines = "under its weight the machine would sink by " &
+      & // concise(sag, 3) // " m even along the stiffest axis of its mounts (" // concise(sqrt(k) / sqrt(mass) / (2 * pi), 3) &
+      & // " Hz): check the stiffness (by default in N/m; see &units)" // newline
     if (minval(ratios) > overdamped) lines = lines // "along every axis the machine has at least " &
-      & // concise(minval(ratios), 3) // " times the critical damping: are the dampings right? They are in N s/m where " &
-      & // "&units says nothing else" // newline
+      & // concise(minval(ratios), 3) // " times the critical damping: check the damping (by default in N s/m; see &units)" &
+      & // newline
   end function mounting_slips
 
   !> a / b for positive a and b; the largest finite number if the quotient overflows.
@@ -184,20 +184,20 @@ contains
       if (.not. (link%mass > 0)) return
       radius = sqrt(link%inertia) / sqrt(link%mass)
       if (radius > greatest_radius * size_of_machine) then
-        lines = subject // ": its radius of gyration is " // concise(radius, 3) // " m, the machine " &
+        lines = subject // ": its radius of gyration is " // concise(radius, 3) // " m, the machine is " &
           & // concise(size_of_machine, 3) // " m wide" // powers // newline
       else if (radius > 0 .and. radius < smallest_of_link * found%shortest(i)) then
         lines = subject // ": its radius of gyration is " // concise(radius, 3) // " m, its length " &
           & // concise(found%longest(i), 3) // " m" // powers // newline
       end if
       if (norm2(link%center) > greatest_radius * size_of_machine) lines = lines // subject // ": its centre of mass is " &
-        & // concise(norm2(link%center), 3) // " m from joint '" // mechanism%joints(link%from)%name // "', the machine " &
-        & // concise(size_of_machine, 3) // " m wide: is center right?" // newline
+        & // concise(norm2(link%center), 3) // " m from joint '" // mechanism%joints(link%from)%name // "', the machine is " &
+        & // concise(size_of_machine, 3) // " m wide: check center" // newline
       if (link%to == 0) return
       if (found%longest(i) - found%shortest(i) <= stretched * found%longest(i)) return
       if (.not. slides(mechanism, link%from, link%to)) then
-        lines = lines // subject // " joins '" // mechanism%joints(link%from)%name // "' and '" &
-          & // mechanism%joints(link%to)%name // "', which no body joins: their distance varies from " &
+        lines = lines // subject // " connects '" // mechanism%joints(link%from)%name // "' and '" &
+          & // mechanism%joints(link%to)%name // "', but their distance varies from " &
           & // concise(found%shortest(i), 3) // " to " // concise(found%longest(i), 3) // " m" // newline
       end if
     end associate
@@ -246,7 +246,7 @@ contains
     part = sqrt(sum(squares(orders / 2 + 1:)) / sum(squares))
     if (part > of_upper_half) line = "joint '" // name // "': " // concise(100 * part, 2) // " % of its acceleration (rms) comes " &
       & // "from the upper half of the orders of lift_table, " // concise(real(orders / 2 + 1, dp)) // " to " &
-      & // concise(real(orders, dp)) // ": have the lifts enough digits?" // newline
+      & // concise(real(orders, dp)) // ": check whether the lifts have enough digits" // newline
   end function lift_slip
 
   !> Finds the extremes of a linkage whose crank turns at `omega` (rad/s), from `samples` positions.

@@ -30,9 +30,9 @@ contains
     case ("unstable")
       words = "the machine leaves this vibration"
     case ("undamped")
-      words = "free vibrations neither grow nor decay, so the machine does not settle on this vibration"
+      words = "disturbances neither grow nor decay, so the machine does not settle on this vibration"
     case ("undecided")
-      words = "whether the machine keeps to this vibration cannot be told"
+      words = "the error bounds leave open whether this vibration is stable"
     case default
       words = ""
       return

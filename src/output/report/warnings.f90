@@ -29,9 +29,9 @@ contains
     path = maxloc(all%displacement, dim=1)
     if (model == "exact") then
       if (.not. any(all%is_great())) return
-      line = "  GREAT MOTIONS: " // trim(all(turn)%rotation) // " reaches " // concise(all(turn)%turn, 3) // " rad"
+      line = "  LARGE MOTIONS: " // trim(all(turn)%rotation) // " reaches " // concise(all(turn)%turn, 3) // " rad"
       if (all(path)%displacement > 0) line = line // ", F moves by " // concise(all(path)%displacement, 3) // " m"
-      line = line // newline // "    springs and dampers are taken as linear that far: are they?" // newline
+      line = line // newline // "    check that springs and dampers are linear up to these motions" // newline
       return
     end if
     if (.not. any(.not. all%small())) return
@@ -40,7 +40,7 @@ contains
       & // concise(all(turn)%turn, 3) // " rad"
     if (all(turn)%turns_too_far() .and. all(path)%goes_too_far()) line = line // ","
     if (all(path)%goes_too_far()) line = line // " F moves by " // concise(all(path)%displacement, 3) // " m"
-    line = line // newline // "    the equations are linear: " // trim(all(turn)%rotation) // " up to " &
+    line = line // newline // "    the linear equations hold for " // trim(all(turn)%rotation) // " up to " &
       & // small_motion_limits(all(path)%size) // newline
   end function beyond_small
 
@@ -50,7 +50,7 @@ contains
     character(len=:), allocatable :: words
 
     words = concise(small_turn) // " rad"
-    if (machine > 0) words = words // ", F by " // concise(small_part * machine, 2) // " m"
+    if (machine > 0) words = words // ", F up to " // concise(small_part * machine, 2) // " m"
   end function small_motion_limits
 
   !> The worst of the `verdicts` and the speeds at which it holds. The text is empty if no machine was judged.
@@ -73,8 +73,8 @@ contains
     judgement%words = "stable"
     if (judgement%verdict == stable) return
     judgement%words = trim(judgement%verdict%alarm())
-    rest = "free vibrations neither grow nor decay"
-    if (judgement%verdict == undecided) rest = "whether the machine keeps to these vibrations cannot be told"
+    rest = "disturbances neither grow nor decay"
+    if (judgement%verdict == undecided) rest = "the error bounds leave open whether these vibrations are stable"
     if (judgement%verdict == unstable) rest = consequence
     associate (chosen => [(verdicts(i) == judgement%verdict, i = 1, size(verdicts))])
       judgement%words = judgement%words // " at " // text(count(chosen)) // " of " // text(size(speeds)) // " " // things // ", " &

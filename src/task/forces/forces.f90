@@ -77,28 +77,28 @@ contains
         end do
         if (.not. finite) then
           deallocate(reactions)
-          call fatal_error(failure, "the forces on the ground overflow: they lie beyond what double precision holds", &
+          call fatal_error(failure, "the forces on the ground overflow double precision", &
             & failed_computation)
         end if
       end if
       peak = ieee_value(peak, ieee_quiet_nan)
       if (allocated(reactions)) peak = reactions(size(reactions))%statistics(whole_force)%peak
       call result%brief%expect(1 + size(support_places(frame), 2))
-      call result%brief%add("f_peak", newton, "peak of the whole force on the ground", [peak])
+      call result%brief%add("f_peak", newton, "peak magnitude of the total force on the ground", [peak])
       do i = 1, size(support_places(frame), 2)
         if (allocated(reactions)) peak = reactions(i)%statistics(whole_force)%peak
-        call result%brief%add("support(" // text(i) // ").f_peak", newton, "peak of the support's force", [peak])
+        call result%brief%add("support(" // text(i) // ").f_peak", newton, "peak magnitude of the force of the support", [peak])
       end do
       call result%fail(failure)
       if (.not. allocated(reactions)) return
       table = summary(reactions, frame)
       call result%add(table, plot_summary(table, reactions))
       turn = turns_in_words(frame%mechanism%turns)
-      histories = new_table("supports_history", "Forces over " // turn, "The forces of every support over " // turn // ".")
+      histories = new_table("supports_history", "Forces over " // turn, "Forces of every support over " // turn // ".")
       call add_turn(histories, frame, size(reactions(1)%history, 1) - 1)
       call histories%expect(sum([(size(parts_of(reactions(i))), i = 1, size(reactions))]))
       harmonics = new_table("supports_harmonics", "Forces by orders", &
-        & "Amplitudes of the supports' forces by orders of the crank.")
+        & "Amplitudes of the forces of the supports over the orders of the crank speed.")
       call add_orders(harmonics, frame, last)
       ! Two columns: amplitude and phase.
       call harmonics%expect(2 * sum([(count(parts_of(reactions(i)) /= whole_force), i = 1, size(reactions))]))
@@ -115,8 +115,8 @@ contains
       end do
       call result%add(histories, plot_histories(histories, reactions, frame))
       call result%add(harmonics, plot_orders(harmonics, reactions, last, frame%mechanism%turns))
-      call result%say_section("FORCES ON THE GROUND, " // either("by the motion", "without weight", any(reactions%weighed)) &
-        & // "; f: size of the vector; %: of rms^2", force_lines(reactions, frame))
+      call result%say_section("FORCES ON THE GROUND " // either("due to the motion", "without weight", any(reactions%weighed)) &
+        & // "; f: magnitude; %: share of rms^2", force_lines(reactions, frame))
     end associate
   end subroutine run
 
@@ -130,10 +130,10 @@ contains
     integer :: orders(size(reactions)), i, k, n
     integer, allocatable :: parts(:)
 
-    table = new_table("supports", "Forces on the ground", "Peak and root mean square, support by support.", shown=.true.)
-    call table%add("support", "its number; foundation, guide; total: all of them together", (reactions%name))
+    table = new_table("supports", "Forces on the ground", "Peak and root mean square of the force of every support.", shown=.true.)
+    call table%add("support", "number of the support, foundation, guide, or total (their sum)", (reactions%name))
     do k = 1, size(reactions(1)%position)
-      call table%add(axes(k), metre, "where it is in the frame's system", [(reactions(i)%position(k), i = 1, size(reactions))])
+      call table%add(axes(k), metre, "position in the frame's axes", [(reactions(i)%position(k), i = 1, size(reactions))])
     end do
     ! the total has all components
     parts = parts_of(reactions(size(reactions)))
@@ -155,9 +155,9 @@ contains
         end associate
       end do
       part = trim(part_names(k))
-      call table%add(part // "_peak", units(k), "greatest size over the period", peak, bounds=error)
-      call table%add(part // "_rms", units(k), "root mean square", rms)
-      call table%add(part // "_crest", plain, "crest factor, peak over rms; 0 where nothing moves", crest)
+      call table%add(part // "_peak", units(k), "largest absolute value over the period", peak, bounds=error)
+      call table%add(part // "_rms", units(k), "root mean square over the period", rms)
+      call table%add(part // "_crest", plain, "crest factor, peak / rms; 0 if the rms is 0", crest)
       call table%add(part // "_peak_crank", degree, "crank angle of the peak", angle)
     end do
     do n = 1, size(parts)
@@ -166,14 +166,15 @@ contains
         if (has_part(reactions(i), parts(n))) orders(i) = reactions(i)%statistics(parts(n))%strongest()
       end do
       call add_order_column(table, trim(part_names(parts(n))) // "_strongest_order", &
-        & "order of the crank with the greatest amplitude; 0: none", orders, frame%mechanism%turns)
+        & "order of the crank speed with the largest amplitude; 0: none", orders, frame%mechanism%turns)
     end do
     if (.not. any(reactions%weighed)) return
     do k = 1, size(reactions(1)%position)
       call table%add("static_f" // axes(k), newton, "static force along " // axes(k), &
         & [(reactions(i)%static(k), i = 1, size(reactions))])
     end do
-    call table%add("least_compression", newton, "least of the whole force along gravity", (reactions%least_compression), &
+    call table%add("least_compression", newton, "minimum of the force along gravity, static force included", &
+      & (reactions%least_compression), &
       & bounds=(reactions%least_error))
   end function summary
 

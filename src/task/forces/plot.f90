@@ -60,7 +60,7 @@ contains
         & // concise(width * (i - (size(shown) + 1) / 2.0_dp), 3) // "):(column('" // table%key_of(columns(shown(i))) &
         & // "')) with " // bar_style(shown(i), 5) // " border lt -1 title '" // trim(titles(shown(i))) // "'"
     end do
-    figure = new_figure(table%name, "Forces on the ground, place by place", lines, width=800, height=480)
+    figure = new_figure(table%name, "Forces on the ground, by support", lines, width=800, height=480)
   end function plot_summary
 
   !> Picture of the table `supports_history`: one panel for each component, with a curve for each reaction that has it.
@@ -87,7 +87,7 @@ contains
       lines = lines // turn_axis(frame, k == size(parts)) // key_line(k == 1) // history_panel(table, label_of(parts(k)), "1", &
         & columns(own), titles(own), own)
     end do
-    figure = new_figure(table%name, "Forces on the ground over " // turns_in_words(frame%mechanism%turns) // ", place by place", &
+    figure = new_figure(table%name, "Forces on the ground over " // turns_in_words(frame%mechanism%turns) // ", by support", &
       & lines // "unset multiplot" // newline, width=800, height=nint(height_of(size(parts))))
 
   contains
@@ -130,7 +130,7 @@ contains
           & // " (N)", "1", columns, titles_of(reactions), turns)
       end associate
     end do
-    figure = new_figure(table%name, "Amplitudes of the forces on the ground, place by place", lines // "unset multiplot" &
+    figure = new_figure(table%name, "Amplitudes of the forces on the ground, by support", lines // "unset multiplot" &
       & // newline, width=800, height=nint(height_of(n)))
   end function plot_orders
 

@@ -39,14 +39,14 @@ contains
     end associate
     if (most > 0) then
       if (reactions(most)%statistics(whole_force)%peak > 0) lines = lines // "  support " // trim(reactions(most)%name) &
-        & // " carries most: up to " // concise(reactions(most)%statistics(whole_force)%peak, 5) // " N" // newline
+        & // " has the largest peak: " // concise(reactions(most)%statistics(whole_force)%peak, 5) // " N" // newline
     end if
     associate (total => reactions(size(reactions)))
       if (most > 0) then
         if (total%statistics(whole_force)%peak < reactions(most)%statistics(whole_force)%peak) lines = lines // &
-          & "  the supports push against each other: all together exert less than one alone" // newline
+          & "  the forces of the supports partly cancel: the total has a lower peak than one of them" // newline
       end if
-      if (total%statistics(whole_force)%peak > 0) lines = lines // "  all together up to " &
+      if (total%statistics(whole_force)%peak > 0) lines = lines // "  peak of the total force: " &
         & // concise(total%statistics(whole_force)%peak, 5) // " N" // crank_angle(total, whole_force) // newline
       if (size(total%position) == 3) lines = lines // moment_line(moment_x, "xi through ") &
         & // moment_line(moment_y, "eta through ") // moment_line(moment, "zeta through ")
@@ -66,7 +66,7 @@ contains
       associate (total => reactions(size(reactions)))
         associate (m => total%statistics(part))
           if (m%peak * noise_of(m%peak, m%peak_error, arm * total%statistics(whole_force)%peak) > 0) line = &
-            & "  their moment about " // axis // "F up to " // concise(m%peak, 5) // " N m" // crank_angle(total, part) &
+            & "  peak of the total moment about " // axis // "F: " // concise(m%peak, 5) // " N m" // crank_angle(total, part) &
             & // ", rms " // concise(m%rms, 5) // " N m" // newline
         end associate
       end associate
@@ -110,7 +110,7 @@ contains
       end associate
     end do
     associate (axes => size(reactions(1)%static))
-      lines = tabulated("l" // repeat("r", axes + 2) // "l", ",fx,fy" // either(",fz", "", axes == 3) // ",least,error,unless" &
+      lines = tabulated("l" // repeat("r", axes + 2) // "l", ",fx,fy" // either(",fz", "", axes == 3) // ",minimum,error,unless" &
         & // newline // repeat(",static N", axes) // ",compr. N,N,bolted", lines)
     end associate
   end function static_lines

@@ -61,10 +61,11 @@ contains
       allocate(vectors(2 * dofs, size(multipliers%rho)), source=(0.0_dp, 0.0_dp))
       vectors(frame%free, :) = multipliers%vectors(:f, :)
       vectors(dofs + frame%free, :) = multipliers%vectors(f + 1:, :)
-      table = new_table("modes", "Modes", "The eigenvectors of the free vibrations at crank angle 0.", multipliers%verdict())
+      table = new_table("modes", "Modes", "Eigenvectors of the free vibrations at crank angle 0.", multipliers%verdict())
       call table%add("index", "number of the multiplier", [(i, i = 1, size(multipliers%rho))])
       do i = 1, 2 * dofs
-        call table%add(trim(names(i)%column) // "_re", plain, "real part, of norm 1 in SI units", real(vectors(i, :)))
+        call table%add(trim(names(i)%column) // "_re", plain, "real part; the eigenvector has norm 1 in SI units", &
+          & real(vectors(i, :)))
         call table%add(trim(names(i)%column) // "_im", plain, "imaginary part", aimag(vectors(i, :)))
       end do
       call result%add(table, plot_modes(frame, multipliers))

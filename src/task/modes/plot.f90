@@ -61,7 +61,7 @@ contains
         & // " title '" // title // "'"
     end do
     lines = "set title heading noenhanced" // newline &
-      & // "# a row's place among the bars, -9 for the second of a pair" // newline &
+      & // "# position of a row among the bars, -9 for the second of a pair" // newline &
       & // "place(row) = real(word('" // positions(2:) // "', int(row)))" // newline &
       & // "size_of(name) = sqrt(column(name . '_re')**2 + column(name . '_im')**2)" // newline &
       & // "radius = " // concise(radius, 9) // newline &
@@ -70,10 +70,10 @@ contains
       & // "part(value) = most(0) > 0 ? value / most(0) : 0" // newline &
       & // "set xrange [0.4:" // text(shown) // ".6]; set yrange [0:1.05]; set boxwidth " // concise(0.72_dp / n, 3) // newline &
       & // "set xtics (" // labels // "); set xlabel 'multipliers (largest first)'" // newline &
-      & // "set ylabel 'amplitude relative to the greatest'" // newline &
+      & // "set ylabel 'amplitude relative to the largest'" // newline &
       & // "set grid noxtics ytics; set key outside bottom center horizontal samplen 2" // newline &
       & // "set style fill solid 1 border lt -1" // newline // "plot " // bars // newline
-    figure = new_figure("modes", "Shapes of the modes at " // speed_in_words(frame) // ", at the start of a turn", lines, &
+    figure = new_figure("modes", "Mode shapes at " // speed_in_words(frame) // ", crank angle 0", lines, &
       & width=720, height=460)
   end function plot_modes
 

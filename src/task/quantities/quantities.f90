@@ -78,13 +78,13 @@ contains
       call take_measures(context%analysis%frame, context%configuration%probes, context%analysis%vibration, self%measures, values, &
         & error)
       if (allocated(error)) return
-      table = new_table("quantities", "Quantities", "What was ordered of the vibration.", shown=.true.)
+      table = new_table("quantities", "Quantities", "Requested quantities of the vibration.", shown=.true.)
       lines = ""
       associate (measures => self%measures)
-        call table%add("quantity", "name as in the input", (measures%quantity))
+        call table%add("quantity", "name of the quantity in the input", (measures%quantity))
         call table%add("measure", "peak, rms or band", measure_names(measures%kind))
-        call table%add("unit", "of the value", (measures%unit))
-        call table%add("value", plain, "over the turn", values(1, :), error="error")
+        call table%add("unit", "unit of the value", (measures%unit))
+        call table%add("value", plain, "value over the period", values(1, :), error="error")
         call table%add("error", plain, "bound on its error", values(2, :))
         do i = 1, size(measures)
           lines = lines // trim(measures(i)%quantity) // tab // trim(measure_names(measures(i)%kind)) // tab &

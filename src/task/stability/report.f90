@@ -48,14 +48,14 @@ contains
       if (mode(k) > 0) then
         lines = lines // frequency_columns(modes(mode(k)), speed * turns)
       else
-        lines = lines // "-" // tab // "-" // tab // "cannot be told"
+        lines = lines // "-" // tab // "-" // tab // "not identified"
       end if
       lines = lines // newline
     end do
     lines = newline // "MULTIPLIERS AND EXPONENTS" // newline // tabulated("lrrrrrl", &
       & ",|rho|,error,growth,frequency,crank" // newline // ",,rel.,1/s,Hz,speeds", lines) &
-      & // "  frequency: of the free vibration's strongest component" // newline
-    if (any(multipliers%lost())) lines = lines // "  lost: the bound is as great as |rho|, no digit is sure" // newline
+      & // "  frequency: strongest component of the free vibration" // newline
+    if (any(multipliers%lost())) lines = lines // "  lost: the error bound exceeds |rho|, no digit is reliable" // newline
   end function multiplier_lines
 
   !> Modulus of multiplier `k`, as a power of e if it overflows or underflows.
@@ -88,14 +88,14 @@ contains
     character(len=:), allocatable :: columns
 
     if (.not. mode%frequency() > 0) then
-      columns = "0" // tab // "0" // tab // "does not swing"
+      columns = "0" // tab // "0" // tab // "no oscillation"
       return
     end if
     columns = concise(mode%frequency() / (2 * pi), 7) // tab // concise(mode%frequency() / speed, 5) // tab
     if (mode%real_pair) then
       columns = columns // "locked to the crank"
     else if (mode%share() < half) then
-      columns = columns // "one of several, mixed"
+      columns = columns // "one of several components"
     end if
   end function frequency_columns
 

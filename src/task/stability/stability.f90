@@ -51,26 +51,28 @@ contains
 
     associate (multipliers => context%analysis%multipliers, frame => context%configuration%frame, unused => self)
       associate (m => multipliers)
-        table = new_table("multipliers", "Stability", "The multipliers and the unit circle: inside, free vibrations die out.", &
+        table = new_table("multipliers", "Stability", "Multipliers in the complex plane; disturbances decay if all lie inside " &
+          & // "the unit circle.", &
           & m%verdict(), shown=.true.)
-        call table%add("index", "number, largest modulus first", [(i, i = 1, size(m%rho))])
+        call table%add("index", "number of the multiplier, largest modulus first", [(i, i = 1, size(m%rho))])
         call table%add("re", plain, "real part of rho", real(m%rho))
         call table%add("im", plain, "imaginary part of rho", aimag(m%rho))
-        call table%add("abs", plain, "|rho|", abs(m%rho), error="error")
+        call table%add("abs", plain, "modulus |rho|", abs(m%rho), error="error")
         call table%add("log_abs", plain, "ln |rho|", m%log_abs)
         call table%add("arg", radian, "argument of rho in (-pi, pi]", m%arg)
         call table%add("exponent_re", unit_type("per_s", "1/s"), "real part of the characteristic exponent ln(rho) / T", &
           & real(m%exponent))
-        call table%add("exponent_im", unit_type("rad_per_s", "rad/s"), "its imaginary part, up to multiples of the crank speed", &
+        call table%add("exponent_im", unit_type("rad_per_s", "rad/s"), "imaginary part of the exponent, up to multiples of 2 pi " &
+          & // "/ T", &
           & aimag(m%exponent))
         call table%add("error", plain, "bound on the error of rho, relative to |rho|", m%error)
-        call table%add("lost", "1: the error is 1 or more, no digit of rho is sure", m%lost())
+        call table%add("lost", "1 if the error is 1 or more and no digit of rho is reliable, otherwise 0", m%lost())
       end associate
       call result%add(table, plot_multipliers(frame, multipliers))
-      call result%brief%add("rho_max", plain, "largest |rho|", [abs(multipliers%rho(1))])
-      call result%brief%add("log_rho_max", plain, "its natural logarithm", [multipliers%log_abs(1)])
-      call result%brief%add("rho_error", plain, "bound on its error, relative to it", [multipliers%error(1)])
-      call result%brief%add("verdict", "on the machine", [multipliers%verdict()])
+      call result%brief%add("rho_max", plain, "modulus of the largest multiplier", [abs(multipliers%rho(1))])
+      call result%brief%add("log_rho_max", plain, "natural logarithm of rho_max", [multipliers%log_abs(1)])
+      call result%brief%add("rho_error", plain, "bound on the relative error of rho_max", [multipliers%error(1)])
+      call result%brief%add("verdict", "verdict on the machine", [multipliers%verdict()])
       if (.not. context%reports) return
       call find_modes(frame, context%configuration%analysis%averaged, context%configuration%accuracy, context%analysis)
       call result%say(multiplier_lines(multipliers, context%analysis%modes, abs(frame%speed), frame%mechanism%turns))
