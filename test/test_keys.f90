@@ -6,7 +6,7 @@ module test_keys
   use gestell_input_machine_frame, only: foundation_keys, gravity_keys
   use gestell_input_machine_groups, only: read_units
   use gestell_input_namelist_document, only: document_type, the_group
-  use gestell_input_schema, only: find_group_rule, schema_type
+  use gestell_input_schema, only: find_group_rule, find_key_rule, schema_type
   use gestell_input_schema_help, only: help_on
   use gestell_input_schema_read, only: read
   use gestell_input_schema_units, only: units_type
@@ -27,6 +27,7 @@ contains
 
     testsuite = [ &
       & new_unittest("key records are complete, unique within their group, with permitted defaults", test_records), &
+      & new_unittest("every word of a key has a meaning, or none has", test_words), &
       & new_unittest("missing keys take their defaults in SI units", test_defaults), &
       & new_unittest("each element of a matrix is converted in its own unit", test_matrix), &
       & new_unittest("both ends of a key's range are checked", test_ranges), &
@@ -71,6 +72,35 @@ contains
       end associate
     end do
   end subroutine test_records
+
+  subroutine test_words(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(schema_type) :: schema
+    type(gestell_error), allocatable :: failure
+    character(len=16), allocatable :: words(:)
+    character(len=:), allocatable :: text
+    integer :: i, k
+
+    schema = input_schema()
+    do i = 1, size(schema%variants)
+      associate (variant => schema%variants(i))
+        k = find_key_rule(schema, trim(variant%group), trim(variant%key))
+        call check(error, k > 0, variant%name // ": no key")
+        if (allocated(error)) return
+        words = all_words(schema%keys(k)%words)
+        call check(error, count(words == variant%name), 1, variant%name // ": no word of its key")
+        if (.not. allocated(error)) call check(error, variant%meaning /= "", variant%name // ": no meaning")
+        if (.not. allocated(error)) call check(error, len_trim(variant%meaning) < len(variant%meaning), variant%name // ": cut off")
+        if (.not. allocated(error)) call check(error, count(schema%variants%group == variant%group .and. schema%variants%key &
+          & == variant%key), size(words), variant%key // ": words without a meaning")
+        if (allocated(error)) return
+      end associate
+    end do
+    call help_on(schema, "case.tasks", text, failure)
+    call check_text(error, text, failure, "'response'      periodic vibration")
+    call help_on(schema, "drive", text, failure)
+    call check_text(error, text, failure, "held_by='motor'")
+  end subroutine test_words
 
   subroutine test_defaults(error)
     type(error_type), allocatable, intent(out) :: error
@@ -163,7 +193,7 @@ contains
         call help_on(schema, trim(key%group) // "." // trim(key%name), text, failure)
         call check_text(error, text, failure, trim(key%group) // "." // trim(key%name) // ": ")
         if (allocated(error)) return
-        call check(error, index(text, "can run in &sweep") > 0 .eqv. (key%kind == real_key .and. any(key%group == &
+        call check(error, index(text, "may vary in &sweep") > 0 .eqv. (key%kind == real_key .and. any(key%group == &
           & [character(len=16) :: "drive", "joint", "link", "mass_functions", "frame", "support", "foundation", "gravity", &
           & "mechanism", "repeat"])), text)
       end associate

@@ -8,6 +8,7 @@ module gestell_input_machine_frame
   use gestell_base_words, only: word_length
   use gestell_input_namelist_document, only: document_type, find_entry, group_type, groups_named, has, indices_named, &
     & the_group
+  use gestell_input_schema, only: variant_type
   use gestell_input_schema_read, only: count_values, read, read_place
   use gestell_input_machine_loads, only: foundation_keys, gravity_keys, read_foundation, read_gravity
   use gestell_input_machine_mechanisms, only: read_planes
@@ -61,6 +62,24 @@ module gestell_input_machine_frame
     &   "then about the new eta, then about the new xi", 1, 1, 3, unit=of_angle, default=0.0_dp), &
     & key_type("support", "axes", text_key, "whether the support's axes keep their direction or rotate with the frame", &
     &   word="space", words="space, frame")]
+
+  !> Meanings of the words of these keys.
+  type(variant_type), parameter, public :: frame_words(*) = [ &
+    & variant_type("drive", "held_by", "motor", "a stiff motor on the frame: the crank's speed relative to the frame is " // &
+    &   "constant; the frame feels the whole driving torque with its fluctuation"), &
+    & variant_type("drive", "held_by", "flywheel", "a heavy flywheel on the crankshaft: the crank's speed in space is " // &
+    &   "constant; the frame feels the mean of the driving torque"), &
+    & variant_type("drive", "held_by", "outside", "a drive next to the machine, through a belt or coupling: the crank's speed " // &
+    &   "in space is constant; the frame feels no driving torque"), &
+    & variant_type("frame", "dof", "xi", "displacement along xi"), &
+    & variant_type("frame", "dof", "eta", "displacement along eta"), &
+    & variant_type("frame", "dof", "psi", "rotation about zeta, the normal of the plane"), &
+    & variant_type("frame", "dof", "zeta", "displacement along zeta (in space)"), &
+    & variant_type("frame", "dof", "rot_xi", "rotation about xi (in space)"), &
+    & variant_type("frame", "dof", "rot_eta", "rotation about eta (in space)"), &
+    & variant_type("support", "axes", "space", "the axes keep their direction in space, as for a mount on which the " // &
+    &   "frame stands"), &
+    & variant_type("support", "axes", "frame", "the axes rotate with the frame, as for guides or shear pads bolted to the frame")]
 
   !> Drive, frame and mounts in SI units, without the mechanism.
   type, public :: frame_data_type

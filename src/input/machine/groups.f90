@@ -2,7 +2,7 @@
 module gestell_input_machine_groups
   use gestell_base_error, only: error_type
   use gestell_base_key, only: joined, key_type, quantities, text_key
-  use gestell_input_machine_frame, only: drive_keys, foundation_keys, frame_keys, gravity_keys, support_keys
+  use gestell_input_machine_frame, only: drive_keys, foundation_keys, frame_keys, frame_words, gravity_keys, support_keys
   use gestell_input_machine_joints, only: joint_keys, joint_variants
   use gestell_input_machine_mechanism, only: link_keys, mass_function_keys
   use gestell_input_machine_mechanisms, only: mechanism_keys, repeat_keys
@@ -54,7 +54,7 @@ contains
     schema%groups = groups
     schema%keys = [drive_keys, unit_keys(), mechanism_keys, repeat_keys, joint_keys(), link_keys, mass_function_keys, frame_keys, &
       & support_keys, foundation_keys, gravity_keys, probe_keys]
-    schema%variants = joint_variants()
+    schema%variants = [joint_variants(), frame_words]
   end function machine_schema
 
   !> The keys of &units, each with the names of its permitted units.

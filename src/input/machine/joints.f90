@@ -45,7 +45,7 @@ contains
           if (k == 0) then
             keys = [keys, key]
             keys(size(keys))%required = .false.
-            if (.not. key%default > unset .and. key%otherwise == "") keys(size(keys))%otherwise = "see the types"
+            if (.not. key%default > unset .and. key%otherwise == "") keys(size(keys))%otherwise = types_requiring(forms, key)
           else
             keys(k)%least = min(keys(k)%least, key%least)
             keys(k)%most = max(keys(k)%most, key%most)
@@ -54,6 +54,23 @@ contains
       end do
     end do
   end function joint_keys
+
+  !> Lists the types of joints that require a key, in words.
+  pure function types_requiring(forms, key) result(words)
+    type(form_type), intent(in) :: forms(:)
+    type(key_type), intent(in) :: key
+    character(len=:), allocatable :: words
+    integer :: f, k
+
+    words = "required by"
+    do f = 1, size(forms)
+      k = find_key(forms(f)%keys, trim(key%name))
+      if (k == 0) cycle
+      if (.not. forms(f)%keys(k)%required) cycle
+      if (words /= "required by") words = words // ","
+      words = words // " `'" // trim(forms(f)%name) // "'`"
+    end do
+  end function types_requiring
 
   !> Describes each type of joint and its keys for the manual.
   function joint_variants() result(variants)

@@ -41,7 +41,7 @@ contains
     text = ""
     message = ""
     if (word == "groups") then
-      text = "Groups of an input; --help GROUP tells their keys, --help GROUP.KEY one of them." // newline // newline
+      text = "Groups of an input file. --help GROUP lists the keys of a group." // newline // newline
       do i = 1, size(schema%groups)
         text = text // entry("&" // trim(schema%groups(i)%name), trim(schema%groups(i)%meaning) // " (" // times(schema, i) // ")")
       end do
@@ -113,17 +113,36 @@ contains
       do i = 1, size(schema%keys)
         if (schema%keys(i)%group /= rule%name) cycle
         text = text // entry(trim(schema%keys(i)%name), trim(schema%keys(i)%meaning)) &
-          & // paragraph(values_of(schema%keys(i)) // "; default: " // missing(schema%keys(i)), usual_column)
+          & // paragraph(values_of(schema%keys(i)) // "; " // default_clause(schema%keys(i)), usual_column)
       end do
-      do i = 1, size(schema%variants)
-        if (schema%variants(i)%group /= rule%name) cycle
-        text = text // newline // entry(trim(schema%variants(i)%key) // "='" // trim(schema%variants(i)%name) // "'", &
-          & trim(schema%variants(i)%meaning)) // paragraph("keys: " // trim(schema%variants(i)%keys), usual_column)
+      do i = 1, size(schema%keys)
+        if (schema%keys(i)%group == rule%name) text = text // described_words(schema, schema%keys(i), trim(schema%keys(i)%name) &
+          & // "=")
       end do
     end associate
   end function one_group
 
-  !> Help on a key: its meaning, values, default and use in sweeps.
+  !> Describes the allowed words of a key, each in an entry of its own; empty if the schema does not describe them.
+  pure function described_words(schema, key, before) result(text)
+    type(schema_type), intent(in) :: schema
+    type(key_type), intent(in) :: key
+    !> Put in front of every word
+    character(len=*), intent(in) :: before
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = ""
+    do i = 1, size(schema%variants)
+      associate (variant => schema%variants(i))
+        if (variant%group /= key%group .or. variant%key /= key%name) cycle
+        if (text == "" .or. variant%keys /= "") text = text // newline
+        text = text // entry(before // "'" // trim(variant%name) // "'", trim(variant%meaning))
+        if (variant%keys /= "") text = text // paragraph("keys: " // trim(variant%keys), usual_column)
+      end associate
+    end do
+  end function described_words
+
+  !> Help on a key: its meaning, values, default, use in sweeps, and the meaning of its words.
   pure function one_key(schema, i) result(text)
     type(schema_type), intent(in) :: schema
     integer, intent(in) :: i
@@ -133,12 +152,13 @@ contains
       text = paragraph(trim(key%group) // "." // trim(key%name) // ": " // trim(key%meaning), 0) &
         & // entry("values", values_of(key)) // entry("default", missing(key))
       if (schema%groups(find_group_rule(schema, key%group))%about == option_group) then
-        text = text // entry("sweep", "no: an option, not a number of the machine")
+        text = text // entry("sweep", "no: options cannot vary in &sweep")
       else if (key%kind /= real_key) then
-        text = text // entry("sweep", "no: only numbers that are not whole can run")
+        text = text // entry("sweep", "no: only real numbers can vary in &sweep")
       else
-        text = text // entry("sweep", "can run in &sweep and be a parameter of &sensitivity")
+        text = text // entry("sweep", "yes: may vary in &sweep, &sensitivity and &design")
       end if
+      text = text // described_words(schema, key, "")
     end associate
   end function one_key
 
@@ -201,7 +221,7 @@ contains
     if (key%kind == text_key) noun = "text"
     if (key%words /= "") then
       words = "one of " // quoted(key%words)
-      if (key%most > 1) words = "some of " // quoted(key%words)
+      if (key%most > 1) words = "one or more of " // quoted(key%words)
       return
     end if
     if (key%rank == 2) then
@@ -252,8 +272,21 @@ contains
     character(len=:), allocatable :: words
 
     words = default_of(key)
-    if (words == "") words = "none, it must be given"
+    if (words == "") words = "none: the key is required"
   end function missing
+
+  !> States the default of a key, or that the key is required.
+  pure function default_clause(key) result(words)
+    type(key_type), intent(in) :: key
+    character(len=:), allocatable :: words
+
+    words = default_of(key)
+    if (words == "") then
+      words = "required"
+    else
+      words = "default: " // words
+    end if
+  end function default_clause
 
   !> The default of a key in Markdown; empty if it has none.
   pure function default_of(key) result(words)
@@ -282,11 +315,10 @@ contains
     words = listed(all_words(list), "`'", "'`")
   end function quoted
 
-  !> The keys of every group as a table in Markdown, each followed by the table of the group's variants.
+  !> The keys of every group as a table in Markdown, followed by a table of words for every key whose words are described.
   pure function key_tables(schema) result(text)
     type(schema_type), intent(in) :: schema
     character(len=:), allocatable :: text
-    type(variant_type), allocatable :: variants(:)
     integer :: g, i
 
     text = ""
@@ -300,15 +332,35 @@ contains
         end associate
       end do
       text = text // newline
-      variants = pack(schema%variants, schema%variants%group == schema%groups(g)%name)
-      if (size(variants) == 0) cycle
-      text = text // "| `" // trim(variants(1)%key) // "` | keys | meaning |" // newline // "|---|---|---|" // newline
-      do i = 1, size(variants)
-        text = text // "| `'" // trim(variants(i)%name) // "'` | " // trim(variants(i)%keys) // " | " &
-          & // trim(variants(i)%meaning) // " |" // newline
+      do i = 1, size(schema%keys)
+        if (schema%keys(i)%group == schema%groups(g)%name) text = text // word_table(schema, schema%keys(i))
       end do
-      text = text // newline
     end do
   end function key_tables
+
+  !> Table of the words of a key in Markdown; empty if the schema does not describe them. It has a column for keys if any word has
+  !> keys of its own.
+  pure function word_table(schema, key) result(text)
+    type(schema_type), intent(in) :: schema
+    type(key_type), intent(in) :: key
+    character(len=:), allocatable :: text
+    type(variant_type), allocatable :: variants(:)
+    integer :: i
+
+    text = ""
+    variants = pack(schema%variants, schema%variants%group == key%group .and. schema%variants%key == key%name)
+    if (size(variants) == 0) return
+    if (any(variants%keys /= "")) then
+      text = "| `" // trim(key%name) // "` | keys | meaning |" // newline // "|---|---|---|" // newline
+    else
+      text = "| `" // trim(key%name) // "` | meaning |" // newline // "|---|---|" // newline
+    end if
+    do i = 1, size(variants)
+      text = text // "| `'" // trim(variants(i)%name) // "'` | "
+      if (any(variants%keys /= "")) text = text // trim(variants(i)%keys) // " | "
+      text = text // trim(variants(i)%meaning) // " |" // newline
+    end do
+    text = text // newline
+  end function word_table
 
 end module gestell_input_schema_help

@@ -20,12 +20,12 @@ module gestell_input_schema
     integer :: about = option_group
   end type group_rule
 
-  !> Describes one word of a key that selects a variant of its group, such as a joint's type.
+  !> Describes one allowed word of a key, such as a joint's type.
   type, public :: variant_type
     !> Name of the group, of the key and of the word
     character(len=16) :: group, key, name
     character(len=320) :: meaning
-    !> Further keys of this variant, as a list for the manual
+    !> Keys of the group that belong to this word, as a list for the manual
     character(len=200) :: keys = ""
   end type variant_type
 

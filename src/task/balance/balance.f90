@@ -47,6 +47,7 @@ contains
     class(balance_task), intent(inout) :: self
 
     self%name = "balance"
+    self%meaning = "effect of counterweights on the shaking forces and on the vibration"
     self%tables = [character(len=longest_table) :: "balance", "balance_links", "balance_harmonics"]
     self%judges = .true.
   end subroutine describe

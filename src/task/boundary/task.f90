@@ -50,6 +50,7 @@ contains
     class(boundary_task), intent(inout) :: self
 
     self%name = "boundary"
+    self%meaning = "stability boundary, or level of a quantity, over the parameters of `&sweep`"
     self%tables = [character(len=longest_table) :: "boundary", "level"]
     self%about = all_machines
   end subroutine describe

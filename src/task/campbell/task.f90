@@ -45,6 +45,7 @@ contains
     class(campbell_task), intent(inout) :: self
 
     self%name = "campbell"
+    self%meaning = "natural frequencies and damping over the crank speed"
     self%tables = [character(len=longest_table) :: "campbell", "crossings"]
     self%about = all_speeds
     self%judges = .true.

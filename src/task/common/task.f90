@@ -16,10 +16,15 @@ module gestell_task_common_task
   !> the input, whose vibration is not needed.
   integer, parameter, public :: own_machine = 1, all_machines = 2, all_speeds = 3, unsolved_machine = 4
 
+  !> Maximum length of the sentence on a task.
+  integer, parameter, public :: longest_meaning = 112
+
   !> A task of any kind.
   type, abstract, public :: task_type
     !> Name of the task in the input.
     character(len=11) :: name = ""
+    !> What the task computes, for --help and manual; blank if another task of this name comes before
+    character(len=longest_meaning) :: meaning = ""
     !> Names of all tables that the task may write. Only these are moved to the folder of results.
     character(len=longest_table), allocatable :: tables(:)
     !> Machines with which the task deals

@@ -33,6 +33,7 @@ contains
     class(critical_task), intent(inout) :: self
 
     self%name = "critical"
+    self%meaning = "critical speeds: the crank speeds at which the vibration has a peak"
     self%tables = [character(len=longest_table) :: "critical"]
     self%about = all_speeds
     self%judges = .true.

@@ -36,6 +36,7 @@ contains
     class(design_task), intent(inout) :: self
 
     self%name = "design"
+    self%meaning = "the best machine within the ranges and limits given by `&design` and `&constraint`"
     self%tables = [character(len=longest_table) :: "design", "design_goals", "design_range", "design_starts", "design_trade_off"]
     self%about = unsolved_machine
     self%judges = .true.

@@ -37,6 +37,7 @@ contains
     class(drawing_task), intent(inout) :: self
 
     self%name = "drawing"
+    self%meaning = "positions of the mechanism through one turn, as a table and a picture"
     self%tables = [character(len=longest_table) :: "mechanism"]
     self%pictured = .true.
   end subroutine describe

@@ -36,6 +36,7 @@ contains
     class(forces_task), intent(inout) :: self
 
     self%name = "forces"
+    self%meaning = "force of each support on the ground"
     self%tables = [character(len=longest_table) :: "supports", "supports_history", "supports_harmonics"]
     self%judges = .true.
     self%brief = .true.

@@ -28,6 +28,7 @@ contains
 
     call self%stability_task%describe()
     self%name = "modes"
+    self%meaning = "mode shapes: the eigenvectors of the multipliers"
     self%tables = [character(len=longest_table) :: "multipliers", "modes"]
   end subroutine describe
 

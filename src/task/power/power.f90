@@ -36,6 +36,7 @@ contains
     class(power_task), intent(inout) :: self
 
     self%name = "power"
+    self%meaning = "driving torque and power, and where the power goes"
     self%tables = [character(len=longest_table) :: "power"]
     self%judges = .true.
     self%brief = .true.

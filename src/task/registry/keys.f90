@@ -4,6 +4,7 @@ module gestell_task_registry_keys
   use gestell_input_schema, only: group_rule, schema_type
   use gestell_task_boundary_keys, only: boundary_keys
   use gestell_task_common_keys, only: accuracy_keys, case_keys_of, model_keys, resonance_keys, response_keys
+  use gestell_task_common_words, only: shared_words, task_words
   use gestell_task_range_keys, only: sweep_keys
   implicit none (type, external)
   private
@@ -23,15 +24,17 @@ module gestell_task_registry_keys
 
 contains
 
-  !> Schema of the input file without the groups of single tasks. `tasks` lists the tasks that can be requested.
-  function schema_of(tasks) result(schema)
-    character(len=*), intent(in) :: tasks(:)
+  !> Schema of the input file without the groups of single tasks.
+  function schema_of(tasks, meanings) result(schema)
+    !> Names of the tasks that can be requested, and what each computes
+    character(len=*), intent(in) :: tasks(:), meanings(:)
     type(schema_type) :: schema
 
     schema = machine_schema()
     schema%groups = [case_group, schema%groups, groups]
     schema%keys = [case_keys_of(tasks), schema%keys, model_keys, accuracy_keys(), response_keys, sweep_keys, boundary_keys, &
       & resonance_keys]
+    schema%variants = [task_words(tasks, meanings), schema%variants, shared_words()]
   end function schema_of
 
 end module gestell_task_registry_keys

@@ -6,7 +6,8 @@ module gestell_task_registry
   use gestell_input_schema, only: schema_type
   use gestell_input_schema_fingerprint, only: content_of
   use gestell_input_schema_read, only: read
-  use gestell_task_common_task, only: all_machines, all_speeds, any_task_type, longest_table, task_type
+  use gestell_task_common_task, only: all_machines, all_speeds, any_task_type, longest_meaning, longest_table, &
+    & task_type
   use gestell_task_balance, only: balance_task
   use gestell_task_boundary_task, only: boundary_task
   use gestell_task_campbell_task, only: campbell_task
@@ -135,7 +136,7 @@ contains
     integer :: i
 
     call all_tasks(tasks)
-    schema = schema_of(names_of(tasks))
+    schema = schema_of(names_of(tasks), meanings_of(tasks))
     do i = 1, size(tasks)
       call tasks(i)%task%extend(schema)
     end do
@@ -169,5 +170,17 @@ contains
     names = [(tasks(i)%task%name, i = 1, size(tasks))]
     names = pack(names, [(all(names(:i - 1) /= names(i)), i = 1, size(names))])
   end function names_of
+
+  !> What these tasks compute, in the order of `names_of`.
+  pure function meanings_of(tasks) result(meanings)
+    type(any_task_type), intent(in) :: tasks(:)
+    character(len=longest_meaning), allocatable :: meanings(:)
+    character(len=11), allocatable :: names(:)
+    integer :: i
+
+    names = [(tasks(i)%task%name, i = 1, size(tasks))]
+    meanings = [(tasks(i)%task%meaning, i = 1, size(tasks))]
+    meanings = pack(meanings, [(all(names(:i - 1) /= names(i)), i = 1, size(names))])
+  end function meanings_of
 
 end module gestell_task_registry

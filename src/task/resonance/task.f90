@@ -41,6 +41,7 @@ contains
     class(resonance_task), intent(inout) :: self
 
     self%name = "resonance"
+    self%meaning = "resonance curves: vibrations and forces over the crank speed"
     self%tables = [character(len=longest_table) :: "resonance", "peaks"]
     self%about = all_speeds
     self%judges = .true.

@@ -30,6 +30,7 @@ contains
     class(response_task), intent(inout) :: self
 
     self%name = "response"
+    self%meaning = "periodic vibration of the frame and the probes"
     self%tables = [character(len=longest_table) :: "response", "harmonics"]
     self%judges = .true.
     self%brief = .true.

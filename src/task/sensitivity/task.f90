@@ -44,6 +44,7 @@ contains
     class(sensitivity_task), intent(inout) :: self
 
     self%name = "sensitivity"
+    self%meaning = "change of forces and vibrations with each parameter of the machine"
     self%tables = [character(len=longest_table) :: "sensitivity"]
     self%judges = .true.
   end subroutine describe

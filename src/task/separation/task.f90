@@ -61,6 +61,7 @@ contains
     class(separation_task), intent(inout) :: self
 
     self%name = "separation"
+    self%meaning = "distance of the natural frequencies from multiples of the crank speed"
     self%tables = [character(len=longest_table) :: "separation", "torque_roll"]
     self%about = unsolved_machine
     self%judges = .true.

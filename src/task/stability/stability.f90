@@ -26,6 +26,7 @@ contains
     class(stability_task), intent(inout) :: self
 
     self%name = "stability"
+    self%meaning = "multipliers of the vibration and the verdict on its stability"
     self%tables = [character(len=longest_table) :: "multipliers"]
     self%judges = .true.
     self%brief = .true.

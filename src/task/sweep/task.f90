@@ -57,6 +57,7 @@ contains
     class(sweep_task), intent(inout) :: self
 
     self%name = "sweep"
+    self%meaning = "results at every point of a line or grid of parameters, given by `&sweep`"
     self%tables = [character(len=longest_table) :: "sweep", "sweep_columns"]
     self%about = all_machines
     self%judges = .true.

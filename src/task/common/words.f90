@@ -1,0 +1,73 @@
+!> Meanings of the words of keys that several tasks share, for help and manual.
+module gestell_task_common_words
+  use gestell_base_text, only: text
+  use gestell_floquet_solution_part, only: solution_methods
+  use gestell_input_schema, only: variant_type
+  implicit none (type, external)
+  private
+
+  public :: shared_words, task_words
+
+  type(variant_type), parameter :: model_words(*) = [ &
+    & variant_type("model", "frame", "exact", "nonlinear equations for any rotation of the frame; stability is judged about " // &
+    &   "the vibration that they give. Exit code 4 if Newton's method finds no vibration"), &
+    & variant_type("model", "frame", "first_order", "vibration from equations linearised about rest; stability from the exact " // &
+    &   "equations, linearised about this vibration"), &
+    & variant_type("model", "frame", "rest", "vibration and stability from equations linearised about rest, as in the paper; " // &
+    &   "suits quick charts")]
+
+contains
+
+  !> Describes the words of the keys of &model and &accuracy.
+  function shared_words() result(words)
+    type(variant_type), allocatable :: words(:)
+    character(len=16), allocatable :: methods(:)
+    integer :: i, n
+
+    methods = solution_methods()
+    n = size(model_words)
+    allocate(words(n + size(methods)))
+    words(:n) = model_words
+    do i = 1, size(methods)
+      words(n + i) = variant_type("accuracy", "method", methods(i), "")
+      call describe_method(trim(methods(i)), words(n + i)%meaning)
+    end do
+  end function shared_words
+
+  !> Describes the tasks that an input can request.
+  pure function task_words(tasks, meanings) result(words)
+    !> Names of the tasks and what each computes
+    character(len=*), intent(in) :: tasks(:), meanings(:)
+    type(variant_type), allocatable :: words(:)
+    integer :: i
+
+    words = [(variant_type("case", "tasks", tasks(i), meanings(i)), i = 1, size(tasks))]
+  end function task_words
+
+  !> States what a method of `accuracy.method` is; blank if it is unknown.
+  pure subroutine describe_method(method, meaning)
+    character(len=*), intent(in) :: method
+    character(len=320), intent(out) :: meaning
+    integer :: stages, status
+
+    select case (method)
+    case ("auto")
+      meaning = "the method that is predicted to meet the tolerance with the least work; `'gauss6'` if `steps` is given"
+    case ("rk4")
+      meaning = "the classical explicit Runge-Kutta method of order 4, as in the paper"
+    case ("explicit8")
+      meaning = "explicit Runge-Kutta method of order 8"
+    case ("magnus4", "magnus6")
+      meaning = "Magnus expansion of order " // method(7:) // ": exponentials of matrices, exact for constant coefficients"
+    case ("reduced")
+      meaning = "reduction of fast free vibrations to slowly varying modes; takes no `steps`. Exit code 4 if these vibrations " // &
+        & "are too slow for it"
+    case default
+      meaning = ""
+      if (index(method, "gauss") /= 1) return
+      read(method(6:), *, iostat=status) stages
+      if (status == 0) meaning = "Gauss collocation with " // text(stages) // " stages, order " // text(2 * stages)
+    end select
+  end subroutine describe_method
+
+end module gestell_task_common_words
