@@ -138,6 +138,8 @@ contains
     end do
     report = tabulated("lrrrrrl", "counterweight,mass,rigid,rigid,mounts,mounts" // newline // ",kg,force,moment,force,moment", &
       & rows)
+    if (size(variants) > 1) report = report // "  for force, moment, sum: counterweight with the smallest rms on rigid ground" &
+      & // newline
     select case (state)
     case (balanced)
       report = report // "  counterweights that cancel the force completely: on " // variants(size(variants))%links(", ")
