@@ -152,7 +152,7 @@ def test_probes():
         header, history = table(out / "probes_history.csv")
         equal("probes_history.csv: header", header[:11], ["crank_deg", "t_s"] + [f"{n}_bearing_{u}" for n, u in PARTS])
         equal("probes_history.csv: rows", len(history), 25)
-        for limit, word, number in ((2 * band, "within", "WITHIN the limit"), (band / 2, "above", "by 100 %"),
+        for limit, word, number in ((2 * band, "within", "50 % of the limit"), (band / 2, "above", "2 times the limit"),
                                     (band, "undecided", "UNDECIDED")):
             run = Run(folder, "-s", "case.tasks='response'", "-s", f"probe(bearing).limit_mm_s={limit!r}", "input.nml")
             equal(f"verdict {word}: exit code", (run.code, run.err), (0, ""))
@@ -210,7 +210,7 @@ def test_power():
         # Central differences over 1 deg, orders up to 40: (40 * 0.0175)^2 / 6 of the highest, which are small.
         slope = [(e[i + 1] - e[i - 1]) / (2 * step) for i in range(1, 360)]
         series("power: the balance", slope, [power["drive_W"][i] - power["dampers_W"][i] for i in range(1, 360)], 1e-2 * greatest)
-        check("power: report", "DRIVE" in run.out and "on a rigid frame" in run.out, "it", run.out)
+        check("power: report", "DRIVE" in run.out and "on a frame at rest" in run.out, "it", run.out)
         clockwise = Run(folder, "-s", "case.tasks='power'", "-s", "response.points=360", "-s",
                         "drive.speed_rpm=-240", "-o", "back", "input.nml")
         clockwise.done("power, clockwise")
@@ -236,8 +236,8 @@ def test_refused():
             "sum [m (x'^2 + y'^2) + J phi'^2]")
         Run(folder, "-q", "-s", "mass_functions.energy=0.01", "input.nml").done("power with energy")
         Run(folder, "-s", TASKS, "-s", "model.coefficients=averaged", "sound.nml").refused(
-            "power of the averaged model", 2, "--set model.coefficients=averaged: the task 'power' needs 'periodic': "
-            "with averaged masses power does not balance")
+            "power of the averaged model", 2, "--set model.coefficients=averaged: must be 'periodic' for the task 'power': "
+            "with averaged masses the power does not balance")
         Run(folder, "-q", "-s", "case.tasks='response','forces'", "-s", "model.coefficients=averaged", "sound.nml").done(
             "forces of the averaged model")
 

@@ -52,7 +52,7 @@ def test_tables():
         equal("json: members", list(found), MEMBERS)
         equal("json: verdict", found["verdict"], "stable")
         equal("json: settings", found["settings"], [tasks])
-        check("json: the exceeded limit is a headline", any(line["state"] == "unstable" and "ABOVE the limit" in line["words"]
+        check("json: the exceeded limit is a headline", any(line["state"] == "unstable" and "times the limit" in line["words"]
                                                             for line in found["headlines"]), "one", found["headlines"])
         same_as_tables("json", found, folder / "one")
         quiet = Run(folder, "--json", "-q", "-o", "one", "-s", tasks, DATA / "compressor.nml")
@@ -90,7 +90,7 @@ def test_failure():
         run = Run(folder, "--json", "-q", "-s", "probe.position(1)=-9e306", DATA / "compressor.nml")
         equal("json with a failure: exit code", run.code, 4)
         found = json.loads(run.out)
-        check("json with a failure", "the motion of probes overflows" in (found["failure"] or "") and "multipliers" in found["tables"],
+        check("json with a failure", "the motion of a probe overflows" in (found["failure"] or "") and "multipliers" in found["tables"],
               "the failure and the multipliers", (found["failure"], list(found["tables"])))
 
 

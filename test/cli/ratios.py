@@ -100,7 +100,7 @@ def speed_tests():
             for table in ("campbell", "crossings", "critical", "separation", "resonance", "peaks")[:6 if upper > 1 else 5]:
                 alike(name, folder, table, ratio, 1e-8)
             if ratio == HALF and not cases.get("space", True):
-                heading = "CRITICAL SPEEDS of the orders up to 2,"
+                heading = "CRITICAL SPEEDS, orders up to 2,"
                 check(f"{name}: orders of the report", heading in runs[0].out, heading, runs[0].out)
                 orders = [float(row["order"]) for row in rows(folder / "one" / "crossings.csv")]
                 check(f"{name}: a half order", 1.5 in orders, 1.5, orders)
@@ -221,7 +221,7 @@ def flywheel_tests():
         # the frame yields by 1e-9 of the lever
         near("ratio 0.5, flywheel: torque", found[0], torque, 1e-6 * torque)
         near("ratio 0.5, flywheel: fluctuation", found[1], speed, 1e-6 * speed)
-        told = re.search(r"speed by the flywheel: (\S+) to (\S+) rpm.* irregularity (\S+)", run.flat)
+        told = re.search(r"speed with the flywheel: (\S+) to (\S+) rpm.* irregularity (\S+)", run.flat)
         check("ratio 0.5, flywheel: line", told is not None, "the line", run.out)
         if told:
             change = speed * 30 / math.pi

@@ -87,7 +87,7 @@ def test_report():
         check("report: title", page.headings[0].startswith('A & <B> "C" '), "the input's title", page.headings[0])
         equal("report: parts", page.headings[1:], [
             "The machine", "Stability", "Modes", "Vibration over a turn", "Spectrum", "Forces on the ground",
-            "Forces over a turn", "Forces by orders", "Probes", "Probes over a turn", "Probes by orders", "Drive", "Input",
+            "Forces over a turn", "Forces by orders", "Probes", "Probes over a turn", "Harmonics at the probes", "Drive", "Input",
             "Report"])
         for picture in page.pictures:
             svg = base64.b64decode(picture.partition(",")[2], validate=True)

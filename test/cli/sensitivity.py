@@ -81,9 +81,9 @@ def test_as_changed():
 def test_refused():
     for name, keys, message in (
         ("no such path", "parameters='frame.weight'", "&sensitivity: parameters = 'frame.weight': "),
-        ("no number", "parameters='joint(A).pivot'", "'joint(A).pivot' is no number of the machine"),
-        ("an order", "parameters='accuracy.tolerance'", "'accuracy.tolerance' is no number of the machine"),
-        ("zero", "parameters='support.damping'", "'support.damping' is zero, or not given: it cannot change by a percentage"),
+        ("no number", "parameters='joint(A).pivot'", "'joint(A).pivot' is not a numerical key of the machine"),
+        ("an order", "parameters='accuracy.tolerance'", "'accuracy.tolerance' is not a numerical key of the machine"),
+        ("zero", "parameters='support.damping'", "'support.damping' is zero or missing, so it cannot change by a percentage"),
         ("twice", "parameters='frame.mass','frame.mass'", "names 'frame.mass' twice"),
         ("no such quantity", "quantities='g'", "unknown quantity 'g'"),
     ):

@@ -119,12 +119,12 @@ def test_nothing_excites():
     with Folder(input=ROTOR + sweep) as folder:
         run = Run(folder, "input.nml", "-s", "case.tasks=campbell,critical")
         run.done("rotor, critical")
-        check("rotor, no critical speed", "none: nowhere does an order of the crank stand out" in run.out
+        check("rotor, no critical speed", "no order of the crank has a noticeable peak" in run.out
               and "Critical speeds:" not in run.out, "none", run.out)
         undamped = [word for i in (1, 2) for word in ("-s", f"support({i}).damping=0,0,0")]
         run = Run(folder, "input.nml", "-s", "case.tasks=critical", "-s", "foundation.damping=0,0,0", *undamped)
         run.done("undamped rotor, critical")
-        check("undamped rotor, no critical speed", "no bound" not in run.out, "none", run.out)
+        check("undamped rotor, no critical speed", "unbounded" not in run.out, "none", run.out)
         run = Run(folder, "input.nml", "-s", "case.tasks=sensitivity", "-s", "sensitivity.parameters='frame.mass'")
         run.done("rotor, sensitivity")
         check("rotor, sensitivity", "failed" not in run.out and "zero within its error" in run.out, "zero", run.out)

@@ -377,8 +377,8 @@ def compare_drive(name, turns, found):
 def compare_told(name, turns, runs):
     """The report's lines on forces and the drive, in orders and angles of the drive."""
     told = [[re.findall(pattern, run.out, re.M) for run in runs] for pattern in
-            (r"peak of the total force: (\S+) N at crank angle (\S+) deg", r"on the frame as it is +(\S+) +(\S+) +(\S+) +(\S+) +(\S+)",
-             r"^ *total .* (\S+) \(", r"greatest of the drive (\S+) W")]
+            (r"peak of the total force: (\S+) N at crank angle (\S+) deg", r"on the vibrating frame +(\S+) +(\S+) +(\S+) +(\S+) +(\S+)",
+             r"^ *total .* (\S+) \(", r"maximum of the drive (\S+) W")]
     for pairs, factors in zip(told, ((1, turns), (1 / turns, None, turns, 1 / turns, None), (1 / turns,), (1,))):
         check(f"{name}: lines told", all(pairs), "a line", runs[0].out)
         if not all(pairs):

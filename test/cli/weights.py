@@ -69,7 +69,7 @@ def test_without():
 
 def test_numbers():
     """The shaper's psi, the flying press's torque: what weights do to them; over a turn lifting takes no power."""
-    for name, label, factor, tolerance in (("shaper", "psi", 1.092, 2e-3), ("flying_press", "on the frame as it is", -1.993, 2e-3)):
+    for name, label, factor, tolerance in (("shaper", "psi", 1.092, 2e-3), ("flying_press", "on the vibrating frame", -1.993, 2e-3)):
         with Folder(plain=data(name), weighed=data(name) + "\n" + GRAVITY) as folder:
             runs = [Run(folder, "-s", "case.tasks='response','power'", f"{other}.nml") for other in ("plain", "weighed")]
             for run in runs:

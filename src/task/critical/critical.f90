@@ -107,7 +107,7 @@ contains
     call check_campbell_options(options, error)
     if (allocated(error)) return
     if (.not. all(ieee_is_finite(crossings%speed) .and. abs(crossings%speed) > 0 .and. crossings%order > 0)) then
-      call fatal_error(error, "a crossing has a finite speed and a positive order", invalid_input)
+      call fatal_error(error, "a crossing must have a finite speed other than 0 and a positive order", invalid_input)
       return
     end if
     work%family => family
@@ -339,7 +339,7 @@ contains
 
     frame => frame_of(system)
     if (.not. associated(frame)) then
-      call fatal_error(error, "critical speeds are those of a frame", invalid_input)
+      call fatal_error(error, "critical speeds can only be computed for a frame", invalid_input)
       return
     end if
     call solve_periodic(floquet, start, error)

@@ -31,11 +31,11 @@ contains
     character(len=:), allocatable :: report, rows
     integer :: i, listed, quiet
 
-    report = newline // "CRITICAL SPEEDS of the orders " // range_of(orders, turns) // ", about rest" // newline
+    report = newline // "CRITICAL SPEEDS, orders " // range_of(orders, turns) // ", linearised about rest" // newline
     if (verdict /= "stable" .and. verdict /= "") report = report // "  " // verdict // newline
     report = report // warning
     if (size(critical) == 0) then
-      report = report // "  no crossing with a multiple of the speed within the range" // newline
+      report = report // "  no natural frequency crosses an order of the crank within the range" // newline
       return
     end if
     rows = ""
@@ -59,17 +59,17 @@ contains
           if (.not. c%moved%small()) rows = rows // "not small"
         else
           rows = rows // fixed(c%crossing%speed, 5) // repeat(tab, 4)
-          if (c%outcome == self_excited) rows = rows // "unstable: the free vibration grows by itself"
-          if (c%outcome /= self_excited) rows = rows // "no damping within the errors: no bound"
+          if (c%outcome == self_excited) rows = rows // "unstable: the free vibration grows"
+          if (c%outcome /= self_excited) rows = rows // "unbounded: no damping within the error"
         end if
         rows = rows // newline
       end associate
     end do
     if (listed > 0) report = report // tabulated("rrrrrrl", "mode,order,peak at,half width,amplitude,ground force" // newline &
       & // ",,rpm,rpm,mm,N", rows)
-    if (listed == 0) report = report // "  none: nowhere does an order of the crank stand out" // newline
-    if (listed > most_listed) report = report // "  ... all in critical.csv" // newline
-    if (quiet > 0) report = report // "  " // counted(quiet, "more crossing") // " without a peak that can be noticed" // newline
+    if (listed == 0) report = report // "  no order of the crank has a noticeable peak" // newline
+    if (listed > most_listed) report = report // "  ... the rest is in critical.csv" // newline
+    if (quiet > 0) report = report // "  " // counted(quiet, "more crossing") // " without a noticeable peak" // newline
   end function report_critical
 
   !> Worst verdict, for the head of the critical speeds and their files: on the vibrations at the crossings, or at a speed of the
@@ -82,7 +82,7 @@ contains
     integer :: i
 
     speeds = [(critical(i)%crossing%speed, i = 1, size(critical))]
-    judgement = judge_range(speeds, (critical%verdict), "crossings", "the machine leaves these vibrations")
+    judgement = judge_range(speeds, (critical%verdict), "crossings", "disturbances of these vibrations grow")
     of_modes = campbell_verdict(campbell)
     if (of_modes%verdict > judgement%verdict) judgement = of_modes
   end function critical_verdict

@@ -70,8 +70,8 @@ contains
     greatest = maxloc([(critical(i)%height(amplitude), i = 1, size(critical))], dim=1, mask=found)
     if (greatest > 0) then
       associate (peak => critical(greatest), unused => self)
-        call result%warn("", "Critical speeds: " // counted(count(found), "peak") // ", the greatest amplitude at " &
-          & // concise(peak%speed(amplitude), 6) // " rpm, " // concise(1000 * peak%height(amplitude), 4) // " mm (mode " &
+        call result%warn("", "Critical speeds: " // counted(count(found), "peak") // ", maximum amplitude " &
+          & // concise(1000 * peak%height(amplitude), 4) // " mm at " // concise(peak%speed(amplitude), 6) // " rpm (mode " &
           & // text(peak%crossing%mode) // ", order " &
           & // concise(peak%crossing%order, 4) // ")")
       end associate
@@ -87,20 +87,25 @@ contains
     integer :: i, n
 
     n = size(critical)
-    table = new_table("critical", "Critical speeds", "Where the response peaks, by order and mode.", verdict, shown=.true.)
+    table = new_table("critical", "Critical speeds", "Speeds at which the vibration peaks, for each mode and order.", verdict, &
+      & shown=.true.)
     table%model = model_of_modes
-    call table%add("mode", "its number", [(critical(i)%crossing%mode, i = 1, n)])
-    call add_order_column(table, "order", "of the crank", [(critical(i)%crossing%harmonic, i = 1, n)], turns)
-    call table%add("outcome", "peak, no_peak, unbounded or unstable", outcomes(critical%outcome))
-    call table%add("crossing", rpm, "speed of the crossing", [(critical(i)%crossing%speed, i = 1, n)])
-    call table%add("half_width", rpm, "of the resonance by the mode's damping", (critical%half_width))
-    call table%add("frequency", hertz, "of the mode at the crossing", [(critical(i)%crossing%at%frequency() / (2 * pi), i = 1, n)])
-    call table%add("damping_ratio", plain, "of the mode at the crossing", [(critical(i)%crossing%at%damping_ratio(), i = 1, n)])
+    call table%add("mode", "number of the mode", [(critical(i)%crossing%mode, i = 1, n)])
+    call add_order_column(table, "order", "order of the crank", [(critical(i)%crossing%harmonic, i = 1, n)], turns)
+    call table%add("outcome", "peak, no_peak, unbounded (no damping) or unstable (the free vibration grows)", &
+      & outcomes(critical%outcome))
+    call table%add("crossing", rpm, "speed at which the mode and the order cross", [(critical(i)%crossing%speed, i = 1, n)])
+    call table%add("half_width", rpm, "half width of the resonance, from the damping of the mode", (critical%half_width))
+    call table%add("frequency", hertz, "frequency of the mode at the " &
+      & // "crossing", [(critical(i)%crossing%at%frequency() / (2 * pi), i = 1, n)])
+    call table%add("damping_ratio", plain, "damping ratio of the mode at the " &
+      & // "crossing", [(critical(i)%crossing%at%damping_ratio(), i = 1, n)])
     call add_peaks(amplitude, "", "amplitude", metre)
-    call table%add("share", plain, "of the order in the mean square of the vibration", shown(amplitude, (critical%share)))
+    call table%add("share", plain, "share of the order in the mean square of the vibration", shown(amplitude, (critical%share)))
     call add_peaks(force, "force_", "force", newton)
-    call table%add("verdict", "on the machine at the peak", critical%verdict%word())
-    call table%add("small_motion", "0: beyond small motions", [(critical(i)%moved%small(), i = 1, n)], &
+    call table%add("verdict", "verdict on the machine at the peak", critical%verdict%word())
+    call table%add("small_motion", "1: the motion is small; 0: too large for the linear equations", &
+      & [(critical(i)%moved%small(), i = 1, n)], &
       & [(any(critical(i)%found), i = 1, n)])
 
   contains
@@ -111,10 +116,11 @@ contains
       character(len=*), intent(in) :: prefix, name
       type(unit_type), intent(in) :: unit
 
-      call table%add(prefix // "speed", rpm, "where the peak lies", shown(which, [(critical(i)%speed(which), i = 1, n)]), &
+      call table%add(prefix // "speed", rpm, "speed of the peak", shown(which, [(critical(i)%speed(which), i = 1, n)]), &
         & bounds=shown(which, [(critical(i)%error(which), i = 1, n)]))
-      call table%add(name, unit, "of the order at the peak", shown(which, [(critical(i)%height(which), i = 1, n)]))
-      call table%add(prefix // "prominence", plain, "height over the greater of the dips beside it", shown(which, &
+      call table%add(name, unit, merge("amplitude of the order at the peak", "maximum of the force at the peak  ", &
+        & which == amplitude), shown(which, [(critical(i)%height(which), i = 1, n)]))
+      call table%add(prefix // "prominence", plain, "height of the peak over the higher of the two adjacent valleys", shown(which, &
         & [(critical(i)%prominence(which), i = 1, n)]))
     end subroutine add_peaks
 

@@ -18,12 +18,12 @@ contains
     type(table_type), intent(in) :: table
     class(frame_type), intent(in) :: frame
 
-    figure = new_figure(table%name, "Driving torque over " // turns_in_words(frame%mechanism%turns) &
-      & // ", and where its power goes", layout_line(3, 1) // turn_axis(frame, .false.) // key_line(.true.) &
+    figure = new_figure(table%name, "Driving torque and power over " // turns_in_words(frame%mechanism%turns), &
+      & layout_line(3, 1) // turn_axis(frame, .false.) // key_line(.true.) &
       & // history_panel(table, "torque (N m)", "1", [character(len=12) :: "torque", "rigid_torque"], &
       & [character(len=32) :: "on the vibrating frame", "on a frame at rest"]) &
       & // history_panel(table, "power (W)", "1", [character(len=7) :: "drive", "dampers"], &
-      & [character(len=32) :: "of the drive", "taken by the dampers"]) &
+      & [character(len=32) :: "of the drive", "absorbed by the dampers"]) &
       & // turn_axis(frame, .true.) // key_line(.false.) // history_panel(table, "energy (J)", "1", ["energy"], ["energy"]) &
       & // "unset multiplot" // newline, width=800, height=nint(height_of(3)))
   end function plot_power

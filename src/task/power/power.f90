@@ -57,8 +57,8 @@ contains
       call input_error(the_group(configuration%document, "mass_functions"), "", "the task 'power' needs the key energy, the " &
         & // "harmonics of sum [m (x'^2 + y'^2) + J phi'^2]", error)
     else if (configuration%analysis%averaged) then
-      call input_error(the_group(configuration%document, "model"), "coefficients", "the task 'power' needs 'periodic': with " &
-        & // "averaged masses power does not balance", error)
+      call input_error(the_group(configuration%document, "model"), "coefficients", "must be 'periodic' for the task 'power': " &
+        & // "with averaged masses the power does not balance", error)
     end if
   end subroutine read_power
 
@@ -85,24 +85,24 @@ contains
       end if
       peak = ieee_value(peak, ieee_quiet_nan)
       if (known) peak = drive%actual%peak
-      call result%brief%add("torque_peak", newton_metre, "greatest torque on the crank, with its sign", [peak])
+      call result%brief%add("torque_peak", newton_metre, "maximum torque on the crank, with its sign", [peak])
       call result%fail(failure)
       if (.not. known) return
       table = new_table("power", "Drive", "Driving torque over " // turns_in_words(frame%mechanism%turns) &
         & // ", and the power of drive and dampers.")
       call add_turn(table, frame, size(drive%history, 2) - 1)
-      call table%add("torque", newton_metre, "on the crank, counter-clockwise positive", drive%history(torque, :))
-      call table%add("rigid_torque", newton_metre, "the same on a frame at rest", drive%history(rigid_torque, :))
+      call table%add("torque", newton_metre, "torque on the crank, counter-clockwise positive", drive%history(torque, :))
+      call table%add("rigid_torque", newton_metre, "torque on the crank if the frame were at rest", drive%history(rigid_torque, :))
       call table%add("drive", watt, "power of the drive", drive%history(drive_watts, :))
-      call table%add("dampers", watt, "power that dampers and foundation take", drive%history(damper_watts, :))
-      call table%add("energy", joule, "kinetic and potential energy", drive%history(stored_energy, :))
-      if (allocated(drive%fluctuation)) call table%add("speed_fluctuation", radian_per_s, "the crank's speed less its mean", &
+      call table%add("dampers", watt, "power absorbed by dampers and foundation", drive%history(damper_watts, :))
+      call table%add("energy", joule, "kinetic and potential energy, up to a constant", drive%history(stored_energy, :))
+      if (allocated(drive%fluctuation)) call table%add("speed_fluctuation", radian_per_s, "crank speed minus its mean", &
         & drive%fluctuation%history)
       call result%add(table, plot_power(table, frame))
-      call result%say_section("DRIVE, torque on the crank, " // either("with weights, without process forces", &
+      call result%say_section("DRIVE, torque on the crank, " // either("with gravity, without process forces", &
         & "without gravity and process forces", drive%weighed), drive_lines(drive, frame))
-      call result%detail("  the balance of power is missed by " // concise(drive%defect(), 1) &
-        & // " of the drive's greatest power" // newline)
+      call result%detail("  power balance: drive and dampers differ by " // concise(drive%defect(), 1) &
+        & // " of the maximum power of the drive" // newline)
     end associate
   end subroutine run
 

@@ -29,19 +29,20 @@ contains
     if (abs(rigid%peak) <= rounding * abs(drive%actual%peak)) rigid = torque_type()
     whole = sign(360.0_dp, frame%speed) * frame%mechanism%turns
     lines = tabulated("lrrrrr", ",peak,error,at crank,rms,mean" // newline // ",N m,N m,deg,N m,N m", &
-      & torque_row("on the frame as it is", drive%actual, concise(drive%peak_error, 1), whole) &
-      & // torque_row("on a rigid frame", rigid, "", whole)) // "  counter-clockwise positive" // newline &
+      & torque_row("on the vibrating frame", drive%actual, concise(drive%peak_error, 1), whole) &
+      & // torque_row("on a frame at rest", rigid, "", whole)) // "  counter-clockwise positive" // newline &
       & // "  mean power: drive " // concise(drive%drive_mean, 5) // " W, dampers " // concise(drive%dampers_mean, 5) &
-      & // " W; greatest of the drive " // concise(drive%greatest, 4) // " W" // newline
+      & // " W; maximum of the drive " // concise(drive%greatest, 4) // " W" // newline
     if (.not. allocated(drive%fluctuation)) return
     associate (fluctuation => drive%fluctuation, speed => frame%drive_speed())
       ends = (abs(speed) + sign(1.0_dp, speed) * [fluctuation%least, fluctuation%greatest]) * 30 / pi
-      lines = lines // "  speed by the flywheel: " // concise(minval(ends), 6) // " to " // concise(maxval(ends), 6) &
-        & // " rpm, to first order: coefficient of irregularity " // concise(fluctuation%irregularity, 4) // " +- " &
+      lines = lines // "  speed with the flywheel: " // concise(minval(ends), 6) // " to " // concise(maxval(ends), 6) &
+        & // " rpm (to first order), coefficient of irregularity " // concise(fluctuation%irregularity, 4) // " +- " &
         & // concise(fluctuation%error, 1) // newline
-      if (fluctuation%irregularity > uneven) lines = lines // "  note: that is no constant speed; results may change by up " &
-        & // "to about " // concise(200 * fluctuation%irregularity, 2) // " %. A flywheel of " &
-        & // concise(fluctuation%inertia * fluctuation%irregularity / uneven, 2) // " kg m^2 would hold it to 1 %" // newline
+      if (fluctuation%irregularity > uneven) lines = lines // "  note: the speed fluctuates by more than 1 %, so results " &
+        & // "may change by up to about " // concise(200 * fluctuation%irregularity, 2) // " %. A flywheel of " &
+        & // concise(fluctuation%inertia * fluctuation%irregularity / uneven, 2) // " kg m^2 would reduce the fluctuation to 1 " &
+        & // "%" // newline
     end associate
   end function drive_lines
 

@@ -42,10 +42,10 @@ contains
     do i = 1, axes
       lines = lines // either(" 'probes.csv'", "  ''", i == 1) // boxes("v" // along(i) // "_rms_band", "along " // along(i))
     end do
-    lines = lines // "  ''" // boxes("v_rms_band", "greatest direction") &
+    lines = lines // "  ''" // boxes("v_rms_band", "strongest direction") &
       & // "  '' using ($0 - 0.42):(limit(column('limit_mm_s'))):(0.84):(0) with vectors nohead lt 7 dt 1 lw 3 " &
       & // "title 'limit'" // newline
-    figure = new_figure(table%name, "Vibration velocity at the probes, rms in the band, against the limit", lines, width=800, &
+    figure = new_figure(table%name, "Vibration velocity at the probes: rms within the band, and limit", lines, width=800, &
       & height=460)
 
   contains

@@ -29,6 +29,7 @@ module gestell_task_probes
 
   !> Units of displacement, velocity and acceleration
   type(unit_type), parameter :: units(3) = [metre, metre_per_s, metre_per_s2]
+  character(len=*), parameter :: kinds(3) = [character(len=12) :: "displacement", "velocity", "acceleration"]
   real(dp), parameter :: mm = 1000
 
 contains
@@ -82,15 +83,15 @@ contains
         end do
         if (.not. finite) then
           deallocate(responses)
-          call fatal_error(failure, "the motion of probes overflows: it lies beyond what double precision holds", &
-            & failed_computation)
+          call fatal_error(failure, "the motion of a probe overflows double precision", failed_computation)
         end if
       end if
       call result%brief%expect(size(probes))
       do i = 1, size(probes)
         velocity = ieee_value(velocity, ieee_quiet_nan)
         if (allocated(responses)) velocity = mm * responses(i)%greatest
-        call result%brief%add("probe(" // trim(probes(i)%name) // ").v_band", mm_per_s, "rms in its band", [velocity])
+        call result%brief%add("probe(" // trim(probes(i)%name) // ").v_band", mm_per_s, "rms velocity within the band of the " &
+          & // "probe", [velocity])
       end do
       call result%fail(failure)
       if (.not. allocated(responses)) return
@@ -103,8 +104,8 @@ contains
         & "Displacement, velocity and acceleration at the probes over " // turn // ".")
       call add_turn(histories, frame, size(responses(1)%history, 1) - 1)
       call histories%expect(3 * (axes + 1) * size(responses))
-      harmonics = new_table("probes_harmonics", "Probes by orders", &
-        & "Amplitudes of the velocity at the probes by orders of the crank.")
+      harmonics = new_table("probes_harmonics", "Harmonics at the probes", &
+        & "Amplitudes and phases of the motion at the probes for each order of the crank.")
       call add_orders(harmonics, frame, last)
       ! Two columns, amplitude and phase, for the components along the axes. The magnitude of the vector has none.
       call harmonics%expect(2 * 3 * axes * size(responses))
@@ -112,14 +113,14 @@ contains
         do k = 1, size(responses(i)%parts)
           column = trim(responses(i)%parts(k)) // "_" // trim(names(i))
           associate (unit => units(1 + (k - 1) / (axes + 1)))
-            call histories%add(column, unit, "motion of the probe", responses(i)%history(:, k))
+            call histories%add(column, unit, trim(kinds(1 + (k - 1) / (axes + 1))) // " of the probe", responses(i)%history(:, k))
             if (mod(k, axes + 1) > 0) call add_harmonics(harmonics, column, unit, responses(i)%statistics(k)%series(1), last)
           end associate
         end do
       end do
       call result%add(histories, plot_histories(histories, names, axes, frame))
       call result%add(harmonics, plot_orders(harmonics, names, axes, last, frame%mechanism%turns))
-      call result%say_section("VIBRATION AT PROBES; rms in the direction where it is greatest", probe_lines(responses, &
+      call result%say_section("VIBRATION AT PROBES, rms in the direction of strongest vibration", probe_lines(responses, &
         & frame%period, frame%mechanism%turns, trim(result%verdict)))
       do i = 1, size(responses)
         if (.not. responses(i)%probe%limit > 0) cycle
@@ -141,30 +142,32 @@ contains
 
     n = size(responses)
     table = new_table("probes", "Probes", "Vibration at the probes.", shown=.true.)
-    call table%add("name", "of the probe", [(responses(i)%probe%name, i = 1, n)])
-    call table%add("x", metre, "where it is in the frame's system", [(responses(i)%probe%position(1), i = 1, n)])
-    call table%add("y", metre, "where it is in the frame's system", [(responses(i)%probe%position(2), i = 1, n)])
-    if (size(responses(1)%parts) > 9) call table%add("z", metre, "where it is in the frame's system", &
+    call table%add("name", "name of the probe", [(responses(i)%probe%name, i = 1, n)])
+    call table%add("x", metre, "coordinate in the frame's system", [(responses(i)%probe%position(1), i = 1, n)])
+    call table%add("y", metre, "coordinate in the frame's system", [(responses(i)%probe%position(2), i = 1, n)])
+    if (size(responses(1)%parts) > 9) call table%add("z", metre, "coordinate in the frame's system", &
       & [(responses(i)%probe%z, i = 1, n)])
     parts = size(responses(1)%parts)
     do k = 1, parts
       part = trim(responses(1)%parts(k))
       unit = units(1 + 3 * (k - 1) / parts)
-      call table%add(part // "_peak", unit, "greatest size over the period", [(responses(i)%statistics(k)%peak, i = 1, n)], &
+      call table%add(part // "_peak", unit, "maximum magnitude over the period", [(responses(i)%statistics(k)%peak, i = 1, n)], &
         & bounds=[(responses(i)%statistics(k)%peak_error, i = 1, n)])
-      call table%add(part // "_rms", unit, "root mean square", [(responses(i)%statistics(k)%rms, i = 1, n)])
+      call table%add(part // "_rms", unit, "root mean square over the period", [(responses(i)%statistics(k)%rms, i = 1, n)])
     end do
     do k = 1, parts / 3 - 1
-      call table%add("v" // axes(k) // "_rms_band", mm_per_s, "velocity along " // axes(k) // ", orders within the band", &
+      call table%add("v" // axes(k) // "_rms_band", mm_per_s, "rms velocity along " // axes(k) // ", orders within the band", &
         & [(mm * responses(i)%band(k), i = 1, n)])
     end do
-    call table%add("v_rms_band", mm_per_s, "the same in the direction in which it is greatest", mm * responses%greatest, &
+    call table%add("v_rms_band", mm_per_s, "rms velocity within the band in the direction of strongest vibration", &
+      & mm * responses%greatest, &
       & bounds=mm * responses%error)
-    call table%add("band_from", hertz, "as ordered", [(responses(i)%probe%band(1), i = 1, n)])
-    call table%add("band_to", hertz, "as ordered", [(responses(i)%probe%band(2), i = 1, n)])
-    call table%add("limit", mm_per_s, "as ordered; NaN: none", [(merge(mm * responses(i)%probe%limit, &
+    call table%add("band_from", hertz, "lower end of the band", [(responses(i)%probe%band(1), i = 1, n)])
+    call table%add("band_to", hertz, "upper end of the band", [(responses(i)%probe%band(2), i = 1, n)])
+    call table%add("limit", mm_per_s, "limit of the rms velocity; NaN: no limit", [(merge(mm * responses(i)%probe%limit, &
       & ieee_value(1.0_dp, ieee_quiet_nan), responses(i)%probe%limit > 0), i = 1, n)])
-    call table%add("verdict", "against the limit; empty without one", [(responses(i)%verdict(), i = 1, n)])
+    call table%add("verdict", "within or above the limit, or undecided (within the error); empty without a limit", &
+      & [(responses(i)%verdict(), i = 1, n)])
   end function summary
 
 end module gestell_task_probes

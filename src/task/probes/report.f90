@@ -61,32 +61,33 @@ contains
       lines = lines // concise(band(1)) // " to " // concise(band(2)) // " Hz, "
       orders = min(band * period, 1.0e9_dp)
       orders = [max(1, ceiling(orders(1) * (1 - 1.0e-12_dp))), floor(orders(2) * (1 + 1.0e-12_dp))]
-      lines = lines // either("in which no order of the crank lies", "orders " // order_of(nint(orders(1)), turns) // " to " &
+      lines = lines // either("no order of the crank", "orders " // order_of(nint(orders(1)), turns) // " to " &
         & // order_of(nint(orders(2)), turns), orders(2) < orders(1)) // newline
       if (limit > 0 .and. judged(verdict) /= "") lines = lines // "    " // judged(verdict) // newline
       whole = response%statistics(2 * size(response%parts) / 3)%rms
-      if (whole > much * response%greatest .and. orders(1) > 1) lines = lines // "    mind the lower end of the band: " // &
-        & "in all orders together the velocity has an rms of " // concise(1000 * whole, 4) // " mm/s" // newline
+      if (whole > much * response%greatest .and. orders(1) > 1) lines = lines // "    note: much of the velocity lies " // &
+        & "outside the band: rms of all orders " // concise(1000 * whole, 4) // " mm/s" // newline
     end associate
   end function band_lines
 
   !> Comparison of a probe with its limit in words.
   pure function against_limit(response) result(words)
     type(probe_response_type), intent(in) :: response
-    character(len=:), allocatable :: words
+    character(len=:), allocatable :: words, limit
+    real(dp) :: ratio
+    !> A velocity nearer to the limit than this fraction of it is compared by the difference: three digits of the ratio are too few
+    real(dp), parameter :: near = 0.01_dp
 
-    associate (limit => response%probe%limit)
-      select case (response%verdict())
-      case ("within")
-        words = "WITHIN the limit of " // concise(1000 * limit) // " mm/s, at " // concise(100 * response%greatest / limit, 3) &
-          & // " % of it"
-      case ("above")
-        words = "ABOVE the limit of " // concise(1000 * limit) // " mm/s, by " &
-          & // concise(100 * (response%greatest / limit - 1), 3) // " %"
-      case default
-        words = "UNDECIDED against the limit of " // concise(1000 * limit) // " mm/s: the error reaches across it"
-      end select
-    end associate
+    limit = "the limit of " // concise(1000 * response%probe%limit) // " mm/s"
+    ratio = response%greatest / response%probe%limit
+    select case (response%verdict())
+    case ("within")
+      words = either(concise(100 * (1 - ratio), 3) // " % below ", concise(100 * ratio, 3) // " % of ", 1 - ratio < near) // limit
+    case ("above")
+      words = either(concise(100 * (ratio - 1), 3) // " % above ", concise(ratio, 3) // " times ", ratio - 1 < near) // limit
+    case default
+      words = "UNDECIDED: equal to " // limit // " within the error"
+    end select
   end function against_limit
 
   !> Sentence that compares a probe with its limit. `verdict` is the verdict on the machine.

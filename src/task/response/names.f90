@@ -45,18 +45,19 @@ contains
       dof = trim(dof_names(i))
       associate (q => names(i), v => names(dofs + i), f => names(2 * dofs + i))
         if (is_rotation(i)) then
-          q = name_type(dof, radian, "turn of the frame", dof, "mrad", 1.0e3_dp, symbols(i))
+          q = name_type(dof, radian, "rotation of the frame", dof, "mrad", 1.0e3_dp, symbols(i))
           v = name_type(dof // "_dot", radian_per_s, "angular velocity of the frame", dof // " velocity", "mrad/s", &
             & 1.0e3_dp)
           f = name_type(forces(i), newton_metre, "moment on the ground about F at rest", "moment on ground", "N m", 1.0_dp, &
             & "moment")
-          if (dofs > 3) q%meaning = "turn of the frame, of its rotation vector"
+          if (dofs > 3) q%meaning = "component of the frame's rotation vector"
           if (dofs > 3) f%meaning = "moment on the ground about F at rest, about " // along(i)
           if (dofs > 3) f%words = trim(f%words) // ", " // along(i)
           if (dofs > 3) f%symbol = "moment " // along(i)
         else
-          q = name_type(dof, metre, "F from its static rest, along " // dof, dof // " of F", "mm", 1.0e3_dp, symbols(i))
-          v = name_type(dof // "_dot", metre_per_s, "velocity along " // dof, dof // " velocity", "mm/s", 1.0e3_dp)
+          q = name_type(dof, metre, "displacement of F from its static position, along " // dof, dof // " of F", "mm", &
+            & 1.0e3_dp, symbols(i))
+          v = name_type(dof // "_dot", metre_per_s, "velocity of F along " // dof, dof // " velocity", "mm/s", 1.0e3_dp)
           f = name_type(forces(i), newton, "force on the ground along " // along(i), "force on ground, " // along(i), "N", 1.0_dp, &
             & "force " // along(i))
         end if

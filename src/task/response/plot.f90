@@ -82,7 +82,7 @@ contains
     do i = 0, 1
       lines = lines // panel(table, vibration, harmonics, step, n, 2 * n * i)
       if (i == 0) lines = lines // "unset x2label; set format x2 ''; set format x" // newline &
-        & // "set xlabel 'order of the crank speed (0: magnitude of the mean)'" // newline
+        & // "set xlabel 'order of the crank (0: magnitude of the mean)'" // newline
     end do
     figure = new_figure("harmonics", "Harmonics of the vibration and of the forces on the ground at " // speed_in_words(frame), &
       & lines // "unset multiplot" // newline, width=880, height=640)

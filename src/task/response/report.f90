@@ -44,7 +44,8 @@ contains
     if (any([(vibration%peak_error(frame%free(i)) >= vibration%peak(frame%free(i)) .and. vibration%peak(frame%free(i)) > 0 &
       & .and. noise_of(vibration%peak(frame%free(i)), vibration%peak_error(frame%free(i)), &
       & greatest_beside(vibration, frame, frame%free(i))) > 0, i = 1, size(frame%free))])) lines = lines // &
-      & "  note: an error is as great as its peak, which tells nothing then; more steps, or a smaller tolerance, may" // newline
+      & "  note: a peak that does not exceed its error is meaningless; reduce accuracy.tolerance or increase accuracy.steps" &
+      & // newline
   end function vibration_lines
 
   !> Line on the accuracy of the periodic solution: condition, and closing defect after `turns` turns of the crank.
@@ -54,13 +55,13 @@ contains
     logical, intent(in) :: averaged
     character(len=:), allocatable :: line
 
-    line = "condition " // concise(vibration%start%condition, 2) // ", costs " &
+    line = "condition " // concise(vibration%start%condition, 2) // ", loses " &
       & // concise(max(0.0_dp, log10(vibration%start%condition)), 2) // " digits"
     if (averaged) then
-      line = "  harmonic by harmonic: at worst " // line // newline
+      line = "  solved harmonic by harmonic: worst " // line // newline
     else
-      line = "  start x0 from (E - Phi) x0 = x_p(T): " // line // "; motion closes after " &
-        & // turns_in_words(turns) // " to " // concise(vibration%closing_defect, 1) // newline
+      line = "  start x0 from (E - Phi) x0 = x_p(T): " // line // "; motion repeats after " &
+        & // turns_in_words(turns) // " within " // concise(vibration%closing_defect, 1) // newline
     end if
   end function closing_lines
 

@@ -61,9 +61,9 @@ contains
       if (allocated(context%analysis%vibration)) then
         associate (vibration => context%analysis%vibration)
           history = new_table("response", "Vibration over " // turns_in_words(frame%mechanism%turns), &
-            & "Displacements of the frame and forces on the ground.")
+            & "Displacements and velocities of the frame, forces on the ground.")
           call add_turn(history, frame, size(vibration%history, 2) - 1)
-          harmonics = new_table("harmonics", "Spectrum", "Amplitudes by orders of the crank.")
+          harmonics = new_table("harmonics", "Spectrum", "Amplitudes and phases for each order of the crank.")
           call add_orders(harmonics, frame, tasks%harmonics)
           do k = 1, size(names)
             call history%add(trim(names(k)%column), names(k)%unit, trim(names(k)%meaning), vibration%history(k, :))

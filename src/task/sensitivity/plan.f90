@@ -75,9 +75,9 @@ contains
       call input_error(group, "parameters", reason%message, error)
     else if (schema%keys(target%rule)%kind /= real_key .or. &
       & schema%groups(find_group_rule(schema, schema%keys(target%rule)%group))%about == option_group) then
-      call input_error(group, "parameters", "'" // path // "' is no number of the machine", error)
+      call input_error(group, "parameters", "'" // path // "' is not a numerical key of the machine", error)
     else if (.not. is_there(doc, target)) then
-      call input_error(group, "parameters", "'" // path // "' is zero, or not given: it cannot change by a percentage", error)
+      call input_error(group, "parameters", "'" // path // "' is zero or missing, so it cannot change by a percentage", error)
     end if
   end subroutine check_path
 

@@ -30,11 +30,11 @@ contains
     character(len=:), allocatable :: report
     integer :: i
 
-    report = section("SENSITIVITY in per cent for one per cent more of a parameter, greatest first", &
+    report = section("SENSITIVITY: change in % if a parameter grows by 1 %, largest first", &
       & trim(state_word(base%state))) // warning
     do i = 1, size(quantities)
       if (found(1)%zero(i)) then
-        report = report // "  " // trim(quantities(i)%name) // ": zero within its error, nothing excites it" // newline
+        report = report // "  " // trim(quantities(i)%name) // ": zero within its error; nothing excites it" // newline
         cycle
       end if
       report = report // "  " // trim(quantities(i)%name) // ": peak " // concise(base%values(1, i), 6) // " " &

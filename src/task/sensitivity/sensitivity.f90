@@ -161,7 +161,7 @@ contains
     call check_speed_options(options, error)
     if (allocated(error)) return
     if (parameters < 1) then
-      call fatal_error(error, "a sensitivity needs one parameter at least", invalid_input)
+      call fatal_error(error, "a sensitivity analysis needs at least one parameter", invalid_input)
       return
     end if
     base%options = options
@@ -176,7 +176,7 @@ contains
     if (point%state == in_resonance) then
       call raise_resonance(error)
     else if (.not. has_vibration(point%state)) then
-      call fatal_error(error, "there is no vibration whose sensitivity could be told: the state of the machine is '" &
+      call fatal_error(error, "the machine has no periodic vibration whose sensitivity could be computed; its state is '" &
         & // trim(state_word(point%state)) // "'", failed_computation)
     end if
     if (allocated(error)) return
@@ -205,7 +205,7 @@ contains
     logical :: known, enough
 
     if (number < 1 .or. number > base%parameters .or. .not. allocated(base%values)) then
-      call fatal_error(error, "a derivative is that of one of the parameters that solve_base was given", invalid_input)
+      call fatal_error(error, "the parameter is not among those passed to solve_base", invalid_input)
       return
     end if
     associate (n => size(base%options%names))

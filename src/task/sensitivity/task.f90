@@ -52,7 +52,7 @@ contains
   subroutine extend(schema)
     type(schema_type), intent(inout) :: schema
 
-    call schema%add(group_rule("sensitivity", "for the task `sensitivity`: of what, and to what"), sensitivity_keys)
+    call schema%add(group_rule("sensitivity", "for the task `sensitivity`: quantities and parameters"), sensitivity_keys)
   end subroutine extend
 
   subroutine read_task(self, configuration, error)
@@ -113,8 +113,8 @@ contains
 
     line = ""
     i = maxloc([(abs(found(i)%slope(1, q)), i = 1, size(found))], dim=1, mask=[(found(i)%state(q) == "ok", i = 1, size(found))])
-    if (i > 0) line = "Peak of " // trim(quantity%name) // ": " // concise(found(i)%slope(1, q), 3) // " % for 1 % of " &
-      & // trim(paths(i)) // ", which matters most"
+    if (i > 0) line = "Strongest influence on the peak of " // trim(quantity%name) // ": " // trim(paths(i)) // ", " &
+      & // concise(found(i)%slope(1, q), 3) // " % per 1 %"
   end function strongest
 
   !> Table sensitivity.csv: one row for each quantity and parameter.
@@ -127,20 +127,23 @@ contains
 
     n = size(quantities)
     m = size(paths)
-    table = new_table("sensitivity", "Sensitivity", "Change of the peaks in percent for one percent of each parameter.", verdict, &
+    table = new_table("sensitivity", "Sensitivity", "Change of peak and rms in percent if a parameter grows by 1 %.", verdict, &
       & shown=.true.)
     call table%add("quantity", "name as in the input", [((quantities(i)%name, k = 1, m), i = 1, n)])
-    call table%add("unit", "of peak and rms", [((quantities(i)%unit, k = 1, m), i = 1, n)])
-    call table%add("parameter", "path of what is changed", ([((paths(k), k = 1, m), i = 1, n)]))
-    call table%add("peak", plain, "of the machine itself", [((base%values(1, i), k = 1, m), i = 1, n)])
+    call table%add("unit", "unit of peak and rms", [((quantities(i)%unit, k = 1, m), i = 1, n)])
+    call table%add("parameter", "path of the parameter that changes", ([((paths(k), k = 1, m), i = 1, n)]))
+    call table%add("peak", plain, "peak for the machine of the input", [((base%values(1, i), k = 1, m), i = 1, n)])
     call table%add("peak_change_percent_per_percent", plain, "d ln(peak) / d ln(parameter)", [((found(k)%slope(1, i), k = 1, m), &
       & i = 1, n)], error="peak_change_error")
-    call table%add("peak_change_error", plain, "estimate of its error", [((found(k)%error(1, i), k = 1, m), i = 1, n)])
-    call table%add("rms", plain, "of the machine itself", [((base%values(2, i), k = 1, m), i = 1, n)])
+    call table%add("peak_change_error", plain, "estimated error of the change of the peak", [((found(k)%error(1, i), k = 1, &
+      & m), i = 1, n)])
+    call table%add("rms", plain, "rms for the machine of the input", [((base%values(2, i), k = 1, m), i = 1, n)])
     call table%add("rms_change_percent_per_percent", plain, "d ln(rms) / d ln(parameter)", [((found(k)%slope(2, i), k = 1, m), &
       & i = 1, n)], error="rms_change_error")
-    call table%add("rms_change_error", plain, "estimate of its error", [((found(k)%error(2, i), k = 1, m), i = 1, n)])
-    call table%add("state", "ok, zero, undecided or failed", [((found(k)%state(i), k = 1, m), i = 1, n)])
+    call table%add("rms_change_error", plain, "estimated error of the change of the rms", [((found(k)%error(2, i), k = 1, m), &
+      & i = 1, n)])
+    call table%add("state", "ok; zero: nothing excites the quantity; undecided: error too large; failed: no derivative", &
+      & [((found(k)%state(i), k = 1, m), i = 1, n)])
   end function table_of
 
 end module gestell_task_sensitivity_task
