@@ -69,7 +69,7 @@ def test_golden():
         run = Run(folder, "input.nml")
         run.done("sweep")
         equal("sweep, files", files(folder / "input"), ["sweep.csv"])
-        check("sweep, report", "SWEEP  of 9 points" in run.out and "stable   9 points" in run.out,
+        check("sweep, report", "SWEEP  9 points" in run.out and "stable   9 points" in run.out,
               "points, verdicts", run.out)
         check("sweep, nothing else is computed", "VERDICT" not in run.out, "no single verdict", run.out)
         came, right = points(folder / "input"), points(GOLDEN)
@@ -304,9 +304,9 @@ def test_parts():
 
 def test_together():
     """Two runs at the same time in one folder: the same input, and another one."""
-    gone = "both/sweep.blocks: is gone: another run has finished this sweep, or it was removed\n"
-    other = "both/sweep.blocks: points of an unfinished sweep that do not fit, the input was another one; remove this folder " \
-        "to start afresh, or name another with --output\n"
+    gone = "both/sweep.blocks: no longer exists: another run has finished this sweep, or it was removed\n"
+    other = "both/sweep.blocks: contains an unfinished sweep of another input; remove this folder " \
+        "to start again, or choose another with --output\n"
     with Folder(input=SWEEP + LONG, other=(SWEEP + LONG).replace("mass=18.0", "mass=18.5")) as folder:
         right = undisturbed(folder)
         Run(folder, "-q", "other.nml", "-o", "o").done("the other input")
@@ -491,21 +491,20 @@ def test_foreign():
     with Folder(input=other, changed=other.replace("mass=18.0", "mass=18.5"),
                 same="! mine\n" + other.replace("mass=18.0, ", "\n mass=1.80d1 ! kg\n")) as folder:
         right = undisturbed(folder)
-        hint = "; remove this folder to start afresh, or name another with --output"
+        hint = "; remove this folder to start again, or choose another with --output"
         blocks = first_part(folder, "out")
         before = {path.name: path.read_bytes() for path in blocks.iterdir()}
         for what, options in (("changed", ["changed.nml"]), ("--set", ["input.nml", "-s", "frame.mass=18.5"]),
                               ("another grid", ["input.nml", "-s", "sweep(1).count=41"])):
             run = Run(folder, "-q", *options, "-o", "out")
-            run.refused(f"foreign blocks, {what}", 1, "out/sweep.blocks: points of an unfinished sweep that do not fit, the input "
-                        "was another one" + hint)
+            run.refused(f"foreign blocks, {what}", 1, "out/sweep.blocks: contains an unfinished sweep of another input" + hint)
             after = {path.name: path.read_bytes() for path in blocks.iterdir()}
             equal(f"foreign blocks, {what}: nothing changed", (files(folder / "out"), after == before), (["sweep.blocks"], True))
         origin = blocks / "origin"
         text = origin.read_text()
         origin.write_text(text.replace(text.splitlines()[0], "0.0.9"))
         run = Run(folder, "-q", "input.nml", "-o", "out")
-        check("foreign blocks, version", run.code == 1 and "version 0.0.9 of gestell began it" in run.err and hint in run.err,
+        check("foreign blocks, version", run.code == 1 and "by version 0.0.9 of gestell, this is " in run.err and hint in run.err,
               "the version", run.err)
         origin.write_text(text)
         Run(folder, "-q", "same.nml", "-o", "out").done("another layout goes on")
@@ -602,7 +601,7 @@ def test_one_line_is_lost():
                 run.refused(f"--one-line {name}, full disk", 4, "standard output cannot be written: No space left on device")
         # 5.6e12 bytes: more than any machine gives
         run = Run(folder, "--one-line", "sweep.nml", "-s", "sweep.count=316000", preexec_fn=limited_memory)
-        run.refused("--one-line, memory", 4, "there is no memory for all points of the sweep at once; leave out --one-line")
+        run.refused("--one-line, memory", 4, "not enough memory for all points of the sweep at once; omit --one-line")
 
 
 def limited_memory():

@@ -85,7 +85,7 @@ def test_over_speeds():
         run = Run(folder, *tasks("resonance", "campbell"), "input.nml")
         run.done("speeds")
         out = folder / "input"
-        told = re.search(r"RESONANCE CURVE .*\n  UNSTABLE at (\d+) of (\d+) speeds, (\S+) to (\S+) rpm: the machine leaves", run.out)
+        told = re.search(r"RESONANCE CURVE .*\n  UNSTABLE at (\d+) of (\d+) speeds, (\S+) to (\S+) rpm: disturbances", run.out)
         unstable = [float(row["speed_rpm"]) for row in table(out / "resonance.csv") if row["state"] == "unstable"]
         equal("speeds: unstable", bool(told and unstable), True)
         if told and unstable:

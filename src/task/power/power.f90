@@ -80,8 +80,8 @@ contains
         call find_drive(frame, context%analysis%vibration, drive, known, failure)
         known = known .and. .not. allocated(failure)
         if (known) known = drive%is_finite()
-        if (.not. (known .or. allocated(failure))) call fatal_error(failure, "the torque overflows: it lies beyond what double " &
-          & // "precision holds", failed_computation)
+        if (.not. (known .or. allocated(failure))) call fatal_error(failure, "the torque overflows double precision", &
+          & failed_computation)
       end if
       peak = ieee_value(peak, ieee_quiet_nan)
       if (known) peak = drive%actual%peak

@@ -38,16 +38,16 @@ contains
     n = size(curve%points)
     refined = count(curve%points%refined)
     report = newline // "RESONANCE CURVE  " // concise(curve%points(1)%speed, 9) // " to " // concise(curve%points(n)%speed, 9) &
-      & // " rpm, " // counted(n - refined, "speed") // " of the grid and " // text(refined) // " between" // newline
+      & // " rpm, " // counted(n - refined, "grid speed") // " and " // text(refined) // " added between them" // newline
     if (verdict /= "stable" .and. verdict /= "") report = report // "  " // verdict // newline
     report = report // warning
     do i = 1, size(missing)
       if (count(curve%points%state == missing(i)) == 0) cycle
       report = report // "  note: at " // counted(count(curve%points%state == missing(i)), "speed") // " " &
-        & // either("a resonance leaves no periodic vibration", "the state is '" // trim(state_word(missing(i))) // "'", &
+        & // either("no periodic vibration exists (resonance)", "the state is '" // trim(state_word(missing(i))) // "'", &
         & missing(i) == in_resonance) // newline
     end do
-    if (.not. curve%complete) report = report // "  note: the curve has finer details than were computed: order a smaller range" &
+    if (.not. curve%complete) report = report // "  note: the curve has details too fine for this range; choose a smaller one" &
       & // newline
     do i = 1, size(quantities)
       report = report // curve_of(curve, i, quantities(i), turns, model)
@@ -62,7 +62,7 @@ contains
 
     speeds = [(curve%points(i)%speed, i = 1, size(speeds))]
     judgement = judge_range(speeds, merge(curve%points%state, not_judged, has_vibration(curve%points%state)), "speeds", &
-      & "the machine leaves these vibrations")
+      & "disturbances of these vibrations grow")
   end function verdict_on
 
   !> Table of the largest maxima of quantity `q`, its jumps and its minimum.
@@ -83,7 +83,7 @@ contains
     jumps = count(left .and. curve%maxima%jump)
     report = "  " // trim(quantity%name) // ": " // text(n - jumps) // either(" maximum", " maxima", n - jumps == 1)
     if (jumps > 0) report = report // ", " // counted(jumps, "jump")
-    if (n > most_listed) report = report // ", the greatest"
+    if (n > most_listed) report = report // ", the largest are listed"
     report = report // newline
     rows = ""
     do i = 1, min(most_listed, n)
@@ -93,7 +93,7 @@ contains
         rows = rows // concise(maximum%speed, 7) // tab // concise(maximum%value, 6) // tab &
           & // either("-" // tab // "-", concise(maximum%width, 4) // tab // concise(maximum%damping_ratio, 4), &
           & ieee_is_nan(maximum%width)) // tab // order_of(maximum%strongest_order, turns) // tab
-        if (maximum%jump) rows = rows // "jump" // either(" at a fold", "", maximum%fold) // ", other side " &
+        if (maximum%jump) rows = rows // "jump" // either(" at a turning point", "", maximum%fold) // ", beyond it " &
           & // concise(maximum%other_side, 6) // "  "
         if (maximum%state /= stable) rows = rows // trim(state_word(maximum%state)) // "  "
         if (.not. maximum%small .and. model /= "exact") rows = rows // "not small"
@@ -104,7 +104,7 @@ contains
       & // ",rpm,ratio", rows)
     left = curve%maxima%quantity == q .and. curve%maxima%unbounded
     n = count(left)
-    if (n > 0) report = report // "  grows without bounds at " // counted(n, "speed") // ":"
+    if (n > 0) report = report // "  unbounded at " // counted(n, "speed") // ":"
     do i = 1, min(most_listed, n)
       k = findloc(left, .true., dim=1)
       left(k) = .false.
@@ -121,10 +121,10 @@ contains
       if (curve%points(i)%values(1, q) < curve%points(least)%values(1, q)) least = i
       if (curve%points(i)%values(1, q) > curve%points(most)%values(1, q)) most = i
     end do
-    report = report // "  least at " // concise(curve%points(least)%speed, 5) // " rpm, " &
-      & // concise(curve%points(least)%values(1, q), 5) // " " // unit // "; greatest at " &
-      & // concise(curve%points(most)%speed, 5) // " rpm" // either(", an end of the range", "", &
-      & most == 1 .or. most == size(curve%points)) // ", " // concise(curve%points(most)%values(1, q), 5) // " " // unit // newline
+    report = report // "  minimum " // concise(curve%points(least)%values(1, q), 5) // " " // unit // " at " &
+      & // concise(curve%points(least)%speed, 5) // " rpm; maximum " // concise(curve%points(most)%values(1, q), 5) // " " // unit &
+      & // " at " // concise(curve%points(most)%speed, 5) // " rpm" // either(", an end of the range", "", &
+      & most == 1 .or. most == size(curve%points)) // newline
   end function curve_of
 
 end module gestell_task_resonance_report

@@ -89,17 +89,17 @@ contains
       table = new_table("peaks", "Peaks of the resonance curves", "", judgement%words, shown=.true.)
       associate (maxima => curve%maxima)
         call table%add("quantity", "name as in the input", (self%quantities(maxima%quantity)%name))
-        call table%add("unit", "of the value", (self%quantities(maxima%quantity)%unit))
-        call table%add("speed", rpm, "where the maximum lies", (maxima%speed))
-        call table%add("value", plain, "the peak there", (maxima%value))
-        call table%add("width", rpm, "between the speeds at which the peak has fallen to 1 / sqrt(2) of it", (maxima%width))
+        call table%add("unit", "unit of the value", (self%quantities(maxima%quantity)%unit))
+        call table%add("speed", rpm, "speed of the maximum", (maxima%speed))
+        call table%add("value", plain, "peak of the quantity at this speed", (maxima%value))
+        call table%add("width", rpm, "distance of the speeds at which the peak has fallen to 1 / sqrt(2)", (maxima%width))
         call table%add("damping_ratio", plain, "width / (2 speed)", (maxima%damping_ratio))
-        call add_order_column(table, "strongest_order", "order of the crank with the greatest amplitude", &
+        call add_order_column(table, "strongest_order", "order of the crank with the largest amplitude", &
           & (maxima%strongest_order), turns)
-        call table%add("state", "as in resonance.csv; unbounded; jump", merge("jump      ", merge("unbounded ", &
+        call table%add("state", "as in resonance.csv, or unbounded, or jump", merge("jump      ", merge("unbounded ", &
           & state_word(maxima%state), maxima%unbounded), maxima%jump))
         call table%add("small_motion", "as in resonance.csv", (maxima%small))
-        call table%add("other_side", plain, "at a jump the peak on its other side", (maxima%other_side))
+        call table%add("other_side", plain, "peak on the other side of a jump", (maxima%other_side))
       end associate
       call result%add(table, plot_peaks(table, self%quantities, curve, configuration%plan%base))
       call result%judge(judgement)
@@ -107,9 +107,9 @@ contains
       do k = 1, size(self%quantities)
         associate (points => curve%points)
           i = maxloc([(points(i)%values(1, k), i = 1, size(points))], dim=1, mask=curve%has_values())
-          if (i > 0) call result%warn("", "Response of " // trim(self%quantities(k)%name) // ": greatest at " &
-            & // concise(points(i)%speed, 6) // " rpm, " // concise(points(i)%values(1, k), 4) // " " &
-            & // trim(self%quantities(k)%unit))
+          if (i > 0) call result%warn("", "Response of " // trim(self%quantities(k)%name) // ": maximum " &
+            & // concise(points(i)%values(1, k), 4) // " " // trim(self%quantities(k)%unit) // " at " &
+            & // concise(points(i)%speed, 6) // " rpm")
         end associate
       end do
       call result%say(report_resonance(self%quantities, curve, turns, judgement%words, warning, configuration%analysis%model))
@@ -129,21 +129,22 @@ contains
 
     n = size(curve%points)
     harmonics = curve%options%split_off()
-    table = new_table("resonance", "Resonance curves", "Response over the speed; shaded: the machine leaves it; gaps: none.", &
+    table = new_table("resonance", "Resonance curves", "Response over the speed. Shaded: unstable; gaps: no periodic vibration.", &
       & verdict)
-    call table%add("speed", rpm, "of the crank", [(curve%points(i)%speed, i = 1, n)])
+    call table%add("speed", rpm, "crank speed", [(curve%points(i)%speed, i = 1, n)])
     call table%add("state", "ok, undamped, undecided, unstable, resonance, impossible or failed", state_word(curve%points%state))
-    call table%add("refined", "1: the speed is none of those that were ordered", (curve%points%refined))
+    call table%add("refined", "1: speed added between those of the sweep", (curve%points%refined))
     do k = 1, size(quantities)
       name = trim(quantities(k)%name)
       unit = new_unit(trim(quantities(k)%unit))
-      call table%add(name // "_peak", unit, "greatest size over the turn", row(1), bounds=row(2))
-      call table%add(name // "_rms", unit, "root mean square", row(3))
+      call table%add(name // "_peak", unit, "maximum magnitude over the period", row(1), bounds=row(2))
+      call table%add(name // "_rms", unit, "root mean square over the period", row(3))
       do i = 1, size(harmonics)
         call table%add(name // "_order_" // order_as_fraction(harmonics(i), turns), unit, "amplitude of the order", row(3 + i))
       end do
     end do
-    call table%add("small_motion", "0: beyond small motions", [(curve%points(i)%moved%small(), i = 1, n)], &
+    call table%add("small_motion", "1: the motion is small; 0: too large for the linear equations", &
+      & [(curve%points(i)%moved%small(), i = 1, n)], &
       & has_vibration(curve%points%state))
 
   contains

@@ -139,8 +139,9 @@ contains
     integer :: first, second
 
     if (is_foreign(campaign%blocks, [character(len=6) :: "origin", "rows", "marks"], "lock")) then
-      call fatal_error(error, campaign%blocks // ": is a link, or has files that no sweep has written; name another folder with " &
-        & // "--output", wrong_usage)
+      call fatal_error(error, campaign%blocks // ": is a link, or contains files that are not from a sweep; choose another " &
+        & // "folder " &
+        & // "with --output", wrong_usage)
       return
     end if
     if (.not. campaign%has_begun()) return
@@ -152,10 +153,10 @@ contains
     first = index(note, newline)
     second = first + index(note(first + 1:), newline)
     if (first == 0 .or. second == first) return
-    reason = "the input was another one"
-    if (note(:first - 1) /= version) reason = "version " // note(:first - 1) // " of gestell began it, this is " // version
-    call fatal_error(error, campaign%blocks // ": points of an unfinished sweep that do not fit, " // reason // &
-      & "; remove this folder to start afresh, or name another with --output", wrong_usage)
+    reason = "of another input"
+    if (note(:first - 1) /= version) reason = "by version " // note(:first - 1) // " of gestell, this is " // version
+    call fatal_error(error, campaign%blocks // ": contains an unfinished sweep " // reason // &
+      & "; remove this folder to start again, or choose another with --output", wrong_usage)
   end subroutine compare_origin
 
   !> Checks that the folder still exists. Errors: as in `compare_origin`; the folder was removed.
@@ -165,7 +166,7 @@ contains
 
     call compare_origin(campaign, error)
     if (campaign%has_begun() .or. allocated(error)) return
-    call fatal_error(error, campaign%blocks // ": is gone: another run has finished this sweep, or it was removed", &
+    call fatal_error(error, campaign%blocks // ": no longer exists: another run has finished this sweep, or it was removed", &
       & failed_computation)
   end subroutine check_there
 
@@ -302,7 +303,8 @@ contains
       call summary%add(mark%summary)
     end do
     if (handle >= 0) call close_file(handle, closed)
-    if (.not. sound) call fatal_error(error, campaign%blocks // ": was damaged meanwhile; start again", failed_computation)
+    if (.not. sound) call fatal_error(error, campaign%blocks // ": was damaged during the run; start the sweep again", &
+      & failed_computation)
   end subroutine sum_up
 
   !> Writes the header and adds a second name (hard link) for the file. All files then still exist if the run is killed before

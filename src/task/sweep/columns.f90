@@ -6,7 +6,7 @@ module gestell_task_sweep_columns
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_scientific, only: number_width
   use gestell_output_table_unit, only: new_unit, unit_type
-  use gestell_study_tile_results, only: column_records, verdict
+  use gestell_study_tile_results, only: column_records, log_rho_max, rho_error, rho_max, verdict
   use gestell_task_range_plan, only: sweep_plan_type
   implicit none (type, external)
   private
@@ -39,7 +39,7 @@ contains
     do k = 1, axes
       columns(k)%name = plan%paths(k)
       columns(k)%unit%words = plan%units(k)
-      columns(k)%meaning = "in the units of the input"
+      columns(k)%meaning = "value of the parameter, in the units of the input"
       if (all(sign(1.0_dp, [plan%grid%axes(k)%from, plan%grid%axes(k)%to]) > 0)) columns(k)%width = unsigned_width
     end do
     ordered = plan%options%ordered()
@@ -47,7 +47,7 @@ contains
       associate (column => columns(axes + k), record => column_records(ordered(k)))
         column%name = record%name
         column%unit%words = record%unit
-        column%meaning = "of the machine at the point"
+        column%meaning = meaning_of(ordered(k))
         if (any(column_records(ordered)%name == record%error)) column%error = record%error
         if (.not. record%signed) column%width = unsigned_width
         column%is_verdict = ordered(k) == verdict
@@ -62,13 +62,30 @@ contains
         value%name = measure%name()
         value%meaning = measure%meaning()
         error%name = trim(value%name) // "_error"
-        error%meaning = "bound on its error"
+        error%meaning = "error bound of the preceding column"
         value%error = error%name
         value%unit = new_unit(trim(measure%unit))
         error%unit = value%unit
       end associate
     end do
   end function columns_of
+
+  !> Meaning of column `number` of the records.
+  pure function meaning_of(number) result(words)
+    integer, intent(in) :: number
+    character(len=:), allocatable :: words
+
+    select case (number)
+    case (rho_max)
+      words = "largest abs(rho)"
+    case (log_rho_max)
+      words = "natural logarithm of the largest abs(rho)"
+    case (rho_error)
+      words = "bound on the relative error of rho_max"
+    case default
+      words = "peak of the vibration"
+    end select
+  end function meaning_of
 
   !> Table of the points in the order of the grid, the first parameter varying slowest. `values` has the shape (numbers, points of
   !> the second axis, points of the first axis).
@@ -113,10 +130,10 @@ contains
       if (allocated(table%columns(k)%words)) meanings(k) = "0 stable, 1 unstable, 2 undecided, 3 impossible, 4 failed, 5 undamped"
     end do
     explained = new_table("sweep_columns", "Columns of the sweep", "The columns of sweep.npy.", "")
-    call explained%add("column", "from 1", [(k, k = 1, size(table%columns))])
-    call explained%add("name", "as in sweep.csv", names)
-    call explained%add("unit", "of the numbers", units)
-    call explained%add("meaning", "of the numbers", meanings)
+    call explained%add("column", "number of the column, from 1", [(k, k = 1, size(table%columns))])
+    call explained%add("name", "name, as in sweep.csv", names)
+    call explained%add("unit", "unit of the numbers", units)
+    call explained%add("meaning", "meaning of the numbers", meanings)
   end function explained
 
   !> Verdict in words, from its number in the results of a sweep.

@@ -35,7 +35,7 @@ contains
     integer :: column(sweep_columns), ordered(count(plan%options%columns)), k
 
     label = turns_in_words(turns)
-    if (plan%period_varies()) label = "the period of each"
+    if (plan%period_varies()) label = "the period of each point"
     label = "ln |ρ|max (growth in " // label // ")"
     found = summary%tally()
     if (found /= "") found = ": " // found
@@ -101,7 +101,7 @@ contains
     before = size(plan%paths) + count(plan%options%columns)
     do i = 1, plan%options%measured(), most_measures
       associate (shown => [(j, j = i, min(i + most_measures - 1, plan%options%measured()))])
-        call add(before + 2 * shown - 1, title_of(plan%options%measures(shown)), "1", "of the vibration")
+        call add(before + 2 * shown - 1, title_of(plan%options%measures(shown)), "1", "vibration")
       end associate
     end do
     if (panels == 0) lines = lines // "set yrange [0:1]; plot NaN notitle" // newline

@@ -24,7 +24,7 @@ contains
     character(len=:), allocatable :: report
     integer :: k
 
-    report = newline // "SWEEP  of " // big(plan%grid%points()) // " points in " // counted(plan%grid%tiles(), "tile") &
+    report = newline // "SWEEP  " // big(plan%grid%points()) // " points in " // counted(plan%grid%tiles(), "tile") &
       & // ", engine '" // trim(plan%options%engine) // "'" // newline
     do k = 1, size(plan%grid%axes)
       associate (axis => plan%grid%axes(k))
@@ -53,13 +53,14 @@ contains
     report = newline // tabulated("lrr", "", rows)
     if (summary%least <= summary%most) then
       report = report // "  rho_max from " // within_range(summary%least) // " to " // within_range(summary%most) &
-        & // ", greatest at"
+        & // ", maximum at"
       do k = 1, size(plan%paths)
         report = report // trim(merge(",", " ", k > 1)) // " " // trim(plan%paths(k)) // " = " &
           & // concise(plan%grid%axes(k)%value(int(summary%where(k))), 9)
       end do
       report = report // newline
-      if (plan%period_varies()) report = report // "  |rho| is over the period, which the ratio changes from point to point" &
+      if (plan%period_varies()) report = report // "  |rho| refers to the period, which changes with the ratio from point to " &
+        & // "point" &
         & // newline
     end if
     if (summary%turned > 0 .and. plan%options%model /= "exact") then
@@ -75,9 +76,9 @@ contains
     type(summary_type), intent(in) :: summary
     character(len=:), allocatable :: line
 
-    line = "  the sweep rests on " // big(summary%solutions) // " solutions"
-    if (summary%checks > 0) line = line // "; " // big(summary%checks) // " points were compared with solutions of their own, " &
-      & // "greatest deviation of Phi " // concise(summary%deviation, 2)
+    line = "  the sweep was computed from " // big(summary%solutions) // " solutions"
+    if (summary%checks > 0) line = line // "; " // big(summary%checks) // " points were checked against separate solutions, " &
+      & // "largest deviation of Phi(T) " // concise(summary%deviation, 2)
     line = line // newline
   end function evidence_line
 

@@ -80,7 +80,7 @@ contains
       end do
     end do
     if (handle >= 0) call close_file(handle, closed)
-    if (.not. done) call fatal_error(error, name // ": cannot be read any more", failed_computation)
+    if (.not. done) call fatal_error(error, name // ": can no longer be read", failed_computation)
   end subroutine read_values
 
   !> Writes the rows of a tile. Error: they cannot be written.

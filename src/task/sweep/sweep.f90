@@ -46,7 +46,8 @@ contains
     if (.not. allocated(error)) call check_accuracy(options%accuracy, error)
     if (allocated(error)) return
     if (.not. any(options%engine == engines)) then
-      call fatal_error(error, "there is no engine '" // trim(options%engine) // "'", invalid_input)
+      call fatal_error(error, "the engine must be 'auto', 'expansion' or 'direct', not '" // trim(options%engine) // "'", &
+        & invalid_input)
       return
     end if
     allocate(results%values(options%numbers(), tile%last(2) - tile%first(2) + 1, tile%last(1) - tile%first(1) + 1))

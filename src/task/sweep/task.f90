@@ -115,8 +115,8 @@ contains
         if (allocated(error)) return
         if (context%in_parts) then
           call result%say(newline // "Part " // text(context%part) // " of " // text(context%parts) // ": " &
-            & // counted(count(mine), "tile") // " done; --merge writes " // self%campaign%layout%file &
-            & // " when all parts are." // newline)
+            & // counted(count(mine), "tile") // " done; when all parts are done, --merge writes " &
+            & // self%campaign%layout%file // newline)
           return
         end if
         if (context%executor%together) then
@@ -124,7 +124,8 @@ contains
           call self%campaign%look(context%executor%share_of(size(mine)))
           call context%executor%share_marks(self%campaign%done)
           if (.not. all(self%campaign%done)) then
-            call fatal_error(error, context%folder // "/sweep.blocks: was damaged meanwhile; start again", failed_computation)
+            call fatal_error(error, context%folder // "/sweep.blocks: was damaged during the run; start the sweep again", &
+              & failed_computation)
             return
           end if
         end if
@@ -167,8 +168,8 @@ contains
       if (.not. leads) call open_campaign(campaign, context%folder, configuration%plan, configuration%content, error, looked)
     end associate
     if (.not. (leads .or. allocated(error))) then
-      if (.not. campaign%has_begun()) call fatal_error(error, context%folder // "/sweep.blocks: is not there for every process; " &
-        & // "they need a folder that they share", wrong_usage)
+      if (.not. campaign%has_begun()) call fatal_error(error, context%folder // "/sweep.blocks: is not visible to all processes; " &
+        & // "choose an output folder that they share", wrong_usage)
     end if
     call context%executor%share_error(error)
     if (allocated(error)) return
@@ -208,7 +209,7 @@ contains
     shape = 1
     shape(:size(plan%grid%axes)) = plan%grid%axes%count
     allocate(values(plan%options%numbers(), shape(2), shape(1)), stat=status)
-    if (status /= 0) call fatal_error(error, "there is no memory for all points of the sweep at once; leave out " // option, &
+    if (status /= 0) call fatal_error(error, "not enough memory for all points of the sweep at once; omit " // option, &
       & failed_computation)
   end subroutine allocate_values
 

@@ -37,16 +37,16 @@ contains
       & // newline &
       & // "above_zero(v) = v > 1e-17 ? v : 1e-17" // newline &
       & // "set logscale xy; set format '10^{%L}'; set yrange [1e-17:10]" // newline &
-      & // "set key off; set ylabel 'relative error of Φ(T)'; set xlabel 'evaluations in a period'" // newline &
+      & // "set key off; set ylabel 'relative error of Φ(T)'; set xlabel 'evaluations per period'" // newline &
       & // "set xrange " // decades(real(trade%rows%evaluations, dp)) // newline &
       & // "work(name) = column(name) > 0 ? column(name) : 1" // newline // "unit = 'evaluations'" // newline &
       & // "plot " // curves(3:) // newline &
       & // "set key at screen 0.985,screen 0.84 top right samplen 2 font ',12'" // newline &
-      & // "set format y ''; unset ylabel; set xlabel 'time of a solution (s)'; unit = 'seconds'; set xrange " &
+      & // "set format y ''; unset ylabel; set xlabel 'time of one solution (s)'; unit = 'seconds'; set xrange " &
       & // decades((trade%rows%seconds)) // newline &
       & // "work(name) = column(name) > 1e-9 ? column(name) : 1e-9" // newline &
       & // "plot " // curves(3:) // newline // "unset multiplot" // newline
-    figure = new_figure("trade", "Error of Φ(T) against work, measured", lines, width=960, height=520)
+    figure = new_figure("trade", "Measured error of Φ(T) against work", lines, width=960, height=520)
   end function plot_trade
 
   !> Gnuplot range around the positive values.

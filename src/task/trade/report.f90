@@ -27,7 +27,7 @@ contains
       best(i) = cheapest(trade%rows, wanted(i))
       rows = rows // concise(wanted(i), 2) // tab
       if (best(i) == 0) then
-        rows = rows // "out of reach" // newline
+        rows = rows // "not reached" // newline
         cycle
       end if
       associate (row => trade%rows(best(i)))
@@ -35,14 +35,14 @@ contains
           & // concise(1000 * row%seconds, 3) // newline
       end associate
     end do
-    lines = newline // "SPEED FOR ACCURACY, Phi(T) and x_p(T) of this machine on this computer" // newline &
-      & // tabulated("rlrrr", "errors of Phi(T), cheapest,steps,evaluations,time" // newline // "and x0 below,,,,ms", rows)
+    lines = newline // "SPEED AGAINST ACCURACY: Phi(T) and x_p(T) of this machine on this computer" // newline &
+      & // tabulated("rlrrr", "errors of Phi(T),fastest,steps,evaluations,time" // newline // "and x0 below,method,,,ms", rows)
     ! If one row serves both accuracies, more digits cost nothing.
-    if (all(best([1, 3]) > 0) .and. best(1) /= best(3)) lines = lines // "  from 1e-3 to 1e-9 one more digit costs " &
+    if (all(best([1, 3]) > 0) .and. best(1) /= best(3)) lines = lines // "  between 1e-3 and 1e-9 each further digit takes " &
       & // concise(100 * ((trade%rows(best(3))%seconds / trade%rows(best(1))%seconds)**(1.0_dp / 6) - 1), 2) &
       & // " % more time" // newline
-    lines = lines // "  errors are against a converged solution that claims " // concise(trade%floor_phi, 1) &
-      & // " for Phi(T) and " // concise(trade%floor_x0, 1) // " for x0" // newline
+    lines = lines // "  reference: a converged solution with errors of " // concise(trade%floor_phi, 1) &
+      & // " (Phi(T)) and " // concise(trade%floor_x0, 1) // " (x0)" // newline
   end function report_trade
 
   !> Table of the errors of the averaged model, and whether the periodic coefficients are needed. `turns` is the number of turns of
@@ -55,7 +55,7 @@ contains
     real(dp), parameter :: most = log(huge(1.0_dp)) - 1, negligible = 0.01_dp, passable = 0.1_dp
     integer :: i
 
-    growth = "ln of it, " // either("in " // turns_in_words(turns), "per turn", turns > 1)
+    growth = "ln |rho| " // either("over " // turns_in_words(turns), "per turn", turns > 1)
     lines = "verdict" // tab // trim(trade%periodic%verdict) // tab // trim(trade%averaged%verdict) &
       & // newline &
       & // line("largest |rho|", exp(min(trade%periodic%log_rho, most)), exp(min(trade%averaged%log_rho, most)), trade%rho_miss()) &
@@ -68,23 +68,23 @@ contains
       end do
     end if
     lines = newline // "PERIODIC OR AVERAGED COEFFICIENTS" // newline &
-      & // tabulated("lrrr", ",periodic,averaged,averaged off by", lines)
+      & // tabulated("lrrr", ",periodic,averaged,difference", lines)
     if (.not. allocated(trade%averaged%peak)) lines = lines // "  " // trade%resonance // newline
     worst = concise(100 * trade%worst_miss(), 2) // " %"
     if (trade%periodic%verdict /= trade%averaged%verdict) then
-      lines = lines // "  The periodic coefficients decide the verdict: they are needed."
+      lines = lines // "  The two verdicts differ: use the periodic coefficients."
     else if (allocated(trade%resonance)) then
-      lines = lines // "  The averaged model fails here: the periodic coefficients are needed."
+      lines = lines // "  The averaged model has no periodic vibration: use the periodic coefficients."
     else if (trade%worst_miss() > passable) then
-      lines = lines // "  The averaged model is off by up to " // worst // ": use the periodic coefficients."
+      lines = lines // "  The averaged model differs by up to " // worst // ": use the periodic coefficients."
     else if (trade%worst_miss() > negligible) then
-      lines = lines // "  The averaged model is off by up to " // worst // ": good for a first look, not for final numbers."
+      lines = lines // "  The averaged model differs by up to " // worst // ": good for a first look, not for final numbers."
     else
-      lines = lines // "  The averaged model is off by " // worst // " at most: it would do for this machine at this speed."
+      lines = lines // "  The averaged model differs by at most " // worst // ": it suffices for this machine at this speed."
     end if
-    lines = lines // newline // "  (" // concise(1000 * trade%averaged%seconds, 2) &
-      & // " ms against " // concise(1000 * trade%periodic%seconds, 2) // " ms; averaged coefficients never show parametric " &
-      & // "resonance)" // newline
+    lines = lines // newline // "  time: averaged " // concise(1000 * trade%averaged%seconds, 2) &
+      & // " ms, periodic " // concise(1000 * trade%periodic%seconds, 2) // " ms. Averaged coefficients never show parametric " &
+      & // "resonance." // newline
   end function report_model
 
   !> Row with both values and their relative difference. A difference of 0 means that it is within the error bounds.
@@ -94,7 +94,7 @@ contains
     character(len=:), allocatable :: row
 
     row = trim(name) // tab // concise(periodic, 6) // tab // concise(averaged, 6) // tab &
-      & // either(concise(100 * miss, 2) // " %", "within the errors", abs(miss) > 0) // newline
+      & // either(concise(100 * miss, 2) // " %", "within the error", abs(miss) > 0) // newline
   end function line
 
   !> Table with verdict, modulus, peaks and time of every model of the frame.

@@ -55,16 +55,16 @@ contains
       rows = trade%rows
       if (.not. allocated(model%resonance)) rows = [rows, trade_row_type("averaged", 0, 0, model%evaluations, model%error_phi, &
         & model%error_rho, model%error_x0, model%averaged%seconds)]
-      table = new_table("trade", "Speed against accuracy", "What an accuracy costs, by method.", "", shown=.true.)
+      table = new_table("trade", "Speed against accuracy", "Errors and computing time of each method.", "", shown=.true.)
       table%remarks = "errors of the converged solution: phi " // exact(trade%floor_phi) // " rho " // exact(trade%floor_rho) &
         & // " x0 " // exact(trade%floor_x0) // newline
       call table%add("method", "as in &accuracy; averaged: the model with averaged coefficients", (rows%method))
       call table%add("order", "order of convergence", (rows%order))
-      call table%add("steps", "in a period", (rows%steps))
-      call table%add("evaluations", "of the coefficients in a period", (rows%evaluations))
+      call table%add("steps", "steps per period", (rows%steps))
+      call table%add("evaluations", "evaluations of the coefficients per period", (rows%evaluations))
       call table%add("error_phi", plain, "error of Phi(T) relative to its norm", (rows%error_phi))
-      call table%add("error_rho", plain, "greatest relative error of a multiplier", (rows%error_rho))
-      call table%add("error_x0", plain, "error of the start of the vibration relative to its norm", (rows%error_x0))
+      call table%add("error_rho", plain, "largest relative error of a multiplier", (rows%error_rho))
+      call table%add("error_x0", plain, "error of the initial state x0 of the vibration relative to its norm", (rows%error_x0))
       call table%add("seconds", unit_type(words="s"), "median time of one solution", (rows%seconds))
       call result%add(table, plot_trade(trade, .not. allocated(model%resonance)))
       if (.not. context%reports) return

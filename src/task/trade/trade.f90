@@ -71,7 +71,7 @@ contains
     integer :: i
 
     if (.not. (budget > 0 .and. ieee_is_finite(budget))) then
-      call fatal_error(error, "the time allowed must be positive and finite", invalid_input)
+      call fatal_error(error, "the time budget must be positive and finite", invalid_input)
       return
     end if
     associate (monodromy => converged%monodromy, multipliers => converged%multipliers, solution => converged%solution)
@@ -94,7 +94,7 @@ contains
       if (present(executor)) call executor%show("measuring", real(i, dp) / size(names))
     end do
     call measure_reduction(frame, converged, trade)
-    if (size(trade%rows) == 0) call fatal_error(error, "no method came to an end within the time allowed", failed_computation)
+    if (size(trade%rows) == 0) call fatal_error(error, "no method finished within the time budget", failed_computation)
   end subroutine measure_trade
 
   !> Measures one method with an increasing number of steps.
