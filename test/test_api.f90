@@ -81,7 +81,7 @@ contains
     call refused(error, failure, "springs")
     if (allocated(error)) return
     call machine%set("joint.lengths(2)", 7.0_dp, failure)
-    call refused(error, failure, "needs the element before it too")
+    call refused(error, failure, "the element before it is missing")
     if (allocated(error)) return
     call machine%set("support(3).stiffness", 7.0_dp, failure)
     call refused(error, failure, "numbered from 1 to 2")
@@ -91,7 +91,7 @@ contains
     call check_success(error, failure)
     if (allocated(error)) return
     call machine%add("&accuracy tolerance=1e-8 /", failure)
-    call refused(error, failure, "may stand only once")
+    call refused(error, failure, "may occur only once")
     if (allocated(error)) return
     call machine%get("support.damping", values, failure)
     call check_success(error, failure)

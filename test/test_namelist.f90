@@ -266,8 +266,8 @@ contains
       // "mass, inertia, origin, dof")
     call refused(error, repeat("&link/  ", n / 8), "in.nml: the group &drive is missing")
     call refused(error, "&frame mass=" // repeat("nan(", n / 4), "", "'mass' has no value")
-    call refused(error, repeat("x", n), "in.nml:1: '" // repeat("x", 57) // "...' stands outside of the groups")
-    call refused(error, repeat("!", n), "in.nml: has no group &name ... /")
+    call refused(error, repeat("x", n), "in.nml:1: '" // repeat("x", 57) // "...' is outside of any group")
+    call refused(error, repeat("!", n), "in.nml: contains no group &name ... /")
   end subroutine test_long
 
 end module test_namelist

@@ -34,17 +34,17 @@ contains
     type(test_error), allocatable, intent(out) :: error
 
     call refused(error, "", "in.nml: the file is empty")
-    call refused(error, "! nothing" // nl, "in.nml: has no group &name ... /")
-    call refused(error, "hello", "in.nml:1: 'hello' stands outside of the groups")
+    call refused(error, "! nothing" // nl, "in.nml: contains no group &name ... /")
+    call refused(error, "hello", "in.nml:1: 'hello' is outside of any group")
     call refused(error, "&drive speed_rpm=1 / rpm", &
-      "in.nml:1: 'rpm' stands outside of the groups: the / before it ended &drive")
+      "in.nml:1: 'rpm' is outside of any group: the / before it ended &drive")
     call refused(error, "&joint name='B'," // nl // "radius = 1/2 /", &
-      "in.nml:2: '2' stands outside of the groups: the / before it ended &joint 'B' " &
+      "in.nml:2: '2' is outside of any group: the / before it ended &joint 'B' " &
       // "(a fraction? write a decimal number)")
-    call refused(error, nl // "$drive speed_rpm=1 $end", "in.nml:2: write &drive ... / in place of $drive")
+    call refused(error, nl // "$drive speed_rpm=1 $end", "in.nml:2: write &drive ... / instead of $drive")
     call refused(error, "&drive speed_rpm=1" // nl // "&end", &
-      "in.nml:2: &drive: close the group with / in place of &end")
-    call refused(error, "&drive" // nl // "$end", "in.nml:2: &drive: close the group with / in place of $end")
+      "in.nml:2: &drive: close the group with / instead of &end")
+    call refused(error, "&drive" // nl // "$end", "in.nml:2: &drive: close the group with / instead of $end")
     call refused(error, "&end", "in.nml:1: &end without a group before it")
     call refused(error, "& = 2 /", "in.nml:1: a group's name must follow the &")
     call refused(error, nl // "&joint name='B'" // nl // "type='RRR'" // nl // "&link name='c' /", &
@@ -52,16 +52,16 @@ contains
     call refused(error, nl // "&drive speed_rpm = 240" // nl // nl, &
       "in.nml:2: &drive: has no closing / (the file ends)")
     call refused(error, "&drive speed_rpm 240 /", "in.nml:1: &drive: = is missing after 'speed_rpm'")
-    call refused(error, "&drive 240 /", "in.nml:1: &drive: '240' where a key is expected")
+    call refused(error, "&drive 240 /", "in.nml:1: &drive: a key is expected, not '240'")
     call refused(error, "&drive speed_rpm = /", "in.nml:1: &drive: 'speed_rpm' has no value")
     call refused(error, "&frame mass = inertia = 2 /", "in.nml:1: &frame: 'mass' has no value")
     call refused(error, "&frame origin = , 2 /", "in.nml:1: &frame: a value is missing before a comma of 'origin'")
     call refused(error, "&frame origin = 1," // nl // ", 2 /", &
       "in.nml:2: &frame: a value is missing before a comma of 'origin'")
-    call refused(error, "&frame origin = 2* /", "in.nml:1: &frame: a value is missing behind '2*'")
-    call refused(error, "&frame origin = 0*1 /", "in.nml:1: &frame: '0*1': no possible repeat count")
+    call refused(error, "&frame origin = 2* /", "in.nml:1: &frame: a value is missing after '2*'")
+    call refused(error, "&frame origin = 0*1 /", "in.nml:1: &frame: '0*1': the repeat count must be from 1 to 2147483647")
     call refused(error, "&frame origin = 99999999999*1 /", &
-      "in.nml:1: &frame: '99999999999*1': no possible repeat count")
+      "in.nml:1: &frame: '99999999999*1': the repeat count must be from 1 to 2147483647")
     call refused(error, "&case title = 'open" // nl // "' /", &
       "in.nml:1: &case: the text 'open has no closing quote on its line")
     call refused(error, "&case tasks = 2*'open /", "in.nml:1: &case: the text 'open / has no closing quote on its line")
@@ -69,8 +69,8 @@ contains
       "in.nml:1: &case: a blank or comma is missing before 's' (a quote within a text is written twice)")
     call refused(error, "&frame mass = = 2 /", "in.nml:1: &frame: 'mass' has no value")
     call refused(error, "&frame mass = 2 = 3 /", "in.nml:1: &frame: 'mass' has no value")
-    call refused(error, "&frame mass = 2 ) /", "in.nml:1: &frame: ')' where a key or the closing / is expected")
-    call refused(error, "&frame 'mass' = 2 /", "in.nml:1: &frame: 'mass' where a key or the closing / is expected")
+    call refused(error, "&frame mass = 2 ) /", "in.nml:1: &frame: a key or the closing / is expected, not ')'")
+    call refused(error, "&frame 'mass' = 2 /", "in.nml:1: &frame: a key or the closing / is expected, not 'mass'")
     call refused(error, "&support stiffness(1:2) = 3, 4 /", &
       "in.nml:1: &support: 'stiffness(': one or two whole numbers and a ) must follow")
     call refused(error, "&drive" // nl // achar(0) // "/", &
@@ -98,9 +98,9 @@ contains
     call refused(error, "&support/" // nl // "&support colour='red'/", &
       "in.nml:2: &support 2: unknown key 'colour': allowed are position, stiffness, damping, angle, axes")
     call refused(error, "&drive speed_rpm=1/" // nl // "&frame/&drive speed_rpm=2/", &
-      "in.nml:2: &drive: may stand only once (first in line 1)")
+      "in.nml:2: &drive: may occur only once (first in line 1)")
     call refused(error, "&frame mass=1," // nl // "inertia=2," // nl // "Mass=3/", &
-      "in.nml:3: &frame: mass = 3: given twice (first in line 1)")
+      "in.nml:3: &frame: mass = 3: is given twice (first in line 1)")
     call refused(error, "&support/" // nl // "&support position = 4*0.5/", &
       "in.nml:2: &support 2: position = 4*0.5: takes at most 3 values, has 4")
     call refused(error, "&frame origin=0.1/", "in.nml:1: &frame: origin = 0.1: takes at least 2 values, has 1")
@@ -154,8 +154,8 @@ contains
       "in.nml:1: &accuracy: steps = 3.0: must be a whole number, written without a point or exponent")
     call refused(error, "&accuracy steps=3000000000/", "in.nml:1: &accuracy: steps = 3000000000: is too large")
     call refused(error, "&accuracy steps=nan/", "in.nml:1: &accuracy: steps = nan: must be finite")
-    call refused(error, "&link from=A0/", "in.nml:1: &link: from = A0: must stand in quotes: 'A0'")
-    call refused(error, "&joint ends='A', B0/", "in.nml:1: &joint: ends(2) = B0: must stand in quotes: 'B0'")
+    call refused(error, "&link from=A0/", "in.nml:1: &link: from = A0: must be in quotes: 'A0'")
+    call refused(error, "&joint ends='A', B0/", "in.nml:1: &joint: ends(2) = B0: must be in quotes: 'B0'")
     call refused(error, "&support position=" // nl // "0.1," // nl // "0.2x/", &
       "in.nml:1: &support: position(2) = 0.2x: must be a number")
     call refused(error, "&foundation stiffness=8*1.0, c/", &
@@ -170,20 +170,20 @@ contains
     call refused(error, "&foundation stiffness(4)=2/", &
       "in.nml:1: &foundation: stiffness(4) = 2: takes two subscripts")
     call refused(error, "&frame origin(4)=2/", &
-      "in.nml:1: &frame: origin(4) = 2: is no element: the subscript runs from 1 to 3")
+      "in.nml:1: &frame: origin(4) = 2: has no such element: the subscript runs from 1 to 3")
     call refused(error, "&frame origin(0)=2/", &
-      "in.nml:1: &frame: origin(0) = 2: is no element: the subscript runs from 1 to 3")
+      "in.nml:1: &frame: origin(0) = 2: has no such element: the subscript runs from 1 to 3")
     call refused(error, "&foundation stiffness(3,7)=2/", &
-      "in.nml:1: &foundation: stiffness(3,7) = 2: is no element: the subscripts run from 1 to 6 and 1 to 6")
+      "in.nml:1: &foundation: stiffness(3,7) = 2: has no such element: the subscripts run from 1 to 6 and 1 to 6")
     call refused(error, "&frame origin(1)=2, 3/", &
       "in.nml:1: &frame: origin(1) = 2, 3: takes 1 value (a decimal comma? use a point)")
     call refused(error, "&frame origin(1)=2" // nl // "origin(2)=3" // nl // "origin(1)=4/", &
-      "in.nml:3: &frame: origin(1) = 4: given twice (first in line 1)")
+      "in.nml:3: &frame: origin(1) = 4: is given twice (first in line 1)")
     call refused(error, "&frame origin=2,3" // nl // "origin(1)=4/", &
-      "in.nml:2: &frame: origin(1) = 4: given twice (first in line 1)")
+      "in.nml:2: &frame: origin(1) = 4: is given twice (first in line 1)")
     call refused(error, "&frame origin(1)=4" // nl // "origin=2,3/", &
-      "in.nml:2: &frame: origin = 2, 3: given twice (first in line 1)")
-    call refused(error, "&joint ends(2)='A'/", "in.nml:1: &joint: ends(2) = 'A': needs the element before it too")
+      "in.nml:2: &frame: origin = 2, 3: is given twice (first in line 1)")
+    call refused(error, "&joint ends(2)='A'/", "in.nml:1: &joint: ends(2) = 'A': the element before it is missing")
   end subroutine test_wrong_subscripts
 
   subroutine test_getters(error)
@@ -204,7 +204,7 @@ contains
     call read(joints(2), key("lengths", rank=1, range=positive), "lengths", pair, failure)
     call check_message(error, failure, "in.nml:3: &joint 'B': lengths(2) = -0.16: must be positive")
     call read(joints(2), key("lengths", rank=1), "lengths", pair(:1), failure)
-    call check_message(error, failure, "in.nml:3: &joint 'B': lengths = 0.37, -0.16: needs 1 value, has 2")
+    call check_message(error, failure, "in.nml:3: &joint 'B': lengths = 0.37, -0.16: takes 1 value, has 2")
     call read(joints(2), key("radius", range=positive), "radius", x, failure)
     call check_message(error, failure, "in.nml:4: &joint 'B': radius = 0d0: must be positive")
     call read(joints(2), key("radius", range=nonzero), "radius", x, failure)

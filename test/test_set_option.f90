@@ -106,15 +106,15 @@ contains
   subroutine test_wrong_set(error)
     type(test_error), allocatable, intent(out) :: error
     character(len=*), parameter :: form = &
-      "a path is GROUP.KEY, GROUP(NAME).KEY or GROUP.KEY(INDEX), as in drive.speed_rpm"
+      "the path must be GROUP.KEY, GROUP(NAME).KEY or GROUP.KEY(INDEX), such as drive.speed_rpm"
     type(document_type) :: doc
     type(error_type), allocatable :: failure
     real(dp), allocatable :: values(:)
 
-    call not_set(error, "speed", "must be PATH=VALUE, as in drive.speed_rpm=240", wrong_usage)
+    call not_set(error, "speed", "must be PATH=VALUE, such as drive.speed_rpm=240", wrong_usage)
     call not_set(error, "speed=5", form, wrong_usage)
     call not_set(error, "=5", form, wrong_usage)
-    call not_set(error, "joint(B=5", "must be PATH=VALUE, as in drive.speed_rpm=240", wrong_usage)
+    call not_set(error, "joint(B=5", "must be PATH=VALUE, such as drive.speed_rpm=240", wrong_usage)
     call not_set(error, "joint(B)=5", form, wrong_usage)
     call not_set(error, "joint(B).lengths(x)=5", form, wrong_usage)
     call not_set(error, "joint(B).lengths(1)2=5", form, wrong_usage)
@@ -129,14 +129,14 @@ contains
     call not_set(error, "drive.speed_rpm(1)=5", "speed_rpm takes no subscript")
     call not_set(error, "drive(1).speed_rpm=5", "there is only one &drive: write drive.speed_rpm")
     call not_set(error, "joint(b1).radius=5", "unknown joint 'b1'; did you mean 'B'?")
-    call not_set(error, "joint(Q).radius=5", "unknown joint 'Q'; known: 'A0', 'B'")
-    call not_set(error, "joint(3).radius=5", "there is no &joint 3: they are numbered from 1 to 2")
-    call not_set(error, "support(3).angle=5", "there is no &support 3: they are numbered from 1 to 2")
-    call not_set(error, "support(x).angle=5", "there is no &support x: they are numbered from 1 to 2")
+    call not_set(error, "joint(Q).radius=5", "unknown joint 'Q'; choose from 'A0', 'B'")
+    call not_set(error, "joint(3).radius=5", "there is no &joint 3: the groups are numbered from 1 to 2")
+    call not_set(error, "support(3).angle=5", "there is no &support 3: the groups are numbered from 1 to 2")
+    call not_set(error, "support(x).angle=5", "there is no &support x: the groups are numbered from 1 to 2")
     call not_set(error, "support.position=5", "takes at least 2 values, has 1")
     call not_set(error, "support.position(4)=5", "position: the subscript runs from 1 to 3")
     call not_set(error, "support.position(1)=5,6", "takes 1 value, has 2 (a decimal comma? use a point)")
-    call not_set(error, "joint(A0).lengths(2)=5", "needs the element before it too")
+    call not_set(error, "joint(A0).lengths(2)=5", "the element before it is missing")
     call not_set(error, "case.tasks=a,,b", "a value is missing")
     call not_set(error, "accuracy.steps=2.5", "must be a whole number, written without a point or exponent")
     call not_set(error, "joint(B).name=", "must not be blank")
@@ -164,13 +164,13 @@ contains
     if (allocated(error)) return
     call check(error, suggestion("reponses", words), "; did you mean 'response'?")
     if (allocated(error)) return
-    call check(error, suggestion("B", words), "; known: 'stability', 'modes', 'response', 'A'")
+    call check(error, suggestion("B", words), "; choose from 'stability', 'modes', 'response', 'A'")
     if (allocated(error)) return
-    call check(error, suggestion("", words(2:2)), "; known: 'modes'")
+    call check(error, suggestion("", words(2:2)), "; choose from 'modes'")
     if (allocated(error)) return
-    call check(error, suggestion("x", words(:0)), "; none is known")
+    call check(error, suggestion("x", words(:0)), "")
     if (allocated(error)) return
-    call check(error, suggestion(repeat("x", 100000), words(2:2)), "; known: 'modes'")
+    call check(error, suggestion(repeat("x", 100000), words(2:2)), "; choose from 'modes'")
   end subroutine test_suggestion
 
   subroutine set(error, doc, assignment)

@@ -54,7 +54,7 @@ contains
     if (allocated(system)) then
       call system%check(error)
     else
-      call fatal_error(error, "the family has neither a system nor an error to give", invalid_input)
+      call fatal_error(error, "the family returned neither a system nor an error", invalid_input)
     end if
   end subroutine take_member
 

@@ -33,7 +33,7 @@ contains
     end if
     if (allocated(error)) return
     if (.not. all(ieee_is_finite(squares))) then
-      call fatal_error(error, "natural frequencies leave the range of the numbers", failed_computation)
+      call fatal_error(error, "the natural frequencies overflow double precision", failed_computation)
       return
     end if
     ! If C is singular only rounding remains of its zero eigenvalues.

@@ -50,8 +50,8 @@ contains
       if (.not. (all(coupled) .and. n == system%states)) wanted = system%states / 2
     end select
     if (any(shape(coupled) /= wanted)) then
-      call fatal_error(error, "the table coupled has a row and a column for each state, of a second-order system for each " &
-        & // "degree of freedom", invalid_input)
+      call fatal_error(error, "the table `coupled` must have one row and one column for each state, or for each degree of " &
+        & // "freedom of a second-order system", invalid_input)
       return
     end if
     allocate(parts(n), source=1)

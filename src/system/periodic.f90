@@ -76,19 +76,19 @@ contains
     logical :: ordered
 
     if (self%states < 1) then
-      call fatal_error(error, "a system needs one state at least", invalid_input)
+      call fatal_error(error, "a system needs at least one state", invalid_input)
     else if (.not. (ieee_is_finite(self%period) .and. self%period > 0)) then
       call fatal_error(error, "the period must be positive and finite", invalid_input)
     else if (self%least_steps < 1 .or. self%least_steps > most_least_steps) then
       call fatal_error(error, "least_steps must lie between 1 and " // text(most_least_steps), invalid_input)
     else if (.not. all([self%rounding, self%load_rounding] >= 0 .and. ieee_is_finite([self%rounding, self%load_rounding]))) then
-      call fatal_error(error, "the roundings of the coefficients and of the load must be finite and not negative", invalid_input)
+      call fatal_error(error, "rounding and load_rounding must be finite and not negative", invalid_input)
     else if (allocated(self%breaks)) then
       associate (phases => self%breaks / self%period)
         ordered = all(phases > 0 .and. phases < 1)
         if (ordered .and. size(phases) > 1) ordered = all(phases(2:) > phases(:size(phases) - 1))
       end associate
-      if (.not. ordered) call fatal_error(error, "the breaks must lie within the period, not at its ends, in ascending order", &
+      if (.not. ordered) call fatal_error(error, "the breaks must be in ascending order, strictly between 0 and the period", &
         & invalid_input)
     end if
   end subroutine check_periodic

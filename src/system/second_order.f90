@@ -47,8 +47,8 @@ contains
 
     call check_periodic(self, error)
     if (allocated(error)) return
-    if (modulo(self%states, 2) /= 0) call fatal_error(error, "a second-order system has an even number of states, two for each " &
-      & // "degree of freedom", invalid_input)
+    if (modulo(self%states, 2) /= 0) call fatal_error(error, "a second-order system must have an even number of states: " &
+      & // "two for each degree of freedom", invalid_input)
   end subroutine check_second_order
 
   !> True if the states are positions and velocities.

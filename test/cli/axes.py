@@ -39,7 +39,7 @@ def test_keys():
         space, turned = (abs(greatest(folder, "weights about rest", *words, "-s", "model.frame=rest", "-s", "frame.dof='eta','psi'",
                                       file="weighed.nml", column="arg_rad")) for words in ((), ("-s", "support.axes='frame'")))
         check("weights about rest matter", abs(turned - space) > 1e-4, "another phase", (turned, space))
-        Run(folder, "other.nml").refused("axes, no such", 2, "other.nml:13: &support 3: axes = 'both': unknown; known: 'space', 'frame'")
+        Run(folder, "other.nml").refused("axes, no such", 2, "other.nml:13: &support 3: axes = 'both': unknown; choose from 'space', 'frame'")
         equal("axes, no files", sorted(path.name for path in folder.iterdir()), ["input.nml", "other.nml", "out", "weighed.nml"])
 
 

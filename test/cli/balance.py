@@ -186,7 +186,7 @@ def test_refused():
             ("radii without links", "radius=0.1,0.2",
              line + "radius = 0.1, 0.2: must be one value, or one for each of 'links', which is missing"),
             ("radii and links", "links='crank', radius=0.1,0.2", line + "radius = 0.1, 0.2: must be one value, or one for each of 'links'"),
-            ("about", "about='A'", line + "about = 'A': unknown; known: 'frame', 'origin'"),
+            ("about", "about='A'", line + "about = 'A': unknown; choose from 'frame', 'origin'"),
             ("unknown key", "radii=1", line + "unknown key 'radii': did you mean 'radius'?")):
         with Folder(input=BALANCED + f"&balance {group} /\n") as folder:
             Run(folder, "input.nml").refused(f"balance, {what}", 2, message)

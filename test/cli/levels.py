@@ -160,7 +160,7 @@ REFUSED = [
     ("no band", "quantity='fx', measure='band', level=1",
      re.compile(r"measure = 'band': 'band' is available only for velocities of probes: probe\(NAME\)\.v, \.vx, \.vy")),
     ("no such measure", "quantity='fx', measure='top', level=1",
-     re.compile(r"measure = 'top': unknown; known: 'peak', 'rms', 'band'")),
+     re.compile(r"measure = 'top': unknown; choose from 'peak', 'rms', 'band'")),
     ("no level", "quantity='fx'", re.compile(r"level: must be given")),
     ("no limit", "quantity='probe(foot).v', measure='band'", re.compile(r"level: must be given")),
     ("negative", "quantity='fx', level=-1", re.compile(r"level = -1: must be positive")),

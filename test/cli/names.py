@@ -70,7 +70,7 @@ def test_long_title():
 def test_controls_of_two_bytes():
     with Folder(input=SOUND + "&probe name='a\u0085b', position=0,0 /\n") as folder:
         Run(folder, "input.nml").refused("a control character of two bytes in a name", 2, "input.nml:16: &probe 'a??b': name = 'a??b': "
-                                         "must have no control characters, as the end of a line")
+                                         "must not contain control characters, such as line ends")
 
 
 def test_carriage_return():

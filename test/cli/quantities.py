@@ -142,7 +142,7 @@ REFUSED = [
     ("no such support", ", columns='support(5).f'", re.compile(r"columns\(1\) = 'support\(5\)\.f': .*to 4\).*")),
     ("nearly a column", ", columns='xi_pek_m'", "columns(1) = 'xi_pek_m': unknown; did you mean 'xi_peak_m'?"),
     ("twice", ", columns='f','rho_max','f'", "columns(3) = 'f': names 'f' twice"),
-    ("unknown measure", ", columns='f', measures='men'", "measures(1) = 'men': unknown; known: 'peak', 'rms', 'band'"),
+    ("unknown measure", ", columns='f', measures='men'", "measures(1) = 'men': unknown; choose from 'peak', 'rms', 'band'"),
     ("no band", ", columns='f','xi_dot', measures='band'",
      "measures = 'band': 'band' applies to velocities of probes: request probe(NAME).v, .vx or .vy"),
     ("measures of nothing", ", columns='verdict', measures='rms'", "measures = 'rms': applies to quantities, but none is requested"),

@@ -124,7 +124,7 @@ def test_refused():
          "input.nml:16: &gravity: acceleration = -1.0: must not be negative"),
         ("misspelt key", "&gravity accelleration=1.0 /\n", 2,
          "input.nml:16: &gravity: unknown key 'accelleration': did you mean 'acceleration'?"),
-        ("group twice", GRAVITY + GRAVITY, 2, "input.nml:17: &gravity: may stand only once (first in line 16)"))
+        ("group twice", GRAVITY + GRAVITY, 2, "input.nml:17: &gravity: may occur only once (first in line 16)"))
     for what, line, code, message in cases:
         with Folder(input=SOUND + line) as folder:
             Run(folder, "input.nml").refused(f"weights, {what}", code, message)

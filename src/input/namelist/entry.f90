@@ -1,6 +1,7 @@
 !> Parses one key of a namelist group with its values.
 module gestell_input_namelist_entry
   use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_text, only: text
   use gestell_input_namelist_document, only: group_type, entry_type, value_type
   use gestell_input_namelist_message, only: label, location
   use gestell_input_namelist_number, only: is_digits, read_integer
@@ -30,9 +31,9 @@ contains
     allocate(entry%subscript(0))
     if (.not. is_name(entry%key)) then
       if (entry%key(1:1) == "$") then
-        call refuse(group, token%line, "close the group with / in place of " // shown(token%text), error)
+        call refuse(group, token%line, "close the group with / instead of " // shown(token%text), error)
       else
-        call refuse(group, token%line, "'" // shown(token%text) // "' where a key is expected", error)
+        call refuse(group, token%line, "a key is expected, not '" // shown(token%text) // "'", error)
       end if
       return
     end if
@@ -147,7 +148,8 @@ contains
         if (is_digits(token%text(:star-1))) then
           call read_integer(token%text(:star-1), value%count, reason)
           if (reason /= "" .or. value%count == 0) then
-            call refuse(group, token%line, "'" // shown(token%text) // "': no possible repeat count", error)
+            call refuse(group, token%line, "'" // shown(token%text) // "': the repeat count must be from 1 to " &
+              & // text(huge(1)), error)
             return
           end if
           if (star < len(token%text)) then
@@ -155,7 +157,7 @@ contains
           else if (scan(next_character(scanner), "'""") > 0) then
             call next_token(scanner, token)
           else
-            call refuse(group, token%line, "a value is missing behind '" // shown(token%text) // "'", error)
+            call refuse(group, token%line, "a value is missing after '" // shown(token%text) // "'", error)
             return
           end if
         end if

@@ -106,7 +106,7 @@ contains
       call parse_group(scanner, file, groups(n), error)
       if (allocated(error)) return
     end do
-    if (n == 0) call fatal_error(error, file // ": has no group &name ... /", invalid_input)
+    if (n == 0) call fatal_error(error, file // ": contains no group &name ... /", invalid_input)
     if (allocated(error)) return
     doc%groups = groups(:n)
     doc%text = text
@@ -129,9 +129,9 @@ contains
     if (scanner%text(scanner%position:scanner%position) == "&") return
     ahead = scanner
     call next_token(ahead, token)
-    message = "'" // shown(token%text) // "' stands outside of the groups"
+    message = "'" // shown(token%text) // "' is outside of any group"
     if (token%text(1:min(1, len(token%text))) == "$") then
-      message = "write &" // shown(token%text(2:)) // " ... / in place of " // shown(token%text)
+      message = "write &" // shown(token%text(2:)) // " ... / instead of " // shown(token%text)
     else if (size(groups) > 0) then
       message = message // ": the / before it ended " // label(groups(size(groups)))
       if (scanner%position == behind) message = message // " (a fraction? write a decimal number)"
@@ -201,11 +201,11 @@ contains
       call next_token(scanner, next)
       message = "has no closing / (the next group begins in line " // text(token%line) // ")"
       if (lower(next%text) == "end") then
-        message = "close the group with / in place of &end"
+        message = "close the group with / instead of &end"
         line = token%line
       end if
     else
-      message = "'" // shown(token%text) // "' where a key or the closing / is expected"
+      message = "a key or the closing / is expected, not '" // shown(token%text) // "'"
       line = token%line
     end if
     call fatal_error(error, location(group%file, line) // label(group) // ": " // message, invalid_input)

@@ -11,7 +11,7 @@ module gestell_input_namelist_suggest
 
 contains
 
-  !> The phrase "; did you mean 'x'?", or "; known: 'a', 'b'" if no candidate is similar.
+  !> The phrase "; did you mean 'x'?", or "; choose from 'a', 'b'" if no candidate is similar. Empty if there is no candidate.
   pure function suggestion(word, candidates) result(text)
     character(len=*), intent(in) :: word
     character(len=*), intent(in) :: candidates(:)
@@ -22,9 +22,9 @@ contains
     if (i > 0) then
       text = "; did you mean '" // trim(candidates(i)) // "'?"
     else if (size(candidates) > 0) then
-      text = "; known: " // listed(candidates, "'", "'")
+      text = "; choose from " // listed(candidates, "'", "'")
     else
-      text = "; none is known"
+      text = ""
     end if
   end function suggestion
 

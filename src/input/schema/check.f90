@@ -84,8 +84,8 @@ contains
         found(rule) = found(rule) + 1
         if (first(rule) == 0) first(rule) = i
         if (found(rule) > 1 .and. .not. schema%groups(rule)%repeatable) then
-          if (first(rule) == i) call input_error(group, "", "may stand only once, and was added before", error)
-          if (first(rule) /= i) call input_error(group, "", "may stand only once (first in line " &
+          if (first(rule) == i) call input_error(group, "", "may occur only once, and was already added", error)
+          if (first(rule) /= i) call input_error(group, "", "may occur only once (first in line " &
             // text(doc%groups(first(rule))%line) // ")", error)
           return
         end if

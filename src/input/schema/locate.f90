@@ -118,7 +118,7 @@ contains
       reason = "unknown " // path%group // " '" // shown(path%which) // "'" &
         // suggestion(path%which, names)
     else
-      reason = "there is no &" // path%group // " " // shown(path%which) // ": they are numbered from 1 to " &
+      reason = "there is no &" // path%group // " " // shown(path%which) // ": the groups are numbered from 1 to " &
         // text(size(chosen))
     end if
   end subroutine choose_groups
@@ -131,7 +131,7 @@ contains
     character(len=:), allocatable :: rest, number_reason
     integer :: i, comma, number
 
-    reason = "a path is GROUP.KEY, GROUP(NAME).KEY or GROUP.KEY(INDEX), as in drive.speed_rpm"
+    reason = "the path must be GROUP.KEY, GROUP(NAME).KEY or GROUP.KEY(INDEX), such as drive.speed_rpm"
     allocate(path%subscript(0))
     i = scan(text, "(.")
     if (i <= 1) return

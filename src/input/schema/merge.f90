@@ -64,7 +64,7 @@ contains
 
     if (size(entry%subscript) == 0) then
       if (allocated(merged%key)) then
-        call refuse_entry(group, entry, "given twice (first in line " // text(merged%line) // ")", error)
+        call refuse_entry(group, entry, "is given twice (first in line " // text(merged%line) // ")", error)
         return
       end if
       call expand(group, entry, rule, merged, error)
@@ -75,15 +75,15 @@ contains
     if (size(entry%subscript) /= rule%rank) then
       call refuse_entry(group, entry, subscript_words(rule), error)
     else if (element == 0) then
-      call refuse_entry(group, entry, "is no element: " // extent_words(rule), error)
+      call refuse_entry(group, entry, "has no such element: " // extent_words(rule), error)
     else if (size(entry%values) > 1 .or. entry%values(1)%count > 1) then
       call refuse_entry(group, entry, "takes 1 value" // slip_hint(entry, rule), error)
     else
       if (.not. allocated(merged%key)) call start(entry, rule, rule%most, merged)
       if (size(merged%values) < element) then
-        call refuse_entry(group, entry, "given twice (first in line " // text(merged%line) // ")", error)
+        call refuse_entry(group, entry, "is given twice (first in line " // text(merged%line) // ")", error)
       else if (allocated(merged%values(element)%text)) then
-        call refuse_entry(group, entry, "given twice (first in line " &
+        call refuse_entry(group, entry, "is given twice (first in line " &
           // text(merged%values(element)%line) // ")", error)
       else
         merged%values(element) = entry%values(1)
@@ -171,7 +171,7 @@ contains
     do i = 1, size(merged%values)
       if (.not. allocated(merged%values(i)%text)) cycle
       if (i > max(n + 1, rule%least)) then
-        call refuse_entry(group, merged, "needs the element before it too", error, i)
+        call refuse_entry(group, merged, "the element before it is missing", error, i)
         return
       end if
       n = i

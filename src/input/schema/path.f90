@@ -33,7 +33,7 @@ contains
     if (equals > 0) then
       call assign(doc, schema, assignment(:equals-1), assignment(equals+1:), origin, error)
     else
-      call fatal_error(error, origin // ": must be PATH=VALUE, as in drive.speed_rpm=240", wrong_usage)
+      call fatal_error(error, origin // ": must be PATH=VALUE, such as drive.speed_rpm=240", wrong_usage)
     end if
   end subroutine set_value
 
@@ -128,7 +128,7 @@ contains
     room = minval([(room_in(doc%groups(target%groups(i)), schema%keys(target%rule)), i = 1, size(target%groups))])
     if (size(target%groups) == 0) room = room_in(group, schema%keys(target%rule))
     if (target%element > room) then
-      call fatal_error(error, entry%values(1)%origin // ": needs the element before it too", invalid_input)
+      call fatal_error(error, entry%values(1)%origin // ": the element before it is missing", invalid_input)
       return
     end if
     if (size(target%groups) == 0) then

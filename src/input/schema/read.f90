@@ -75,7 +75,7 @@ contains
       n = 0
       if (i > 0) n = last_given(group%entries(i))
       if (n > size(value)) then
-        call input_error(group, name, "needs " // text(size(value)) &
+        call input_error(group, name, "takes " // text(size(value)) &
           // trim(merge(" value ", " values", size(value) == 1)) // ", has " // text(n), error)
         return
       end if

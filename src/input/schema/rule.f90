@@ -18,7 +18,7 @@ module gestell_input_schema_rule
 
   !> Keys whose values are names.
   character(len=*), parameter :: names(*) = [character(len=5) :: "name", "pivot", "from", "to"]
-  character(len=*), parameter :: straight_quotes = "must stand in straight quotes, ' or """
+  character(len=*), parameter :: straight_quotes = "must be in straight quotes, ' or """
 
 contains
 
@@ -49,14 +49,14 @@ contains
 
     reason = ""
     if (rule%kind == text_key) then
-      if (.not. value%quoted) reason = "must stand in quotes: '" // shown(value%text) // "'"
+      if (.not. value%quoted) reason = "must be in quotes: '" // shown(value%text) // "'"
       if (.not. value%quoted .and. has_typeset_quotes(value%text)) reason = straight_quotes
       if (rule%name == "name" .and. value%text == "") reason = "must not be blank"
       n = huge(n)
       if (rule%rank > 0) n = longest_word
       if (any(rule%name == names)) n = longest_name
       if (character_count(trim(value%text)) > n) reason = "must not be longer than " // text(n) // " characters"
-      if (rule%name == "name" .and. has_control(value%text)) reason = "must have no control characters, as the end of a line"
+      if (rule%name == "name" .and. has_control(value%text)) reason = "must not contain control characters, such as line ends"
     else if (value%quoted) then
       reason = "must be a number, without quotes"
     else if (rule%kind == integer_key) then
