@@ -57,26 +57,26 @@ contains
 
     if (.not. any(options%has([character(len=18) :: "--check", "--fail-if-unstable", "--json", "--merge", "--one-line", "--plot", &
       & "--report"]))) return
-    call fatal_error(error, "--check, --fail-if-unstable, --json, --merge, --one-line, --plot and --report are for gestell, one " &
-      & // "process does them", wrong_usage)
+    call fatal_error(error, "gestell_mpi does not support --check, --fail-if-unstable, --json, --merge, --one-line, --plot and " &
+      & // "--report; use gestell", wrong_usage)
   end subroutine refuse
 
   pure function help_text() result(text)
     character(len=:), allocatable :: text
     character, parameter :: newline = new_line("a")
 
-    text = "A sweep of gestell by many ranks of MPI, which share the folder of the results." // newline // newline // &
+    text = "Computes a sweep of gestell with many MPI ranks that share the folder of the results." // newline // newline // &
       & "usage: mpirun -q -n RANKS gestell_mpi [options] input.nml" // newline // newline // &
       & "  -s, --set PATH=VALUE    as in gestell" // newline // &
       & "  -o, --output DIR        as in gestell" // newline // &
-      & "      --part i/n          compute part i of n, write no sweep.csv: gestell --merge" // newline // &
-      & "                          does, on one core; 1/1 are all points" // newline // &
-      & "  -q, --quiet             no report on standard output" // newline // &
-      & "  -h, --help              this text" // newline // &
-      & "  -V, --version           the version" // newline // newline // &
-      & "Whatever ends it, a second start finishes the rest, by gestell_mpi with any" // newline // &
-      & "number of ranks or by gestell. Exit codes are those of gestell; without -q" // newline // &
-      & "mpirun adds words of its own to every code other than 0."
+      & "      --part i/n          compute part i of n without sweep.csv; gestell --merge" // newline // &
+      & "                          writes it on one core; 1/1 computes all points" // newline // &
+      & "  -q, --quiet             print no report on standard output" // newline // &
+      & "  -h, --help              print this text" // newline // &
+      & "  -V, --version           print the version" // newline // newline // &
+      & "After an interruption start again with any number of ranks, or with gestell: only" // newline // &
+      & "the missing points are computed. Exit codes are those of gestell. Without -q" // newline // &
+      & "mpirun prints a message of its own for every exit code other than 0."
   end function help_text
 
 end program main

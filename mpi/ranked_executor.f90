@@ -82,7 +82,7 @@ contains
     character(len=*), intent(in) :: name
     type(error_type), allocatable, intent(out) :: error
 
-    if (.not. same_everywhere(content)) call fatal_error(error, name // ": is not the same file for all ranks", invalid_input)
+    if (.not. same_everywhere(content)) call fatal_error(error, name // ": the ranks have read different inputs", invalid_input)
   end subroutine compare
 
   !> The line of the report that says how many ranks computed.

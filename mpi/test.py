@@ -114,12 +114,12 @@ def test_refusals():
             one = Run(folder, name)
             many = Ranks(folder, 3, name)
             equal(f"{name}: as gestell", (many.code, many.err, many.out), (one.code, one.err, ""))
-        Ranks(folder, 2).refused("no input", 1, "no input file; usage: gestell [options] input.nml, and gestell --help")
+        Ranks(folder, 2).refused("no input", 1, "no input file; usage: gestell [options] input.nml (gestell --help lists the options)")
         for option in ("--check", "--fail-if-unstable", "--json", "--merge", "--one-line", "--plot", "--report"):
-            Ranks(folder, 2, option, "input.nml").refused(option, 1, "--check, --fail-if-unstable, --json, --merge, --one-line, "
-                                                          "--plot and --report are for gestell, one process does them")
-        Ranks(folder, 2, "single.nml").refused("no sweep", 1, "single.nml: gestell_mpi computes sweeps, and the tasks name "
-                                               "none; gestell does the rest")
+            Ranks(folder, 2, option, "input.nml").refused(option, 1, "gestell_mpi does not support --check, --fail-if-unstable, --json, "
+                                                          "--merge, --one-line, --plot and --report; use gestell")
+        Ranks(folder, 2, "single.nml").refused("no sweep", 1, "single.nml: gestell_mpi needs the task 'sweep'; use gestell "
+                                               "for other tasks")
         equal("refused: nothing is written", files(folder), ["input.nml", "range.nml", "single.nml", "typo.nml"])
         for option in ("--help", "--version"):
             run = Ranks(folder, 3, option)

@@ -25,28 +25,27 @@ module gestell_run_command_line
   end type option_type
 
   type(option_type), parameter :: known(*) = [ &
-    & option_type("-s", "--set", "PATH=VALUE", "override a key of the input, as drive.speed_rpm=300 or link(coupler).mass=0.7; " &
-    &   // "repeatable"), &
-    & option_type("-o", "--output", "DIR", "where the files go; default: the input's name without its ending, in the working " &
+    & option_type("-s", "--set", "PATH=VALUE", "set a key of the input, such as drive.speed_rpm=300 or link(coupler).mass=0.7; " &
+    &   // "may be repeated"), &
+    & option_type("-o", "--output", "DIR", "folder of the results; default: the input's name without its ending, in the working " &
     &   // "directory"), &
-    & option_type("", "--check", "", "read and validate everything, turn the mechanism once, compute nothing more"), &
-    & option_type("-q", "--quiet", "", "no report on standard output"), &
-    & option_type("", "--verbose", "", "the report also says what its numbers rest on: method, steps, and how well closing, " &
-    &   // "Liouville's formula and the balance of power hold"), &
-    & option_type("", "--fail-if-unstable", "", "exit code 10 for a verdict other than stable; of a sweep or over the speed, " &
-    &   // "for any point's"), &
-    & option_type("", "--part", "i/n", "compute part i of n of a sweep, write no sweep.csv"), &
-    & option_type("", "--merge", "", "write the sweep.csv of all parts"), &
-    & option_type("", "--one-line", "", "a header and a line of CSV for each case on standard output in place of report " &
-    &   // "and files"), &
-    & option_type("", "--plot", "", "draw pictures, SVG and PNG, by gnuplot; with --check only the mechanism's"), &
-    & option_type("", "--report", "", "report.html: input, verdict, tables, pictures on a page that needs nothing else; draws " &
-    &   // "as --plot"), &
-    & option_type("", "--json", "", "results.json: everything that was found, with units, meanings and errors; with -q on " &
+    & option_type("", "--check", "", "validate the input, turn the mechanism once and report on it; compute nothing more"), &
+    & option_type("-q", "--quiet", "", "print no report on standard output"), &
+    & option_type("", "--verbose", "", "also report the accuracy of the solution: method, steps, periodicity, Liouville's " &
+    &   // "formula and balance of power"), &
+    & option_type("", "--fail-if-unstable", "", "exit with code 10 unless the verdict is stable, in a sweep or range of speeds " &
+    &   // "at every point"), &
+    & option_type("", "--part", "i/n", "compute part i of n of a sweep (i from 1 to n), without sweep.csv"), &
+    & option_type("", "--merge", "", "combine all parts of a sweep in sweep.csv"), &
+    & option_type("", "--one-line", "", "print a header and one line of CSV per case instead of report and files"), &
+    & option_type("", "--plot", "", "draw pictures (SVG, PNG) with gnuplot; with --check only the mechanism"), &
+    & option_type("", "--report", "", "write report.html: input, verdict, tables and pictures on one page; also draws the " &
+    &   // "pictures of --plot"), &
+    & option_type("", "--json", "", "write results.json: all results with units, meanings and errors; with -q to " &
     &   // "standard output"), &
-    & option_type("-h", "--help", "[KEY]", "this text; help on a group or key of the input, as support or support.stiffness; " &
-    &   // "groups: all groups"), &
-    & option_type("-V", "--version", "", "the version")]
+    & option_type("-h", "--help", "[KEY]", "print this text, or describe a group or key of the input, such as support or " &
+    &   // "support.stiffness; groups: list all groups"), &
+    & option_type("-V", "--version", "", "print the version")]
 
   !> Two options that exclude each other; `reason` is empty if it is obvious
   type :: conflict_type
@@ -58,8 +57,8 @@ module gestell_run_command_line
   type(conflict_type), parameter :: conflicts(*) = [ &
     & conflict_type("--check", "--part"), conflict_type("--check", "--merge"), conflict_type("--check", "--one-line"), &
     & conflict_type("--part", "--merge"), conflict_type("--part", "--one-line"), conflict_type("--merge", "--one-line"), &
-    & conflict_type("--part", "--fail-if-unstable", ": a part has no verdict on all; give --fail-if-unstable to --merge"), &
-    & conflict_type("--part", "--plot", ": a part is no picture; give --plot to --merge"), &
+    & conflict_type("--part", "--fail-if-unstable", ": a part has no verdict; use --fail-if-unstable with --merge"), &
+    & conflict_type("--part", "--plot", ": a part has no picture; use --plot with --merge"), &
     & conflict_type("--one-line", "--plot"), conflict_type("--check", "--report"), conflict_type("--part", "--report"), &
     & conflict_type("--one-line", "--report"), conflict_type("--check", "--json"), conflict_type("--part", "--json"), &
     & conflict_type("--one-line", "--json")]
@@ -131,9 +130,9 @@ contains
       word = words(i)%text
       if (only_names .or. word == "-" .or. index(word, "-") /= 1) then
         if (allocated(options%input)) then
-          call fatal_error(error, "more than one input: '" // options%input // "' and '" // word // "'", wrong_usage)
+          call fatal_error(error, "more than one input file: '" // options%input // "' and '" // word // "'", wrong_usage)
         else if (len(word) == 0) then
-          call fatal_error(error, "the name of the input is empty", wrong_usage)
+          call fatal_error(error, "the name of the input file is empty", wrong_usage)
         end if
         if (allocated(error)) return
         options%input = word
@@ -171,7 +170,7 @@ contains
         options%settings = [options%settings, setting]
       case ("--output")
         options%output = value
-        if (len(value) == 0) call fatal_error(error, "option '" // word // "' needs a folder's name", wrong_usage)
+        if (len(value) == 0) call fatal_error(error, "option '" // word // "' needs the name of a folder", wrong_usage)
       case ("--part")
         call read_part(value, options, error)
       case ("--help")
@@ -193,7 +192,7 @@ contains
       return
     end do
     if (options%has("--help") .or. options%has("--version") .or. allocated(options%input)) return
-    call fatal_error(error, "no input file; usage: gestell [options] input.nml, and gestell --help", wrong_usage)
+    call fatal_error(error, "no input file; usage: gestell [options] input.nml (gestell --help lists the options)", wrong_usage)
   end subroutine parse
 
   !> Index of the option with this short or long name; 0 if there is none.
@@ -217,7 +216,8 @@ contains
       if (reason == "") call read_integer(value(slash + 1:), options%parts, reason)
       if (reason == "" .and. options%part >= 1 .and. options%part <= options%parts) return
     end if
-    call fatal_error(error, "--part " // value // ": must be i/n, as in 3/8: the third of eight parts", wrong_usage)
+    call fatal_error(error, "--part " // value // ": must be i/n with i from 1 to n, such as 3/8 for the third of eight parts", &
+      & wrong_usage)
   end subroutine read_part
 
   !> The text of --help.
@@ -227,7 +227,7 @@ contains
     character(len=4) :: short
     integer :: i
 
-    text = "Vibrations and stability of the elastically mounted frame of a planar linkage." // newline // newline &
+    text = "Vibrations and stability of machines with crank mechanisms on elastic mounts." // newline // newline &
       & // "usage: gestell [options] input.nml" // newline // newline
     do i = 1, size(known)
       short = known(i)%short

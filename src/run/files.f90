@@ -102,7 +102,7 @@ contains
       associate (setting => options%settings(i)%text)
         equals = position_of_equals(setting)
         value = trim(adjustl(setting(equals + 1:)))
-        call table%add(trim(adjustl(setting(:equals - 1))), "set from outside", [(value, k = 1, result%brief%rows)])
+        call table%add(trim(adjustl(setting(:equals - 1))), "value of --set", [(value, k = 1, result%brief%rows)])
       end associate
     end do
     call table%join(result%brief)

@@ -57,12 +57,13 @@ contains
     brief = [(tasks(i)%task%brief, i = 1, size(tasks))]
     judges = [(tasks(i)%task%judges, i = 1, size(tasks))]
     if (together .and. .not. any(ordered .and. shared)) then
-      call fatal_error(error, options%input // ": gestell_mpi computes sweeps, and the tasks name none; gestell does the rest", &
+      call fatal_error(error, options%input // ": gestell_mpi needs the task " // one_of(tasks, shared) &
+        & // "; use gestell for other tasks", &
         & wrong_usage)
     else if ((options%has("--part") .or. options%has("--merge")) .and. .not. any(ordered .and. shared)) then
       call fatal_error(error, "--part and --merge need the task " // one_of(tasks, shared), wrong_usage)
     else if (options%has("--one-line") .and. .not. any(ordered .and. brief)) then
-      call fatal_error(error, "--one-line needs a task " // one_of(tasks, brief), wrong_usage)
+      call fatal_error(error, "--one-line needs one of the tasks " // one_of(tasks, brief), wrong_usage)
     else if (options%has("--fail-if-unstable") .and. .not. any(ordered .and. judges)) then
       call fatal_error(error, "--fail-if-unstable needs a task with a verdict: " // one_of(tasks, judges), wrong_usage)
     end if

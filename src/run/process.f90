@@ -70,14 +70,14 @@ contains
 
     if (c_getrlimit(of_stack, limit) == 0) then
       if (limit%current >= 0 .and. limit%current < 1024 * least_stack) then
-        call fatal_error(error, "the stack is limited to " // text(int(limit%current / 1024)) // " kB, " // text(least_stack) &
-          & // " kB are needed: ulimit -s " // text(usual_stack), wrong_usage)
+        call fatal_error(error, "the stack is limited to " // text(int(limit%current / 1024)) // " kB, but " // text(least_stack) &
+          & // " kB are needed; set it by ulimit -s " // text(usual_stack), wrong_usage)
         return
       end if
     end if
     own = kilobytes("OMP_STACKSIZE")
-    if (own >= 0 .and. own < least_of_threads) call fatal_error(error, "OMP_STACKSIZE gives threads a stack of " // text(own) &
-      & // " kB, " // text(least_of_threads) // " kB are needed", wrong_usage)
+    if (own >= 0 .and. own < least_of_threads) call fatal_error(error, "OMP_STACKSIZE is " // text(own) &
+      & // " kB, but every thread needs " // text(least_of_threads) // " kB", wrong_usage)
   end subroutine check_stacks
 
   !> Size in kB that an environment variable specifies in OpenMP's format: a number followed by B, K, M or G (K if omitted). Returns

@@ -176,7 +176,7 @@ contains
         if (allocated(error)) return
       end do
     end associate
-    call result%say(newline // "The input is sound; nothing more was computed (--check)." // newline)
+    call result%say(newline // "The input is valid; nothing more was computed (--check)." // newline)
   end subroutine check_only
 
   !> Publishes the files; none is published if one of them could not be written.

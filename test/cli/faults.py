@@ -123,7 +123,7 @@ class Scene:
         """The exit code and one line; all old or all new files, and nothing else but what is `kept`."""
         found, others = contents(self.folder / "out")
         # where nothing works any more what has been renamed cannot be brought back, which is told
-        good = found == (self.new if run.code == 0 else self.old) or "in their places already" in run.err
+        good = found == (self.new if run.code == 0 else self.old) or "have already replaced older files" in run.err
         wrong = [name for name in sorted(found.keys() | self.old.keys()) if found.get(name) not in (self.old.get(name),
                                                                                                   self.new.get(name))]
         lines = run.err.count("\n")
@@ -249,15 +249,15 @@ def test_limits():
                   "a short line", (run.code, len(run.err), run.err[:300]))
         # nothing is computed for a folder that cannot be: this would take years
         run = Run(folder, "--set", "case.tasks=sweep", "--set", "sweep.count=100000000", "sweep.nml", "-o", "input.nml/x")
-        check("the folder is told first", (run.code, run.out) == (1, "") and "cannot be made: Not a directory" in run.err, 1, run.err)
+        check("the folder is told first", (run.code, run.out) == (1, "") and "cannot be created: Not a directory" in run.err, 1, run.err)
         Run(folder, "-q", "input.nml", "-o", "o", preexec_fn=limited(resource.RLIMIT_STACK, 256 * 1024)).done("a small stack")
         for name in ("input.nml", "sweep.nml"):
             Run(folder, "-q", name, "-o", "o", environment={"OMP_NUM_THREADS": "2", "OMP_STACKSIZE": "256k"}).done("small stacks")
         run = Run(folder, "-q", "input.nml", preexec_fn=limited(resource.RLIMIT_STACK, 100 * 1024))
-        run.refused("too small a stack", 1, "the stack is limited to 100 kB, 256 kB are needed: ulimit -s 8192")
+        run.refused("too small a stack", 1, "the stack is limited to 100 kB, but 256 kB are needed; set it by ulimit -s 8192")
         for size, kilobytes in (("40K", 40), ("50", 50), (" 32768 b", 32)):
             run = Run(folder, "-q", "input.nml", environment={"OMP_STACKSIZE": size})
-            run.refused(f"too small stacks, {size}", 1, f"OMP_STACKSIZE gives threads a stack of {kilobytes} kB, 256 kB are needed")
+            run.refused(f"too small stacks, {size}", 1, f"OMP_STACKSIZE is {kilobytes} kB, but every thread needs 256 kB")
         for size in ("1M", "1g", "nonsense", ""):
             run = Run(folder, "-q", "input.nml", "-o", "o", environment={"OMP_STACKSIZE": size})
             equal(f"OMP_STACKSIZE={size}", run.code, 0)

@@ -337,7 +337,7 @@ def test_plot_option():
         run = Run(folder, "--check", "--plot", "-o", "checked", "input.nml")
         run.done("--check --plot")
         equal("--check --plot, files", bare(folder / "checked"), [f"mechanism.{end}" for end in endings])
-        check("--check --plot, report", "The input is sound" in run.out and run.out.endswith(": mechanism\n"), "both", run.out[-200:])
+        check("--check --plot, report", "The input is valid" in run.out and run.out.endswith(": mechanism\n"), "both", run.out[-200:])
         run = Run(folder, "--check", "--plot", "-o", "checked_given", "given.nml")
         run.done("--check --plot of mass functions")
         equal("--check --plot of mass functions, nothing", bare(folder / "checked_given"), [])
@@ -383,8 +383,8 @@ def test_no_gnuplot():
     with Folder(input=SOUND) as folder:
         (folder / "empty").mkdir()
         run = Run(folder, "input.nml", "--plot", environment={"PATH": str(folder / "empty")})
-        equal("no gnuplot", (run.code, run.err), (4, "there is no program gnuplot to draw the pictures (in Debian the package "
-              "gnuplot-nox, or ./bootstrap --with gnuplot); all else is done, the scripts for it are written\n"))
+        equal("no gnuplot", (run.code, run.err), (4, "gnuplot is not installed, so no pictures were drawn (Debian package "
+              "gnuplot-nox, or ./bootstrap --with gnuplot); all other files are written\n"))
         check("no gnuplot, report", "pictures in input/, .svg and .png: none\nVERDICT" in run.out, "none", run.out[-200:])
         equal("no gnuplot, all else is written", bare(folder / "input"),
               sorted(f"{name}.{end}" for name in ("harmonics", "mechanism", "multipliers", "response") for end in ("csv", "gp")))

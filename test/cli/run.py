@@ -536,7 +536,7 @@ def test_freedoms():
 
 
 def test_unwritable():
-    cannot = "the folder '{}' for the results cannot be made: Not a directory; name another with --output"
+    cannot = "the folder '{}' for the results cannot be created: Not a directory; choose another with --output"
     with Folder() as folder:
         (folder / "taken").write_text("a file\n")
         Run(folder, "input.nml", "-o", "taken", "-q").refused("output is a file", 1, cannot.format("taken"))
@@ -554,7 +554,7 @@ def test_unwritable():
                 "folder without write permission", 1, cannot.format("closed/x").replace("Not a directory", "Permission denied"))
             Run(folder, "input.nml", "-o", "closed", "-q").refused(
                 "files in a folder without write permission", 1,
-                "the folder 'closed' for the results cannot be written: Permission denied; name another with --output")
+                "the folder 'closed' for the results cannot be written: Permission denied; choose another with --output")
             (folder / "secret.nml").write_text(SOUND)
             (folder / "secret.nml").chmod(0)
             Run(folder, "secret.nml", "-q").refused(

@@ -42,11 +42,11 @@ def test_input_stays():
                              ("in/../design.nml", "./to/.."), ("design.nml", "here"), ("here/design.nml", "."), ("other.nml", "."),
                              ("design.nml", "to"), ("to/design.nml", "to"), ("to/design.nml", "."), ("design.nml", "in")):
             Run(folder, "-q", name, "-o", output).refused(
-                f"{name} in {output}", 1, f"{output}/design.nml: the results would replace the input; name another folder with --output")
+                f"{name} in {output}", 1, f"{output}/design.nml: the results would replace the input; choose another folder with --output")
         Run(folder, "-q", "response.csv", "-o", ".").refused(
-            "a table's name", 1, "./response.csv: the results would replace the input; name another folder with --output")
+            "a table's name", 1, "./response.csv: the results would replace the input; choose another folder with --output")
         Run(folder, "--json", "results.json", "-o", ".").refused(
-            "the name of all results", 1, "./results.json: the results would replace the input; name another folder with --output")
+            "the name of all results", 1, "./results.json: the results would replace the input; choose another folder with --output")
         equal("the inputs stay, nothing else is there", everything(folder), before)
     with Folder(design=SOUND, response=SOUND) as folder:
         for name in ("design.nml", "response.nml"):

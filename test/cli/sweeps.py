@@ -247,15 +247,15 @@ def test_refused():
                 ("--set", ["-s", "sweep(1).from=-1", "-s", "sweep(1).parameter=frame.mass"], 2,
                  f"input.nml:{LINE}: &sweep 1: frame.mass = -1: must be positive"),
                 ("--set of a count", ["-s", "sweep(1).count=0"], 2, "--set sweep(1).count=0: must be at least 1"),
-                ("part 0", ["--part", "0/3"], 1, "--part 0/3: must be i/n, as in 3/8: the third of eight parts"),
-                ("part 4 of 3", ["--part=4/3"], 1, "--part 4/3: must be i/n, as in 3/8: the third of eight parts"),
+                ("part 0", ["--part", "0/3"], 1, "--part 0/3: must be i/n with i from 1 to n, such as 3/8 for the third of eight parts"),
+                ("part 4 of 3", ["--part=4/3"], 1, "--part 4/3: must be i/n with i from 1 to n, such as 3/8 for the third of eight parts"),
                 ("part and merge", ["--part", "1/3", "--merge"], 1, "options '--part' and '--merge' exclude each other"),
                 ("part without a value", ["--part"], 1, "option '--part' needs a value"),
                 ("merge without the task", ["--merge", "-s", "case.tasks=response"], 1, "--part and --merge need the task 'sweep'"),
                 ("verdict is no column", ["--fail-if-unstable", "-s", "sweep.columns=rho_max"], 1,
                  "--fail-if-unstable needs the column 'verdict' of the sweep"),
                 ("one line of nothing", ["--one-line", "-s", "case.tasks=trade"], 1,
-                 "--one-line needs a task 'stability', 'modes', 'response', 'forces', 'power' or 'sweep'")):
+                 "--one-line needs one of the tasks 'stability', 'modes', 'response', 'forces', 'power' or 'sweep'")):
             Run(folder, "-q", "input.nml", *options).refused(f"sweep, {what}", code, message)
             equal(f"sweep, {what}: nothing is written", files(folder), ["input.nml"])
 

@@ -32,8 +32,8 @@ contains
     if (is_there(folder // "/.")) return
     if (reason == "") reason = last_reason()
     call remove_made(folder, first)
-    call fatal_error(error, "the folder '" // folder // "' for the results cannot be made: " // reason // "; name another with " &
-      & // "--output", wrong_usage)
+    call fatal_error(error, "the folder '" // folder // "' for the results cannot be created: " // reason // "; choose another " &
+      & // "with --output", wrong_usage)
     error%unwritten = .true.
   end subroutine make_folder
 

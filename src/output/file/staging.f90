@@ -79,9 +79,9 @@ contains
       call take(staging, mine, reason)
       if (mine .or. reason /= "") exit
     end do
-    if (.not. mine .and. reason == "") reason = "there is something else of each of the names .gestell-1 to .gestell-" // text(most)
+    if (.not. mine .and. reason == "") reason = "all names from .gestell-1 to .gestell-" // text(most) // " are in use"
     if (.not. mine) call fatal_error(error, "the folder '" // folder // "' for the results cannot be written: " &
-      & // reason // "; name another with --output", wrong_usage)
+      & // reason // "; choose another with --output", wrong_usage)
     call unlock_file(guard)
     if (.not. mine) call remove_made(folder, staging%made)
   end subroutine open_staging
@@ -143,7 +143,7 @@ contains
     if (input == "") return
     do i = 1, size(names)
       if (.not. is_same(folder // "/" // trim(names(i)), input)) cycle
-      call fatal_error(error, folder // "/" // trim(names(i)) // ": the results would replace the input; name another folder " &
+      call fatal_error(error, folder // "/" // trim(names(i)) // ": the results would replace the input; choose another folder " &
         & // "with --output", wrong_usage)
       error%unwritten = .true.
       return
@@ -182,7 +182,7 @@ contains
       call fatal_error(error, self%folder // "/" // trim(names(i)) // ": cannot be written: " // last_reason(), failed_computation)
       error%unwritten = .true.
       call restore(self, names(:i - 1), replaces(:i - 1), done)
-      if (.not. done) error%message = error%message // "; other files of this run are in their places already"
+      if (.not. done) error%message = error%message // "; other results of this run have already replaced older files"
       exit
     end do
     if (.not. allocated(error)) then

@@ -30,8 +30,8 @@ contains
 
     drawn = ""
     if (.not. shell_does("command -v gnuplot")) then
-      call fatal_error(error, "there is no program gnuplot to draw the pictures (in Debian the package gnuplot-nox, or " // &
-        & "./bootstrap --with gnuplot); all else is done, the scripts for it are written", failed_computation)
+      call fatal_error(error, "gnuplot is not installed, so no pictures were drawn (Debian package gnuplot-nox, or " // &
+        & "./bootstrap --with gnuplot); all other files are written", failed_computation)
       return
     end if
     do i = 1, size(figures)

@@ -32,8 +32,9 @@ contains
     integer, intent(in) :: last
     integer :: k
 
-    call add_order_column(table, "order", "order of the crank; 0: the mean", [(k, k = 0, last)], frame%mechanism%turns)
-    call table%add("frequency", hertz, "of the order", [(k / frame%period, k = 0, last)])
+    call add_order_column(table, "order", "order, multiple of the crank speed; 0: the mean", [(k, k = 0, last)], &
+      & frame%mechanism%turns)
+    call table%add("frequency", hertz, "frequency of the order", [(k / frame%period, k = 0, last)])
   end subroutine add_orders
 
   !> Adds a column with the harmonics `k` of a period of `turns` turns, as orders. The column is of integers if the period is one
@@ -72,8 +73,8 @@ contains
     amplitude(1:n) = series%amplitude(:n)
     phase(1:n) = series%phase(:n)
     call table%add(amplitude_of(name, unit), unit_type(words=unit%words), &
-      & "amplitude of amplitude cos(2 pi order t / T + phase)", amplitude)
-    call table%add(trim(name) // "_" // trim(unit%suffix) // "_phase", radian, "phase of the same", phase)
+      & "amplitude of the harmonic amplitude cos(2 pi frequency t + phase)", amplitude)
+    call table%add(trim(name) // "_" // trim(unit%suffix) // "_phase", radian, "phase of this harmonic", phase)
   end subroutine add_harmonics
 
   !> Key of the column with the amplitudes.
