@@ -104,8 +104,8 @@ contains
     if (verdict == unstable) then
       call result%judge(judgement_type(verdict, "UNSTABLE: disturbances of the vibration of the design grow"))
     else if (verdict == undecided) then
-      call result%judge(judgement_type(verdict, "UNDECIDED: whether disturbances of the vibration of the design grow is within " &
-        & // "the error"))
+      call result%judge(judgement_type(verdict, "UNDECIDED: within the error, disturbances of the vibration of the design may " &
+        & // "grow or decay"))
     else if (verdict == undamped) then
       call result%judge(judgement_type(verdict, "UNDAMPED: disturbances of the vibration of the design neither grow nor decay"))
     else

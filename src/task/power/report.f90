@@ -40,9 +40,8 @@ contains
         & // " rpm (to first order), coefficient of irregularity " // concise(fluctuation%irregularity, 4) // " +- " &
         & // concise(fluctuation%error, 1) // newline
       if (fluctuation%irregularity > uneven) lines = lines // "  note: the speed fluctuates by more than 1 %, so results " &
-        & // "may change by up to about " // concise(200 * fluctuation%irregularity, 2) // " %. A flywheel of " &
-        & // concise(fluctuation%inertia * fluctuation%irregularity / uneven, 2) // " kg m^2 would reduce the fluctuation to 1 " &
-        & // "%" // newline
+        & // "may change by up to about " // concise(200 * fluctuation%irregularity, 2) // " %. For 1 %, flywheel and mechanism " &
+        & // "together need " // concise(fluctuation%inertia * fluctuation%irregularity / uneven, 2) // " kg m^2" // newline
     end associate
   end function drive_lines
 

@@ -33,6 +33,8 @@ contains
     character(len=:), allocatable :: report
     !> States of speeds without a vibration
     type(verdict_type), parameter :: missing(3) = [in_resonance, impossible, failed]
+    character(len=*), parameter :: reasons(3) = [character(len=46) :: "no periodic vibration exists (resonance)", &
+      & "the mechanism cannot be assembled", "the computation failed"]
     integer :: i, n, refined
 
     n = size(curve%points)
@@ -44,11 +46,10 @@ contains
     do i = 1, size(missing)
       if (count(curve%points%state == missing(i)) == 0) cycle
       report = report // "  note: at " // counted(count(curve%points%state == missing(i)), "speed") // " " &
-        & // either("no periodic vibration exists (resonance)", "the state is '" // trim(state_word(missing(i))) // "'", &
-        & missing(i) == in_resonance) // newline
+        & // trim(reasons(i)) // newline
     end do
-    if (.not. curve%complete) report = report // "  note: the curve has details too fine for this range; choose a smaller one" &
-      & // newline
+    if (.not. curve%complete) report = report // "  note: the maximum number of speeds does not resolve all details; " &
+      & // "choose a smaller range" // newline
     do i = 1, size(quantities)
       report = report // curve_of(curve, i, quantities(i), turns, model)
     end do
