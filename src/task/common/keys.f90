@@ -14,8 +14,7 @@ module gestell_task_common_keys
     & key_type("case", "tasks", text_key, "tasks to compute", 1, 1, 20, word="stability, response")]
 
   type(key_type), parameter, public :: model_keys(*) = [ &
-    & key_type("model", "frame", text_key, "equations of the frame: `'exact'` for any rotation; `'rest'` linearised about " // &
-    &   "rest; `'first_order'` as `'rest'`, but stability is judged about the vibration", otherwise="`'exact'`; " // &
+    & key_type("model", "frame", text_key, "equations of the frame", otherwise="`'exact'`; " // &
     &   "`'rest'` with `coefficients='averaged'`", words=trim(frame_models(1)) // ", " // trim(frame_models(2)) // ", " // &
     &   trim(frame_models(3))), &
     & key_type("model", "vibrations", text_key, "`'all'`: search for all periodic vibrations of the machine", &
@@ -38,8 +37,8 @@ module gestell_task_common_keys
     &   range=range_type(0.0_dp, 8000.0_dp)), &
     & key_type("response", "quantities", text_key, "quantities of `&resonance` to report, also in `quantities.csv` and by " // &
     &   "`--one-line`", 1, 1, 20, otherwise="none"), &
-    & key_type("response", "measures", text_key, "measures of these quantities, as in `&sweep`", 1, 1, 3, word="peak", &
-    &   words="peak, rms, band")]
+    & key_type("response", "measures", text_key, "values to report of these quantities: peak, rms, or rms velocity within " // &
+    &   "the band of the probe", 1, 1, 3, word="peak", words="peak, rms, band")]
 
   type(key_type), parameter, public :: resonance_keys(*) = [ &
     & key_type("resonance", "quantities", text_key, "quantities to compute (`xi`, `f`, `probe(NAME).v`, ...)", 1, 1, 20, &

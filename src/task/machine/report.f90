@@ -180,7 +180,7 @@ contains
     select case (multipliers%verdict())
     case ("stable")
       if (multipliers%error(1) >= 1) then
-        words = words // "disturbances decay within " // turns_in_words(in_period) // "; rounding hides the exact multipliers"
+        words = words // "disturbances decay within " // turns_in_words(in_period) // "; rounding errors exceed their multipliers"
       else
         words = words // "disturbances halve within " // concise(turns * in_period, 3) // " turns (" &
           & // concise(turns * period, 3) // " s)"
@@ -211,11 +211,11 @@ contains
     word = trim(multipliers%verdict())
     lines = ""
     if (multipliers%unknown()) then
-      lines = "  half and twice these steps give different multipliers: increase steps, or omit it to use tolerance" // newline
+      lines = "  half and twice these steps give different multipliers: increase steps, or omit it and set tolerance" // newline
       return
     end if
     if (word == "stable" .and. multipliers%error(1) >= 1) return
-    if (word == "unstable") lines = "  it " // manner(multipliers%arg(1), turns) // newline
+    if (word == "unstable") lines = "  the disturbance " // manner(multipliers%arg(1), turns) // newline
     if (word == "undamped") lines = "  no damping: all multipliers provably lie on the unit circle (doc/theory.md)" // newline
     lines = lines // "  largest multiplier  |rho| = " // modulus(multipliers, 1) // newline
     if (word == "undecided") then
@@ -242,10 +242,10 @@ contains
 
     if (abs(arg) < real_axis) then
       words = either("repeats after " // text(turns) // " turns (divergence, or parametric resonance)", &
-        & "repeats in every turn (divergence, or parametric resonance of even order)", turns > 1)
+        & "repeats every turn (divergence, or parametric resonance of even order)", turns > 1)
     else if (pi - abs(arg) < real_axis) then
       words = either("changes sign every " // text(turns) // " turns (parametric resonance)", &
-        & "changes sign from turn to turn (parametric resonance of odd order)", turns > 1)
+        & "changes sign every turn (parametric resonance of odd order)", turns > 1)
     else
       words = "is not synchronous with the crank (flutter, or combination resonance)"
     end if
