@@ -27,6 +27,7 @@ def write_averaged_golden():
 
 
 def test_golden():
+    """Results of the averaged model agree with the stored ones."""
     with Folder(input=AVERAGED) as folder:
         run = run_golden(folder)
         if not run.done("averaged"):
@@ -48,7 +49,7 @@ def test_golden():
 
 
 def test_chosen():
-    """In the file, by --set, by default."""
+    """The averaged model can be chosen in the file and by --set."""
     with Folder(input=AVERAGED, plain=SOUND) as folder:
         Run(folder, "-q", "input.nml", "-o", "file").done("averaged in the file")
         Run(folder, "-q", "plain.nml", "-o", "set", "-s", "model.coefficients=averaged").done("averaged by --set")
@@ -60,7 +61,10 @@ def test_chosen():
 
 
 def test_by_hand():
-    """xi alone: m q'' + b q' + c q, whose multipliers exp(lambda T) everybody knows."""
+    """Averaged multipliers of one degree of freedom agree with the closed form.
+
+    They are exp(lambda T) with lambda from m lambda^2 + b lambda + c = 0.
+    """
     mass, period, stiffness, damping = 18.0 + 1.35, 0.25, 4 * 196133.0, 0.5
     with Folder(input=AVERAGED) as folder:
         Run(folder, "-q", "input.nml", "-s", "frame.dof='xi'").done("averaged, xi alone")
@@ -73,7 +77,10 @@ def test_by_hand():
 
 
 def test_resonance():
-    """Without damping, at a whole multiple of the crank speed: exit 4, the harmonic is named, the verdict stands."""
+    """An undamped averaged machine at resonance ends with exit code 4.
+
+    The error names the harmonic; the verdict is still reported.
+    """
     stiffness = (18.0 + 1.35) * (5 * 2 * math.pi * 4) ** 2 / 4
     settings = ["-s", "frame.dof='xi'", "-s", f"support.stiffness={stiffness!r}", "-s", "foundation.damping=0,0,0"]
     with Folder(input=AVERAGED) as folder:
@@ -85,6 +92,7 @@ def test_resonance():
 
 
 def test_extremes():
+    """The averaged model never prints NaN, however extreme the numbers."""
     for settings in (["drive.speed_rpm=0.01"], ["drive.speed_rpm=1e-300"], ["drive.speed_rpm=1e30"], ["drive.speed_rpm=1e300"],
                      ["frame.mass=1e300"], ["frame.mass=1e-300"], ["support.stiffness=1e300"], ["support.damping=1e300"],
                      ["support.damping=1e6"], ["link.mass=0", "link.inertia=0"], ["link(coupler).mass=1e300"],
@@ -101,6 +109,7 @@ def test_extremes():
 
 
 def test_trade():
+    """The task trade compares the averaged model with the periodic one."""
     with Folder() as folder:
         run = Run(folder, "input.nml", "-s", "case.tasks='trade'")
         if run.code != 0:

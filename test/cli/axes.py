@@ -17,7 +17,7 @@ def greatest(folder, what, *words, file="input.nml", column="abs"):
 
 
 def test_axes():
-    """Beside Exudyn, without and with weights, where the axes of two of three supports turn."""
+    """Turning support axes agree with Exudyn, with and without weights."""
     with Folder(heavy=(VALIDATION / "exudyn" / "turning_mounts.nml").read_text() + GRAVITY) as folder:
         # Its differences of the map: some 1e-7.
         for what, words, exudyn in (("weights", (), 0.917863129), ("none", ("-s", "gravity.acceleration=0"), 0.922365120)):
@@ -27,7 +27,10 @@ def test_axes():
 
 
 def test_keys():
-    """Of one support or all; alike along both axes they do not matter but for weights; what is refused."""
+    """The key axes applies to one support or to all.
+
+    Supports that are alike along both axes act alike unless there are weights. Unknown words are refused.
+    """
     fast = ("-s", "drive.speed_rpm=2426")
     with Folder(input=SOUND, weighed=SOUND + "&gravity acceleration=300.0 /\n",
                 other=SOUND.replace("position=0.10,-0.20, ", "position=0.10,-0.20, axes='both', ")) as folder:
@@ -44,7 +47,10 @@ def test_keys():
 
 
 def test_by_hand():
-    """The width of the tongue, a k |h|/(2 c) of the speed; what that misses is even in the unbalance. About rest there is none."""
+    """The width of an instability tongue agrees with the formula of theory.md.
+
+    The relative width is a k |h| / (2 c); the rest is even in the unbalance. About rest there is no tongue.
+    """
     mass, inertia, arm, k, c = 20.0, 0.45, 0.3, 3.6e5, 405.0
     speed = 2 * math.sqrt(c / inertia)
     with Folder() as folder:

@@ -86,6 +86,7 @@ def compare(what, text, folder, report):
 
 
 def test_four_bar():
+    """The task balance finds the complete balance of a four-bar."""
     with Folder(input=BALANCED) as folder:
         run = Run(folder, "input.nml")
         if not run.done("balance"):
@@ -123,7 +124,10 @@ def test_four_bar():
 
 
 def test_orders():
-    """Radii, aims, units of the input, who holds the speed, weights: each with its lines in a machine of its own."""
+    """The printed counterweights have the reported effect for every option.
+
+    Radii, aims, units of the input, who holds the speed, weights.
+    """
     cases = [("units", MILLIMETRES),
              ("outside", BALANCED.replace("speed_rpm = 240.0", "speed_rpm = -300.0, held_by='outside'")
               + "&balance weight=0.9, length=0.05, about='origin' /\n"),
@@ -145,7 +149,7 @@ def test_orders():
 
 
 def test_stiff():
-    """On very stiff mounts the machine does what it does on rigid ground: the moment about F too."""
+    """On very stiff mounts the machine behaves as on rigid ground."""
     stiff = BALANCED.replace("196133.0,196133.0", "1e13,1e13") + "&model frame='rest' /\n"
     with Folder(input=stiff) as folder:
         if not Run(folder, "-q", "input.nml").done("balance, stiff"):
@@ -167,6 +171,7 @@ def test_stiff():
 
 
 def test_drawn():
+    """The picture of the balance shows every variant."""
     if not GNUPLOT:
         return
     with Folder(input=BALANCED) as folder:
@@ -177,6 +182,7 @@ def test_drawn():
 
 
 def test_refused():
+    """Machines that the task balance cannot handle are refused."""
     line = "input.nml:16: &balance: "
     for what, group, message in (
             ("no such link", "links='crank','rod'", line + "links(2) = 'rod': there is no link 'rod'"),

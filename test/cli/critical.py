@@ -30,6 +30,10 @@ def rows(start):
 
 
 def test_critical():
+    """Critical speeds and forces do not depend on the start of the range.
+
+    A peak of the force is assigned to the order that causes it.
+    """
     high, low = rows(500), rows(470)
     silent = high.get(("3", "3"))
     check("the silent order is there", silent is not None, "mode 3, order 3", sorted(high))

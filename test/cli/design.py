@@ -38,7 +38,10 @@ def force(unbalance, speed=SPEED):
 
 
 def test_bounds_worth():
-    """What the objective falls by where a range grows by 1 %: of the unbalance U - x m, on a mass that grows with m, in closed form."""
+    """The reported gain from a wider range agrees with the closed form.
+
+    The unbalance is U - x m, on a mass that grows with m; each range grows by 1 %.
+    """
     text = ROTOR + PLACES.replace("-0.08", "-0.04") + "&design parameter='link(cw).mass', from=0.2, to=1.0 /\n&objective quantity='fx' /\n"
     w, left = SPEED * math.pi / 30, 0.05 * math.cos(math.pi / 6) - 0.04
     stiffness = complex(SPRING - MASS * w**2, DAMPING * w)
@@ -50,8 +53,7 @@ def test_bounds_worth():
 
 
 def design_tests():
-    """All of them."""
-    test_bounds_worth()
+    """Designs of an unbalanced rotor agree with closed forms."""
     with Folder(input=ROTOR + PLACES + "&objective quantity='fx' /\n") as folder:
         run = Run(folder, "input.nml")
         if run.done("design"):
@@ -168,11 +170,6 @@ def design_tests():
             check("design, out of reach: said", "DESIGN: limits not met within these ranges: xi peak is" in run.out, "out", run.out)
             equal("design, out of reach: state", table(folder / "input", "design_goals")[1]["state"], "violated")
     limit_tests(reach)
-    between_tests()
-    branch_tests()
-    end_tests()
-    tongue_tests()
-    exact_limit_tests()
     for what, words, message in REFUSED:
         with Folder(input=SOUND.replace("'stability', 'response'", "'design'") + words) as folder:
             run = Run(folder, "input.nml")
@@ -182,7 +179,10 @@ def design_tests():
 
 
 def between_tests():
-    """The worst of a range lies between the speeds that are given: in closed form, and as the task `resonance` finds it."""
+    """The design finds the worst speed between the given speeds.
+
+    Compared with closed forms and with the task `resonance`.
+    """
     # an rms of one harmonic over a sharp resonance, which no mounting of these ranges keeps out of the range
     sweep = "&sweep parameter='drive.speed_rpm', from=300, to=1500, count=5 /\n"
     mounts = "&design parameter='foundation.stiffness(1,1)', from=4e4, to=2e5 /\n"
@@ -252,7 +252,7 @@ def between_tests():
 
 
 def end_tests():
-    """A maximum just before the end of a range, which is higher than the given speed before it: in closed form, on both sides."""
+    """The design finds a maximum just before the end of a range."""
     for low, high in ((300, 481), (475, 700), (300, 479), (477, 700)):
         sweep = f"&sweep parameter='drive.speed_rpm', from={low}, to={high}, count=3 /\n"
         mounts = f"&design parameter='foundation.stiffness(1,1)', from={SPRING}, to={SPRING * (1 + 1e-6)}, starts=1 /\n"
@@ -265,7 +265,10 @@ def end_tests():
 
 
 def branch_tests():
-    """Maxima that lie beside each other within the width of one resonance, against the task `sweep`."""
+    """The design finds maxima that lie closely beside each other.
+
+    They lie within the width of one resonance; compared with the task `sweep`.
+    """
     # of order 8: of the maxima over the turn one is the greatest 0.0008 1/min below the speed where another one is
     orders = (DISC.replace("speed_rpm = 240.0", "speed_rpm = 419.0").replace("mass=0.60, inertia", "mass=0.772, inertia")
               .replace("mass=0.25, inertia", "mass=0.379, inertia").replace("inertia=0.0004, center=0.0,0.0",
@@ -302,7 +305,10 @@ SIEVE = """\
 
 
 def tongue_tests():
-    """A tongue of instability between the sampled speeds: told, or left out of the range, never called stable."""
+    """An instability tongue between the sampled speeds is never called stable.
+
+    It is reported, or left out of the range.
+    """
     stable = "&constraint quantity='rho_max', at_most=0.9999 /\n"
     for damping, least, most, limit, starts, wanted in (
             (5.0, 600, 660, "", 2, "unstable"), (6.3, 600, 660, "", 2, "unstable"), (1.5, 600, 660, stable, 1, "unstable"),
@@ -330,7 +336,7 @@ def tongue_tests():
 
 
 def exact_limit_tests():
-    """Limits of the machine that are met exactly, by the range or by the machine as it is; one that is out of reach."""
+    """Limits met exactly count as met; unreachable limits are reported."""
     fixed = PLACES + "&objective quantity='fx' /\n"
     lighter = "&design parameter='link(cw).mass', from=0.25, to=1 /\n"
     for what, groups, limit, state in (
@@ -367,7 +373,7 @@ def compare_with_scan(what, folder, goal, speeds, number):
 
 
 def limit_tests(reach):
-    """Lower limits of peaks and bands, equalities, limits that cannot be met."""
+    """Lower limits and equalities are met; contradictory limits are reported."""
     # the best of other programs (grids of 1e5 discs with a model in NumPy): a lower limit is one on the greatest of all maxima and
     # directions
     for quantity, measure, limit, best in (("probe(p).v", "band", 7.7641, 40.3), ("xi", "peak", 2.877e-4, 51.76)):
@@ -456,4 +462,4 @@ REFUSED = [
     ("a curve of one", D + "&objective quantity='f', trade_off=5 /\n", "needs exactly two groups &objective"),
     ("scatter out of range", D + O + "&robust speed_percent=60 /\n", "must lie between 0 and 50"),
 ]
-DESIGN_TESTS = (design_tests,)
+DESIGN_TESTS = (test_bounds_worth, design_tests, between_tests, branch_tests, end_tests, tongue_tests, exact_limit_tests)

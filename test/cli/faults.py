@@ -137,7 +137,10 @@ class Scene:
 
 
 def test_every_call():
-    """Each call that creates, writes, closes, renames fails once, every fourth also from it on: all old or all new."""
+    """If any file operation fails, all old results or all new ones remain.
+
+    Each call that creates, writes, closes or renames fails once, and every fourth also from then on.
+    """
     with tempfile.TemporaryDirectory() as place:
         if not Library.build(place):
             return
@@ -160,7 +163,10 @@ def test_every_call():
 
 
 def test_short_and_killed():
-    """Half of a write is done; the process is killed at any call; the folder disappears; another run comes between."""
+    """A killed run leaves either all old results or all new ones.
+
+    Half a write is done; the process is killed at any call; the folder disappears; another run intervenes.
+    """
     with tempfile.TemporaryDirectory() as place:
         if not Library.build(place):
             return
@@ -196,7 +202,7 @@ def test_short_and_killed():
 
 
 def test_standard_output():
-    """What cannot be printed is told, and costs no file."""
+    """Failing standard output is reported and costs no file."""
     sweep = with_tasks("'sweep'", SPEEDS.format(200, 300, 3))
     runs = {"report": ["input.nml"], "--check": ["--check", "input.nml"], "--help": ["--help"], "--version": ["--version"],
             "--one-line": ["--one-line", "input.nml"], "sweep": ["sweep.nml"], "one line of a sweep": ["--one-line", "sweep.nml"]}
@@ -237,6 +243,7 @@ def limited(kind, size):
 
 
 def test_limits():
+    """Limits on file size, path length and stack are reported in one line."""
     with Folder(input=SOUND, sweep=with_tasks("'sweep'", SPEEDS.format(200, 300, 3))) as folder:
         Run(folder, "-q", "input.nml", "-o", "out").done("before the limit")
         before = contents(folder / "out")
@@ -264,7 +271,7 @@ def test_limits():
 
 
 def test_pictures_break_off():
-    """Pictures that gnuplot could not write to their end; it says nothing of that."""
+    """Pictures that gnuplot could not finish are not kept."""
     with Folder(input=SOUND) as folder:
         gnuplot = folder / "gnuplot"
         gnuplot.write_text(BREAKS_OFF)
@@ -278,7 +285,7 @@ def test_pictures_break_off():
 
 
 def test_odd_names():
-    """Names and titles in messages, tables and pictures."""
+    """Odd names and titles are safe in messages, tables and pictures."""
     for what, name in (("two lines", "a\nb"), ("carriage return", "a\rb"), ("bell", "a\ab"), ("escape", "\033[2J")):
         with Folder(input=SOUND.replace("name='coupler'", f"name='{name}'")) as folder:
             run = Run(folder, "input.nml")
@@ -312,6 +319,7 @@ def test_odd_names():
 
 
 def test_damaged_origin():
+    """A message never contains control characters from a damaged file."""
     with Folder(input=with_tasks("'sweep'", SPEEDS.format(200, 300, 3))) as folder:
         Run(folder, "-q", "--part", "1/1", "input.nml").done("a part")
         (folder / "input" / "sweep.blocks" / "origin").write_bytes(b"\033[2J\x9bxx\n0123456789ABCDEF\n")

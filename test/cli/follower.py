@@ -64,11 +64,12 @@ def same(what, one, two, part):
 
 
 def test_yoke():
+    """An eccentric cam gives the same results as a Scotch yoke."""
     same("a round cam and a yoke", compute("yoke", YOKE), compute("round cam", ECCENTRIC), 1e-9)
 
 
 def test_tables():
-    """A table of harmonics is these harmonics, of an odd and of an even number of values; in mm too."""
+    """A tabulated lift gives the same results as its harmonics."""
     sound = compute("follower by harmonics", follower("lift=" + listed(HARMONICS)))
     for count in (7, 8, 36, 361):
         table = [lift_at(2 * math.pi * k / count) for k in range(count)]
@@ -85,6 +86,7 @@ def test_tables():
 
 
 def test_units():
+    """Lifts in millimetres give the same results as in metres."""
     lengths = "&units length='mm' /\n"
     text = follower("lift=" + listed(HARMONICS))
     for old, new in (("position=0.02,0.0", "position=20.0,0.0"), ("radius=0.03", "radius=30.0"), ("0.02,0.05", "20.0,50.0"),
@@ -95,8 +97,11 @@ def test_units():
     same("lifts in mm", compute("m", follower("lift=" + listed(HARMONICS))), compute("mm", text + lengths), 1e-9)
 
 
-def test_told():
-    """Above its shaft, lift 10 mm and h/2 (1 - cos): the stroke, Gruebler's count, the inertia force m h/2 Omega^2."""
+def test_check_report():
+    """--check reports stroke, mobility and inertia force of a follower.
+
+    Lift 10 mm above the shaft, h/2 (1 - cos): the inertia force is m h/2 Omega^2.
+    """
     text = follower("lift=0.01,-0.01,0.0").replace("guide_angle=70.0", "guide_angle=90.0")
     text = text.replace("mass=0.5, inertia=0.001", "mass=0.0, inertia=0.0")
     with Folder(input=text) as folder:
@@ -116,7 +121,10 @@ def test_told():
 
 
 def test_press():
-    """data/cam_press.nml: of its ram m h 9/16 Omega^2 in order 1 and 3; stable, and 20 % off orders 1 to 4."""
+    """The cam press in data/ agrees with its closed form.
+
+    Its ram has the inertia force 9/16 m h Omega^2 in the orders 1 and 3; it is stable and 20 % away from the orders 1 to 4.
+    """
     with Folder() as folder:
         shutil.copy(DATA / "cam_press.nml", folder)
         run = Run(folder, "--check", "cam_press.nml")
@@ -135,6 +143,7 @@ def test_press():
 
 
 def test_refused():
+    """Invalid followers are refused with the exact message."""
     start = "input.nml:5: &joint 'T': "
     for what, words, message in (
             ("no lift", f"type='follower', cam='O','A', {GUIDE}",
@@ -166,4 +175,4 @@ def test_refused():
             "its cam, or the two that carry its guide, coincide; .*assembled.*"))
 
 
-FOLLOWER_TESTS = (test_yoke, test_tables, test_units, test_told, test_press, test_refused)
+FOLLOWER_TESTS = (test_yoke, test_tables, test_units, test_check_report, test_press, test_refused)

@@ -1,4 +1,4 @@
-"""Runs of the program, its files as tables, and comparisons that are counted."""
+"""Runs the program, reads its files as tables, and counts comparisons."""
 
 import functools
 import math
@@ -10,7 +10,7 @@ from pathlib import Path
 
 from broken_inputs import SOUND
 
-# Ends what hangs; far more than any run takes on a busy computer, so that no check depends on it.
+# Time limit of a run. It is far longer than any run takes on a busy computer, so only a run that hangs reaches it.
 SECONDS = 600
 
 MULTIPLIERS = "index,re,im,abs,log_abs,arg_rad,exponent_re_per_s,exponent_im_rad_per_s,error,lost".split(",")
@@ -24,15 +24,19 @@ HEADERS = {"multipliers.csv": MULTIPLIERS, "modes.csv": MODES, "response.csv": R
 
 
 class Count:
+    """Checks that passed and failed, and what the running test says must hold."""
+
     passed = failed = 0
+    title = "no test"
 
 
 def check(name, good, expected, came):
+    """Counts one check and prints it if it fails: the test's title, the check's name, the expected and the actual value."""
     if good:
         Count.passed += 1
         return
     Count.failed += 1
-    print(f"FAILED  {name}\n    expected  {expected}\n    came      {came}", flush=True)
+    print(f"FAILED  {Count.title}\n    check     {name}\n    expected  {expected}\n    actual    {came}", flush=True)
 
 
 def equal(name, came, expected):
@@ -44,12 +48,12 @@ def near(name, came, expected, tolerance):
 
 
 def printed(name, came, digits, factor=0.501):
-    """`came` agrees with a number in all decimals that are printed of it."""
+    """Checks that `came` agrees with a published number in all its decimals."""
     near(name, came, float(digits), factor * 10.0 ** -len(digits.partition(".")[2]))
 
 
 def series(name, came, expected, tolerance):
-    """The greatest difference of two lists."""
+    """Checks that two lists agree within a tolerance; reports the row with the largest difference."""
     if len(came) != len(expected):
         check(name, False, f"{len(expected)} numbers", f"{len(came)} numbers")
         return
@@ -76,16 +80,17 @@ class Run:
 
     @property
     def flat(self):
-        """Standard output as it was before its lines were broken: all blanks and ends of lines as one blank."""
+        """Standard output with all white space replaced by single blanks, so that line breaks do not matter."""
         return " ".join(self.out.split())
 
     def done(self, name, code=0):
-        """The run ended with `code`, nothing on standard error."""
+        """Checks that the run ended with `code` and printed nothing on standard error."""
         equal(name, (self.code, self.err), (code, ""))
         return self.code == code
 
     def refused(self, name, code, message):
-        """The run ended with `code` and one line; `{group.key}` in the message stands for the words allowed there."""
+        """Checks that the run ended with `code` and exactly one line on standard error. `{group.key}` in the message stands for the
+        words that this key allows."""
         if isinstance(message, str):
             message = re.sub(r"\{(\w+\.\w+)\}", lambda key: ", ".join(map(repr, allowed(self.program, key[1]))), message)
             equal(name, (self.code, self.err), (code, message + "\n"))
@@ -96,10 +101,10 @@ class Run:
 
 @functools.cache
 def allowed(program, key):
-    """The words that a key takes, as `--help group.key` lists them."""
-    told = subprocess.run([program, "--help", key], capture_output=True, text=True, timeout=SECONDS).stdout
-    words = re.findall(r"'([^']+)'", re.search(r"^  values((?:.|\n   )*)", told, re.M)[1])
-    assert len(words) > 1, f"no words of {key} in\n{told}"
+    """The words that a key allows, as `--help group.key` lists them."""
+    help_text = subprocess.run([program, "--help", key], capture_output=True, text=True, timeout=SECONDS).stdout
+    words = re.findall(r"'([^']+)'", re.search(r"^  values((?:.|\n   )*)", help_text, re.M)[1])
+    assert len(words) > 1, f"no words of {key} in\n{help_text}"
     return words
 
 
@@ -122,14 +127,14 @@ class Folder:
 
 
 def files(folder):
-    """What is in a folder, without the scripts for gnuplot beside their tables."""
+    """Names of the files in a folder, except gnuplot scripts that have a table."""
     if not folder.is_dir():
         return []
     return sorted(path.name for path in folder.iterdir() if path.suffix != ".gp" or not path.with_suffix(".csv").exists())
 
 
 class Table:
-    """A result file, its numbers by column."""
+    """A result file with its numbers by column."""
 
     def __init__(self, path):
         lines = path.read_text().split("\n")
@@ -141,7 +146,7 @@ class Table:
         self.columns = {name: [float(row[i]) for row in self.rows] for i, name in enumerate(names)}
 
     def __getitem__(self, name):
-        # without the column every comparison with it fails
+        # NaN if the column is missing, so that every comparison fails
         return self.columns.get(name, [math.nan] * len(self.rows))
 
 
@@ -150,5 +155,5 @@ def tables(folder):
 
 
 def body(folder):
-    """The files without their preambles, as numbers."""
+    """The numbers of all result files in a folder, without preambles."""
     return {name: [[float(word) for word in row] for row in table.rows] for name, table in tables(folder).items()}

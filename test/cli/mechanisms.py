@@ -18,7 +18,7 @@ def compute(what, text, *options):
     return {}
 
 
-def told(what, text, *options):
+def check_report(what, text, *options):
     """What --check tells of an input; it writes nothing."""
     with Folder(input=text) as folder:
         run = Run(folder, "--check", "input.nml", *options)
@@ -94,7 +94,7 @@ def guided(what, joint, throw):
     """A guided frame under the inertia force MASS RADIUS Omega^2 throw[k] of each order k."""
     text, omega, total = GUIDED.replace("@", joint), SPEED * math.pi / 30, 20.0 + MASS
     forces = [MASS * RADIUS * omega ** 2 * abs(a) for a in throw]
-    report = told(what, text)
+    report = check_report(what, text)
     shakes(what, report, 1, forces[1:])
     equal(f"{what}, no force across", [row[0] for row in shaking(report)], [0.0] * 8)
     found = compute(what, text, *FINE)
@@ -123,6 +123,7 @@ def guided(what, joint, throw):
 
 
 def test_slider_crank():
+    """Forces and motion of a slider-crank agree with the piston's series."""
     factors = piston_series(0.25, 8)
     for k, known in ((2, 0.2540250423), (4, -0.0040981112), (6, 7.4379e-5)):
         near(f"the series itself, A{k}", factors[k], known, 6e-10)
@@ -149,11 +150,12 @@ def test_slider_crank():
     check("--check, no line wider than 80 columns below SLIDERS",
           max(map(len, report.partition("SLIDERS")[2].splitlines())) <= 80, 80, report)
     rod = "&link name='rod', from='A', to='B', mass=0.0, inertia=0.0 /"
-    tells("slider-crank with a rod", told("slider-crank with a rod", GUIDED.replace("@", SLIDER + "\n" + rod)),
+    tells("slider-crank with a rod", check_report("slider-crank with a rod", GUIDED.replace("@", SLIDER + "\n" + rod)),
           f"swings through {2 * swing:.2f} deg")
 
 
 def test_scotch_yoke():
+    """Forces and motion of a Scotch yoke agree with its single order."""
     report = guided("Scotch yoke", YOKE.replace("@", "90.0"), [0.0, 1.0] + [0.0] * 7)
     tells("Scotch yoke", report, "-0.05 to 0.05            0.1\n")
     # the slot at an angle moves the yoke by r cos(phi - angle) / sin(angle)
@@ -216,6 +218,7 @@ def by_functions(sampled, orders):
 
 
 def test_mass_functions():
+    """Mass functions yield the results of the mechanism they describe."""
     n, orders = 192, 32  # the harmonics fall by 0.13 and more from order to order: beyond 32 there is nothing
     group, (a1, a2, a3, moment) = by_functions([offset_crank(2 * math.pi * i / n) for i in range(n)], orders)
     text = "&drive speed_rpm = 700.0 /\n" + group + MOUNTED
@@ -230,10 +233,10 @@ def test_mass_functions():
         if linkage and functions:
             agree(f"a linkage and its mass functions, {name}", functions, linkage, 1e-9)
 
-    report, omega = told("mass functions", text), 700 * math.pi / 30
+    report, omega = check_report("mass functions", text), 700 * math.pi / 30
     tells("mass functions", report, "2.7 kg in total, given by mass functions")
     check("mass functions have no joints", "MECHANISM\n" not in report, "no MECHANISM", report)
-    for what, told_of in (("mass functions", report), ("linkage", told("linkage", OFFSET_CRANK + MOUNTED))):
+    for what, told_of in (("mass functions", report), ("linkage", check_report("linkage", OFFSET_CRANK + MOUNTED))):
         for column, values in enumerate((a1, a2)):
             shakes(f"{what}, axis {column + 1}", told_of, column,
                    [(k * omega) ** 2 * math.hypot(*values[2 * k - 1:2 * k + 1]) for k in range(1, 9)])
@@ -306,6 +309,7 @@ def bytes_of(what, text):
 
 
 def test_units():
+    """Input in other units yields the same bytes as in SI units."""
     expected = bytes_of("SI", SI.replace("@", ""))
     equal("SI, files", len(expected), 4)
     # all numbers are whole ones, so that dividing them by a whole factor rounds as reading the decimal number does
@@ -384,6 +388,7 @@ OF_ONE_QUANTITY |= dict.fromkeys(("mass", "inertia"), PLAIN)
 
 
 def test_subsets_of_freedoms():
+    """Held degrees of freedom rest and the others move."""
     for free in (["xi"], ["eta"], ["psi"], ["xi", "eta"], ["eta", "psi"], ["psi", "xi"], ["xi", "eta", "psi"]):
         for base, what in ((MACHINE, "linkage"), (FUNCTIONS, "mass functions")):
             found = compute(f"{what}, dof {free}", base, "-s", "frame.dof=" + ",".join(free))
@@ -403,6 +408,7 @@ def stiffness_of(x, y, k, degrees):
 
 
 def test_turned_supports():
+    """Turned supports act like the equivalent stiffness and damping matrix."""
     head = MACHINE[:MACHINE.index("&support")]
     placed = [(-0.20, -0.25, (6.0e4, 1.2e5), 30.0), (0.30, -0.10, (9.0e4, 1.0e4), -75.0), (0.0, 0.2, (1.0e5, 5.0e4), 200.0)]
     supports = "".join(f"&support position={x},{y}, stiffness={k[0]},{k[1]}, angle={angle} /\n" for x, y, k, angle in placed)
@@ -457,9 +463,10 @@ def four_bar(ground, crank, coupler, rocker):
 
 
 def test_diagnosis():
+    """--check reports links, dead points and transmission angles correctly."""
     # the angle between coupler and rocker by the cosine rule, where crank and ground are in line; it or its supplement
     ground, crank, coupler, rocker = 0.40, 0.07, 0.37, 0.16
-    report = told("crank-rocker", four_bar(ground, crank, coupler, rocker))
+    report = check_report("crank-rocker", four_bar(ground, crank, coupler, rocker))
 
     def between(distance):
         return math.acos((coupler ** 2 + rocker ** 2 - distance ** 2) / (2 * coupler * rocker))
@@ -476,26 +483,27 @@ def test_diagnosis():
           f"smallest transmission angle {math.degrees(min(angles)):.1f} deg at joint 'B', crank angle 180.0 deg",
           f"nearest dead point: reached if a length of joint 'B' changes by {margin:.3g} m",
           f"swings through {math.degrees(swing):.2f} deg", "turns fully", "-0.07 to 0.07")
-    report = told("double crank", four_bar(0.05, 0.20, 0.18, 0.22))
+    report = check_report("double crank", four_bar(0.05, 0.20, 0.18, 0.22))
     tells("double crank", report, "double crank (shortest link: frame)")
     equal("double crank, links that turn", report.count("turns fully"), 3)
-    poor = told("poor transmission", four_bar(0.10, 0.07, 0.14, 0.16))
+    poor = check_report("poor transmission", four_bar(0.10, 0.07, 0.14, 0.16))
     tells("poor transmission", poor, "  <- poor")
     # a slotted lever swings by twice asin(r / d), the stroke of its end is 2 l r / d
-    lever = told("all joints", MACHINE)
+    lever = check_report("all joints", MACHINE)
     tells("all joints", lever, "mobility 1 (12 links including the frame, 16 pairs)\n",
           f"{-0.6 * 0.05 / 0.35:.5g} to {0.6 * 0.05 / 0.35:.5g}")
     swings = MACHINE.replace("&frame", "&link name='lever', from='P', to='C', mass=1.0, inertia=0.1 /\n&frame")
-    tells("lever", told("lever", swings), f"swings through {2 * math.degrees(math.asin(0.05 / 0.35)):.2f} deg")
+    tells("lever", check_report("lever", swings), f"swings through {2 * math.degrees(math.asin(0.05 / 0.35)):.2f} deg")
     single = "".join(line for line in MACHINE.splitlines(keepends=True)
                      if not re.match("&joint name='[PBCDEFK]'|&link name='(rod|yoke)'", line))
-    tells("crank alone", told("crank alone", single), "2 joints, 1 link of 2 kg", "mobility 1 (2 links including the frame, 1 pair)")
+    tells("crank alone", check_report("crank alone", single), "2 joints, 1 link of 2 kg", "mobility 1 (2 links including the frame, 1 pair)")
 
 
 # ---- the same machine in other words ---------------------------------------------------------------------------------
 
 
 def test_same_machine():
+    """Different descriptions of one machine yield the same results."""
     base = compute("all joints", SI.replace("@", ""), *FINE)
     fixed = "guide_point=0.017,0.0, guide_angle=90.0"
     # the y-axis from O to Q, and a point 0.017 to the right of it

@@ -32,6 +32,7 @@ def run(folder, model, name, *words):
 
 
 def test_verdicts():
+    """The models' multipliers in an instability tongue agree with Exudyn."""
     with Folder(input=TONGUE) as folder:
         rho = {}
         for model in ("exact", "first_order", "rest"):
@@ -48,7 +49,7 @@ def test_verdicts():
 
 
 def test_default():
-    """The exact frame, unless the input says otherwise; so do the exit code and what --one-line prints."""
+    """The exact model is the default for report, exit code and --one-line."""
     rest = ("-s", "model.frame='rest'")
     with Folder(input=TONGUE) as folder:
         for what, words, verdict, code in (("default", (), "unstable", 10), ("rest", rest, "stable", 0)):
@@ -73,7 +74,7 @@ def test_default():
 
 
 def test_no_vibration():
-    """Where nothing holds the frame in a direction there is none: exit code 4, and the reason."""
+    """A frame that nothing holds ends with exit code 4 and the reason."""
     none = "there is no periodic vibration: the frame can turn freely about the point (0, -0.35) m from F: add another &support"
     with Folder(input=ON_ONE_MOUNT) as folder:
         for words in ((), ("-q",), ("--one-line",), ("--fail-if-unstable",), ("-s", "case.tasks='stability'")):
@@ -85,8 +86,8 @@ def test_no_vibration():
         Run(folder, "-q", "-s", "drive.speed_rpm=960", "-s", "model.frame='rest'", "input.nml").done("a vibration about rest")
 
 
-def test_told():
-    """The report about rest says where it misses the verdict, and which model it has; so do the files."""
+def test_named_model():
+    """Report and files name the model; an inaccurate model is pointed out."""
     sweep = "&sweep parameter='drive.speed_rpm', from=200.0, to=210.0, count=2 /\n"
     with Folder(input=TONGUE, sweep=TONGUE + sweep) as folder:
         told = re.search(r"BUT .* machine is (\w+), \|rho\| = ([0-9.]+);", run(folder, "rest", "rest").flat)
@@ -115,7 +116,7 @@ def test_told():
 
 
 def test_points_of_the_frame():
-    """A probe follows the turned frame, the supports' forces add up to the response's, and power balances."""
+    """Probes follow the rotated frame; forces add up and power balances."""
     probe = (0.3, -0.2)
     words = ("-s", "case.tasks='response','forces','power'", "-s", "response.points=64")
     with Folder(input=TONGUE + f"&probe name='foot' position={probe[0]},{probe[1]} /\n") as folder:
@@ -141,7 +142,7 @@ def test_points_of_the_frame():
 
 
 def test_over_parameters():
-    """A point of a sweep has the numbers of the machine itself."""
+    """Points of an exact sweep agree with single runs."""
     sweep = "&sweep parameter='drive.speed_rpm', from=2420.0, to=2430.0, count=3 /\n"
     with Folder(input=TONGUE + sweep) as folder:
         if not Run(folder, "-q", "-s", "model.frame='exact'", "-s", "case.tasks='sweep'", "-o", "sweep",
@@ -155,8 +156,11 @@ def test_over_parameters():
             near(f"exact, rho_max at {speed}", table.column("rho_max")[k], alone, 2 * table.column("rho_error")[k])
 
 
-def test_ways():
-    """The exact frame's multipliers by every method, and a chart's by expansion as by solutions of their own."""
+def test_methods():
+    """The exact model's multipliers do not depend on the method.
+
+    All methods, and a chart computed by expansion or point by point.
+    """
     for speed, methods in ((2426, ("auto", "gauss3", "explicit8", "magnus6", "rk4")), (20, ("gauss8", "reduced"))):
         found = []
         for method in methods:
@@ -178,7 +182,7 @@ def test_ways():
 
 
 def test_missed_by_first_order():
-    """At the lower border of the tongue the frame is unstable, to first order not yet."""
+    """At the tongue's lower border only the exact model is unstable."""
     with Folder(input=TONGUE) as folder:
         one = Run(folder, "-s", "drive.speed_rpm=2418.6035", "-s", "model.frame='first_order'", "-o", "one", "input.nml")
         one.done("first order at a border")
@@ -188,7 +192,7 @@ def test_missed_by_first_order():
 
 
 def test_borders():
-    """The borders of a tongue are those that the machine itself has on both sides of them, by each model."""
+    """Borders of a tongue agree with single runs of each model."""
     sweep = "&sweep parameter='drive.speed_rpm', from=2400.0, to=2460.0, count=40 /\n"
     with Folder(input=TONGUE + sweep) as folder:
         width = {}
@@ -214,9 +218,11 @@ def test_borders():
 
 
 def test_borders_of_several_vibrations():
-    """On a range where the yoke's vibration jumps, both tongues that Exudyn confirms (doc/validation.md) are found whatever the number
-    of search points, and where a vibration ends it is said: beside that place the search of one machine for all vibrations finds
-    one or several."""
+    """Borders are found where a vibration jumps and where it ends.
+
+    Exudyn confirms both tongues of the yoke (doc/validation.md). They are found for any number of search points. Beside the place
+    where a vibration ends the search of one machine finds one vibration or several.
+    """
     yoke = (DATA.parent / "validation" / "exudyn" / "scotch_yoke.nml").read_text()
     line = "&sweep parameter='drive.speed_rpm', from=640.0, to=725.0, count={} /\n"
     with Folder(few=yoke + line.format(2), more=yoke + line.format(11), all=yoke + "&model vibrations='all' /\n") as folder:
@@ -260,8 +266,11 @@ def tongue_width(folder, model, part, mounting):
 
 
 def test_tongue_width():
-    """With mounts whose potential is quadratic in (xi, eta, psi) the tongue's width tends to that of the equations about rest as the
-    moving masses vanish, with springs at their places to 4.8 times that."""
+    """With small masses the tongue's width approaches its known limit.
+
+    With mounts whose potential is quadratic in (xi, eta, psi) this is the width about rest, with springs at their places 4.8 times
+    that.
+    """
     stiffness = 4 * 196133.0
     # The same matrix: all springs 0.2 m below F, two 0.3 m and two 0.1 m beside it.
     matrix = (stiffness, 0.0, 0.2 * stiffness, 0.0, stiffness, 0.0, 0.2 * stiffness, 0.0, (0.04 + 0.05) * stiffness)
@@ -279,6 +288,7 @@ def test_tongue_width():
 
 
 def test_trade():
+    """The task trade compares the models with the exact one."""
     with Folder(input=TONGUE) as folder:
         one = Run(folder, "-s", "case.tasks='trade'", "-s", "drive.speed_rpm=2426", "input.nml")
         one.done("trade")
@@ -292,6 +302,7 @@ def test_trade():
 
 
 def test_refused():
+    """Averaged coefficients of the exact model are refused."""
     with Folder(input=SOUND) as folder:
         Run(folder, "-s", "model.frame='exact'", "-s", "model.coefficients='averaged'", "input.nml").refused(
             "averaged coefficients of the exact frame", 2,
@@ -300,9 +311,11 @@ def test_refused():
 
 
 def test_several_vibrations():
-    """Three vibrations between two turning points: told is a stable one, to which the machine comes from slower speeds (Exudyn:
-    0.993673277), not the one in the middle that no machine keeps to (1.017086815), which is listed, and where all are ordered also
-    the other stable one (0.993679499, Exudyn from Gestell's state at 1139 rpm)."""
+    """Of three vibrations a stable one is reported and all are listed.
+
+    Reported is the one that the machine reaches from slower speeds (Exudyn: 0.993673277). The unstable one in the middle has
+    1.017086815, the other stable one 0.993679499 (Exudyn, started from Gestell's state at 1139 rpm).
+    """
     yoke = (DATA.parent / "validation" / "exudyn" / "scotch_yoke.nml").read_text()
     found = {"one": (1.017086815, 0.993673277), "all": (0.993679499, 1.017086815, 0.993673277)}
     with Folder(one=yoke, all=yoke + "&model vibrations='all' /\n") as folder:
@@ -336,8 +349,11 @@ def test_several_vibrations():
 
 
 def test_bounds():
-    """Multipliers of coarse solutions against those to 1e-13: no bound is beaten. Without the part that the error of the motion has
-    in it those to 1e-4 of the yoke at 1285.0914 and 1941.6358 rpm are (1.7 and 1.4 times)."""
+    """Multipliers of coarse solutions lie within their bounds.
+
+    Compared with solutions to 1e-13. Without the part due to the error of the motion the bounds for a tolerance of 1e-4 of the yoke
+    at 1285.0914 and 1941.6358 rpm would be exceeded 1.7 and 1.4 times.
+    """
     machines = ((DATA / "khang_four_bar.nml", (700, 2426)), (DATA / "compressor.nml", (500, 1450)), (DATA / "flying_press.nml", (150,)),
                 (DATA.parent / "validation" / "exudyn" / "scotch_yoke.nml", (610, 1285.0914, 1941.6358, 2241)),
                 (DATA.parent / "validation" / "sieve_on_springs.nml", (560, 610)))
@@ -359,8 +375,10 @@ def test_bounds():
 
 
 def test_beside_resonance():
-    """Next to no damping beside a resonance: harmonic balance tells 3e-5 there, integration 5e-8, and the vibration halves in 171901
-    turns, 4e-6 away from the border."""
+    """A verdict beside an almost undamped resonance is correct.
+
+    Harmonic balance reaches 3e-5 there, integration 5e-8. The vibration halves in 171901 turns, 4e-6 away from the border.
+    """
     with Folder(input=SOUND) as folder:
         beside = Run(folder, "-q", "-s", "model.frame='exact'", "-s", "drive.speed_rpm=384.5616", "-s",
                      "foundation.damping=1e-3,1e-3,1e-4", "--one-line", "input.nml")
@@ -369,7 +387,7 @@ def test_beside_resonance():
 
 
 MODEL_TESTS = [
-    test_beside_resonance, test_bounds, test_verdicts, test_default, test_several_vibrations, test_no_vibration, test_told, test_points_of_the_frame,
-    test_over_parameters, test_borders, test_borders_of_several_vibrations, test_tongue_width, test_ways,
+    test_beside_resonance, test_bounds, test_verdicts, test_default, test_several_vibrations, test_no_vibration, test_named_model, test_points_of_the_frame,
+    test_over_parameters, test_borders, test_borders_of_several_vibrations, test_tongue_width, test_methods,
     test_missed_by_first_order, test_trade,
     test_refused]

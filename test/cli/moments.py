@@ -82,6 +82,10 @@ def columns(path, names):
 
 
 def test_moments():
+    """The moment on the ground equals the rate of angular momentum lost.
+
+    In space, for any guides, about the point where F rests.
+    """
     for dofs in SETS:
         with Folder(input=MACHINE) as folder:
             if not Run(folder, "-q", "-s", f"frame.dof={dofs}", "-s", f"response.points={POINTS}", "input.nml").done(dofs):

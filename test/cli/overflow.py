@@ -10,6 +10,7 @@ DATA = Path(__file__).resolve().parents[2] / "data"
 
 
 def test_shaking():
+    """Overflowing shaking forces are reported in words."""
     for name, setting in (("flying_press", "drive.speed_rpm=1e200"), ("khang_four_bar", "link(rocker).center=1e160,0")):
         with Folder() as folder:
             run = Run(folder, "--check", "-s", setting, DATA / f"{name}.nml")
@@ -19,6 +20,7 @@ def test_shaking():
 
 
 def test_probe():
+    """Overflowing motion of a probe is reported in words."""
     with Folder() as folder:
         run = Run(folder, "-s", "probe.position(1)=-9e306", "-o", "far", DATA / "compressor.nml")
         run.refused("a probe beyond all numbers", 4, re.compile(r"the motion of a probe overflows double precision"))
@@ -42,7 +44,7 @@ def test_probe():
 
 
 def test_factors():
-    """Factors of Phi(T) that overflow: no multipliers, so no verdict of none."""
+    """Overflowing factors yield neither multipliers nor a verdict."""
     machine = """\
 &model frame='rest' /
 &accuracy tolerance=0.851758E-7, method='magnus6' /
@@ -62,7 +64,7 @@ def test_factors():
 
 
 def test_places():
-    """Places are taken as far as lengths are."""
+    """Positions beyond 1e100 m are refused as lengths are."""
     for key, told in (("guide_point=9.99e307,0", ""), ("guide_point=0,-1e101", ""),
                       ("guide='J1','J2', guide_point=0,1e242", "a guide: ")):
         machine = """\
@@ -79,7 +81,7 @@ def test_places():
 
 
 def test_implausible_motion():
-    """Speeds and accelerations beyond all numbers: the note says so."""
+    """Overflowing speeds and accelerations are warned of."""
     for speed, told in (("1e170", "'B' moves at up to 7.6e259 m/s"), ("1e250", "'B' moves at more than 1.8e308 m/s")):
         with Folder() as folder:
             run = Run(folder, "--check", "-s", f"drive.speed_rpm={speed}", "-s", "joint(A).radius=7e90", "-s",
@@ -89,7 +91,10 @@ def test_implausible_motion():
 
 
 def test_multiplier():
-    """A multiplier of about e^9e15, lost, told by its logarithm."""
+    """A multiplier that overflows is reported by its logarithm.
+
+    It is about e^9e15 and marked as lost.
+    """
     machine = """\
 &model coefficients='averaged' /
 &drive speed_rpm=-6.3290E-030 /
@@ -107,7 +112,7 @@ def test_multiplier():
 
 
 def test_moduli():
-    """The range of a sweep and the verdict about the vibration, where moduli overflow; frequencies that do."""
+    """Overflowing moduli and frequencies are reported in words."""
     with Folder() as folder:
         run = Run(folder, "-s", "support(1).stiffness(1)=3.2008e14", "-s", "support.position(1)=1", "-s", "model.frame='rest'",
                   DATA / "compressor.nml")
@@ -140,7 +145,7 @@ def test_moduli():
 
 
 def test_balanced():
-    """A balanced crank: its forces are rounding, which no number of steps makes more exact."""
+    """Rounding errors of a balanced crank are not refined further."""
     machine = """\
 &case tasks='stability','response','forces' /
 &drive speed_rpm=300 /
@@ -237,7 +242,7 @@ AVERAGED = """\
 
 
 def test_faint_balance():
-    """The picture of the balance does not divide by forces of 1e-308 N."""
+    """The picture of the balance copes with forces of 1e-308 N."""
     machine = """\
 &case tasks='balance' /
 &drive speed_rpm=147.66 /
@@ -265,8 +270,10 @@ HEAVY_LINK = """\
 
 
 def test_heavy_link():
-    """If a link is so heavy that the frame's inertia is lost in rounding, each share of a mode lies between 0 and 1, or all of
-    them are NaN."""
+    """With an overwhelming link the energy shares are valid or NaN.
+
+    If the frame's inertia is lost in rounding, each share of a mode lies between 0 and 1, or all of them are NaN.
+    """
     for mass, dofs in (("1.2905e29", "'xi','eta','psi'"), ("3.2e160", "'xi','eta'")):
         with Folder(input=HEAVY_LINK.replace("MASS", mass)) as folder:
             if not Run(folder, "-q", "-s", f"frame.dof={dofs}", "input.nml").done(f"a link of {mass} kg"):
@@ -281,15 +288,15 @@ def test_heavy_link():
 
 
 def test_heavy_frame():
-    """How far a frame of 1e308 kg would sink is a number."""
+    """The sag of a frame of 1e308 kg is finite."""
     with Folder() as folder:
         run = Run(folder, "--check", "-s", "frame.mass=9.99e307", DATA / "cam_press.nml")
         run.done("a frame of 1e308 kg")
         check("a frame of 1e308 kg", " Inf" not in run.out and "the machine would sink by" in run.flat, "a number", run.flat)
 
 
-def test_listed():
-    """One of all vibrations cannot be told: none is listed."""
+def test_all_vibrations():
+    """If one vibration cannot be computed, none is listed."""
     with Folder(input=UNDAMPED) as folder:
         run = Run(folder, "input.nml")
         run.refused("vibrations that cannot be told", 4, re.compile(r"the periodic vibration cannot be computed: .*"))
@@ -297,7 +304,7 @@ def test_listed():
 
 
 def test_growing():
-    """A quick solution beside a multiplier of e^467 is none."""
+    """A free motion that grows by e^467 is solved correctly."""
     with Folder(input=GROWING) as folder:
         for model in ("first_order", "exact"):
             run = Run(folder, "-s", f"model.frame={model}", "input.nml")
@@ -307,12 +314,14 @@ def test_growing():
 
 
 def test_vectors():
+    """Eigenvectors with an inertia of 5e304 contain no NaN."""
     with Folder(input=HEAVY) as folder:
         if Run(folder, "-o", "out", "input.nml").done("vectors of an inertia of 5e304"):
             check("vectors of an inertia of 5e304", "NaN" not in (folder / "out" / "modes.csv").read_text(), "numbers", "NaN")
 
 
 def test_averaged():
+    """Averaged masses of 1e308 kg end with an error."""
     with Folder(input=AVERAGED) as folder:
         run = Run(folder, "--verbose", "-s", "link.mass=9.99e307", "input.nml")
         check("averaged masses of 1e308 kg", run.code == 4 and "the state transition matrix has no reliable digit," in run.flat, "lost", run.out)
@@ -332,12 +341,15 @@ FAST = """&case tasks='critical' /
 
 
 def test_decades_of_speed():
-    """Between 1e6 and 2e29 1/min no search comes to a speed of zero by rounding."""
+    """Speeds over 23 decades are searched without reaching zero.
+
+    From 1e6 to 2e29 1/min rounding must not produce a speed of zero.
+    """
     with Folder(input=FAST) as folder:
         run = Run(folder, "input.nml")
         check("speeds over 23 decades", "must not be zero" not in run.err and "CRITICAL SPEEDS" in run.out, "a section", run.err)
 
 
 OVERFLOW_TESTS = [
-    test_decades_of_speed, test_faint_balance, test_heavy_link, test_heavy_frame, test_listed, test_growing, test_vectors, test_averaged,
+    test_decades_of_speed, test_faint_balance, test_heavy_link, test_heavy_frame, test_all_vibrations, test_growing, test_vectors, test_averaged,
     test_shaking, test_probe, test_balanced, test_multiplier, test_moduli, test_factors, test_places, test_implausible_motion]

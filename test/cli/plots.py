@@ -72,6 +72,7 @@ def drawn(what, folder):
 
 
 def test_scripts():
+    """Every table has a gnuplot script that runs silently."""
     with Folder(input=ALL) as folder:
         Run(folder, "-q", "input.nml").done("scripts")
         names = ["harmonics", "mechanism", "modes", "multipliers", "response"]
@@ -89,7 +90,7 @@ def test_scripts():
 
 
 def test_titles():
-    """The user's text is text, whatever stands in it."""
+    """Any text in a title appears as plain text in the pictures."""
     titles = ["It''s \"x\" \\n a\\ {b} _c ^d @e & <f> `touch bad` $5 # % %5.3f", "Ä ξ 日本 ½", "ends in \\", "''", "\"", "`touch bad`",
               "{/Symbol=90 r", "%", "a" * 300, "", "   ", "]]> <!-- --> &amp; &#65; &x &#x41;"]
     for i, title in enumerate(titles):
@@ -111,7 +112,7 @@ def test_titles():
 
 
 def test_nothing_to_plot():
-    """Ranges that are empty, numbers that are none."""
+    """Pictures of empty ranges and missing numbers are drawn."""
     still = ALL.replace("mass=0.50, inertia=0.0035", "mass=0, inertia=0").replace("mass=0.60, inertia=0.0070", "mass=0, inertia=0")
     still = still.replace("mass=0.25, inertia=0.0060", "mass=0, inertia=0")
     cases = dict(psi=(ALL.replace("origin=-0.20,0.20", "origin=-0.20,0.20, dof='psi'"), ()), still=(still, ()),
@@ -127,6 +128,7 @@ def test_nothing_to_plot():
 
 
 def test_sweeps():
+    """Sweeps are drawn with the right axes and units."""
     one, two = SPEEDS, STIFFNESS
     cases = {
         "curves": one.format(200, 300, 8, ""),
@@ -166,6 +168,7 @@ def test_sweeps():
 
 
 def test_borders():
+    """Borders are drawn with shaded regions and the input's machine."""
     damping = "&sweep parameter='foundation.damping(3)', from=0.05, to=8, count=12 {} /\n"
     cases = {"values": SPEEDS.format(90, 300, 30, ""), "values, logarithmic": SPEEDS.format(90, 300, 30, ", spacing='log'"),
              "no value": SPEEDS.format(90, 120, 5, ""), "curve": SPEEDS.format(90, 300, 20, "") + damping.format(""),
@@ -191,7 +194,7 @@ def test_borders():
 
 
 def test_findings():
-    """Forces, probes, drive."""
+    """Forces, probes and drive are drawn."""
     probes = "&probe name='foot', position=-0.3,-0.2, limit_mm_s=2 /\n&probe name='it''s {x}_1, \"b\" @c', position=0,0.3 /\n"
     many = "".join(f"&probe name='p{i}', position=0.0{i},0 /\n" for i in range(9))
     names = ["power", "probes", "probes_harmonics", "probes_history", "supports", "supports_harmonics", "supports_history"]
@@ -214,7 +217,7 @@ def test_findings():
 
 
 def test_over_speed():
-    """Campbell diagram, crossings, critical speeds; resonance curves and their peaks."""
+    """Campbell diagrams, critical speeds and resonance curves are drawn."""
     quantities = "&resonance quantities='xi','f','support(2).fy','probe(it''s {x}_1).v', orders=3 /\n" \
                  "&probe name='it''s {x}_1', position=0,0 /\n"
     for what, text in {"wide": SPEEDS.format(200, 700, 8, ""), "none": SPEEDS.format(20, 22, 3, ""),
@@ -247,6 +250,7 @@ def test_over_speed():
 
 
 def test_sensitivity():
+    """Sensitivities are drawn with names and units."""
     probe = "&probe name='it''s {x}_1', position=0,0 /\n"
     for what, groups in {"usual": "", "one": "&sensitivity parameters='frame.mass', quantities='f' /\n",
                          "zero": "&sensitivity quantities='guide.fx' /\n",
@@ -259,7 +263,7 @@ def test_sensitivity():
 
 
 def test_sensitivity_order():
-    """The parameter that changes the peak most comes first."""
+    """The picture of sensitivities lists the greatest effect first."""
     group = "&sensitivity parameters='link(crank).inertia','frame.mass','support.stiffness','link(rocker).mass', quantities='xi' /\n"
     with Folder(input=SOUND.replace("'stability', 'response'", "'sensitivity'") + group) as folder:
         Run(folder, "-q", "input.nml").done("order of sensitivities")
@@ -273,7 +277,7 @@ def test_sensitivity_order():
 
 
 def test_probes_drawn():
-    """Probes and the stiff direction of a support are in the mechanism's picture."""
+    """The picture of the mechanism shows probes and stiff support directions."""
     probe = "&probe name='it''s {x}_1', position=0.1,0.1 /\n"
     for what, ratio, stiff in (("equal", "", False), ("stiff", "support.stiffness(2)=4e5", True)):
         with Folder(input=ALL + probe) as folder:
@@ -285,7 +289,7 @@ def test_probes_drawn():
 
 
 def test_drawing():
-    """The links keep their lengths, the crank its angle; SOUND's machine, with numbers of its input."""
+    """In the picture links keep their lengths and the crank its angle."""
     with Folder(input=ALL.replace("'stability', 'modes', 'response', 'drawing'", "'drawing'"), given=MASS_FUNCTIONS) as folder:
         Run(folder, "-q", "input.nml").done("drawing")
         equal("drawing, files", bare(folder / "input"), ["mechanism.csv", "mechanism.gp"])
@@ -315,6 +319,7 @@ def test_drawing():
 
 
 def test_plot_option():
+    """--plot draws all pictures and removes outdated ones."""
     if not GNUPLOT:
         print("skip  --plot: gnuplot is not there (apt-get install gnuplot-nox)")
         return
@@ -353,7 +358,7 @@ def test_plot_option():
 
 
 def test_names():
-    """Names of parts are text in every picture, and gnuplot reads none of them from tables."""
+    """Names of parts appear as plain text in every picture."""
     text = """&case tasks='design','drawing','sensitivity','resonance' /
 &drive speed_rpm=300.0 /
 &joint name='O', type='ground', position=0.0,0.0 /
@@ -380,6 +385,7 @@ def test_names():
 
 
 def test_no_gnuplot():
+    """Without a working gnuplot all tables are still written."""
     with Folder(input=SOUND) as folder:
         (folder / "empty").mkdir()
         run = Run(folder, "input.nml", "--plot", environment={"PATH": str(folder / "empty")})
@@ -399,6 +405,7 @@ def test_no_gnuplot():
 
 
 def test_trade():
+    """The picture of the trade shows every method."""
     with Folder(input=SOUND.replace("'stability', 'response'", "'trade'")) as folder:
         Run(folder, "-q", "input.nml").done("picture of the trade")
         texts = drawn("picture of the trade", folder / "input").get("trade", "")

@@ -70,6 +70,7 @@ def as_rotor(what, table, i, rpm, measures, stiffness=STIFFNESS):
 
 
 def test_closed_form():
+    """Swept quantities of a rotor agree with the closed form."""
     ordered = ",".join(f"'{name}'" for name in NAMES)
     for measures in (["peak"], ["peak", "rms", "band"], ["band"]):
         words = ",".join(f"'{measure}'" for measure in measures)
@@ -96,7 +97,10 @@ def test_closed_form():
 
 
 def test_as_resonance():
-    """The exact frame: the same numbers as in the task resonance, and beside them what the sweep has without quantities."""
+    """Swept quantities agree with the task resonance.
+
+    The other columns are those of a sweep without quantities.
+    """
     desk = "&probe name='desk, left', position=0.3,0.25 /\n"
     names = "'f','support(2).fx','probe(desk, left).ay'"
     text = SWEEP + desk + f"&resonance quantities={names} /\n"
@@ -119,7 +123,10 @@ def test_as_resonance():
 
 
 def test_no_vibration():
-    """No number where there is none: in resonance without damping, and where nothing turns."""
+    """Quantities are NaN where there is no vibration.
+
+    In an undamped resonance, and where the mechanism does not turn.
+    """
     with Folder(input=ROTOR.replace(f"damping={DAMPING}", "damping=0")
                 + axis(FIRST, 300, 900, 3, ", columns='fx','probe(foot).vx'")) as folder:
         # the natural frequency, to the last digit that is typed
@@ -150,6 +157,7 @@ REFUSED = [
 
 
 def test_refused():
+    """Invalid quantities and measures are refused."""
     for what, words, message in REFUSED:
         with Folder(input=SWEEP + axis(FIRST, 100, 200, 3, words)) as folder:
             before = f"input.nml:{LINE}: &sweep: "
@@ -174,7 +182,7 @@ def test_refused():
 
 
 def test_of_one_machine():
-    """Table, report and line of a single machine; what another task tells stands on the line once."""
+    """Quantities of a single machine agree in table, report and line."""
     names = ",".join(f"'{name}'" for name in NAMES)
     words = f"&response quantities={names}, measures='peak','rms','band' /\n"
     with Folder(input=ROTOR.replace("'sweep'", "'response'") + words) as folder:
@@ -206,7 +214,7 @@ def test_of_one_machine():
 
 
 def test_settings_of_a_sweep():
-    """--one-line of a sweep has what was set before its points."""
+    """--one-line of a sweep lists the settings before its points."""
     with Folder(input=SWEEP + REST + axis(FIRST, 200, 300, 3, ", columns='verdict','f'")) as folder:
         plain = Points(Run(folder, "--one-line", "input.nml").out)
         run = Run(folder, "--one-line", "-s", "frame.mass=18", "-s", "frame.origin=-0.2,0.2", "input.nml")

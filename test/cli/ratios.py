@@ -5,10 +5,10 @@ import math
 import re
 
 from harness import Folder, Run, check, equal, near
-from several import FRAME as STAND
-from several import LINKAGE, PLACES
+from several_mechanisms import FRAME as STAND
+from several_mechanisms import LINKAGE, PLACES
 from space import DOF, VALIDATION, greatest, rms, rows
-from space_looks import ENGINES, SHAFT, engine
+from engine_balance import ENGINES, SHAFT, engine
 
 PINS, BANKS, ALONG, _ = ENGINES["I3"]
 OWN = "".join(line.replace("&joint ", "&joint mechanism='m', ") + "\n" for line in LINKAGE.format(*PLACES).splitlines())
@@ -88,8 +88,12 @@ SPEEDS = "&sweep parameter='drive.speed_rpm', from={0}, to={1}, count={2} /\n"
 
 
 def speed_tests():
-    """Modes, crossings and critical speeds over the speed, curves and their maxima. Crossings are known to 1e-11, and so is what
-    critical speeds begin from; all searches take the same steps."""
+    """Studies over the speed do not depend on how ratios are written.
+
+    The drive may turn at the given speed with fractional ratios, or once in the whole period with integer ratios.
+    Modes, crossings, critical speeds, resonance curves and their maxima. Crossings are accurate to 1e-11, and critical speeds start
+    from them; all searches take the same steps.
+    """
     head = ("&case tasks='campbell','critical','separation','resonance' /\n&resonance orders={3} /\n"
             "&separation orders={3} /\n" + SPEEDS)
     for upper, cases in ((1.4, {"space": ()}), (0.9, {"plane": ()})):
@@ -107,8 +111,10 @@ def speed_tests():
 
 
 def boundary_tests():
-    """Borders of stability of a machine that hardly anything damps, a heavy slider moving, and of a level, to 1e-10 of the
-    ranges."""
+    """Borders and levels do not depend on how ratios are written.
+
+    Of an almost undamped machine with a heavy slider, to 1e-10 of the ranges.
+    """
     level = "&boundary quantity='f', level=300 /\n"
     for what, group, (low, high), ratios in (("stability", "", (560.0, 610.0), (HALF, BACKWARD)),
                                              ("level", level, (120.0, 260.0), (HALF, BACKWARD, ALONE))):
@@ -128,7 +134,7 @@ def boundary_tests():
 
 
 def study_tests():
-    """Sensitivities, as exact as they are told, designs with all kinds of goals, counterweights, and what is told of the models."""
+    """Sensitivities, designs and counterweights do not depend on how ratios are written."""
     for name, folder, ratio, runs in each("&case tasks='sensitivity','trade' /\n&sensitivity quantities='f','psi', parameters="
                                           "'drive.speed_rpm','frame.mass','support(1).stiffness','link(cam).mass' /\n",
                                           lambda rpm, turns: (), plane=(HALF, BACKWARD)):
@@ -180,7 +186,7 @@ HELD = {
 
 
 def held_tests():
-    """Who holds the speed of a drive that turns twice in the period."""
+    """A held speed with a fractional ratio satisfies d'Alembert's principle."""
     for (what, holder), models in HELD.items():
         text = re.sub(r"&case title = ('[^']*') /", "&response points=400, harmonics=60 /\n&case title = \\1, "
                       "tasks='stability','response','power' /", (VALIDATION / "twin_balance_shaft.nml").read_text())
@@ -201,8 +207,11 @@ def held_tests():
 
 
 def flywheel_tests():
-    """An unbalance m r on a shaft at half the speed, lifted on a frame that all but rests: the drive feels m g r/2 cos(W t/2), the
-    flywheel has J + (J_s + m r^2)/4 to turn."""
+    """The torque on a flywheel with ratio 0.5 agrees with the closed form.
+
+    An unbalance m r on a shaft at half the speed, lifted on a frame almost at rest: the drive feels m g r/2 cos(W t/2);
+    the flywheel turns J + (J_s + m r^2)/4.
+    """
     r, m, inertia, own, rpm = 0.03, 2.0, 0.05, 0.08, 300.0
     text = (f"&case tasks='power' /\n&response points=256 /\n&drive speed_rpm={rpm}, held_by='flywheel', "
             f"flywheel_inertia={inertia} /\n&gravity /\n&frame mass=50, inertia=3, origin=0,0 /\n"
@@ -230,7 +239,7 @@ def flywheel_tests():
 
 
 def word_tests():
-    """Words of the report, and pictures, of a period of two turns; angles and speeds are the drive's."""
+    """With a period of two turns angles and speeds are the drive's."""
     whole = both(PLANE, 240.0, "", ALONE)
     with Folder(one=whole[0], other=whole[1]) as folder:
         told = [re.search(r"SLIDERS at (\S+) rpm.*\n.*\n.*\n +C +(\S+) +(\S+) +(\S+) +(\S+) +(\S+)",
@@ -277,7 +286,10 @@ QUICK = """&case tasks='stability' /
 
 
 def quick_tests():
-    """Sampled at fewer than 60 phases the motion has order 18 or less, much greater, and |rho| is 2e-8 away."""
+    """A very fast shaft is sampled finely enough.
+
+    With fewer than 60 phases the motion would seem to end at order 18, be much larger, and |rho| would be wrong by 2e-8.
+    """
     with Folder(input=QUICK) as folder:
         found = {}
         for model in ("rest", "first_order", "exact"):

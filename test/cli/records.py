@@ -14,7 +14,7 @@ from broken_inputs import REST, SOUND
 from critical import NEEDLE
 from design import PLACES, ROTOR
 from harness import Folder, Run, check, equal
-from several import CYLINDER, own
+from several_mechanisms import CYLINDER, own
 
 HERE = Path(__file__).resolve().parent
 RECORDS = HERE / "golden" / "records"
@@ -141,6 +141,7 @@ def alike(came, right):
 
 
 def test_records():
+    """Whole runs of every task agree with their stored records."""
     for what, (text, _) in RUNS.items():
         with Folder(input=text) as folder:
             came = recorded(what, folder)

@@ -20,6 +20,7 @@ def rows(folder, name):
 
 
 def test_curve():
+    """Resonance curve and peaks are written, whatever the number of threads."""
     with Folder(input=CURVE + SPEEDS + ORDERED + REST, single=SOUND.replace("0.5,0.5,0.05", "10.0,10.0,1.0") + REST) as folder:
         run = Run(folder, "input.nml")
         if not run.done("resonance"):
@@ -68,7 +69,7 @@ def test_curve():
 
 
 def test_directions():
-    """Clockwise the averaged resonances stay; from fast to slow the rows turn round."""
+    """Clockwise rotation and descending speeds yield the same resonances."""
     with Folder(input=CURVE + SPEEDS) as folder:
         for first, last in ((-500.0, -700.0), (700.0, 500.0)):
             Run(folder, "-q", "-s", f"sweep.from={first}", "-s", f"sweep.to={last}", "input.nml").done("directions")
@@ -81,6 +82,7 @@ def test_directions():
 
 
 def test_states():
+    """Unstable speeds of a resonance curve are marked with their ends."""
     with Folder(input=CURVE + "&sweep parameter='drive.speed_rpm', from=1210, to=1222, count=4 /\n" + REST) as folder:
         run = Run(folder, "-s", "foundation.damping(1)=0.5", "-s", "foundation.damping(2)=0.5", "-s",
                   "foundation.damping(3)=0.05", "input.nml")
@@ -118,7 +120,7 @@ FOLD_PSI = (0.688158, 0.865882)
 
 
 def test_fold():
-    """The exact frame's vibration stays finite: where it jumps at a fold peaks.csv has the jump, with the values on both sides."""
+    """A jump of the exact model at a fold is listed with both values."""
     with Folder(input=FOLD) as folder:
         run = Run(folder, "input.nml")
         if not run.done("fold"):
@@ -146,7 +148,7 @@ def test_fold():
 
 
 def test_nothing_judged():
-    """A frame that nothing holds has no periodic vibration at any speed, so none is stable."""
+    """A frame that nothing holds is stable at no speed."""
     text = ("&case tasks='resonance' /\n&model frame='rest' /\n&drive speed_rpm=229 /\n&joint name='O', type='ground', position=0,0 /\n"
             "&joint name='A', type='crank', pivot='O', radius=0.12 /\n"
             "&link name='eccentric', from='O', to='A', mass=9, inertia=0.02, center=0.12,0 /\n"
@@ -159,6 +161,7 @@ def test_nothing_judged():
 
 
 def test_refused():
+    """Invalid speed ranges for the task resonance are refused."""
     for name, line, message in (
         ("two sweeps", SPEEDS + SPEEDS.replace("drive.speed_rpm", "frame.mass"), "input.nml:17: &sweep 2: the tasks "
          "resonance, critical and campbell vary only the speed: remove this group"),

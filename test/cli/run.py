@@ -1,12 +1,13 @@
-"""The command line, tested as a user runs it.
+"""Tests of the program, which they run on the command line as a user does.
 
     ./bootstrap python3 test/cli/run.py                 builds the program, then tests it
-    python3 test/cli/run.py PROGRAM                     tests a program that is there
-    python3 test/cli/run.py PROGRAM space held          the tests of these files alone; "run" are those of this one
-    python3 test/cli/run.py PROGRAM --write-golden      writes the files in golden/ anew, after a change that is meant; with names of
-                                                        files before it, theirs alone
+    python3 test/cli/run.py PROGRAM                     tests an existing program
+    python3 test/cli/run.py PROGRAM space held_speed    only the tests of these files; "run" stands for this file
+    python3 test/cli/run.py PROGRAM --write-golden      replaces the files in golden/ after an intended change of results; names of
+                                                        files before it restrict this to their results
 
-Prints the tests that failed, with what was expected and what came, and as last line "N passed, M failed".
+For every check that fails it prints what the test says must hold, the check, the expected and the actual value. The last line is
+"N passed, M failed", where each check counts.
 """
 
 import cmath
@@ -27,46 +28,46 @@ sys.path.insert(0, str(HERE))
 from averaged import AVERAGED_TESTS, write_averaged_golden  # noqa: E402
 from axes import AXES_TESTS  # noqa: E402
 from balance import BALANCE_TESTS  # noqa: E402
-from borders import BORDER_TESTS  # noqa: E402
 from broken_inputs import INPUTS, OPTIONS, SOUND  # noqa: E402
 from broken_mechanisms import BROKEN_MECHANISMS  # noqa: E402
-from faults import FAULT_TESTS  # noqa: E402
-from findings import FINDINGS_TESTS, write_findings_golden  # noqa: E402
 from critical import CRITICAL_TESTS  # noqa: E402
 from design import DESIGN_TESTS  # noqa: E402
+from engine_balance import ENGINE_BALANCE_TESTS  # noqa: E402
+from faults import FAULT_TESTS  # noqa: E402
+from file_protection import FILE_PROTECTION_TESTS  # noqa: E402
 from follower import FOLLOWER_TESTS  # noqa: E402
+from forces_and_probes import FORCE_AND_PROBE_TESTS, write_findings_golden  # noqa: E402
 from harness import (HARMONICS, HEADERS, MODES, MULTIPLIERS, QUANTITIES, RESPONSE, STATES, Count, Folder, Run,  # noqa: E402
                      Table, body, check, equal, files, near, printed, series, tables)
-from held import HELD_TESTS  # noqa: E402
-from levels import LEVEL_TESTS  # noqa: E402
-from lines import LINES_TESTS  # noqa: E402
-from machine_readable import JSON_TESTS  # noqa: E402
+from headlines import HEADLINE_TESTS  # noqa: E402
+from held_speed import HELD_SPEED_TESTS  # noqa: E402
+from html_report import HTML_REPORT_TESTS  # noqa: E402
+from interruption import INTERRUPTION_TESTS  # noqa: E402
+from json_output import JSON_TESTS  # noqa: E402
+from level_borders import LEVEL_BORDER_TESTS  # noqa: E402
 from mechanisms import MECHANISM_TESTS  # noqa: E402
 from models import MODEL_TESTS  # noqa: E402
 from moments import MOMENT_TESTS  # noqa: E402
-from names import NAME_TESTS  # noqa: E402
 from overflow import OVERFLOW_TESTS  # noqa: E402
 from plots import PLOT_TESTS  # noqa: E402
 from quantities import QUANTITY_TESTS  # noqa: E402
 from ratios import RATIO_TESTS  # noqa: E402
 from records import RECORD_TESTS, write_records  # noqa: E402
-from report import REPORT_TESTS  # noqa: E402
+from report_consistency import REPORT_CONSISTENCY_TESTS  # noqa: E402
+from report_layout import REPORT_LAYOUT_TESTS  # noqa: E402
 from resonance import RESONANCE_TESTS  # noqa: E402
 from scaling import SCALING_TESTS  # noqa: E402
-from several import SEVERAL_TESTS  # noqa: E402
 from sensitivity import SENSITIVITY_TESTS  # noqa: E402
 from separation import SEPARATION_TESTS  # noqa: E402
-from slips import SLIP_TESTS  # noqa: E402
+from several_mechanisms import SEVERAL_MECHANISM_TESTS  # noqa: E402
+from solution_methods import SOLUTION_METHOD_TESTS  # noqa: E402
 from space import SPACE_TESTS  # noqa: E402
 from space_balance import SPACE_BALANCE_TESTS  # noqa: E402
-from space_looks import SPACE_LOOKS_TESTS  # noqa: E402
 from space_studies import SPACE_STUDIES_TESTS  # noqa: E402
-from spread import SPREAD_TESTS  # noqa: E402
-from staging import STAGING_TESTS  # noqa: E402
+from stability_borders import STABILITY_BORDER_TESTS  # noqa: E402
 from sweeps import SWEEP_TESTS, write_sweep_golden  # noqa: E402
-from told import TOLD_TESTS  # noqa: E402
+from unusual_names import UNUSUAL_NAME_TESTS  # noqa: E402
 from verdicts import VERDICT_TESTS  # noqa: E402
-from ways import WAYS_TESTS  # noqa: E402
 from weights import WEIGHT_TESTS  # noqa: E402
 
 CHECKOUT = HERE.parents[1]
@@ -231,6 +232,7 @@ def harmonics_agree(what, table, response, period, count):
 
 
 def test_numbers():
+    """Results of the paper's machine agree with stored and published values."""
     with Folder(four_bar=FOUR_BAR.read_text()) as folder:
         for speed in KNOWN:
             what, period = f"{speed} rpm", 60.0 / speed
@@ -267,6 +269,7 @@ def write_golden():
 
 
 def test_same_bytes():
+    """Repeated runs and more threads write the same bytes."""
     with Folder() as folder:
         for threads in (1, 1, 2):
             output = f"o{len(files(folder))}"
@@ -278,7 +281,10 @@ def test_same_bytes():
 
 
 def test_mirrored():
-    """The machine and its motion mirrored at the x-axis: eta, psi, fy and the moment change sign."""
+    """A mirrored machine run in reverse has mirrored results.
+
+    Mirrored at the x-axis: eta, psi, fy and the moment change sign.
+    """
     text = SOUND.replace("branch=1", "branch=-1").replace("origin=-0.20,0.20", "origin=-0.20,-0.20")
     text = text.replace(",-0.20, stiffness", ",0.20, stiffness")
     with Folder(there=SOUND, mirrored=text) as folder:
@@ -329,6 +335,7 @@ VARIANTS = {
 
 
 def test_variants():
+    """All notations of the namelist yield the same results."""
     with Folder() as folder:
         Run(folder, "input.nml").done("the input")
         expected = body(folder / "input")
@@ -347,6 +354,7 @@ def version():
 
 
 def test_help_and_version():
+    """--help and --version print and compute nothing."""
     with Folder() as folder:
         for option in ("-V", "--version"):
             run = Run(folder, option)
@@ -382,6 +390,7 @@ def speeds(folder):
 
 
 def test_set():
+    """--set has the same effect as changing the file."""
     with Folder() as folder:
         for what, options, expected in (
                 ("-s", ["-s", "drive.speed_rpm=300"], 300),
@@ -428,6 +437,7 @@ DEFAULT_FILES = ["harmonics.csv", "multipliers.csv", "response.csv"]
 
 
 def test_output():
+    """--output determines where the results are written."""
     with Folder(**{"input": SOUND, "two.dots": SOUND, "my machine": SOUND, "-odd": SOUND, "=a": SOUND}) as folder:
         (folder / "sub" / "folder").mkdir(parents=True)
         (folder / "sub" / "folder" / "deep.nml").write_text(SOUND)
@@ -466,6 +476,7 @@ def test_output():
 
 
 def test_quiet_and_check():
+    """--quiet prints nothing and --check computes nothing."""
     with Folder() as folder:
         for option in ("-q", "--quiet"):
             run = Run(folder, option, "input.nml", "-o", option[-1])
@@ -486,6 +497,7 @@ def test_quiet_and_check():
 
 
 def test_fail_if_unstable():
+    """--fail-if-unstable ends with exit code 10 unless stable."""
     with Folder() as folder:
         for what, settings, word in (
                 ("damped", [], "stable"),
@@ -501,6 +513,7 @@ def test_fail_if_unstable():
 
 
 def test_tasks():
+    """Each task writes exactly its own files."""
     every = ("stability", "modes", "response")
     for count in (1, 2, 3):
         for chosen in itertools.permutations(every, count):
@@ -520,6 +533,7 @@ def test_tasks():
 
 
 def test_freedoms():
+    """Only the listed degrees of freedom move."""
     for free, states in (("'psi'", 2), ("'xi','psi'", 4), ("'psi','eta','xi'", 6)):
         with Folder() as folder:
             run = Run(folder, "input.nml", "-s", f"frame.dof={free}", "-s", "case.tasks='modes','response'")
@@ -536,6 +550,7 @@ def test_freedoms():
 
 
 def test_unwritable():
+    """Unwritable results and unreadable input are reported in one line."""
     cannot = "the folder '{}' for the results cannot be created: Not a directory; choose another with --output"
     with Folder() as folder:
         (folder / "taken").write_text("a file\n")
@@ -565,6 +580,7 @@ def test_unwritable():
 
 
 def test_broken():
+    """Broken inputs are refused with the exact message and exit code."""
     cases = [(what, data, ["input.nml"], code, message) for what, data, code, message in INPUTS]
     cases += [(what, SOUND, options, code, message) for what, options, code, message in OPTIONS]
     cases += BROKEN_MECHANISMS
@@ -594,7 +610,7 @@ EXTREMES = [
 
 
 def test_extremes():
-    """Whatever the numbers: an exit code that is promised, one line or none, and no NaN in a file."""
+    """Extreme values end with a documented exit code and no NaN."""
     for settings in EXTREMES:
         what = " ".join(settings)
         with Folder() as folder:
@@ -621,17 +637,24 @@ def build(folder):
     return os.path.join(folder, "bin", "gestell")
 
 
+def title_of(test):
+    """What must hold: the first sentence of a test's docstring. Failures are printed below it."""
+    assert test.__doc__, f"{test.__name__} has no docstring that says what must hold"
+    return inspect.getdoc(test).partition("\n")[0].removesuffix(".")
+
+
 def main():
     program, *names = [word for word in sys.argv[1:] if word != "--write-golden"] or [""]
-    tests = (test_numbers, test_same_bytes, test_mirrored, test_variants, test_help_and_version, test_set,
-             test_output, test_quiet_and_check, test_fail_if_unstable, test_tasks, test_freedoms,
-             test_unwritable, test_broken, test_extremes, *AVERAGED_TESTS, *MECHANISM_TESTS, *FOLLOWER_TESTS, *NAME_TESTS,
-             *OVERFLOW_TESTS, *WAYS_TESTS, *SWEEP_TESTS, *QUANTITY_TESTS, *SPREAD_TESTS, *BORDER_TESTS, *LEVEL_TESTS,
-             *FINDINGS_TESTS, *PLOT_TESTS, *REPORT_TESTS, *MODEL_TESTS, *MOMENT_TESTS, *AXES_TESTS, *CRITICAL_TESTS,
-             *RESONANCE_TESTS, *BALANCE_TESTS, *DESIGN_TESTS, *SENSITIVITY_TESTS, *SEPARATION_TESTS, *SEVERAL_TESTS, *SPACE_TESTS,
-             *SPACE_LOOKS_TESTS, *SPACE_STUDIES_TESTS, *SPACE_BALANCE_TESTS, *RATIO_TESTS, *TOLD_TESTS, *SLIP_TESTS, *VERDICT_TESTS,
-             *FAULT_TESTS, *STAGING_TESTS, *WEIGHT_TESTS, *HELD_TESTS, *JSON_TESTS, *LINES_TESTS, *RECORD_TESTS,
-             *SCALING_TESTS)
+    tests = (test_numbers, test_same_bytes, test_mirrored, test_variants, test_help_and_version, test_set, test_output,
+             test_quiet_and_check, test_fail_if_unstable, test_tasks, test_freedoms, test_unwritable, test_broken, test_extremes,
+             *AVERAGED_TESTS, *MECHANISM_TESTS, *FOLLOWER_TESTS, *UNUSUAL_NAME_TESTS, *OVERFLOW_TESTS, *SOLUTION_METHOD_TESTS,
+             *SWEEP_TESTS, *QUANTITY_TESTS, *INTERRUPTION_TESTS, *STABILITY_BORDER_TESTS, *LEVEL_BORDER_TESTS,
+             *FORCE_AND_PROBE_TESTS, *PLOT_TESTS, *HTML_REPORT_TESTS, *MODEL_TESTS, *MOMENT_TESTS, *AXES_TESTS, *CRITICAL_TESTS,
+             *RESONANCE_TESTS, *BALANCE_TESTS, *DESIGN_TESTS, *SENSITIVITY_TESTS, *SEPARATION_TESTS, *SEVERAL_MECHANISM_TESTS,
+             *SPACE_TESTS, *ENGINE_BALANCE_TESTS, *SPACE_STUDIES_TESTS, *SPACE_BALANCE_TESTS, *RATIO_TESTS,
+             *REPORT_CONSISTENCY_TESTS, *HEADLINE_TESTS, *VERDICT_TESTS, *FAULT_TESTS, *FILE_PROTECTION_TESTS, *WEIGHT_TESTS,
+             *HELD_SPEED_TESTS, *JSON_TESTS, *REPORT_LAYOUT_TESTS, *RECORD_TESTS, *SCALING_TESTS)
+    titles = {test: title_of(test) for test in tests}
     files_of = {test: Path(inspect.getfile(test)).stem for test in tests}
     unknown = set(names) - set(files_of.values())
     if unknown:
@@ -640,11 +663,12 @@ def main():
         Run.program = os.path.abspath(program) if program else build(folder)
         if "--write-golden" in sys.argv:
             for name, write in (("run", write_golden), ("averaged", write_averaged_golden), ("sweeps", write_sweep_golden),
-                                ("findings", write_findings_golden), ("records", write_records)):
+                                ("forces_and_probes", write_findings_golden), ("records", write_records)):
                 if not names or name in names:
                     write()
         for test in tests:
             if not names or files_of[test] in names:
+                Count.title = titles[test]
                 test()
     print(f"{Count.passed} passed, {Count.failed} failed")
     sys.exit(Count.failed > 0)

@@ -55,6 +55,7 @@ def found(folder, what, text, tasks):
 
 
 def test_scaling():
+    """Scaled machines have results scaled by their dimensions."""
     for name, (text, tasks) in MACHINES.items():
         with Folder(input=text) as folder:
             first = found(folder, name, scaled(text, (0, 0, 0)), tasks)

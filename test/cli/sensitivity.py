@@ -22,7 +22,7 @@ def rows(folder):
 
 
 def test_paper():
-    """Dimensions tie the changes together; two supports at a time do as all together."""
+    """Sensitivities satisfy the laws of dimensions and add up over supports."""
     with Folder(input=SENSITIVE + QUANTITIES) as folder:
         run = Run(folder, "input.nml")
         if not run.done("sensitivity"):
@@ -58,7 +58,7 @@ def test_paper():
 
 
 def test_as_changed():
-    """Against machines whose input was changed by hand, by 1e-4; lengths can be changed too."""
+    """Sensitivities agree with machines changed by hand."""
     paths = {"support(2).stiffness(1)": 196133.0, "joint(A).radius": 0.07, "drive.speed_rpm": -240.0}
     line = "&sensitivity quantities='xi', parameters={} /\n".format(",".join(f"'{path}'" for path in paths))
     with Folder(input=SENSITIVE + line) as folder:
@@ -79,6 +79,7 @@ def test_as_changed():
 
 
 def test_refused():
+    """Invalid parameters of sensitivities are refused."""
     for name, keys, message in (
         ("no such path", "parameters='frame.weight'", "&sensitivity: parameters = 'frame.weight': "),
         ("no number", "parameters='joint(A).pivot'", "'joint(A).pivot' is not a numerical key of the machine"),

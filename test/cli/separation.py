@@ -52,7 +52,10 @@ def compare(what, found, speed, modes, orders=4, margin=20.0):
 
 
 def test_diagonal():
-    """f = sqrt(k / m) / (2 pi), and each mode moves along one axis."""
+    """Separations of uncoupled modes agree with the closed form.
+
+    f = sqrt(k / m) / (2 pi), and each mode moves along one axis.
+    """
     modes = sorted((math.sqrt(spring / inertia) / (2 * math.pi), tuple(float(i == k) for k in range(3)))
                    for i, (spring, inertia) in enumerate(zip(SPRINGS, (MASS, MASS, INERTIA))))
     with Folder(input=BARE) as folder:
@@ -74,7 +77,10 @@ def test_diagonal():
 
 
 def test_coupled():
-    """A block of mass b at the height h above F: M = (m + b, -b h; -b h, J + b h^2) for xi and psi, eta apart."""
+    """Separations of coupled modes agree with a calculation by hand.
+
+    A block of mass b at the height h above F: M = (m + b, -b h; -b h, J + b h^2) for xi and psi; eta is uncoupled.
+    """
     block, height = 6.0, 0.3
     m11, m12, m22 = MASS + block, -block * height, INERTIA + block * height**2
     k1, k2, k3 = SPRINGS
@@ -98,8 +104,10 @@ def test_coupled():
 
 
 def test_range():
-    """Over a sweep of the speed: zero where it holds a resonance, else from the nearer end. 750 to 900 rpm: order 2 from 25 to
-    30 Hz, order 3 from 37.5 to 45."""
+    """Over a range of speeds the smallest separation is reported.
+
+    It is zero if the range contains a resonance. 750 to 900 rpm: order 2 from 25 to 30 Hz, order 3 from 37.5 to 45.
+    """
     with Folder(input=BARE + SWEEP) as folder:
         run = Run(folder, "input.nml")
         if not run.done("separation, range"):
@@ -122,7 +130,7 @@ def test_range():
 
 
 def test_averaged_and_unstable():
-    """Averaged coefficients name themselves in the file; what is unstable heads it."""
+    """Averaged models and unstable machines are named in the files."""
     averaged = SOUND.replace("'stability', 'response'", "'separation'") + "&model frame='rest', coefficients='averaged' /\n"
     with Folder(input=averaged) as folder:
         if Run(folder, "-q", "input.nml").done("separation, averaged"):
@@ -137,6 +145,7 @@ def test_averaged_and_unstable():
 
 
 def test_drawn():
+    """Separations are drawn with modes, orders and margins."""
     for what, text in (("one speed", BARE), ("range", BARE + SWEEP), ("two freedoms", BARE.replace("&frame ", "&frame dof='xi','psi', ")),
                        ("many orders", BARE + "&separation orders=50, margin_percent=150 /\n")):
         with Folder(input=text) as folder:
@@ -147,6 +156,7 @@ def test_drawn():
 
 
 def test_refused():
+    """Invalid margins and orders are refused and nothing is written."""
     for what, group, message in (
             ("no order", "&separation orders=0 /", "input.nml:9: &separation: orders = 0: must be at least 1"),
             ("no margin", "&separation margin_percent=0 /", "input.nml:9: &separation: margin_percent = 0: must be positive"),
@@ -162,7 +172,10 @@ def test_refused():
 
 
 def test_gyroscopic_design():
-    """A design counts mean gyroscopic moments as the task does; dampers of 0.4 % move the task's frequencies by 1e-5 at most."""
+    """A design for separation includes gyroscopic moments like the task.
+
+    Dampers of 0.4 % move the task's frequencies by 1e-5 at most.
+    """
     text = ("&case tasks='separation','design' /\n&drive speed_rpm=400 /\n&joint name='O', type='ground', position=0,0 /\n"
             "&joint name='A', type='crank', pivot='O', radius=0.1 /\n"
             "&link name='rotor', from='O', to='A', mass=1.999999, inertia=0.28791667,0.28791667,0.5625 /\n"

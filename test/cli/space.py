@@ -89,7 +89,10 @@ def against_reference(folder, what, rho, sizes):
 
 
 def reference_tests():
-    """Machines of validation/space, about rest and exact."""
+    """Machines in space agree with an independent reference.
+
+    The machines of validation/space, about rest and exact.
+    """
     for machine, (speed, models) in REFERENCE.items():
         text = re.sub(r"&case title = ('[^']*') /", "&response points=64, harmonics=60 /\n"
                       "&case title = \\1, tasks='stability','response' /", (VALIDATION / f"{machine}.nml").read_text())
@@ -153,7 +156,10 @@ HOLDERS = ("'motor'", "'outside'", "'flywheel', flywheel_inertia=0.7")
 
 
 def tilted_tests():
-    """Without weights, and with weights, axes that turn and a foundation."""
+    """A planar machine in a tilted plane moves as in the plane.
+
+    Without weights, and with weights, turning axes and a foundation.
+    """
     tilt("tilted", False)
     tilt("tilted, weighing", True)
 
@@ -248,8 +254,10 @@ def tilt(case, weighs):
 
 
 def power_tests():
-    """The power of the drive less that of the dampers is what the energy changes by, at every phase; its derivative is that of the
-    series through 128 points, whose terms end at 1e-10."""
+    """Drive power equals energy growth plus damper power at every phase.
+
+    The derivative is that of the series through 128 points, whose terms end at 1e-10.
+    """
     for machine, speed in (("watt_beside", 209), ("v_twin", 740)):
         text = re.sub(r"&case title = ('[^']*') /", "&response points=128 /\n&case title = \\1, tasks='power' /",
                       (VALIDATION / f"{machine}.nml").read_text())
@@ -270,9 +278,11 @@ def power_tests():
 
 
 def block_tests():
-    """A block on four equal mounts at a height below F: closed forms of its six frequencies, a rotor that turns about zeta. Where it
-    weighs, on mounts that are compressed below F or hangs on springs above it, the weight's moment m g h takes from the stiffness
-    of rot_xi and psi or adds to it."""
+    """The six frequencies of a block on mounts agree with closed forms.
+
+    Four equal mounts at a height below F, and a rotor that turns about zeta. With weights, the moment m g h reduces the stiffness
+    of rot_xi and psi for mounts below F and increases it for springs above.
+    """
     for what, height, weight in (("block", -0.15, 0.0), ("weighing block", -0.15, 9.80665), ("hanging block", 0.25, 9.80665)):
         block(what, height, weight)
 
@@ -303,8 +313,7 @@ def block(what, height, weight):
 
 
 def range_tests():
-    """Mechanisms in planes of their own stand there too where a number that is not theirs runs: a point of a sweep, and the modes
-    over a speed, are those of the machine by itself."""
+    """Studies over a parameter keep each mechanism in its own plane."""
     source = re.sub(r"tasks = .*/", "tasks = '{}' /", (DATA / "suspended_compressor.nml").read_text(), count=1)
     sweep = "&sweep parameter='support(1).stiffness(2)', from=2000, to=2400, count=2, columns='rho_max' /\n"
     with Folder(sweep=source.format("sweep") + sweep, single=source.format("stability','separation")) as folder:
@@ -322,7 +331,10 @@ def range_tests():
 
 
 def task_tests():
-    """What else knows a frame in space: probes, quantities, resonance, a sweep, Campbell's diagram, critical speeds."""
+    """All tasks work for a frame in space.
+
+    Probes, quantities, resonance, sweep, Campbell diagram, critical speeds.
+    """
     with Folder() as folder:
         shutil.copy(DATA / "suspended_compressor.nml", folder)
         run = Run(folder, "suspended_compressor.nml")
@@ -353,8 +365,7 @@ def task_tests():
 
 
 def force_tests():
-    """Forces by support: they add up; over the turn the mounting gives no momentum, and carries the weights; a block's mounts carry a
-    quarter each; what lifts off."""
+    """Forces of supports in space add up and carry the weights."""
     text = (VALIDATION / "weighing.nml").read_text().replace("&case ", "&response points=400 /\n&case tasks='response','forces', ")
     with Folder(input=text) as folder:
         run = Run(folder, "-o", "out", "input.nml")
@@ -458,7 +469,7 @@ LEAST_UNBALANCE = 1e-13
 
 
 def balanced_tests():
-    """A shaft without unbalance, or nearly: verdict and vibration of the exact frame are those about rest."""
+    """Without unbalance the exact model agrees with the model about rest."""
     for where, data in SHAFTS.items():
         for held_by in ("'motor'", "'outside'", "'flywheel'"):
             found = {}
@@ -478,7 +489,7 @@ def balanced_tests():
 
 
 def refused_tests():
-    """One line that points into the file; a task that knows the plane alone."""
+    """Invalid machines in space are refused with the line of the file."""
     with Folder(input=BLOCK.format(**GOOD)) as folder:
         Run(folder, "-q", "input.nml").done("space, block")
     for what, changes, more, message in REFUSED:

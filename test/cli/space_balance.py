@@ -9,7 +9,7 @@ from balance import LINK, label, pasted
 from balance import rows as balance_rows
 from harness import Folder, Run, check, equal, near
 from space import DATA, HOLDERS, rows
-from space_looks import PISTON, R, SPACING, SPEED, engine, factors, table
+from engine_balance import PISTON, R, SPACING, SPEED, engine, factors, table
 from space_studies import tilted
 
 WEB = "&link name='web', from='O', to='A', mass=0, inertia=0 /\n"
@@ -23,7 +23,7 @@ TURNING = ("rigid_force_with_N", "rigid_force_against_N", "rigid_moment_with_Nm"
 
 
 def tilted_tests():
-    """Of a planar machine in a tilted plane forces, moments, counterweights and verdicts are those of the plane."""
+    """The balance of a tilted planar machine is that of the plane."""
     # out of the plane something is always there: what vanishes beside what is 1, as masses of 1e-10 of the others would make it
     for model, holder, more in (("exact", HOLDERS[0], ""), ("rest", HOLDERS[1], "&balance weight=0.8, about='origin' /\n"),
                                 ("exact", HOLDERS[2], "&balance links='crank','rocker', radius=0.05,0.2 /\n&gravity {} /\n")):
@@ -63,8 +63,10 @@ def expect(what, row, sizes):
 
 
 def cylinder_tests():
-    """Half of what moves to and fro as a counterweight of the crank: what is left turns against it and has a constant size. Of a V2 at 90
-    deg nothing is left, by a counterweight for one piston."""
+    """A counterweight for half the reciprocating mass leaves a reverse force.
+
+    It has constant size. For a V2 of 90 deg a counterweight for one piston leaves nothing.
+    """
     unit = PISTON * R * SPEED**2
     for name, banks, pins, share, against in (("one cylinder", [0], [0], 0.5, 0.5), ("V2", [45, -45], [0, 0], 1.0, 0.0)):
         text = "&case tasks='balance' /\n&balance links='web', about='origin' /\n" + engine(pins, banks, [0] * len(pins)) + WEB
@@ -89,8 +91,10 @@ def turning_sums(pins, places):
 
 
 def shaft_tests():
-    """Counterweights on the throws of a shaft take all that turns with it, force and couple at once, by the least unbalance; two masses on a
-    shaft that turns against it take the other half. The mirror image of a couple turns against the crank."""
+    """Counterweights on a shaft remove all forces that turn with it.
+
+    Force and couple at once, with the least unbalance. Two masses on a shaft turning in reverse remove the other half.
+    """
     unit = PISTON * R * SPEED**2
     # twin 360, twin 180, three cylinders, four on a plane crankshaft: unbalance on each throw over m r/2
     cases = {"twin 360": ([0, 0], [-0.5, 0.5], [1, 1]), "twin 180": ([0, 180], [-0.5, 0.5], [1, 1]),
@@ -127,7 +131,10 @@ def shaft_tests():
 
 
 def lanchester_tests():
-    """The second order of four cylinders by two shafts at twice the speed: each half of it, 4 m r A_2/(4 x 2)."""
+    """Two shafts at twice the speed remove a four-cylinder's second order.
+
+    Each shaft carries half of it, 4 m r A_2/(4 x 2).
+    """
     pins, places = [0, 180, 180, 0], [-1.5, -0.5, 0.5, 1.5]
     text = "&case tasks='balance' /\n&balance links='a','b', about='origin' /\n" + engine(pins, [0] * 4, places) + WEB
     for name, ratio in (("a", 2), ("b", -2)):
@@ -144,7 +151,7 @@ def lanchester_tests():
 
 
 def pasted_tests():
-    """The machine that has the lines of the report: its own table of shaking forces, its vibration, forces and moments on the mounts."""
+    """The printed counterweights have the reported effect in a new run."""
     text = (DATA / "suspended_compressor.nml").read_text()
     text = re.sub(r"tasks = [^/]*/", "tasks = 'balance' /\n&response points=512 /\n&balance about='origin' /", text, count=1)
     with Folder(input=text) as folder:
@@ -187,7 +194,7 @@ def pasted_tests():
 
 
 def guided_tests():
-    """A frame that guides hold in part: what reaches the ground is what they carry too."""
+    """Guides transmit the balanced forces to the ground."""
     text = re.sub(r"tasks = [^/]*/", "tasks = 'balance', 'forces' /", (DATA / "suspended_compressor.nml").read_text(), count=1)
     with Folder(input=text + "&balance links='pin' /\n") as folder:
         if Run(folder, "-q", "-s", "frame.dof='xi','zeta','rot_eta'", "input.nml").done("guided compressor"):
@@ -199,7 +206,7 @@ def guided_tests():
 
 
 def copy_tests():
-    """What stays a matter of the report."""
+    """The report warns that &repeat copies counterweights."""
     text = (DATA / "inline_twin.nml").read_text()
     text = re.sub(r"tasks = [^/]*/", "tasks = 'balance' /", text, count=1)
     with Folder(copies=text) as folder:

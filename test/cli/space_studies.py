@@ -31,8 +31,7 @@ def one_line(folder, name, *settings):
 
 
 def sensitivity_tests():
-    """The plane's sensitivities of sizes that do not know of the tilt, all of them; and those to numbers that the plane does not have
-    against central differences of single runs."""
+    """Sensitivities in space agree with the plane and with single runs."""
     paths = ("drive.speed_rpm", "frame.mass", "frame.inertia", "frame.origin", "link(coupler).mass", "link(rocker).inertia",
              "joint(A).radius", "support.stiffness", "support.damping", "support.position")
     text = "&sensitivity quantities='f','probe(a).v', parameters={} /\n&probe name='a', position=0,0 /\n".format(
@@ -77,7 +76,7 @@ def sensitivity_tests():
 
 
 def sweep_tests():
-    """Over a number that is not the mechanism's each point is a run of its own, by expansion too; all peaks have columns."""
+    """Points of sweeps in space agree with single runs."""
     names = ["xi_peak_m", "eta_peak_m", "psi_peak_rad", "zeta_peak_m", "rot_xi_peak_rad", "rot_eta_peak_rad"]
     text = re.sub(r"tasks = [^/]*/", "tasks = 'sweep' /", (DATA / "suspended_compressor.nml").read_text(), count=1)
     axes = {"drive.speed_rpm": (2000, 3000), "support(1).stiffness(3)": (600, 1200), "mechanism(compressor).origin(2)": (-10, 10)}
@@ -110,8 +109,7 @@ def sweep_tests():
 
 
 def border_tests():
-    """The plane's borders are among those in space, which has as many where those out of the plane are damped; on both sides of each the
-    verdicts of single runs."""
+    """Stability borders in space agree with the plane and with single runs."""
     for model, (low, high), damping in (("rest", (1000, 1100), 0.5), ("first_order", (1020, 1070), 4), ("exact", (1020, 1055), 4)):
         more = f"&sweep parameter='drive.speed_rpm', from={low}, to={high}, count=8 /\n"
         plane, space, _ = tilted("boundary", model, low, more, damping)
@@ -134,7 +132,7 @@ def border_tests():
 
 
 def map_tests():
-    """Over two parameters the plane's curve, vertex by vertex; and where a level is passed."""
+    """Border and level curves in space agree with the plane."""
     more = "&sweep parameter='drive.speed_rpm', from=1060, to=1090, count=4 /\n&sweep parameter='frame.mass', from=17, to=19, count=4 /\n"
     plane, space, _ = tilted("boundary", "rest", 1075, more, 0.5)
     with Folder(plane=plane, space=space) as folder:
@@ -183,7 +181,7 @@ def tilted_yoke():
 
 
 def vibrations_tests():
-    """Three vibrations at one speed, two of them stable, in a tilted plane as in the plane (test_several_vibrations)."""
+    """A tilted yoke has the same three vibrations as in the plane."""
     plane, space, normal = tilted_yoke()
     with Folder(plane=plane, space=space) as folder:
         for name in ("plane", "space"):
@@ -202,7 +200,7 @@ def vibrations_tests():
 
 
 def trade_tests():
-    """What the averaged model misses, in the report for all degrees of freedom; the models of the frame side by side."""
+    """The comparison of models works for all degrees of freedom in space."""
     _, space, _ = tilted("trade", "exact", 420, "")
     with Folder(input=space) as folder:
         run = Run(folder, "input.nml")
@@ -215,8 +213,7 @@ def trade_tests():
 
 
 def torque_design_tests():
-    """A design for the drive's torque, whoever holds the speed: the plane's in a tilted one; as the task `power` has it, whose energy
-    balances, of the improved machine; beside a flywheel of a machine that the plane does not have."""
+    """Designs for the drive's torque agree with the plane and the task power."""
     design = "&design parameter='{}', from={}, to={} /\n"
     more = design.format("link(crank).center(1)", -0.2, 0.1) + design.format("frame.mass", 15, 25) + \
         "&objective quantity='torque', measure='{}' /\n&constraint quantity='f', measure='rms', at_most=400 /\n"
@@ -260,8 +257,7 @@ def torque_design_tests():
 
 
 def design_tests():
-    """The plane's design of a counterweight and of mounts is that in a tilted plane, what the forces in it come to; designs that the plane
-    does not have: one whose limit binds is met by a run of its own."""
+    """Designs in space agree with the plane and with single runs."""
     design = "&design parameter='{}', from={}, to={} /\n"
     more = design.format("link(crank).center(1)", -0.2, 0.1) + design.format("frame.mass", 15, 25) + \
         "&objective quantity='f', measure='{}' /\n&constraint quantity='{}', measure='{}', at_most={} /\n"

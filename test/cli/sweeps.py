@@ -65,6 +65,7 @@ def same(name, came, expected, tolerance):
 
 
 def test_golden():
+    """Results of a sweep agree with the stored ones."""
     with Folder(input=SWEEP + TWO + REST) as folder:
         run = Run(folder, "input.nml")
         run.done("sweep")
@@ -93,7 +94,7 @@ def write_sweep_golden():
 
 
 def test_as_single_runs():
-    """Every point as a run of its own gives it."""
+    """Every point of a sweep agrees with a single run."""
     with Folder(input=SWEEP + TWO + "&units stiffness='N/cm' /\n", single=SOUND) as folder:
         Run(folder, "-q", "input.nml", "-s", "sweep(2).from=500", "-s", "sweep(2).to=2000").done("sweep in other units")
         table = points(folder / "input")
@@ -106,6 +107,7 @@ def test_as_single_runs():
 
 
 def test_shapes():
+    """Sweeps of any shape have the right rows and columns."""
     for rows, columns in ((1, 1), (1, 5), (5, 1), (2, 3)):
         text = axis(FIRST, 200, 200 if rows == 1 else 300, rows) + axis(SECOND, 1e5, 1e5 if columns == 1 else 2e5, columns)
         with Folder(input=SWEEP + text) as folder:
@@ -126,7 +128,7 @@ def test_shapes():
 
 
 def test_impossible():
-    """A range through a dead point: the sweep goes on."""
+    """A sweep continues past machines that cannot be assembled."""
     # the coupler must reach from the crank's circle to the rocker's: 0.33 - 0.16 to 0.07 + 0.40 - 0.16 and so on
     with Folder(input=SWEEP + axis("joint(B).lengths(1)", 0.1, 0.5, 17)) as folder:
         Run(folder, "-q", "input.nml").done("through a dead point")
@@ -150,7 +152,7 @@ def test_impossible():
 
 
 def test_nearly_singular():
-    """The frame's inertia down to nothing: M is as good as singular at the end, and the sweep comes to its end."""
+    """A sweep down to zero inertia ends with verdicts."""
     text = axis("frame.inertia", 1e-14, 1, 15, ", spacing='log'")
     with Folder(input=SWEEP.replace("inertia=0.0060", "inertia=0").replace("inertia=0.0035", "inertia=0")
                 .replace("inertia=0.0070", "inertia=0") + text) as folder:
@@ -161,6 +163,7 @@ def test_nearly_singular():
 
 
 def test_other_tasks():
+    """The group &sweep takes effect only with its task."""
     with Folder(input=SOUND + TWO) as folder:
         Run(folder, "-q", "input.nml").done("&sweep without the task")
         equal("&sweep without the task, files", files(folder / "input"), ["harmonics.csv", "multipliers.csv", "response.csv"])
@@ -229,6 +232,7 @@ REFUSED_SECOND = [
 
 
 def test_refused():
+    """Invalid sweeps are refused and nothing is written."""
     for what, text, message in REFUSED:
         with Folder(input=SWEEP + text) as folder:
             Run(folder, "input.nml", "-q").refused(f"sweep, {what}", 2, f"input.nml:{LINE}: &sweep: {message}")
@@ -270,6 +274,7 @@ def undisturbed(folder):
 
 
 def test_threads():
+    """Any number of threads writes the same bytes."""
     for text in (LONG, EXPANDED):
         with Folder(input=SWEEP + text) as folder:
             right = undisturbed(folder)
@@ -279,6 +284,7 @@ def test_threads():
 
 
 def test_parts():
+    """Separately computed parts merge to the same bytes."""
     with Folder(input=SWEEP + LONG) as folder:
         right = undisturbed(folder)
         for n in (1, 3, 20):
@@ -302,8 +308,8 @@ def test_parts():
         equal("two parts at once, same bytes", (folder / "both" / "sweep.csv").read_bytes() == right, True)
 
 
-def test_together():
-    """Two runs at the same time in one folder: the same input, and another one."""
+def test_concurrent_runs():
+    """Two runs in one folder at once do not disturb each other."""
     gone = "both/sweep.blocks: no longer exists: another run has finished this sweep, or it was removed\n"
     other = "both/sweep.blocks: contains an unfinished sweep of another input; remove this folder " \
         "to start again, or choose another with --output\n"
@@ -347,7 +353,7 @@ def marks_of(output):
 
 
 def test_killed():
-    """Killed at random moments, again and again: what has a mark is not computed again, the bytes are the same."""
+    """A killed sweep resumes and writes the same bytes."""
     chance = random.Random(6)
     with Folder(input=SWEEP + LONG) as folder:
         right = undisturbed(folder)
@@ -385,7 +391,7 @@ def first_part(folder, output, part="1/2"):
 
 
 def test_damaged():
-    """Rows and marks that are cut off, changed in a bit, empty, or not ours are computed again."""
+    """Damaged intermediate rows and marks are computed again."""
     with Folder(input=SWEEP + LONG) as folder:
         right = undisturbed(folder)
         head = right.index(b"\n", right.index(b"\ndrive.speed_rpm,") + 1) + 1
@@ -421,7 +427,7 @@ def test_damaged():
 
 
 def test_unwritten_rows():
-    """Of tiles without a mark nothing looks like a row, and every row that is there is that of the end."""
+    """An unfinished table contains no wrong rows."""
     with Folder(input=SWEEP + LONG) as folder:
         right = undisturbed(folder)
         data = (first_part(folder, "half") / "rows").read_bytes()
@@ -451,7 +457,7 @@ VERDICTS = ["stable", "unstable", "undecided", "impossible", "failed", "undamped
 
 
 def test_npy():
-    """The same numbers as sweep.csv, to the last bit, whole and in parts."""
+    """NumPy files contain the same numbers as sweep.csv."""
     grids = {"a grid": TWO, "a line through a dead point": axis("joint(B).lengths(1)", 0.1, 0.5, 17), "several tiles": LONG,
              "quantities": TWO.replace("spacing='log'", "spacing='log', columns='log_rho_max','fx','xi_peak_m'")}
     for what, grid in grids.items():
@@ -486,7 +492,7 @@ def test_npy():
 
 
 def test_foreign():
-    """Another input or version: refused, nothing changed. Layout and comments do not matter."""
+    """Intermediate results of another input or version are refused unchanged."""
     other = SWEEP + LONG
     with Folder(input=other, changed=other.replace("mass=18.0", "mass=18.5"),
                 same="! mine\n" + other.replace("mass=18.0, ", "\n mass=1.80d1 ! kg\n")) as folder:
@@ -521,7 +527,7 @@ def limited(size):
 
 
 def test_full_disk():
-    """Exit code 4 and one line; the tiles so far stay, and with more room the rest follows."""
+    """A full disk ends with exit code 4 and keeps finished tiles."""
     with Folder(input=SWEEP + LONG) as folder:
         right = undisturbed(folder)
         # too little for the rows of any tile, then for the last ones
@@ -563,6 +569,7 @@ def small_disk(folder, right):
 
 
 def test_one_line():
+    """--one-line prints the same numbers as the tables."""
     with Folder(input=SOUND, sweep=SWEEP + TWO) as folder:
         for tasks, columns in (("stability", COLUMNS[:4]), ("response", [*COLUMNS[4:], "verdict"]), ("stability,response", COLUMNS)):
             run = Run(folder, "--one-line", "input.nml", "-s", f"case.tasks={tasks}", "-s", f"{FIRST}=300", "-s",
@@ -591,8 +598,8 @@ def test_one_line():
         equal("--one-line --fail-if-unstable", (run.code, Points(run.out).column("verdict")), (10, ["undamped"]))
 
 
-def test_one_line_is_lost():
-    """Lines that cannot be written do not count as done; a grid too large for memory is refused."""
+def test_unwritable_lines():
+    """Lines that cannot be written do not count as done."""
     with Folder(input=SOUND, sweep=SWEEP + TWO) as folder:
         for name in ("input.nml", "sweep.nml"):
             if os.path.exists("/dev/full"):
@@ -649,7 +656,7 @@ def shown_on_terminal(folder, *words):
 
 
 def test_progress():
-    """A bar on a terminal, at most ten times a second, and nothing of it elsewhere."""
+    """A progress bar is shown on terminals only."""
     with Folder(input=SWEEP + LONG.replace("count=25", "count=200") + "&accuracy tolerance=1e-14 /\n") as folder:
         seen = shown_on_terminal(folder, "-q", "input.nml")
         if seen is None:
@@ -661,8 +668,11 @@ def test_progress():
 
 
 def test_slow_machine():
-    """A machine that takes seconds says why. A slider-crank whose rod l is longer than its crank r by d passes a dead point at the
-    distance sqrt(2 d / r) of the crank angle: 4.5e-4 here, of which a turn has 14050."""
+    """The program explains why a machine takes long.
+
+    A slider-crank whose rod l is longer than its crank r by d passes a dead point at the distance sqrt(2 d / r) of the crank angle:
+    4.5e-4 here, of which a turn has 14050.
+    """
     with Folder(input=NEARLY_ISOSCELES) as folder:
         seen = shown_on_terminal(folder, "-q", "input.nml")
         if seen is None:
@@ -674,5 +684,5 @@ def test_slow_machine():
 
 
 SWEEP_TESTS = (test_golden, test_as_single_runs, test_shapes, test_impossible, test_nearly_singular, test_other_tasks,
-               test_refused, test_threads, test_parts, test_together, test_killed, test_damaged, test_unwritten_rows, test_npy, test_foreign,
-               test_full_disk, test_one_line, test_one_line_is_lost, test_progress, test_slow_machine)
+               test_refused, test_threads, test_parts, test_concurrent_runs, test_killed, test_damaged, test_unwritten_rows, test_npy, test_foreign,
+               test_full_disk, test_one_line, test_unwritable_lines, test_progress, test_slow_machine)

@@ -42,7 +42,7 @@ def head(path):
 
 
 def test_vibrations():
-    """Verdict first, and again where the vibration begins; the same tasks of a stable machine say nothing."""
+    """An unstable verdict comes first and again before the vibration."""
     for names in TASKS:
         what = "verdict, tasks " + ", ".join(names)
         with Folder(input=SIEVE) as folder:
@@ -63,12 +63,14 @@ def test_vibrations():
 
 
 def test_limits():
+    """A limit met by an unstable machine is marked as meaningless."""
     with Folder(input=SIEVE) as folder:
         run = Run(folder, *tasks("response"), "input.nml")
         check("limit of an unstable machine", re.search(r"% of the limit [^:]* " + LEFT, run.flat), LEFT, run.out)
 
 
 def test_one_line():
+    """--one-line ends with the verdict."""
     with Folder(input=SIEVE) as folder:
         for names, header in ((("response", "forces"), "xi_peak_m,eta_peak_m,psi_peak_rad,f_peak_N,"
                                "probe(lip).v_band_mm_s,verdict"), (("power",), "torque_peak_Nm,verdict")):
@@ -80,7 +82,7 @@ def test_one_line():
 
 
 def test_over_speeds():
-    """Resonance curve, critical speeds, modes."""
+    """Studies over the speed report unstable speeds."""
     with Folder(input=SIEVE + SPEEDS) as folder:
         run = Run(folder, *tasks("resonance", "campbell"), "input.nml")
         run.done("speeds")
@@ -110,7 +112,7 @@ def test_over_speeds():
 
 
 def test_sweep():
-    """Peaks that are ordered alone have the verdict behind them, and the same numbers as with all columns."""
+    """Peaks swept alone include the verdict and the same numbers."""
     for engine in ("direct", "expansion"):
         with Folder(input=SIEVE + SPEEDS) as folder:
             settings = [*tasks("sweep"), "-s", f"sweep.engine={engine}"]
@@ -131,9 +133,9 @@ def test_sweep():
 
 
 def test_combinations():
-    """Last line, exit code and JSON agree for every combination of tasks on the machine, over a range and of a sweep.
+    """Last line, exit code and JSON agree for all combinations of tasks.
 
-    The machine is unstable at 229 1/min only (docstring of this file), so the verdict of a run follows from what its tasks look at.
+    The machine is unstable at 229 1/min only, so the verdict follows from the speeds that the tasks consider.
     """
     single, ranges = ("stability", "response", "power"), ("resonance", "campbell", "sweep")
     every = single + ranges
@@ -162,7 +164,10 @@ def test_combinations():
 
 
 def test_small():
-    """psi of 0.17 rad is told as beyond small angles, wherever it is told; the limit is 0.1 rad."""
+    """Rotations beyond small angles are pointed out everywhere.
+
+    psi is 0.17 rad; the limit is 0.1 rad.
+    """
     for names in TASKS:
         with Folder(input=SIEVE) as folder:
             run = Run(folder, *tasks(*names), *ABOUT_REST, "input.nml")
@@ -185,7 +190,10 @@ def test_small():
 
 
 def test_great():
-    """Springs and dampers are linear in the exact frame too: beyond half a radian that is asked."""
+    """Very large rotations of the exact model are pointed out.
+
+    Springs and dampers are linear in the exact model too: beyond half a radian the report questions this.
+    """
     with Folder(input=SIEVE) as folder:
         for speed, great in (("117", True), ("229", False)):
             run = Run(folder, *tasks("response"), "-s", f"drive.speed_rpm={speed}", "input.nml")
@@ -196,6 +204,7 @@ def test_great():
 
 
 def test_page():
+    """Page and pictures show the verdict in their headlines."""
     if not shutil.which("gnuplot"):
         print("skip  the verdict on a page: there is no gnuplot")
         return
@@ -239,7 +248,7 @@ SWINGING = """&case tasks='stability' /
 
 
 def test_rounding():
-    """If rounding leaves the verdict undecided, the report does not advise a smaller tolerance, which would not help."""
+    """No smaller tolerance is suggested if rounding leaves the verdict undecided."""
     with Folder(input=SWINGING) as folder:
         for tolerance in ("1e-9", "1e-12"):
             run = Run(folder, "-s", f"accuracy.tolerance={tolerance}", "input.nml")

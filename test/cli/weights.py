@@ -30,7 +30,7 @@ def peak(out, label):
 
 
 def test_lifts_off():
-    """Feet whose dynamic force exceeds the static load, at the numbers of the history."""
+    """Feet that lift off are reported with their least compression."""
     for name, foot, least, weight in (("compressor", "1", -4.57, 48.1), ("watt_six_bar", "1", -10.1, 65.2)):
         with Folder(machine=data(name) + "\n" + GRAVITY) as folder:
             run = Run(folder, "-s", "case.tasks='forces'", "-s", "response.points=3600", "machine.nml")
@@ -53,8 +53,8 @@ def test_lifts_off():
             equal(f"{name}, report", words, [p for p, r in rows.items() if p.isdigit() and float(r["least_compression_N"]) < 0])
 
 
-def test_without():
-    """Without the group nothing is told of weights, and nothing changes; gravity zero is none."""
+def test_no_gravity():
+    """Without gravity nothing about weights is reported or changed."""
     with Folder(input=SOUND) as folder:
         words = ("-s", "case.tasks='response','forces','power'")
         run, zero = (Run(folder, *words, *more, "input.nml") for more in (("-o", "a"), ("-o", "b", "-s", "gravity.acceleration=0")))
@@ -68,7 +68,10 @@ def test_without():
 
 
 def test_numbers():
-    """The shaper's psi, the flying press's torque: what weights do to them; over a turn lifting takes no power."""
+    """Effects of weights on motion and torque agree with known values.
+
+    psi of the shaper, torque of the flying press. Over a turn lifting takes no power.
+    """
     for name, label, factor, tolerance in (("shaper", "psi", 1.092, 2e-3), ("flying_press", "on the vibrating frame", -1.993, 2e-3)):
         with Folder(plain=data(name), weighed=data(name) + "\n" + GRAVITY) as folder:
             runs = [Run(folder, "-s", "case.tasks='response','power'", f"{other}.nml") for other in ("plain", "weighed")]
@@ -84,7 +87,7 @@ def test_numbers():
 
 
 def test_units_and_paths():
-    """Directions in rad, keys by --set, over a sweep and as sensitivity."""
+    """The direction of gravity follows units, --set and sweeps."""
     sweep = "&sweep parameter='gravity.direction', from=-90.0, to=0.0, count=3 /\n"
     sensitive = "&sensitivity parameters='gravity.acceleration', quantities='psi' /\n"
     heavy = SOUND + "&gravity acceleration=300.0 /\n"
@@ -107,6 +110,7 @@ def test_units_and_paths():
 
 
 def test_check():
+    """--check reports the static loads of the supports."""
     with Folder(input=SOUND + GRAVITY) as folder:
         run = Run(folder, "--check", "input.nml")
         if not run.done("--check with weights"):
@@ -119,6 +123,7 @@ def test_check():
 
 
 def test_refused():
+    """Invalid gravity and weights that nothing carries are refused."""
     cases = (
         ("negative acceleration", "&gravity acceleration=-1.0 /\n", 2,
          "input.nml:16: &gravity: acceleration = -1.0: must not be negative"),
@@ -140,7 +145,7 @@ def test_refused():
 
 
 def test_sweep():
-    """A point of a sweep that no spring carries is impossible; the others are computed."""
+    """Points of a sweep that cannot carry the weights are impossible."""
     sweep = SOUND.replace("'stability', 'response'", "'sweep'") + GRAVITY \
         + "&sweep parameter='support.stiffness', from=0, to=2e5, count=2 /\n"
     with Folder(input=sweep) as folder:
@@ -149,4 +154,4 @@ def test_sweep():
             equal("weights, a sweep from no stiffness, verdicts", [row[4] for row in rows], ["impossible", "stable"])
 
 
-WEIGHT_TESTS = [test_sweep, test_lifts_off, test_without, test_numbers, test_units_and_paths, test_check, test_refused]
+WEIGHT_TESTS = [test_sweep, test_lifts_off, test_no_gravity, test_numbers, test_units_and_paths, test_check, test_refused]

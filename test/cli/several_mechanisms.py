@@ -59,7 +59,10 @@ def amplitude(cylinders, order, axis, moving):
 
 
 def engine_tests():
-    """Which orders of an engine's forces balance: of I2, I3, I4, I6 and V2, V8 by their cranks; with the amplitudes that are left."""
+    """The balanced orders of engines and remaining amplitudes agree with closed forms.
+
+    Inline engines with 2, 3, 4 and 6 cylinders, V2 and V8.
+    """
     for name, cylinders in (
             ("I2", [(0, 0), (180, 0)]), ("I3", [(0, 0), (120, 0), (240, 0)]), ("I4", [(0, 0), (180, 0), (180, 0), (0, 0)]),
             ("I6", [(0, 0), (240, 0), (120, 0), (120, 0), (240, 0), (0, 0)]), ("V2", [(-45, 45), (45, -45)]),
@@ -150,7 +153,7 @@ def same(name, one, other, tolerance=1e-9):
 
 
 def placed_tests():
-    """A mechanism that stands elsewhere, turned, late; twice as fast; the other way round: against the same typed otherwise."""
+    """Shifted, turned and delayed mechanisms equal the same ones described otherwise."""
     def moved(point, turned=True):
         z = complex(*point) * cmath.exp(1j * math.radians(35)) + (complex(0.1, -0.05) if turned else 0)
         return z.real, z.imag
@@ -199,7 +202,7 @@ def placed_tests():
 
 
 def data_tests():
-    """data/inline_four.nml: stable; the shafts take the second order, and without them it is there; one shaft and two more."""
+    """Balance shafts of data/inline_four.nml remove the second order."""
     with Folder() as folder:
         shutil.copy(DATA / "inline_four.nml", folder)
         run = Run(folder, "--check", "inline_four.nml")
@@ -240,7 +243,7 @@ REFUSED = (
 
 
 def refused_tests():
-    """One line that points into the file."""
+    """Errors in several mechanisms point to their line of the file."""
     for what, words, message in REFUSED:
         with Folder(input=ENGINE + words) as folder:
             run = Run(folder, "input.nml")
@@ -249,7 +252,7 @@ def refused_tests():
 
 
 def test_many_turns():
-    """A sieve beside a small four-bar that turns 63 times in its 64 turns: next to nothing of it reaches the frame."""
+    """A tiny four-bar that turns 63 times does not disturb a sieve."""
     sieve = ("&case tasks='stability','response' /\n&drive speed_rpm=229 /\n&frame mass=40, inertia=2, origin=0.5,0, dof='psi' /\n"
              "&foundation stiffness=0,0,0, 0,0,0, 0,0,630, damping=0,0,8 /\n&mechanism name='sieve' /\n"
              "&joint mechanism='sieve', name='O', type='ground', position=0,0 /\n"
@@ -272,4 +275,4 @@ def test_many_turns():
     near("many turns: psi", peaks[1], peaks[0], 1e-3 * peaks[0])
 
 
-SEVERAL_TESTS = [engine_tests, placed_tests, data_tests, refused_tests, test_many_turns]
+SEVERAL_MECHANISM_TESTS = [engine_tests, placed_tests, data_tests, refused_tests, test_many_turns]

@@ -27,7 +27,7 @@ def everything(folder):
 
 
 def test_input_stays():
-    """Whatever the names of the input and of the folder: what would replace the input is refused, and nothing is written."""
+    """Results never overwrite the input."""
     with Folder(design=DESIGN) as folder:
         (folder / "in").mkdir()
         os.link(folder / "design.nml", folder / "in" / "design.nml")
@@ -55,7 +55,7 @@ def test_input_stays():
 
 
 def test_links_and_folders_stay():
-    """A link, a folder or a file in the place of the staging folder is left alone; the results are those of an empty folder."""
+    """Links and folders of other origin are left untouched."""
     with Folder() as folder:
         Run(folder, "-q", "input.nml", "-o", "out").done("an empty folder")
         wanted = everything(folder / "out")
@@ -107,7 +107,7 @@ def test_links_and_folders_stay():
 
 
 def test_blocks_stay():
-    """The folder of an unfinished sweep is one that a sweep has made, or the run is refused."""
+    """Only a sweep's own intermediate folder is used."""
     with Folder(input=SWEEP) as folder:
         (folder / "victim").mkdir()
         for name in ("rows", "marks", "origin", "lock"):
@@ -135,4 +135,4 @@ def test_blocks_stay():
               everything(folder / "empty").keys())
 
 
-STAGING_TESTS = (test_input_stays, test_links_and_folders_stay, test_blocks_stay)
+FILE_PROTECTION_TESTS = (test_input_stays, test_links_and_folders_stay, test_blocks_stay)

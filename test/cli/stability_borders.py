@@ -21,6 +21,7 @@ def rows(folder):
 
 
 def test_one_parameter():
+    """Stability borders over one parameter are found and reported."""
     with Folder(input=SIEVE + SPEED) as folder:
         run = Run(folder, "input.nml")
         if not run.done("borders over the speed"):
@@ -50,6 +51,7 @@ def test_one_parameter():
 
 
 def test_two_parameters():
+    """Stability borders over two parameters do not depend on threads."""
     with Folder(input=SIEVE + SPEED + DAMPING) as folder:
         run = Run(folder, "input.nml")
         if not run.done("borders over speed and damping"):
@@ -104,8 +106,10 @@ TWIN_BORDERS = (342.3752, 345.2946, 1244.8146, 1251.0103)
 
 
 def test_half_period():
-    """Wherever the middle of the range lies, in the tongue, below or above it, its borders are found, and the way out of it ends at the
-    border."""
+    """Borders of a tongue are found wherever the middle of the range lies.
+
+    The nearest stable machine lies at the border.
+    """
     with Folder() as folder:
         for first, last in ((340.5, 347.5), (343.0, 347.5), (340.5, 345.0), (1238.0, 1258.0)):
             what = f"twin from {first} to {last}"
@@ -126,6 +130,7 @@ def test_half_period():
 
 
 def test_undamped():
+    """An undamped machine is unstable only between pairs of borders."""
     with Folder(input=SIEVE + SPEED) as folder:
         run = Run(folder, "-s", "foundation.damping(3)=0", "-s", "sweep.from=40", "input.nml")
         if not run.done("borders without damping"):
@@ -141,6 +146,7 @@ def test_undamped():
 
 
 def test_refused():
+    """The task boundary refuses invalid ranges and tolerances."""
     with Folder(input=SIEVE, one=SIEVE + SPEED, point=SIEVE + SPEED.replace("to=300.0, count=10", "count=1")) as folder:
         Run(folder, "input.nml").refused(
             "borders: over nothing", 2, "input.nml:4: &case: tasks = 'boundary': needs a group &sweep with parameter, from, to and count")
@@ -154,7 +160,10 @@ def test_refused():
 
 
 def test_within_range():
-    """A tolerance as wide as the stretches between search points: a mass is not sought below its range, where it is negative."""
+    """The border search never leaves the range, however coarse the tolerance.
+
+    Below its range the mass would be negative.
+    """
     light = """\
 &case tasks='boundary' /
 &drive speed_rpm=384.907 /
@@ -175,4 +184,4 @@ def test_within_range():
         Run(folder, "input.nml").done("borders: a machine close to where a range begins")
 
 
-BORDER_TESTS = (test_one_parameter, test_two_parameters, test_half_period, test_undamped, test_within_range, test_refused)
+STABILITY_BORDER_TESTS = (test_one_parameter, test_two_parameters, test_half_period, test_undamped, test_within_range, test_refused)

@@ -46,6 +46,7 @@ def write_findings_golden():
 
 
 def test_golden():
+    """Results on forces, probes and drive agree with the stored ones."""
     with Folder(input=MACHINE + REST) as folder:
         if not run_golden(folder).done("findings"):
             return
@@ -70,7 +71,7 @@ def test_golden():
 
 
 def test_forces():
-    """supports.csv and its history tell the same; the places add up to the total and to response.csv."""
+    """Forces of the supports add up to the total and to response.csv."""
     with Folder(input=MACHINE) as folder:
         Run(folder, "-q", "-s", "case.tasks='response','forces'", "input.nml").done("forces")
         out = folder / "input"
@@ -101,6 +102,7 @@ def test_forces():
 
 
 def test_guides():
+    """A guide's force acts only across the free directions."""
     with Folder(input=MACHINE) as folder:
         run = Run(folder, "-s", "case.tasks='forces'", "-s", "frame.dof='xi','psi'", "input.nml")
         if not run.done("forces with a guide"):
@@ -122,6 +124,7 @@ def test_guides():
 
 
 def test_probes():
+    """Probes are written with their bands, limits and verdicts."""
     with Folder(input=MACHINE) as folder:
         run = Run(folder, "-s", "case.tasks='response'", "input.nml")
         if not run.done("probes"):
@@ -163,7 +166,7 @@ def test_probes():
 
 
 def test_units():
-    """Millimetres for the probe as for all lengths."""
+    """Units apply to probes as to all other lengths."""
     machine = SOUND + "&probe name='p', position=0.25,-0.1 /\n"
     other = machine
     for key in ("position", "radius", "lengths", "center", "origin"):
@@ -191,6 +194,7 @@ def scaled(part):
 
 
 def test_power():
+    """The drive's mean power equals the losses of the dampers."""
     with Folder(input=MACHINE) as folder:
         run = Run(folder, "-s", "case.tasks='power'", "-s", "response.points=360", "input.nml")
         if not run.done("power"):
@@ -230,6 +234,7 @@ FUNCTIONS = """\
 
 
 def test_refused():
+    """Tasks that need the kinetic energy or periodic masses are refused without."""
     with Folder(input=FUNCTIONS, sound=SOUND) as folder:
         Run(folder, "input.nml").refused(
             "power without energy", 2, "input.nml:3: &mass_functions: the task 'power' needs the key energy, the harmonics of "
@@ -242,4 +247,4 @@ def test_refused():
             "forces of the averaged model")
 
 
-FINDINGS_TESTS = [test_golden, test_forces, test_guides, test_probes, test_units, test_power, test_refused]
+FORCE_AND_PROBE_TESTS = [test_golden, test_forces, test_guides, test_probes, test_units, test_power, test_refused]

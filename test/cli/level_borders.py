@@ -3,7 +3,7 @@
 import math
 import re
 
-from borders import DAMPING as SIEVE_DAMPING, SIEVE, SPEED as SIEVE_SPEED
+from stability_borders import DAMPING as SIEVE_DAMPING, SIEVE, SPEED as SIEVE_SPEED
 from broken_inputs import SOUND
 from harness import Folder, Run, check, equal, files, near
 from quantities import BAND, DAMPING, MASS, ROTOR, STIFFNESS, UNBALANCE
@@ -60,6 +60,7 @@ def as_bisected(what, folder, function, level, a, b, path, downward=False):
 
 
 def test_closed_form():
+    """Speeds where a quantity crosses its level agree with the closed form."""
     ask = "&boundary quantity='fx', level={} /\n"
     for level in (1000, 2500):
         with Folder(input=LEVEL + axis(FIRST, 300, 900, 7) + ask.format(level)) as folder:
@@ -89,7 +90,10 @@ def test_closed_form():
 
 
 def test_between_points():
-    """A resonance far narrower than the search points are apart; without damping too; a level that is never reached."""
+    """Crossings on both sides of a very narrow resonance are found.
+
+    The resonance is far narrower than the distance of the search points, damped or not. A level that is never reached has none.
+    """
     with Folder(input=LEVEL.replace(f"damping={DAMPING}", "damping=0.2")
                 + axis(FIRST, 300, 900, 3) + "&boundary quantity='fx', level=2e5 /\n") as folder:
         Run(folder, "-q", "input.nml").done("a narrow resonance")
@@ -107,7 +111,10 @@ def test_between_points():
 
 
 def test_error_across():
-    """A level that the greatest peak meets within its error is told as open or undecided, never as a sure crossing."""
+    """A level that the peak meets within its error is not a sure crossing.
+
+    It is reported as open or undecided.
+    """
     greatest = force(top(force, 500, 700))
     text = LEVEL + axis(FIRST, 300, 900, 7) + f"&boundary quantity='fx', level={greatest!r} /\n"
     with Folder(input=text) as folder:
@@ -120,7 +127,7 @@ def test_error_across():
 
 
 def test_of_a_band():
-    """The probe's own limit as the level; a jump where the band begins."""
+    """A probe's limit serves as level, and a band's edge as jump."""
     speed = axis(FIRST, 300, 900, 7)
     velocity = lambda n: 1000 / math.sqrt(2) * n * 2 * math.pi / 60 * force(n) / abs(STIFFNESS + 1j * DAMPING * n * 2 * math.pi / 60)
     with Folder(input=LEVEL.replace("band_hz=", "limit_mm_s=600, band_hz=") + speed
@@ -134,7 +141,10 @@ def test_of_a_band():
 
 
 def test_as_single_runs():
-    """The exact frame: single runs on both sides of every crossing; the same bytes whatever the threads."""
+    """Crossings of the exact model agree with single runs on both sides.
+
+    The files are the same for any number of threads.
+    """
     machine = SOUND.replace("'stability', 'response'", "'boundary'") + "&probe name='desk', position=0.3,0.25 /\n"
     words = "&boundary quantity='probe(desk).v', measure='band', level=18 /\n&response quantities='probe(desk).v', measures='band' /\n"
     with Folder(input=machine + axis(FIRST, 260, 330, 5) + words) as folder:
@@ -208,7 +218,10 @@ def follows(what, table, function, level, axes, deviation):
 
 
 def test_map():
-    """Over speed and stiffness: every vertex, and the ways between them, against the closed form; whichever way the axes run."""
+    """Level curves over speed and stiffness agree with the closed form.
+
+    Every vertex and the lines between them; whichever way the axes run.
+    """
     text = LEVEL + "&boundary quantity='fx', level=1000 /\n"
     speed, stiffness = (300, 900, False), (4e4, 2e5, False)
     for what, paths, axes in (
@@ -247,7 +260,10 @@ def force_rms(rpm, stiffness):
 
 
 def test_narrow_map():
-    """A ridge far narrower than the search points are apart, damped or not: its two sides, the ridge on the left of both."""
+    """A ridge much narrower than the search grid has its two level curves.
+
+    Damped or not; the ridge is on the left of both.
+    """
     groups = axis(FIRST, 300, 900, 4) + axis(ALONG, 4e4, 2e5, 4)
     for damping, state in ((0.2, "ok"), (0.0, "undamped")):
         with Folder(input=LEVEL.replace(f"damping={DAMPING}", f"damping={damping}") + "&boundary quantity='fx', level=2e5 /\n"
@@ -269,7 +285,7 @@ def test_narrow_map():
 
 
 def test_map_of_a_band():
-    """A level below what the band shows where it begins: a straight curve of jumps."""
+    """A level curve follows the edge of a band in a straight line."""
     words = "&boundary quantity='probe(foot).v', measure='band', level=100 /\n"
     with Folder(input=LEVEL + words + axis(FIRST, 300, 900, 5) + axis(ALONG, 7e4, 9e4, 3)) as folder:
         run = Run(folder, "input.nml")
@@ -283,7 +299,10 @@ def test_map_of_a_band():
 
 
 def test_map_where_unstable():
-    """A level's curve through a tongue of instability: `state` is what single runs tell, the corners are found to the deviation."""
+    """States along a level curve agree with single runs through a tongue.
+
+    Its corners at the tongue's borders are found within the deviation.
+    """
     ranges = [(120.0, 300.0), (0.2, 10.0)]
     with Folder(input=SIEVE + SIEVE_SPEED + SIEVE_DAMPING + "&boundary quantity='f', level=800 /\n") as folder:
         run = Run(folder, "input.nml")
@@ -304,7 +323,7 @@ def test_map_where_unstable():
 
 
 def test_map_as_single_runs():
-    """The exact frame: single runs on both sides of vertices of a map."""
+    """Vertices of the exact model's level curve agree with single runs."""
     machine = SOUND.replace("'stability', 'response'", "'boundary'") + "&probe name='desk', position=0.3,0.25 /\n"
     words = "&boundary quantity='probe(desk).v', measure='band', level=18 /\n&response quantities='probe(desk).v', measures='band' /\n"
     with Folder(input=machine + axis(FIRST, 280, 310, 3) + axis(ALONG, 15000, 30000, 2) + words) as folder:
@@ -325,6 +344,7 @@ def test_map_as_single_runs():
 
 
 def test_refused():
+    """Invalid levels are refused and nothing is written."""
     line = LEVEL.count("\n") + 1
     for what, words, message in REFUSED:
         with Folder(input=LEVEL + axis(FIRST, 300, 900, 3) + f"&boundary {words} /\n") as folder:
@@ -337,5 +357,5 @@ def test_refused():
               run.out)
 
 
-LEVEL_TESTS = [test_closed_form, test_between_points, test_error_across, test_of_a_band, test_as_single_runs, test_map, test_narrow_map,
+LEVEL_BORDER_TESTS = [test_closed_form, test_between_points, test_error_across, test_of_a_band, test_as_single_runs, test_map, test_narrow_map,
                test_map_of_a_band, test_map_where_unstable, test_map_as_single_runs, test_refused]

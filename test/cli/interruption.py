@@ -9,7 +9,7 @@ import subprocess
 import time
 from pathlib import Path
 
-from borders import DATA, SIEVE
+from stability_borders import DATA, SIEVE
 from broken_inputs import REST, SOUND
 from critical import NEEDLE
 from harness import Folder, Run, check, equal, files, near
@@ -51,6 +51,7 @@ def journal(folder):
 
 
 def test_threads():
+    """Any number of threads writes the same bytes."""
     for what, text in CASES.items():
         with Folder(input=text) as folder:
             outputs = {}
@@ -96,7 +97,7 @@ def kept_of(what, folder, least):
 
 
 def test_killed():
-    """Killed again and again, each time a little later: what was kept is there, the bytes are those of a run that was not."""
+    """A run killed again and again finally writes the same bytes."""
     chance = random.Random(16)
     for what, text in CASES.items():
         with Folder(input=text) as folder:
@@ -120,7 +121,10 @@ def test_killed():
 
 
 def test_pieces_are_read():
-    """A piece that was kept is not computed again: numbers that are changed in it, with their checksum, are in the table."""
+    """Results kept from a killed run are not computed again.
+
+    A kept number that was changed together with its checksum appears in the table.
+    """
     with Folder(input=CASES["campbell, critical, resonance"]) as folder:
         kept = kept_of("kept", folder, 30000)
         records = [bytearray(MAGIC + record) for record in kept.split(MAGIC)[1:]]
@@ -148,7 +152,7 @@ def checksum(data):
 
 
 def test_damaged_and_foreign():
-    """What is damaged is computed again, with a note; what another input has left is not used; a torn end is no damage."""
+    """Damaged intermediate results are computed again, foreign ones are ignored."""
     note = "note: out: the journal of an interrupted run is damaged; its damaged part is computed again\n"
     with Folder(input=CASES["campbell, critical, resonance"]) as folder:
         Run(folder, "-q", "input.nml", "-o", "right").done("damaged: undisturbed")
@@ -179,4 +183,4 @@ def test_damaged_and_foreign():
                 shutil.rmtree(folder / output)
 
 
-SPREAD_TESTS = (test_threads, test_killed, test_pieces_are_read, test_damaged_and_foreign)
+INTERRUPTION_TESTS = (test_threads, test_killed, test_pieces_are_read, test_damaged_and_foreign)

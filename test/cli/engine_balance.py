@@ -6,8 +6,8 @@ import math
 import re
 
 from harness import Folder, Run, check, equal, near
-from several import LINKAGE, PLACES
-from several import FRAME as STAND
+from several_mechanisms import LINKAGE, PLACES
+from several_mechanisms import FRAME as STAND
 from space import DATA, VALIDATION, against_reference, rows
 
 # Crank radius, rod, spacing of the cylinders (m), mass of a piston (kg), speed (1/min); massless rods and throws.
@@ -96,7 +96,7 @@ def compare(what, came, value, scale):
 
 
 def engine_tests():
-    """Forces and couples that vanish and those that are there, and how they turn."""
+    """Forces and couples of engines by orders agree with closed forms."""
     for name, (pins, banks, places, book) in ENGINES.items():
         with Folder(input=engine(pins, banks, places)) as folder:
             run = Run(folder, "--check", "input.nml")
@@ -149,7 +149,10 @@ def torque_of_four(speed):
 
 
 def shaft_tests():
-    """data/engine_in_space.nml with its balance shafts and without, and the compressor whose shaft is upright."""
+    """Balance shafts remove exactly the orders they are made for.
+
+    data/engine_in_space.nml and data/inline_twin.nml with and without their shafts, and a compressor with an upright shaft.
+    """
     speed = 800 * math.pi / 30
     cylinder = (0.392 + 0.56 * 43 / 145) * 0.043 * speed**2
     # the second factor of A_k by its series in r/l (W. Thomson, Fundamentals of Automotive Engine Balance, 1978)
@@ -211,7 +214,10 @@ BLOCK = """\
 
 
 def torque_roll_tests():
-    """A block alone: J^-1 e by hand; held by springs in proportion to its mass it has that motion as its mode."""
+    """The torque-roll axis agrees with a calculation by hand.
+
+    Held by springs in proportion to its mass, the block has this motion as a mode.
+    """
     # J^-1 e of J = [[3, .2, .5], [.2, 4, -.3], [.5, -.3, 2]] by Cramer's rule
     j = [[3.0, 0.2, 0.5], [0.2, 4.0, -0.3], [0.5, -0.3, 2.0]]
 
@@ -286,7 +292,7 @@ PUBLISHED = (
 
 
 def published_tests():
-    """data/powertrain.nml without weight and damping against what is published of it, to its digits."""
+    """Modes of data/powertrain.nml agree with published values."""
     free = [option for i in (1, 2, 3) for option in ("--set", f"support({i}).damping=0,0,0")]
     with Folder() as folder:
         run = Run(folder, "-q", *free, "--set", "gravity.acceleration=0", "-o", "out", DATA / "powertrain.nml")
@@ -300,8 +306,10 @@ def published_tests():
 
 
 def ratio_tests():
-    """Shafts whose ratio is not whole: against the same machine with a drive that turns as slowly as all come round together, whose
-    ratios are whole."""
+    """Results do not depend on how fractional ratios are written.
+
+    The drive may turn at the given speed with fractional ratios, or once in the whole period with integer ratios.
+    """
     pins, banks, places, _ = ENGINES["I3"]
     own = "".join(line.replace("&joint ", "&joint mechanism='m', ") + "\n" for line in LINKAGE.format(*PLACES).splitlines())
     plane = "&drive speed_rpm={0} /\n" + STAND + "&mechanism name='m', ratio={1} /\n" + own
@@ -321,7 +329,7 @@ def ratio_tests():
                           for table in TABLES[:8 if what == "space" else 11]} for which in ("one", "other")]
                 compare_ratios(name, turns, runs, found)
                 compare_drive(name, turns, found)
-                compare_told(name, turns, runs)
+                compare_reports(name, turns, runs)
                 told = Run(folder, "--check", "one.nml")
                 order = {2: "0.5", 3: "0.3333", 23: "0.7391"}[turns] if slow > 0 else "1.5"
                 check(f"{name}: its order in the balance table", re.search(rf"^ +{re.escape(order)} ", told.out, re.M), order,
@@ -344,7 +352,7 @@ HALF = (0.785660339307, (1.3510204626367e-06, 5.5859292676651e-05, 6.71205517210
 
 
 def half_speed_tests():
-    """A shaft at half the speed, against d'Alembert's principle summed link by link."""
+    """A shaft at half speed satisfies d'Alembert's principle."""
     text = re.sub(r"&case title = ('[^']*') /", "&response points=64, harmonics=60 /\n&model frame='exact' /\n"
                   "&case title = \\1, tasks='stability','response' /", (VALIDATION / "twin_balance_shaft.nml").read_text())
     with Folder(input=text.replace("ratio=-1", "ratio=-1,2")) as folder:
@@ -374,7 +382,7 @@ def compare_drive(name, turns, found):
          1e-9 * abs(float(found[0]["power"][5]["drive_W"])))
 
 
-def compare_told(name, turns, runs):
+def compare_reports(name, turns, runs):
     """The report's lines on forces and the drive, in orders and angles of the drive."""
     told = [[re.findall(pattern, run.out, re.M) for run in runs] for pattern in
             (r"peak of the total force: (\S+) N at crank angle (\S+) deg", r"on the vibrating frame +(\S+) +(\S+) +(\S+) +(\S+) +(\S+)",
@@ -421,4 +429,4 @@ def compare_ratios(name, turns, runs, found):
         near(f"{name}: halves in turns", float(halving[0][1]) / float(halving[1][1]), turns, 0.01 * turns)
 
 
-SPACE_LOOKS_TESTS = [published_tests, engine_tests, shaft_tests, torque_roll_tests, ratio_tests, half_speed_tests]
+ENGINE_BALANCE_TESTS = [published_tests, engine_tests, shaft_tests, torque_roll_tests, ratio_tests, half_speed_tests]

@@ -43,7 +43,7 @@ def same_as_tables(what, found, folder):
 
 
 def test_tables():
-    """Every task, in the file and on standard output; nothing of it is lost between them."""
+    """The JSON output contains every table of every task."""
     tasks = "case.tasks='stability','modes','response','forces','power','drawing','sensitivity'"
     with Folder() as folder:
         run = Run(folder, "--json", "-o", "one", "-s", tasks, DATA / "compressor.nml")
@@ -60,6 +60,7 @@ def test_tables():
 
 
 def test_speeds():
+    """JSON output over the speed contains the worst verdict."""
     with Folder() as folder:
         tasks = "case.tasks='campbell','critical','resonance'"
         run = Run(folder, "--json", "-q", "-o", "one", "-s", tasks, "-s", "sweep.count=9", "-s", "sweep.to=400", DATA / "khang_speeds.nml")
@@ -70,6 +71,7 @@ def test_speeds():
 
 
 def test_sweep():
+    """JSON output of a sweep contains its table."""
     with Folder() as folder:
         run = Run(folder, "--json", "-q", "-o", "one", "-s", "sweep.count=30", DATA / "khang_chart.nml")
         same_as_tables("json of a sweep", json.loads(run.out), folder / "one")
@@ -77,7 +79,7 @@ def test_sweep():
 
 
 def test_words():
-    """Quotes, backslashes and what is no text."""
+    """Quotes, backslashes and invalid UTF-8 are valid JSON."""
     with Folder() as folder:
         title = 'a "b" \\ c, d'
         run = Run(folder, "--json", "-q", "-s", f"case.title='{title}'", "-s", "case.tasks='stability'", DATA / "khang_four_bar.nml")
@@ -85,7 +87,7 @@ def test_words():
 
 
 def test_failure():
-    """What could not be computed stands beside what could."""
+    """JSON output with a failure contains what was computed."""
     with Folder() as folder:
         run = Run(folder, "--json", "-q", "-s", "probe.position(1)=-9e306", DATA / "compressor.nml")
         equal("json with a failure: exit code", run.code, 4)
@@ -95,6 +97,7 @@ def test_failure():
 
 
 def test_refused():
+    """--json cannot be combined with --check or --one-line."""
     with Folder() as folder:
         for option in ("--check", "--one-line"):
             Run(folder, "--json", option, DATA / "khang_four_bar.nml").refused(

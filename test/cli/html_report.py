@@ -74,6 +74,7 @@ def shown(what, path, pictures):
 
 
 def test_report():
+    """The HTML report is complete, self-contained and valid."""
     if not GNUPLOT:
         print("skip  report.html: there is no gnuplot")
         return
@@ -108,7 +109,7 @@ def test_report():
 
 
 def test_report_of_a_part():
-    """Files of another run in the folder stay out of the report."""
+    """The HTML report excludes files of other runs."""
     if not GNUPLOT:
         return
     with Folder(input=FULL) as folder:
@@ -122,6 +123,7 @@ def test_report_of_a_part():
 
 
 def test_report_refused():
+    """--report without gnuplot or with conflicting options is refused."""
     for other in ("--check", "--one-line", "--part=1/2"):
         with Folder() as folder:
             Run(folder, "--report", other, "input.nml").refused(f"--report {other}", 1,
@@ -133,4 +135,4 @@ def test_report_refused():
         equal("--report without gnuplot, the page", (page.headings[1:3], page.pictures), (["The machine", "Stability"], []))
 
 
-REPORT_TESTS = (test_report, test_report_of_a_part, test_report_refused)
+HTML_REPORT_TESTS = (test_report, test_report_of_a_part, test_report_refused)

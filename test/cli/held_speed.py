@@ -17,7 +17,10 @@ def amplitude(folder, order, name="psi_rad"):
 
 
 def test_holders():
-    """psi's second order of the compressor: with a speed that is held in space by a constraint Exudyn agrees to 1e-9."""
+    """The compressor's motion agrees with Exudyn for every holder of the speed.
+
+    Order 2 of psi; Exudyn holds the speed in space by a constraint and agrees to 1e-9.
+    """
     for holder, second in (("motor", 0.003799), ("flywheel", 0.149134), ("outside", 0.149134)):
         with Folder(machine=COMPRESSOR) as folder:
             run = Run(folder, "-s", f"drive.held_by='{holder}'", "machine.nml")
@@ -31,7 +34,7 @@ def test_holders():
 
 
 def test_default():
-    """The motor is the default, to the last byte."""
+    """Naming the default holder of the speed changes no byte."""
     with Folder(input=SOUND) as folder:
         for name, words in (("a", ()), ("b", ("-s", "drive.held_by='motor'"))):
             Run(folder, "-q", "-o", name, *words, "input.nml").done(f"default, {name}")
@@ -40,7 +43,10 @@ def test_default():
 
 
 def test_fluctuation():
-    """A heavier flywheel turns more evenly; units, a sweep over it, the note, the column."""
+    """A heavier flywheel turns more evenly.
+
+    Also its units, a sweep over its inertia, the note and the column.
+    """
     words = ("-s", "drive.held_by='flywheel'", "-s", "case.tasks='power'")
     with Folder(machine=COMPRESSOR, small=COMPRESSOR + "&units inertia='kg cm^2' /\n",
                 sweep=COMPRESSOR + "&sweep parameter='drive.flywheel_inertia', from=0.1, to=0.3, count=2 /\n") as folder:
@@ -69,7 +75,10 @@ def test_fluctuation():
 
 
 def test_check():
-    """The shaking moment that --check tells lacks the torque's fluctuation."""
+    """The shaking moment of --check depends on who holds the speed.
+
+    It does not contain the torque's fluctuation.
+    """
     with Folder(machine=COMPRESSOR) as folder:
         tables = []
         for holder in ("motor", "outside"):
@@ -82,6 +91,7 @@ def test_check():
 
 
 def test_refused():
+    """Holders of the speed that lack data are refused."""
     drive = "&drive speed_rpm = 240.0"
     cases = (
         ("nobody holds it", "held_by='nobody'", "held_by = 'nobody'"),
@@ -102,4 +112,4 @@ def test_refused():
                     "input.nml:2: &drive: held_by = 'outside' requires the mechanism's energy: add the key energy to &mass_functions")
 
 
-HELD_TESTS = [test_holders, test_default, test_fluctuation, test_check, test_refused]
+HELD_SPEED_TESTS = [test_holders, test_default, test_fluctuation, test_check, test_refused]

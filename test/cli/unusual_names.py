@@ -10,7 +10,7 @@ CONTROLS = re.compile(r"[\x00-\x09\x0b-\x1f\x7f-\x9f]")
 
 
 def test_names_of_files():
-    """What the system takes as a name stands on one line of report, tables, page and messages."""
+    """Unusual file names stay on one line of report, tables and messages."""
     for name, told, blank in (("a\x7fb.nml", "a?b.nml", "a?b.nml"), ("two\nlines.nml", "two?lines.nml", "two lines.nml"),
                               ("bell\x07.nml", "bell?.nml", "bell .nml"), ("a\u0085b.nml", "a??b.nml", "a??b.nml"),
                               ("m\u00fcller.nml", "m\u00fcller.nml", "m\u00fcller.nml")):
@@ -37,7 +37,7 @@ def test_names_of_files():
 
 
 def test_long_references():
-    """No joint has a name of more than 64 characters: what refers to one is told so, in a line that can be read."""
+    """References longer than any name are refused in a readable line."""
     long = "of blanks " * 100
     for key, broken in (("from", changed("from='A0'", f"from='{long}'")), ("to", changed("from='A0', to='A'", f"from='A0', to='{long}'")),
                         ("pivot", changed("pivot='A0'", f"pivot='{long}'"))):
@@ -48,7 +48,7 @@ def test_long_references():
 
 
 def test_characters():
-    """Names have 64 characters, however many bytes these take."""
+    """Names may have 64 characters, however many bytes these take."""
     for letter in ("x", "\u00e9", "\u65e5", "\U0001d6a8"):
         probe = "&probe name='{0}', position=0.1,0.1 /\n&response quantities='probe({0}).v' /\n"
         with Folder(input=SOUND + probe.format(letter * 64)) as folder:
@@ -60,7 +60,7 @@ def test_characters():
 
 
 def test_long_title():
-    """A title of any length, with the least stack that is enough."""
+    """A title of any length works with the smallest permitted stack."""
     with Folder(input=SOUND.replace("'four-bar'", f"'{'T' * 300000}'")) as folder:
         run = Run(folder, "--json", "input.nml", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_STACK, (2**18, resource.RLIM_INFINITY)))
         run.done("a long title")
@@ -68,13 +68,17 @@ def test_long_title():
 
 
 def test_controls_of_two_bytes():
+    """Two-byte control characters in names are refused."""
     with Folder(input=SOUND + "&probe name='a\u0085b', position=0,0 /\n") as folder:
         Run(folder, "input.nml").refused("a control character of two bytes in a name", 2, "input.nml:16: &probe 'a??b': name = 'a??b': "
                                          "must not contain control characters, such as line ends")
 
 
 def test_carriage_return():
-    """An end of a line to some editors and none to others: refused, with the line as grep counts it."""
+    """A carriage return within a line is refused with its line number.
+
+    The number is the one that grep counts. Lines that end with CR LF are accepted.
+    """
     for name, broken, line in (("in a comment", SOUND.replace("&drive", "! one\rtwo\n&drive"), 2),
                                ("alone", SOUND.replace("\n", "\r"), 1), ("between", SOUND.replace("= 240.0 /\n", "= 240.0\r/\n"), 2)):
         with Folder() as folder:
@@ -85,16 +89,16 @@ def test_carriage_return():
         Run(folder, "input.nml").refused("lines that end with CR LF", 2, "input.nml:16: unknown group &drve: did you mean &drive?")
 
 
-def test_remark():
-    """A row is no remark because its name begins as one."""
+def test_hash_name():
+    """A row whose name begins with # is not taken for a comment."""
     with Folder(input=SOUND + "&probe name='#1', position=0.1,0.2 /\n") as folder:
         if Run(folder, "-q", "-o", "out", "input.nml").done("a probe named #1"):
             lines = (folder / "out" / "probes.csv").read_text().splitlines()
             equal("a probe named #1", [line[:5] for line in lines if line[0] != "#"][1:], ['"#1",'])
 
 
-def test_standstill():
-    """Borders are sought everywhere in a range: of speeds it must not hold zero."""
+def test_zero_speed():
+    """A range of speeds for borders must not contain zero."""
     one, two = (f"&sweep parameter='{path}, count=3 /\n" for path in ("drive.speed_rpm', from=125.0, to=-125.0",
                                                                     "frame.inertia', from=0.7, to=0.8"))
     for sweeps, line, name in ((one, 16, "&sweep"), (two + one, 17, "&sweep 2")):
@@ -103,4 +107,4 @@ def test_standstill():
                                              "-125.0: the range must not include standstill: 'from' and 'to' must have the same sign")
 
 
-NAME_TESTS = [test_names_of_files, test_long_references, test_characters, test_long_title, test_controls_of_two_bytes, test_carriage_return, test_remark, test_standstill]
+UNUSUAL_NAME_TESTS = [test_names_of_files, test_long_references, test_characters, test_long_title, test_controls_of_two_bytes, test_carriage_return, test_hash_name, test_zero_speed]

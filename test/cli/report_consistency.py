@@ -53,7 +53,7 @@ def naturals(report):
 
 
 def test_frequencies():
-    """A multiplier's frequency is one of the averaged frame's, but for a part in a hundred, and fits its argument."""
+    """Frequencies of multipliers agree with natural frequencies and arguments."""
     for speed in (240, 97, 1450):
         with Folder() as folder:
             run = Run(folder, "-s", f"drive.speed_rpm={speed}", "input.nml")
@@ -75,6 +75,7 @@ def test_frequencies():
 
 
 def test_kinds_of_frequencies():
+    """Overdamped and locked multipliers are described as such."""
     with Folder() as folder:
         run = Run(folder, "-s", "foundation.damping=3e4,2e4,2e3", "input.nml")
         run.done("overdamped")
@@ -87,7 +88,7 @@ def test_kinds_of_frequencies():
 
 
 def test_orders():
-    """The strongest order has a part of the mean square, never more than all; the disc's force has but one."""
+    """The reported strongest order and its share agree with the harmonics."""
     with Folder(input=DISC) as folder:
         run = Run(folder, "input.nml")
         run.done("orders")
@@ -109,7 +110,7 @@ def test_orders():
 
 
 def test_noise():
-    """What rests but for roundings is told as at rest."""
+    """What moves only by rounding is reported as zero."""
     with Folder(input=YOKE) as folder:
         run = Run(folder, "input.nml")
         run.done("noise")
@@ -128,6 +129,7 @@ def test_noise():
 
 
 def test_motor():
+    """The report states where the motor is mounted."""
     with Folder() as folder:
         for options in ([], ["--check"]):
             run = Run(folder, *options, "input.nml")
@@ -135,7 +137,10 @@ def test_motor():
 
 
 def test_units():
-    """Lengths in mm without &units: 70 m in place of 0.07 m."""
+    """Implausibly large dimensions, speeds and accelerations are warned of.
+
+    For example lengths in mm without &units: 70 m in place of 0.07 m.
+    """
     metres = [("joint(A0).position=0,0"), ("joint(B0).position=400,0"), ("joint(A).radius=70"), ("joint(B).lengths=370,160")]
     settings = [word for setting in metres for word in ("-s", setting)]
     with Folder() as folder:
@@ -154,6 +159,7 @@ def test_units():
 
 
 def test_triad():
+    """Joints that depend on each other are refused with an explanation."""
     with Folder(input=TRIAD) as folder:
         Run(folder, "--check", "input.nml").refused(
             "triad", 2, "input.nml:6: &joint 'C': ends = 'A', 'D': joint 'D' in line 7 refers to 'C' in turn: joints that can "
@@ -163,4 +169,4 @@ def test_triad():
                                                                               "this joint"))
 
 
-TOLD_TESTS = (test_frequencies, test_kinds_of_frequencies, test_orders, test_noise, test_motor, test_units, test_triad)
+REPORT_CONSISTENCY_TESTS = (test_frequencies, test_kinds_of_frequencies, test_orders, test_noise, test_motor, test_units, test_triad)

@@ -61,6 +61,7 @@ def upper_half(table):
 
 
 def test_references():
+    """Extreme machines are solved efficiently and agree with quadruple precision."""
     for setting, (way, logarithms, start) in REFERENCES.items():
         with Folder(input=SOUND + REST) as folder:
             run = Run(folder, "--verbose", "input.nml", "-s", setting)
@@ -90,7 +91,7 @@ def test_references():
 
 
 def test_methods():
-    """Every method by name against numbers of a finer tolerance, within the bounds that it claims."""
+    """Every method keeps its error bounds."""
     golden = Table(GOLDEN / "240" / "multipliers.csv")
     for method in ("explicit8", "magnus4", "magnus6", "gauss2", "gauss8"):
         with Folder(input=SOUND + REST) as folder:
@@ -107,6 +108,7 @@ def test_methods():
 
 
 def test_reduced_by_name():
+    """The method reduced is refused where it does not apply."""
     with Folder() as folder:
         options = ("-s", "accuracy.method=reduced")
         Run(folder, "-q", "input.nml", *options).refused(
@@ -119,8 +121,11 @@ def test_reduced_by_name():
 
 
 def test_parts():
-    """xi and eta alone do not act on each other: two oscillators whose multipliers exp(lambda T) everybody knows, the second
-    so strongly damped that it is reduced while the first is integrated."""
+    """Uncoupled degrees of freedom are solved separately.
+
+    Two oscillators with multipliers exp(lambda T). The second is damped so strongly that it is reduced, while the
+    first is integrated.
+    """
     mass, period, stiffness = 18.0 + 1.35, 0.25, 4 * 196133.0
     light, heavy = 5.0, 5e5
     with Folder() as folder:
@@ -143,7 +148,7 @@ def test_parts():
 
 
 def test_resonance():
-    """xi alone with a frequency of five times the crank's."""
+    """An exact resonance is an error; a near one is reported."""
     stiffness = (18.0 + 1.35) * (5 * 2 * math.pi * 4) ** 2 / 4
     settings = ("-s", "frame.dof='xi'", "-s", f"support.stiffness={stiffness!r}")
     sentence = (r"the natural frequency (20|19\.99\d*) Hz is (5|4\.999\d*) times the crank speed \(order 5\); "
@@ -166,6 +171,7 @@ def test_resonance():
 
 
 def test_trade():
+    """The task trade includes the method reduced where it applies."""
     with Folder() as folder:
         for speed, expected in (("1", 1), ("240", 0)):
             run = Run(folder, "input.nml", "-s", "case.tasks=trade", "-s", f"drive.speed_rpm={speed}", "-s", "model.frame=rest",
@@ -208,7 +214,7 @@ OVERDAMPED = """\
 
 
 def test_overdamped():
-    """The error that is claimed of a well-conditioned vibration is small, whatever way `auto` takes, and it holds."""
+    """Error bounds of an overdamped machine hold and are small."""
     with Folder(input=OVERDAMPED) as folder:
         peaks = {}
         for method in ("auto", "gauss10"):
@@ -255,7 +261,7 @@ MID_TURN = """\
 
 
 def test_mid_turn():
-    """Errors of the rows are told wherever in the turn they arise, here from numbers of steps."""
+    """Error bounds cover errors that arise in mid-turn."""
     with Folder(input=MID_TURN + REST) as folder:
         rows = {}
         for name, accuracy in (("rough", ["tolerance=1e-8", "method='gauss5'"]), ("sharp", ["tolerance=1e-13", "method='gauss10'"])):
@@ -279,7 +285,7 @@ COMPRESSORS = (("frame.inertia=1e-3", "support.damping=6e4"), ("frame.inertia=1e
 
 
 def test_overdamped_probes():
-    """Errors of all that is told of an overdamped machine are numbers, small against what they are the errors of."""
+    """Error bounds of overdamped probes are finite and small."""
     for settings in COMPRESSORS:
         with Folder() as folder:
             changes = [word for setting in settings for word in ("-s", setting)]
@@ -299,8 +305,8 @@ def test_overdamped_probes():
                           f"{key} = {value} with {settings}")
 
 
-def test_lost():
-    """With far too few steps nothing is known: the report says so in words, and multipliers.csv row by row."""
+def test_too_few_steps():
+    """With far too few steps the results are reported as lost."""
     with Folder() as folder:
         run = Run(folder, DATA / "khang_four_bar.nml", "--verbose", "-o", "out", "-s", "case.tasks='stability'", "-s",
                   "accuracy.method='explicit8'", "-s", "accuracy.steps=2")
@@ -318,4 +324,4 @@ def test_lost():
               response.err)
 
 
-WAYS_TESTS = (test_lost, test_mid_turn, test_overdamped, test_overdamped_probes, test_references, test_methods, test_reduced_by_name, test_parts, test_resonance, test_trade)
+SOLUTION_METHOD_TESTS = (test_too_few_steps, test_mid_turn, test_overdamped, test_overdamped_probes, test_references, test_methods, test_reduced_by_name, test_parts, test_resonance, test_trade)

@@ -24,6 +24,7 @@ def narrow(what, report):
 
 
 def test_width():
+    """No line of a report is wider than a terminal."""
     for path in sorted(DATA.glob("*.nml")):
         settings = [word for setting in (FEWER.get(path.stem), EVERY.get(path.stem)) if setting for word in ("-s", setting)]
         with Folder() as folder:
@@ -37,7 +38,7 @@ def test_width():
 
 
 def test_long_names():
-    """Names of the user's are whole, the longest that there may be on lines of their own."""
+    """Long names are printed completely."""
     name = "bearing_of_the_crank_shaft_beside_the_motor_and_next_to_the_wall"
     equal("the longest name", len(name), 64)
     with Folder() as folder:
@@ -50,6 +51,7 @@ def test_long_names():
 
 
 def test_last_line():
+    """The last line of the report shows the verdict and exceeded limits."""
     with Folder() as folder:
         run = Run(folder, DATA / "compressor.nml")
         lines = run.out.splitlines()
@@ -67,6 +69,7 @@ def test_last_line():
 
 
 def test_verbose():
+    """The report omits only what --verbose adds."""
     with Folder() as folder:
         plain, verbose = (Run(folder, *options, DATA / "compressor.nml") for options in ([], ["--verbose"]))
         for words in DIAGNOSTICS:
@@ -90,4 +93,4 @@ def test_verbose():
                 check(f"page: {words}", words in page.partition("<h2>")[0], words, page.partition("<h2>")[0][-900:])
 
 
-LINES_TESTS = (test_width, test_long_names, test_last_line, test_verbose)
+REPORT_LAYOUT_TESTS = (test_width, test_long_names, test_last_line, test_verbose)

@@ -69,7 +69,7 @@ def multipliers(run):
 
 
 def test_resonating_mode():
-    """The headline names the mode that the table of multipliers gives to the same multiplier, and only near its order."""
+    """The headline names the resonating mode, and only near its order."""
     with Folder(input=SLIDER) as folder:
         named = 0
         for speed in (60, 140, 220, 300, 380, 560, 580, 600, 640, 680):
@@ -92,7 +92,10 @@ def test_resonating_mode():
 
 
 def test_gyroscopic():
-    """It w^2 -+ Ip W w = k L^2 / 2 in the table of natural frequencies, in the headline and at the top of --check."""
+    """Gyroscopic natural frequencies agree with the closed form everywhere.
+
+    It w^2 -+ Ip W w = k L^2 / 2 in the table of natural frequencies, in the headline and in --check.
+    """
     with Folder(input=ROTOR) as folder:
         for rpm in (207.1, 270.095, -207.1):
             g = POLAR * abs(rpm) * math.pi / 30
@@ -114,7 +117,8 @@ def test_gyroscopic():
               "3.4517 Hz", run.out)
 
 
-def test_nothing_excites():
+def test_no_critical_speed():
+    """A balanced rotor has no critical speed."""
     sweep = "&sweep parameter='drive.speed_rpm', from=200, to=215, count=2 /\n"
     with Folder(input=ROTOR + sweep) as folder:
         run = Run(folder, "input.nml", "-s", "case.tasks=campbell,critical")
@@ -131,7 +135,7 @@ def test_nothing_excites():
 
 
 def test_last_line():
-    """Two tasks over the speed: the worst verdict comes last, and in results.json."""
+    """The worst verdict of two tasks comes last and in results.json."""
     sweep = "&sweep parameter='drive.speed_rpm', from=1570, to=1578, count=5 /\n"
     text = FOUR_BAR.replace(", damping=0.25,0.25", "").replace("'stability','response'", "'campbell','resonance'") + sweep
     with Folder(input=text) as folder:
@@ -148,6 +152,7 @@ def test_last_line():
 
 
 def test_undamped():
+    """A machine is called undamped only if no damper acts."""
     with Folder(input=FOUR_BAR.replace(", damping=0.25,0.25", "")) as folder:
         for model in ("exact", "first_order", "rest"):
             run = Run(folder, "input.nml", "--json", "-s", f"model.frame={model}", "-o", model)
@@ -192,6 +197,7 @@ ON_ONE_MOUNT = """&model frame='first_order' /
 
 
 def test_not_held():
+    """A frame that is not held is reported with advice."""
     alone = "".join(line for line in FOUR_BAR.splitlines(True) if "support" not in line)
     with Folder(input=alone, one=ON_ONE_MOUNT, mount=alone + "&support position=0,-0.35, stiffness=100,100, damping=1,1 /\n",
                 along=alone + "&support position=0,0, stiffness=0,1e5 /\n&foundation stiffness=0,0,0,0,0,0,0,0,1e4 /\n") as folder:
@@ -214,7 +220,8 @@ def warnings(folder, *settings):
     return [" ".join(line.split()) for line in found]
 
 
-def test_slips():
+def test_typical_mistakes():
+    """Typical mistakes in the input are warned of, correct inputs are not."""
     with Folder(input=FOUR_BAR) as folder:
         equal("no slip", warnings(folder), [])
         for what, setting, words in (
@@ -258,14 +265,17 @@ ECCENTRIC = """&case title='Eccentric', tasks='stability' /
 
 
 def test_foundation_alone():
-    """A foundation without supports tells nothing of the frame's size."""
+    """A foundation without supports causes no warning on positions."""
     with Folder(input=ECCENTRIC.format(speed=900, radius=0.01) + "&frame mass=40, inertia=6.4, origin=0.3,0 /\n"
                 "&foundation stiffness=2e5,0,0, 0,2e5,0, 0,0,3e4, damping=100,100,20 /\n") as folder:
         equal("a foundation alone", warnings(folder), [])
 
 
 def test_falls_over():
-    """A frame that turns about F, with its mechanism 1 m above: the weight of 9 kg is more than the spring of 500 N/m holds 0.3 m below."""
+    """A frame too heavy for its springs is warned of.
+
+    The mechanism of 9 kg is 1 m above F; the spring of 500 N/m acts 0.3 m below.
+    """
     with Folder(input=ECCENTRIC.format(speed=100, radius=0.12) + "&model frame='rest' /\n&gravity direction=-90 /\n"
                 "&frame mass=40, inertia=2, origin=0,1, dof='psi' /\n&support position=0,-0.3, stiffness=500,1e4, damping=10,10 /\n") as folder:
         run = Run(folder, "input.nml")
@@ -275,7 +285,10 @@ def test_falls_over():
 
 
 def test_far_orders():
-    """At 9 rpm every natural frequency lies between two of the orders 30 to 60, half a distance away at most: none is near one."""
+    """Natural frequencies between high orders are not called near resonance.
+
+    At 9 rpm they lie between two of the orders 30 to 60, at most half a distance away.
+    """
     near = {}
     for speed in (9.0, 9.1, 9.2, 9.3, 9.4):
         with Folder(input=ECCENTRIC.format(speed=speed, radius=0.12) + "&model frame='rest' /\n&frame mass=40, inertia=2, origin=0.5,0 /\n"
@@ -300,7 +313,10 @@ def lift(angle):
 
 
 def test_lifts():
-    """Of lifts typed to 0.01 mm the upper half of the orders has a part of the acceleration; of exact ones next to nothing."""
+    """Lifts typed with too few digits are warned of.
+
+    Typed to 0.01 mm the upper half of the orders contributes to the acceleration; of exact lifts next to nothing.
+    """
     for count, digits, warned in ((120, 5, True), (120, 9, False), (72, 9, False)):
         lifts = [round(lift(360 * i / count), digits) for i in range(count)]
         power = [0.0] * (count // 2 + 1)
@@ -318,7 +334,7 @@ def test_lifts():
 
 
 def test_closure():
-    """Where a four-bar closes: the crank's angle at which the dyad is stretched or folded, by the law of cosines."""
+    """The reported range where a four-bar closes agrees with the closed form."""
     crank, coupler, rocker, ground = 0.04559282, 0.04347065, 0.04386785, 0.0462379
     text = (FOUR_BAR.replace("radius=0.07", f"radius={crank}").replace("lengths=0.37,0.16", f"lengths={coupler},{rocker}")
             .replace("position=0.40,0", f"position={ground},0"))
@@ -338,5 +354,5 @@ def test_closure():
               "a second crank", run.err)
 
 
-SLIP_TESTS = [test_resonating_mode, test_gyroscopic, test_nothing_excites, test_last_line, test_undamped, test_not_held,
-              test_slips, test_foundation_alone, test_falls_over, test_far_orders, test_lifts, test_closure]
+HEADLINE_TESTS = [test_resonating_mode, test_gyroscopic, test_no_critical_speed, test_last_line, test_undamped, test_not_held,
+              test_typical_mistakes, test_foundation_alone, test_falls_over, test_far_orders, test_lifts, test_closure]
