@@ -19,7 +19,7 @@ module gestell_task_common_words
 contains
 
   !> Describes the words of the keys of &model and &accuracy.
-  function shared_words() result(words)
+  pure function shared_words() result(words)
     type(variant_type), allocatable :: words(:)
     character(len=16), allocatable :: methods(:)
     integer :: i, n
@@ -38,10 +38,12 @@ contains
   pure function task_words(tasks, meanings) result(words)
     !> Names of the tasks and what each computes
     character(len=*), intent(in) :: tasks(:), meanings(:)
-    type(variant_type), allocatable :: words(:)
+    type(variant_type) :: words(size(tasks))
     integer :: i
 
-    words = [(variant_type("case", "tasks", tasks(i), meanings(i)), i = 1, size(tasks))]
+    do i = 1, size(tasks)
+      words(i) = variant_type("case", "tasks", tasks(i), meanings(i))
+    end do
   end function task_words
 
   !> States what a method of `accuracy.method` is; blank if it is unknown.
