@@ -214,7 +214,7 @@ contains
     if (.not. allocated(error)) call read_drive_and_frame(doc, self%units, data, error)
   end subroutine check
 
-  !> Returns the document with the parameters inserted. With `named`, messages about them quote path and number.
+  !> Returns the document with the parameters inserted. With `named`, messages on them quote path and number.
   subroutine set_numbers(self, parameters, named, doc)
     class(document_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)

@@ -27,7 +27,8 @@ module gestell_input_machine_groups
     & group_rule("link", "a rigid body attached to joints of the mechanism", repeatable=.true., about=mechanism_group), &
     & group_rule("mass_functions", "instead of joints and links: sums over the moving masses, in SI units", &
     &   about=mechanism_group), &
-    & group_rule("frame", "the elastically mounted frame: mass, inertia, degrees of freedom", required=.true., about=frame_group), &
+    & group_rule("frame", "the elastically mounted frame: mass, inertia, degrees of freedom", required=.true., &
+    &   about=frame_group), &
     & group_rule("support", "a mount: springs and dampers between frame and ground", repeatable=.true., about=frame_group), &
     & group_rule("foundation", "stiffness and damping about F, in addition to the supports", about=frame_group), &
     & group_rule("gravity", "gives weight to the frame and to all moving masses", about=frame_group), &

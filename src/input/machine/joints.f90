@@ -76,6 +76,7 @@ contains
   function joint_variants() result(variants)
     type(variant_type), allocatable :: variants(:)
     type(form_type), allocatable :: forms(:)
+    logical :: begins_optional
     integer :: f, i
 
     call joint_forms(forms)
@@ -84,8 +85,9 @@ contains
       variants(f) = variant_type("joint", "type", forms(f)%name, forms(f)%meaning)
       do i = 1, size(forms(f)%keys)
         associate (key => forms(f)%keys(i), keys => variants(f)%keys)
-          if (i > 1) keys = trim(keys) // ","
-          if (.not. key%required .and. all(forms(f)%keys(:i - 1)%required)) keys = trim(keys) // " may have"
+          begins_optional = .not. key%required .and. all(forms(f)%keys(:i - 1)%required)
+          if (i > 1) keys = trim(keys) // merge(";", ",", begins_optional)
+          if (begins_optional) keys = trim(keys) // " optional:"
           keys = trim(keys) // " `" // trim(key%name) // "`"
           if (key%most > key%least) then
             keys = trim(keys) // " (up to " // text(key%most) // ")"
