@@ -14,12 +14,12 @@ module gestell_input_machine_loads
   public :: read_foundation, read_gravity
 
   type(key_type), parameter, public :: foundation_keys(*) = [ &
-    & key_type("foundation", "stiffness", real_key, "stiffness matrix about F, added to that of the supports; symmetric, " // &
-    &   "positive semidefinite; rows and columns: xi, eta, psi, in space also zeta, rot_xi, rot_eta", 2, 36, 36, shorter=9, &
-    &   unit=of_stiffness_matrix, default=0.0_dp, rows=6), &
-    & key_type("foundation", "damping", real_key, "damping about F of the motions xi, eta, psi, in space also zeta, rot_xi, " // &
-    &   "rot_eta; added to the diagonal of the supports' damping matrix", 1, 6, 6, shorter=3, unit=of_damping_diagonal, &
-    &   default=0.0_dp, range=nonnegative)]
+    & key_type("foundation", "stiffness", real_key, "stiffness matrix about the frame's centre of mass F, added to that of " // &
+    &   "the supports; symmetric, positive semidefinite; rows and columns: xi, eta, psi, in space also zeta, rot_xi, rot_eta", 2, &
+    &   36, 36, shorter=9, unit=of_stiffness_matrix, default=0.0_dp, rows=6), &
+    & key_type("foundation", "damping", real_key, "damping coefficients of xi, eta, psi (in space also zeta, rot_xi, rot_eta) " // &
+    &   "about the frame's centre of mass F; added to the diagonal of the supports' damping matrix", 1, 6, 6, shorter=3, &
+    &   unit=of_damping_diagonal, default=0.0_dp, range=nonnegative)]
 
   type(key_type), parameter, public :: gravity_keys(*) = [ &
     & key_type("gravity", "acceleration", real_key, "acceleration of gravity; 0: nothing has weight", symbol="m/s^2", &

@@ -21,7 +21,8 @@ module gestell_input_machine_mechanisms
   public :: claim_name, read_parts, read_planes
 
   !> Keys that a mechanism and its copies share.
-  character(len=*), parameter :: of_origin = "origin of the mechanism's x-y system, from O along xi, eta (in space also zeta)", &
+  character(len=*), parameter :: of_origin = "origin of the mechanism's x-y system, from O (`&frame origin`) along xi, " // &
+    &   "eta (in space also zeta)", &
     & of_axis = "normal of the mechanism's plane and axis of its crank: components along xi, eta, zeta", &
     & of_x_axis = "direction whose projection onto the mechanism's plane is its x-axis; components along xi, eta, zeta", &
     & of_rotation = "rotation of the mechanism's x-axis within its plane", &

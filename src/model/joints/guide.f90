@@ -29,18 +29,20 @@ module gestell_model_joints_guide
   !> Keys of a guide and of a second guide.
   character(len=*), parameter :: of_guide = "two joints of the body that carries the guide; if missing, the guide is fixed " // &
     &   "to the frame", &
-    & of_point = "point of the guide, in x-y; of a carried guide in axes with origin `guide(1)` and the first axis toward " // &
-    &   "`guide(2)`", of_angle_there = "direction of the guide in the axes of `guide_point`, 0 along the first"
+    & of_point = "point of the guide, in x-y; if a body carries the guide, in axes with origin `guide(1)` and the first axis " // &
+    &   "toward `guide(2)`", of_angle_there = "direction of the guide, from the x-axis; if a body carries the guide, from the " // &
+    &   "line `guide(1)` to `guide(2)`"
   type(key_type), parameter, public :: guide_keys(*) = [ &
     & key_type("joint", "guide", text_key, of_guide, 1, 2, 2, otherwise="none"), &
-    & key_type("joint", "guide_point", real_key, of_point, 1, 2, 2, unit=of_length, otherwise="`0, 0` if carried"), &
-    & key_type("joint", "guide_angle", real_key, of_angle_there, unit=of_angle, otherwise="`0` if carried")]
+    & key_type("joint", "guide_point", real_key, of_point, 1, 2, 2, unit=of_length, otherwise="`0, 0` if a body carries it"), &
+    & key_type("joint", "guide_angle", real_key, of_angle_there, unit=of_angle, otherwise="`0` if a body carries it")]
   type(key_type), parameter, public :: second_guide_keys(*) = [ &
-    & key_type("joint", "guide2", text_key, "as `guide`, for the second guide of a `PRP`", 1, 2, 2, otherwise="none"), &
-    & key_type("joint", "guide2_point", real_key, "as for the first guide", 1, 2, 2, unit=of_length, &
-    &   otherwise="`0, 0` if carried"), &
-    & key_type("joint", "guide2_angle", real_key, "as for the first guide", unit=of_angle, &
-    &   otherwise="`0` if carried")]
+    & key_type("joint", "guide2", text_key, "two joints of the body that carries the second guide of a `PRP`; if missing, it " // &
+    &   "is fixed to the frame", 1, 2, 2, otherwise="none"), &
+    & key_type("joint", "guide2_point", real_key, "point of the second guide of a `PRP`, given like `guide_point`", 1, 2, 2, &
+    &   unit=of_length, otherwise="`0, 0` if a body carries it"), &
+    & key_type("joint", "guide2_angle", real_key, "direction of the second guide of a `PRP`, given like `guide_angle`", &
+    &   unit=of_angle, otherwise="`0` if a body carries it")]
 
   !> Bounds on a guide's motion over an interval of the crank angle.
   type, public :: guide_motion_type

@@ -57,8 +57,8 @@ module gestell_model_joints_joint
   integer, parameter, public :: itself = 0
 
   !> Keys that several types share.
-  character(len=*), parameter :: of_ends = "earlier joints: the ends of the dyad, or two joints of the carrying body", &
-    & of_lengths = "lengths of the dyad's links"
+  character(len=*), parameter :: of_ends = "earlier joints that locate this one: the other ends of its links, or two " // &
+    &   "joints of the body that carries it", of_lengths = "lengths of the joint's links: its distances from `ends`"
   type(key_type), parameter, public :: one_end = key_type("joint", "ends", text_key, of_ends, 1, 1, 1, required=.true.)
   type(key_type), parameter, public :: two_ends = key_type("joint", "ends", text_key, of_ends, 1, 2, 2, required=.true.)
   type(key_type), parameter, public :: one_length = key_type("joint", "lengths", real_key, of_lengths, 1, 1, 1, required=.true., &
@@ -66,7 +66,8 @@ module gestell_model_joints_joint
   type(key_type), parameter, public :: two_lengths = key_type("joint", "lengths", real_key, of_lengths, 1, 2, 2, &
     & required=.true., unit=of_length, range=positive)
   type(key_type), parameter, public :: branch_key = key_type("joint", "branch", integer_key, &
-    & "which of the two possible positions", required=.true., range=one_or_minus_one)
+    & "which of the two possible positions of the joint; the meaning of the sign depends on `type`", required=.true., &
+    & range=one_or_minus_one)
 
   !> A joint. It refers to earlier joints by their indices in the list.
   type, abstract, public :: joint_type

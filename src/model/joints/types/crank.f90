@@ -17,8 +17,8 @@ module gestell_model_joints_types_crank
     & key_type("joint", "pivot", text_key, "joint about which the crank turns", required=.true.), &
     & key_type("joint", "radius", real_key, "crank radius", required=.true., unit=of_length, range=positive), &
     & key_type("joint", "phase", real_key, "crank angle when the drive's is 0", unit=of_angle, default=0.0_dp), &
-    & key_type("joint", "ratio", real_key, "turns of this crank per turn of the drive, negative if opposite: a fraction " // &
-    &   "such as 0.5, or numerator and denominator (17,23)", 1, 1, 2, default=1.0_dp, range=nonzero)]
+    & key_type("joint", "ratio", real_key, "turns of this crank per turn of the drive, negative if it turns the other way: a " // &
+    &   "fraction such as 0.5, or numerator and denominator (17,23)", 1, 1, 2, default=1.0_dp, range=nonzero)]
 
   character(len=*), parameter, public :: no_ratio = "must be a fraction: a decimal such as 0.5 with a denominator of at " // &
     & "most 64, or numerator and denominator as whole numbers up to 4096"
