@@ -118,8 +118,8 @@ contains
 
       call table%add(prefix // "speed", rpm, "speed of the peak", shown(which, [(critical(i)%speed(which), i = 1, n)]), &
         & bounds=shown(which, [(critical(i)%error(which), i = 1, n)]))
-      call table%add(name, unit, merge("amplitude of the order at the peak", "maximum of the force at the peak  ", &
-        & which == amplitude), shown(which, [(critical(i)%height(which), i = 1, n)]))
+      call table%add(name, unit, trim(merge("amplitude of the order at the peak", &
+        & "maximum of the force at the peak  ", which == amplitude)), shown(which, [(critical(i)%height(which), i = 1, n)]))
       call table%add(prefix // "prominence", plain, "height of the peak over the higher of the two adjacent valleys", shown(which, &
         & [(critical(i)%prominence(which), i = 1, n)]))
     end subroutine add_peaks

@@ -66,7 +66,7 @@ contains
     if (summary%turned > 0 .and. plan%options%model /= "exact") then
       dof = trim(dof_names(summary%furthest))
       report = report // "  BEYOND SMALL MOTIONS at " // big(summary%turned) // " points: " // dof // " reaches " &
-        & // concise(summary%greatest_turn, 3) // " rad" // newline // "    the equations are linear: " // dof // " up to " &
+        & // concise(summary%greatest_turn, 3) // " rad" // newline // "    the linear equations hold for " // dof // " up to " &
         & // small_motion_limits(0.0_dp) // newline
     end if
   end function report_sweep
