@@ -154,7 +154,7 @@ def design_tests():
                 one[0] <= two[0] * (1 + 1e-6) + 1e-9 and one[1] >= two[1] * (1 - 1e-6) for one, two in zip(values, values[1:])),
                 "a curve", values)
             texts = drawn("design, trade-off", folder / "input").get("design_trade_off", "")
-            check("design, trade-off: picture", not GNUPLOT or "the design" in texts, "the design", texts)
+            check("design, trade-off: picture", not GNUPLOT or "machine of the input" in texts, "the legend", texts)
     # from a mass of zero, where its place does not count
     free = ("&design parameter='link(cw).center(1)', from=-0.08, to=0.08 /\n&design parameter='link(cw).mass', from=0, to=3 /\n"
             "&objective quantity='shaking.fx' /\n")
