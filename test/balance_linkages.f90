@@ -1,4 +1,4 @@
-!> Linkages for the tests of counterweights, and what they exert by shaking forces alone.
+!> Linkages for the tests of counterweights, and the shaking forces that they exert.
 module balance_linkages
   use checks, only: check_success
   use gestell_base_error, only: gestell_error => error_type
@@ -35,7 +35,7 @@ contains
     call prepared(linkage, error)
   end subroutine four_bar
 
-  !> The same with everything off the lines of joints, and its crank's pivot off the origin.
+  !> The same linkage with all centres of mass off the lines of the joints and with its crank's pivot off the origin.
   subroutine skew_four_bar(linkage, error)
     type(linkage_type), intent(out) :: linkage
     type(error_type), allocatable, intent(inout) :: error
@@ -89,7 +89,7 @@ contains
     call check_success(error, failure, "bodies")
   end subroutine look_at
 
-  !> The shaking of a linkage with counterweights as links, by their masses and places.
+  !> The shaking force of a linkage that carries the counterweights as links.
   subroutine shake(linkage, rigid, weights, found, error, even_in_space)
     type(linkage_type), intent(in) :: linkage
     type(rigid_ground_type), intent(in) :: rigid

@@ -1,4 +1,4 @@
-!> Families of systems with known borders, and machines of data/, for the tests of borders.
+!> Families of systems with known stability borders, and machines of data/, for the tests of border searches.
 module boundary_families
   use gestell_base_error, only: error_type, failed_computation, fatal_error, impossible_mechanism
   use gestell_base_kinds, only: dp, pi

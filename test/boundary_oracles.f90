@@ -1,4 +1,4 @@
-!> Known borders of stability, by ways that share nothing with the library.
+!> Known stability borders, computed by methods that share nothing with the library.
 module boundary_oracles
   use gestell_base_kinds, only: dp
   use reference_flow, only: flow_map, flow_system

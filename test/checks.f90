@@ -1,5 +1,5 @@
-!> Checks that tell their numbers where they fail: what was found, and what was wanted. One that has failed is kept by those that
-!> follow it.
+!> Checks whose failure texts contain the found and the wanted values. Once a check has failed, the following checks keep its
+!> error.
 module checks
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
@@ -21,7 +21,7 @@ module checks
     module procedure :: compare_text, compare_texts, compare_logical, compare_logicals
   end interface check_that
 
-  !> Elements of a list that are told at most.
+  !> Maximum number of list elements that a failure text shows.
   integer, parameter :: told = 4
 
 contains

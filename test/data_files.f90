@@ -79,7 +79,7 @@ contains
     call read(the_group(doc, "drive"), drive_keys, "speed_rpm", machine%speed_rpm, error)
   end subroutine machine_of_file
 
-  !> What the joint's type does not use stays at its default.
+  !> Properties that the joint's type does not use keep their defaults.
   subroutine read_joint(group, joints, units, joint, error)
     type(group_type), intent(in) :: group, joints(:)
     type(units_type), intent(in) :: units

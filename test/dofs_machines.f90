@@ -10,7 +10,7 @@ module dofs_machines
   !> Orders of the task `critical`: in some sets the first order meets a mode.
   character(len=*), parameter :: critical_range = "&sweep parameter='drive.speed_rpm', from=430, to=760, count=2 /" // newline &
     & // "&resonance orders=1 /" // newline
-  !> Sets of degrees of freedom: the bits of the number are `dof_names`. The first seven are those of the plane.
+  !> A set of degrees of freedom is a number whose bits stand for `dof_names`. The first seven sets are those of the plane.
   integer, parameter, public :: last_plane = 7, last_space = 63
 
 contains

@@ -1,4 +1,4 @@
-!> What the library claims of a machine's exact frame beside the oracle.
+!> Compares what the library claims about a machine's exact frame with the oracle.
 module exact_check
   use exact_claims, only: claim_of, claim_type, claims_type, orders
   use oracle_frame, only: frame_type
@@ -12,7 +12,7 @@ module exact_check
 
   public :: compare, verdict_is_wrong
 
-  !> A number beside its bound: how much of the bound the error takes.
+  !> A comparison of one number with its bound: which part of the bound the error uses.
   type, public :: finding_type
     character(len=40) :: what = ""
     real(dp) :: claimed = 0, true = 0, bound = 0, used = 0
@@ -147,7 +147,7 @@ contains
     end do
   end subroutine compare_places
 
-  !> A number with its bound, and what the oracle itself may miss.
+  !> Adds the comparison of a claimed number with its bound; `own`: the oracle's own error.
   subroutine add(findings, counts, what, claimed, true, bound, own)
     type(finding_type), allocatable, intent(inout) :: findings(:)
     type(count_type), intent(inout) :: counts
@@ -165,8 +165,8 @@ contains
     if (used > noted) findings = [findings, finding_type(what, claimed, real(true, dp), bound, used)]
   end subroutine add
 
-  !> Whether the verdict contradicts the greatest modulus, or is left open although the bound does not reach the border: the modulus
-  !> that the library finds is at most the bound away from the true one.
+  !> True if the verdict contradicts the largest modulus, or is undecided although the bound does not reach 1. The library's
+  !> modulus is at most the bound away from the true one.
   pure logical function verdict_is_wrong(claims, orbit) result(wrong)
     type(claims_type), intent(in) :: claims
     type(orbit_type), intent(in) :: orbit

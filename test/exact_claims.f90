@@ -1,4 +1,4 @@
-!> What the library says of an input file: the one place that knows how it is asked about the exact frame.
+!> What the library reports about an input file. Only this module knows how the library is called for the exact frame.
 module exact_claims
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -22,15 +22,15 @@ module exact_claims
 
   integer, parameter, public :: orders = 12, most_name = 20
 
-  !> A quantity over the period: its history (both ends), a bound on its error at any time, which holds for its rms too, peak with a
-  !> bound, amplitudes; not allocated: it is not told.
+  !> A quantity over the period: its history (both ends), a bound on its error at any time, which also holds for its rms, peak
+  !> with a bound, amplitudes. Components that the library does not report are not allocated.
   type, public :: claim_type
     character(len=most_name) :: name = ""
     real(dp), allocatable :: history(:), amplitudes(:)
     real(dp) :: error = 0, peak = 0, peak_error = 0, rms = 0
   end type claim_type
 
-  !> Of a place where forces act: static force, least compression with a bound.
+  !> Static force and least compression, with a bound, at a place where forces act.
   type, public :: place_type
     character(len=12) :: name = ""
     real(dp) :: static(2) = 0, least = 0, least_error = 0
@@ -138,7 +138,7 @@ contains
     claim%amplitudes = [(statistics%amplitude(k), k = 1, orders)]
   end subroutine take_quantity
 
-  !> A bound is told of its peak alone; the power of the drive has it at every time.
+  !> Takes the claims about the torque. The library bounds its peak only, the power of the drive at all times.
   subroutine take_torque(context, claim)
     type(context_type), intent(in) :: context
     type(claim_type), intent(inout) :: claim
@@ -157,7 +157,7 @@ contains
     allocate(claim%amplitudes(0))
   end subroutine take_torque
 
-  !> What the tables of forces and probes have beside the quantities.
+  !> What the tables of forces and probes contain in addition to the quantities.
   subroutine take_places(result, claims)
     type(result_type), intent(in) :: result
     type(claims_type), intent(inout) :: claims
@@ -203,7 +203,7 @@ contains
 
   end subroutine take_places
 
-  !> The claim on a quantity; not allocated inside where there is none.
+  !> The claim about one quantity; its components are not allocated if there is none.
   pure type(claim_type) function claim_of(claims, name)
     type(claims_type), intent(in) :: claims
     character(len=*), intent(in) :: name

@@ -96,7 +96,7 @@ contains
     call add_link(random, machine, 3, 4, mass, sides(3))
   end subroutine add_four_bar
 
-  !> A rod and a slider on a fixed guide beside O; the joint `from` keeps within `reach` of O.
+  !> A rod and a slider on a fixed guide that does not pass through O; the joint `from` keeps within `reach` of O.
   subroutine add_slider(random, from, reach, mass, length, machine)
     type(random_type), intent(inout) :: random
     integer, intent(in) :: from

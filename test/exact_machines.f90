@@ -208,7 +208,7 @@ contains
     end do
   end function motion_at
 
-  !> By d'Alembert's principle nothing is left of a vibration that is not small.
+  !> Checks that a vibration of large amplitude satisfies d'Alembert's principle.
   subroutine check_residual(machine, system, error)
     type(machine_data), intent(in) :: machine
     class(frame_type), intent(in) :: system

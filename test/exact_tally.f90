@@ -1,4 +1,4 @@
-!> The population of the exact frame examined, machine by machine, and what is counted on the way.
+!> Examines the population of the exact frame machine by machine and counts the outcomes.
 module exact_tally
   use exact_check, only: compare, count_type, finding_type, verdict_is_wrong
   use exact_claims, only: claims_type, solve_text
@@ -27,9 +27,9 @@ module exact_tally
     integer :: stable = 0, unstable = 0, undamped = 0, undecided = 0, undecided_off_border = 0
     !> Processor time of the library, in all and the longest (s), and of the oracle.
     real(dp) :: seconds = 0, longest = 0, oracle_seconds = 0
-    !> The greatest part of a bound that an error took, of those that keep it.
+    !> The largest part of a bound that an error used, among the errors that kept their bound.
     real(dp) :: used = 0
-    !> Bounds beaten, verdicts wrong, vibrations missed, machines too slow; and what is only worth a look.
+    !> Exceeded bounds, wrong verdicts, missed vibrations, machines that took too long, and remarks that merely deserve a look.
     character(len=line_length), allocatable :: failures(:), remarks(:)
   end type exact_tally_type
 
@@ -111,7 +111,7 @@ contains
     call hold_against(one, claims, frame, orbit, signals, tally)
   end subroutine examine_one
 
-  !> The greatest size of psi.
+  !> Maximum of abs(psi) over the period.
   real(dp) function greatest_turn(frame, orbit)
     type(frame_type), intent(in) :: frame
     type(orbit_type), intent(in) :: orbit

@@ -1,4 +1,4 @@
-!> Sequences of factors with known multipliers, and all that the library says about one.
+!> Sequences of factors with known multipliers, and all results of the library for one sequence.
 module factor_sequences
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
@@ -60,7 +60,7 @@ contains
     end associate
   end subroutine solve
 
-  !> The greatest |Q_{k+1}^H A_k Q_k - R_k| / |A_k| and the greatest |Q_k^H Q_k - E|, Frobenius' norms.
+  !> Maxima of |Q_{k+1}^H A_k Q_k - R_k| / |A_k| and of |Q_k^H Q_k - E|, in Frobenius' norm.
   pure subroutine schur_residuals(factors, q, r, residual, departure)
     complex(dp), intent(in) :: factors(:, :, :), q(:, :, :), r(:, :, :)
     real(dp), intent(out) :: residual, departure

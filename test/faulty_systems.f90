@@ -20,7 +20,7 @@ module faulty_systems
   !> The same as equations of first order.
   type, extends(periodic_system), public :: faulty_first_order
     character(len=16) :: fault = ""
-    !> Shape of `coupled`, where it is not that of the states.
+    !> Shape of `coupled` if it differs from that of the states.
     integer :: table = 0
   contains
     procedure :: matrix
@@ -35,7 +35,7 @@ module faulty_systems
     procedure :: member
   end type faulty_family
 
-  !> How often coefficients were asked for.
+  !> Number of times that coefficients were evaluated.
   integer, public :: evaluations = 0
 
   !> More than any call may ask for: 2**19 steps, three numbers of steps at least, ten stages.
@@ -200,8 +200,8 @@ contains
     infinite = ieee_value(1.0_dp, ieee_positive_inf)
   end function infinite
 
-  !> Notes in `answers` where `failure` is not an error of this code, with a message of one line, or where coefficients were asked
-  !> for before the mistake was seen.
+  !> Adds a complaint unless `failure` is an error with this code and a message of one line. Invalid input must be refused
+  !> before any coefficient is evaluated.
   subroutine refuse(failure, code, what, complaints)
     type(error_type), allocatable, intent(in) :: failure
     integer, intent(in) :: code

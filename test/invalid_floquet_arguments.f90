@@ -16,7 +16,7 @@ module invalid_floquet_arguments
 
 contains
 
-  !> Components that make no sense: nothing is computed.
+  !> Invalid components: nothing may be computed.
   subroutine test_systems(error)
     type(test_error), allocatable, intent(out) :: error
     character(len=:), allocatable :: complaints
@@ -53,7 +53,8 @@ contains
     call check(error, complaints, "")
   end subroutine test_systems
 
-  !> What makes sense as a system but not as mechanics: an answer, or an error that is not the caller's, within bounded work.
+  !> Systems that are valid but mechanically absurd: the result is an answer, or an error that does not blame the caller, within
+  !> bounded work.
   subroutine test_faults(error)
     type(test_error), allocatable, intent(out) :: error
     character(len=*), parameter :: second(19) = [character(len=16) :: "mass nan", "stiffness nan", "no mass", "singular mass", &
@@ -121,7 +122,7 @@ contains
     call check(error, complaints, "")
   end subroutine test_accuracies
 
-  !> Results that nothing was computed for yet, and tables of the wrong shape.
+  !> Uses results that were never computed, and tables of the wrong shape.
   subroutine test_order_of_calls(error)
     type(test_error), allocatable, intent(out) :: error
     type(floquet_type) :: floquet, other
@@ -210,7 +211,7 @@ contains
     call check_that(error, size(mesh(system, -1)), "==", 2, "one step at least")
   end subroutine test_trajectories
 
-  !> Neither way of solving takes the system.
+  !> Checks that both ways of solving refuse the system.
   subroutine never(system, what, complaints)
     class(periodic_system), intent(in) :: system
     character(len=*), intent(in) :: what

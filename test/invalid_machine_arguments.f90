@@ -22,7 +22,7 @@ module invalid_machine_arguments
 
 contains
 
-  !> Numbers that are not finite, lengths that are none, names and joints that are not there.
+  !> Numbers that are not finite, invalid lengths, unknown names and joints.
   subroutine test_linkages(error)
     type(test_error), allocatable, intent(out) :: error
     type(linkage_type) :: linkage
@@ -146,7 +146,7 @@ contains
     call two_cranks%crank("A2", "A0", 0.1_dp, 0.0_dp, failure)
     call try(two_cranks, 1.0_dp, 1.0_dp, 1.0_dp, springs, .false., "two cranks", complaints)
 
-    ! Not an empty constructor, which gfortran takes for an absent argument.
+    ! gfortran takes an empty structure constructor for an absent argument, so this one is not empty.
     allocate(none(0))
     call freed(none, .true.)
     call freed([9], .true.)
@@ -177,7 +177,7 @@ contains
 
   end subroutine test_frames
 
-  !> A frame and what is asked of it.
+  !> Builds a frame and requests its results.
   subroutine try(linkage, mass, inertia, speed, stiffness, refused, what, complaints)
     type(linkage_type), intent(in) :: linkage
     real(dp), intent(in) :: mass, inertia, speed, stiffness(3, 3)
@@ -197,7 +197,7 @@ contains
     call answers(failure, what, complaints)
   end subroutine try
 
-  !> Frames and mechanisms that nothing has made.
+  !> Frames and mechanisms that were never initialised.
   subroutine unmade(complaints)
     character(len=:), allocatable, intent(inout) :: complaints
     type(harmonic_mechanism_type) :: harmonic
@@ -293,7 +293,7 @@ contains
     call check(error, complaints, "")
   end subroutine test_tasks_and_names
 
-  !> Vibrations that do not hold what is asked for.
+  !> Vibrations that lack the requested quantities.
   subroutine test_vibrations(error)
     type(test_error), allocatable, intent(out) :: error
     type(frame_type) :: frame
@@ -357,7 +357,7 @@ contains
 
   end subroutine test_vibrations
 
-  !> Functions without an error: what they give of nothing.
+  !> Functions without an error argument return defined values for empty input.
   subroutine test_empty_input(error)
     type(test_error), allocatable, intent(out) :: error
     type(fourier_type) :: series

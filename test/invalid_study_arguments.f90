@@ -119,7 +119,7 @@ contains
     call check(error, complaints, "")
   end subroutine test_families
 
-  !> All studies of a family; `code`: that of the error that each must give, 0: an answer is enough.
+  !> Runs all studies of a family. `code` is the code of the error that each must return; with 0 any answer is accepted.
   subroutine study(family, code, complaints)
     type(faulty_family), intent(in) :: family
     integer, intent(in) :: code
@@ -230,7 +230,7 @@ contains
     call check(error, complaints, "")
   end subroutine test_borders
 
-  !> What runs over speeds, and what follows from it.
+  !> Studies over the speed, and those that use their results.
   subroutine test_speeds(error)
     type(test_error), allocatable, intent(out) :: error
     type(faulty_family) :: family

@@ -1,6 +1,6 @@
-!> `fpm test`: the tests that are not slow; `fpm test -- slow`: those that are; `fpm test -- all`: both; `fpm test -- SUITE [TEST]`:
-!> one suite, one test. With GESTELL_TRAPS in the environment the program stops where the processor overflows, divides by zero or
-!> makes a NaN.
+!> `fpm test` runs the tests that are not slow; `fpm test -- slow` runs the slow ones; `fpm test -- all` runs both; `fpm test --
+!> SUITE [TEST]` runs one suite or one test. With GESTELL_TRAPS in the environment the program stops when the processor
+!> overflows, divides by zero or produces a NaN.
 program main
   use slow_tests, only: is_slow, long
   use test_assembly, only: collect_assembly

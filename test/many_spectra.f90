@@ -1,4 +1,4 @@
-!> The greatest multipliers of any number of small matrices, eight at a time as the library finds them.
+!> The largest multipliers of any number of small matrices, computed eight at a time as in the library.
 module many_spectra
   use gestell_base_kinds, only: dp
   use gestell_floquet_multipliers_spectra, only: found_type, spectra_of_eight
@@ -10,8 +10,8 @@ module many_spectra
 
 contains
 
-  !> What spectra_of_eight finds of the matrices phi(k, :), shape (count, n n), elements column by column. `singly`: how many were
-  !> solved one by one.
+  !> The results of spectra_of_eight for the matrices phi(k, :), shape (count, n n), elements column by column. `singly` is the
+  !> number of matrices that were solved one by one.
   subroutine spectral_radii(phi, perturbation, radius, log_radius, error_bound, stable, unstable, singly)
     real(dp), contiguous, intent(in) :: phi(:, :)
     real(dp), intent(in) :: perturbation

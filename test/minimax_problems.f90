@@ -17,11 +17,11 @@ module minimax_problems
 
   type, extends(minimax_problem), public :: test_problem
     integer :: which = 0
-    !> What the limits, the objective and the parameters are multiplied by; what the first
-    !> limit is wider by; how often each branch is given.
+    !> Factors of the limits, the objective and the parameters; by how much the first limit is relaxed; how often each branch is
+    !> repeated.
     real(dp) :: limit_unit = 1, objective_unit = 1, parameter_unit = 1, wider = 0
     integer :: times = 1
-    !> Whether the branches come in another order at every call.
+    !> True: the order of the branches changes with every call.
     logical :: shuffled = .false.
     !> Calls so far; the call that fails; the largest part that gradients are wrong by.
     integer :: calls = 0, fails_at = 0

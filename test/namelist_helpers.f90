@@ -1,4 +1,4 @@
-!> What the tests of the input reader share.
+!> Helpers that the tests of the input reader share.
 module namelist_helpers
   use checks, only: check_failure, check_that
   use testdrive, only: check, test_failed, test_error => error_type
@@ -81,7 +81,7 @@ contains
     else
       call test_failed(error, "no error where this was expected: " // message)
     end if
-    ! a reader that finds an error reads nothing
+    ! a reader that finds an error returns no values
     if (allocated(failure)) deallocate(failure)
   end subroutine check_message
 

@@ -46,7 +46,7 @@ module oracle_frame
   !> The equations at one time, M q'' + f = 0, the changes of f with q and q' and that of M with psi.
   type, public :: equations_type
     real(xp) :: m(3, 3) = 0, f(3) = 0, by_place(3, 3) = 0, by_speed(3, 3) = 0, m_turned(3, 3) = 0
-    !> What the dampers take (W), and its changes with q and q'.
+    !> Energy that the dampers take (W), and its derivatives with respect to q and q'.
     real(xp) :: power = 0, power_by_place(3) = 0, power_by_speed(3) = 0
   end type equations_type
 
@@ -118,8 +118,8 @@ contains
     end do
   end function mean_moment_of
 
-  !> The equations at the drive's angle `phi` with the frame at q with the velocity v, and the torque of the motor beside a
-  !> flywheel. `changes`: derivatives are wanted too.
+  !> The equations at the drive's angle `phi` with the frame at q with the velocity v, and the motor's torque if there is a
+  !> flywheel. With `changes` the derivatives are computed too.
   pure subroutine evaluate(frame, phi, q, v, motor, changes, eq)
     type(frame_type), intent(in) :: frame
     real(xp), intent(in) :: phi, q(3), v(3), motor
@@ -203,8 +203,9 @@ contains
     eq%by_speed(3, 3) = couple_spun
   end subroutine add_bodies
 
-  !> Takes away what of the load at rest does not act on a path. There the crank is where the frame's turn lets it be, so that a
-  !> path leads to the same equations, but its derivatives are those of the whole load: good enough for a search.
+  !> Removes the part of the load at rest that does not act along a path. On a path the crank's angle depends on the frame's
+  !> rotation, so that the path leads to the same equations. The derivatives remain those of the whole load, which suffices for
+  !> a search.
   pure subroutine lessen(frame, r, spin, eq)
     type(frame_type), intent(in) :: frame
     complex(xp), intent(in) :: r(0:, :)
@@ -297,7 +298,7 @@ contains
     longer = dot(axis, cmplx(q(1), q(2), xp) + less_one * spring%place)
   end subroutine elongate
 
-  !> The gradient less that at rest, without cancellation.
+  !> The gradient minus that at rest, computed without cancellation.
   pure function change_of_gradient(spring, q, less_one) result(change)
     type(spring_type), intent(in) :: spring
     real(xp), intent(in) :: q(3)
@@ -315,7 +316,7 @@ contains
     end if
   end function change_of_gradient
 
-  !> What a support exerts on the ground by the motion, along axes in space, and the moment of that about F at rest.
+  !> The force that the motion makes a support exert on the ground, along axes in space, and its moment about F at rest.
   pure subroutine ground_force(frame, support, q, v, force, moment)
     type(frame_type), intent(in) :: frame
     integer, intent(in) :: support

@@ -44,8 +44,8 @@ contains
       & [4, size(machine%joints)])
   end subroutine prepare
 
-  !> Where the links' centres of mass are in x-y, with three derivatives with respect to the drive's angle `phi`, and three
-  !> derivatives of the links' angles; shapes (0:3, links), (3, links). `turn`: exp(i phi/turns).
+  !> Centres of mass of the links in x-y, with three derivatives with respect to the drive's angle `phi`, and three derivatives
+  !> of the links' angles; shapes (0:3, links), (3, links). `turn`: exp(i phi/turns).
   pure subroutine trace(machine, turn, center, spin)
     type(exact_machine), intent(in) :: machine
     complex(xp), intent(in) :: turn
@@ -117,7 +117,7 @@ contains
     end associate
   end subroutine place
 
-  !> A fixed guide, or that of the body which carries two joints.
+  !> A fixed guide, or one carried by the body that connects two joints.
   pure function line_of(carriers, at, toward, z) result(line)
     integer, intent(in) :: carriers(2)
     real(dp), intent(in) :: at(2)

@@ -1,4 +1,4 @@
-!> What the oracle of the exact frame is given: a machine of the reference, gears, a probe; and the kind of its numbers.
+!> Input of the oracle of the exact frame: a machine of the reference, gears, a probe; and the kind of its real numbers.
 module oracle_machine
   use reference_machine, only: dp, machine_data
   implicit none (type, external)
@@ -6,7 +6,8 @@ module oracle_machine
 
   public :: dot, dp, solved
 
-  !> Extended precision (64 bits of mantissa on x86, 2048 times finer than double); quadruple where there is none.
+  !> Extended precision (64 bits of mantissa on x86, 2048 times finer than double); quadruple precision where it is not
+  !> available.
   integer, parameter, public :: xp = selected_real_kind(18)
   real(xp), parameter, public :: pi = 3.14159265358979323846264338327950288419716939937510_xp
   complex(xp), parameter, public :: i = (0.0_xp, 1.0_xp)
@@ -19,7 +20,7 @@ module oracle_machine
     complex(xp), allocatable :: directions(:, :)
     !> Instead of `gravity`: acceleration (m/s^2) and direction (deg), as they are typed.
     real(dp) :: acceleration = 0, direction_deg = -90
-    !> Where the frame is watched (m, from F), and the band of frequencies that counts there (Hz).
+    !> Position of the probe (m, from F) and its band of frequencies (Hz).
     real(dp) :: probe(2) = 0, band(2) = [10.0_dp, 1000.0_dp]
   end type exact_machine
 
@@ -49,7 +50,7 @@ contains
     x = columns(:, 1)
   end function solve_one
 
-  !> The same for several right sides, as columns.
+  !> Solves the equations for several right-hand sides, given as columns.
   pure function solve_several(matrix, right) result(x)
     real(xp), intent(in) :: matrix(:, :), right(:, :)
     real(xp) :: x(size(right, 1), size(right, 2))

@@ -1,5 +1,5 @@
-!> What an engineer reads off the exact frame's vibration, for the oracle: quantities over the period by the names of the
-!> language, their values, peaks, roots of the mean square and harmonics, from Fourier series in extended precision.
+!> Quantities of the exact frame's vibration, for the oracle: their values over the period by name, peaks, roots of the mean
+!> square and harmonics, from Fourier series in extended precision.
 module oracle_signals
   use oracle_frame, only: drive_torque, evaluate, equations_type, frame_type, ground_force
   use oracle_machine, only: i, pi, xp
@@ -18,7 +18,7 @@ module oracle_signals
     character(len=name_length) :: name = ""
     real(xp), allocatable :: samples(:, :)
     complex(xp), allocatable :: c(:, :)
-    !> What the samples may not tell of the quantity.
+    !> Estimate of the quantity's error due to sampling.
     real(xp) :: unknown = 0
   contains
     procedure :: at
@@ -126,7 +126,7 @@ contains
     end do
     u = cmplx(q(1), q(2), xp)
     call evaluate(frame, phi, q, v, motor, .false., eq)
-    ! What is left of the equations of held coordinates acts on the frame; on the ground the opposite.
+    ! The residuals of the held coordinates' equations are forces on the frame; the ground receives the opposite.
     held = -(matmul(eq%m, a) + eq%f)
     do j = 1, 3
       if (frame%machine%free(j)) held(j) = 0
@@ -187,7 +187,7 @@ contains
 
   end subroutine take_sample
 
-  !> Harmonics of the samples; what the last third of them has is taken four times for what is not seen.
+  !> Harmonics of the samples. The part that the samples miss is estimated as four times their last third.
   subroutine take_series(signal)
     type(signal_type), intent(inout) :: signal
     complex(xp), allocatable :: c(:, :)
@@ -268,14 +268,14 @@ contains
     if (size(self%samples, 2) > 1) at = norm2(self%samples(k, :))
   end function at
 
-  !> The greatest size over the period: from all high tops among many points by Newton's method for the square's derivative.
+  !> Maximum of the size over the period, from all high samples among many by Newton's method for the derivative of the square.
   real(xp) function peak(self)
     class(signal_type), intent(in) :: self
 
     peak = sqrt(greatest_square(self))
   end function peak
 
-  !> The least value of a scalar: what is lifted above zero everywhere is greatest where its size is.
+  !> The minimum of a scalar. A constant is added that makes it positive everywhere; the minimum is then found as a maximum.
   real(xp) function least(self)
     class(signal_type), intent(in) :: self
     type(signal_type) :: lowered
@@ -339,7 +339,7 @@ contains
     rms = sqrt(sum(real(self%c(0, :))**2) + 2 * sum(abs(self%c(1:, :))**2))
   end function rms
 
-  !> Of an order of the period from 1 on; of a vector the root of the sum of its components' squares.
+  !> Size of an order of the period, from 1 on; for a vector the root of the sum of its components' squares.
   pure real(xp) function amplitude(self, order)
     class(signal_type), intent(in) :: self
     integer, intent(in) :: order
@@ -348,8 +348,8 @@ contains
     if (order <= ubound(self%c, 1)) amplitude = 2 * norm2(abs(self%c(order, :)))
   end function amplitude
 
-  !> Root of the mean square of a vector's orders between two frequencies, in the direction in which it is greatest: the root of the
-  !> greater eigenvalue of the mean of f f^T. `period` in s, `range` in Hz.
+  !> Root of the mean square of a vector's orders between two frequencies, in the direction in which it is largest: the root of
+  !> the larger eigenvalue of the mean of f f^T. `period` in s, `range` in Hz.
   pure real(xp) function band(self, period, range)
     class(signal_type), intent(in) :: self
     real(xp), intent(in) :: period, range(2)

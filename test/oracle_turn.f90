@@ -14,13 +14,13 @@ module oracle_turn
   !> period grows by 33 in an eighth of it. With `changes` there are columns for the piece's start and, last, for the motor's torque
   !> over `unit of torque`.
   type, public :: turn_type
-    !> Where the motion is after the steps, shape (states, 0:steps); where two pieces meet, the start of the later one.
+    !> The state after each step, shape (states, 0:steps); where two pieces meet, the start of the later one.
     real(xp), allocatable :: x(:, :)
     !> The ends of the pieces, shape (states, pieces), their changes, shape (states, states + 1, pieces), the changes of the
     !> dampers' work in each piece, shape (states + 1, pieces), and the work in the whole period (J).
     real(xp), allocatable :: ends(:, :), change(:, :, :), work_change(:, :)
     real(xp) :: work = 0
-    !> The greatest part of a step that did not settle, of the motion's size.
+    !> The largest unconverged part of a step, relative to the motion's size.
     real(xp) :: unsettled = 0
     logical :: broken = .false.
   end type turn_type
@@ -40,7 +40,7 @@ contains
   end function units_of
 
   !> `start`: x at the start of each piece, shape (states, pieces); `steps` of the period, a multiple of the number of pieces;
-  !> `motor`: its torque (N m). `changes`: those of the pieces' ends are wanted too.
+  !> `motor`: its torque (N m). With `changes` the derivatives of the pieces' ends are computed too.
   subroutine run_turn(frame, start, motor, steps, changes, turn)
     type(frame_type), intent(in) :: frame
     real(xp), intent(in) :: start(:, :), motor
@@ -121,7 +121,7 @@ contains
     y = next
   end subroutine extrapolate
 
-  !> How far two values are apart: of the motion in its size, of the changes in theirs, of the work in its own.
+  !> Distance of two results: of the motion relative to its size, of the derivatives and of the work relative to theirs.
   pure real(xp) function apart(difference, y, n, size_of_motion)
     real(xp), intent(in) :: difference(:), y(:), size_of_motion
     integer, intent(in) :: n

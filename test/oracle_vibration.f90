@@ -19,7 +19,7 @@ module oracle_vibration
     !> `start`, shape (states, pieces).
     type(turn_type) :: turn
     real(xp), allocatable :: start(:, :)
-    !> Torque of the motor beside a flywheel (N m).
+    !> Torque of the motor that drives a flywheel (N m).
     real(xp) :: motor = 0
     !> Phi(T), the product of the pieces' changes; its eigenvalues, and what roundings may do to them.
     real(qp), allocatable :: phi(:, :)
@@ -89,7 +89,7 @@ contains
       if (.not. orbit%last_step < huge(1.0_xp)) return
       ! The next one would be all rounding.
       if (orbit%last_step < 1000 * epsilon(1.0_xp) .or. (orbit%last_step < 1.0e-13_xp .and. orbit%last_step > before / 8)) exit
-      ! Where steps grow far away from a vibration there is none to be found from here.
+      ! If the steps grow far away from a vibration, none can be found from here.
       if (orbit%last_step > max(before, 1.0_xp) .and. step > 4) return
       x = x + reshape(change(:last - 1), shape(x))
       orbit%motor = orbit%motor + change(last) * torque_unit
@@ -131,7 +131,7 @@ contains
     call eigenvalues(orbit%phi, orbit%rho)
   end subroutine find_multipliers
 
-  !> A vibration that nobody has told of: from rest with growing parts of the load, at this speed and from others to it.
+  !> Searches a vibration without a given start: from rest with growing parts of the load, at this speed and from other speeds.
   subroutine search_vibration(frame, steps, orbit)
     type(frame_type), intent(in) :: frame
     integer, intent(in) :: steps
@@ -161,7 +161,7 @@ contains
     near%period = frame%period / factor
   end function at_speed
 
-  !> From rest, with a load that grows.
+  !> Follows the vibration from rest while the load grows.
   subroutine by_load(frame, steps, orbit)
     type(frame_type), intent(in) :: frame
     integer, intent(in) :: steps
@@ -193,7 +193,7 @@ contains
     end do
   end subroutine by_load
 
-  !> From the vibration at `factor` times the speed to that at the speed itself.
+  !> Follows the vibration from `factor` times the speed to the speed itself.
   subroutine by_speed(frame, factor, steps, orbit)
     type(frame_type), intent(in) :: frame
     real(xp), intent(in) :: factor

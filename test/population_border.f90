@@ -20,8 +20,8 @@ contains
     end do
   end subroutine scale_damping
 
-  !> Scales all dampers so that ln rho_max = -distance, or +distance where the machine is unstable without them. Nothing
-  !> changes where that is not to be had between no damping and that of the machine.
+  !> Scales all dampers so that ln rho_max = -distance, or +distance if the machine is unstable without dampers. Changes nothing
+  !> if no damping between zero and that of the machine achieves this.
   subroutine damp_to_border(machine, distance)
     type(machine_data), intent(inout) :: machine
     real(dp), intent(in) :: distance

@@ -1,4 +1,4 @@
-!> What the library claims of a machine beside the truth, which is known in quadruple precision.
+!> Compares what the library claims about a machine with the truth, which is known in quadruple precision.
 module population_check
   use gestell_base_kinds, only: dp
   use population_library, only: claim_type, turn_points
@@ -23,8 +23,8 @@ module population_check
     real(dp) :: excess = 0
   end type truth_type
 
-  !> True errors beside the claimed bounds: of each multiplier, relative, of ln |rho|, of x0 and Phi in their norms,
-  !> relative; and for all of them the greatest ratio of error to bound.
+  !> Ratios of true errors to claimed bounds: of each multiplier, relative, of ln |rho|, and of x0 and Phi in their norms,
+  !> relative; and the largest of all ratios.
   type, public :: comparison_type
     real(dp), allocatable :: rho_error(:), rho_bound(:), log_error(:), log_bound(:)
     real(dp) :: x0_error = 0, x0_bound = 0, phi_error = 0, phi_bound = 0
@@ -40,7 +40,7 @@ contains
   function truth_of(machine) result(truth)
     type(machine_data), intent(in) :: machine
     type(truth_type) :: truth
-    ! Multipliers of order m that fall together are then known to 1e-24**(1/m), the library to 1e-15**(1/m) at best.
+    ! Multipliers of order m that coincide are then known to 1e-24**(1/m), the library's to 1e-15**(1/m) at best.
     real(qp), parameter :: tolerance = 1.0e-24_qp
     type(frame_system) :: frame
     real(qp), allocatable :: phi(:, :, :), xp(:, :)
@@ -75,15 +75,15 @@ contains
       unit(k, k) = 1
       sign_of(:, k) = [(1 - 2 * modulo(i * k, 3), i = 1, n)]
     end do
-    ! A column of zeros, exactly, is a direction in which nothing holds the frame.
+    ! A column of exact zeros is a direction in which nothing holds the frame.
     if (any(maxval(abs(unit - phi), dim=1) <= 0)) return
     x0 = periodic_start(phi, xp)
     other = periodic_start(phi * (1 + small * sign_of), xp)
     if (norm2(other - x0) > change * norm2(x0)) deallocate(x0)
   end subroutine find_start
 
-  !> A claim beside the truth. The multipliers are paired so that as many as possible lie within the bounds: where
-  !> some are close, their bounds reach across all of them, and which is which cannot be told.
+  !> Compares a claim with the truth. Multipliers are paired so that as many as possible lie within their bounds: the bounds of
+  !> close multipliers cover all of them, so they cannot be told apart.
   subroutine compare(claim, truth, undamped, comparison)
     type(claim_type), intent(in) :: claim
     type(truth_type), intent(in) :: truth
@@ -96,14 +96,14 @@ contains
     do k = 1, n
       distance(:, k) = real(abs(claim%rho - truth%rho(k)), dp)
     end do
-    ! The truth has errors of its own: 1e-28 of Phi, as was seen by repeating it with a smaller tolerance.
+    ! The truth has errors of its own: 1e-28 of Phi, as repeating it with a smaller tolerance showed.
     distance = max(0.0_dp, distance - 1.0e-28_dp * real(norm2(truth%phi), dp))
     partner = partners(used(distance, spread(claim%bound, 2, n)))
     associate (true => truth%rho(partner))
       comparison%rho_error = [(distance(k, partner(k)), k = 1, n)] / real(abs(true), dp)
       comparison%rho_bound = claim%bound / real(abs(true), dp)
       comparison%log_error = real(max(0.0_qp, abs(claim%log_abs - log(abs(true))) - 1.0e-28_qp * norm2(truth%phi) / abs(true)), dp)
-      ! |ln (1 - e)| <= e / (1 - e); nothing is claimed of a modulus that the bound leaves anywhere
+      ! |ln (1 - e)| <= e / (1 - e); nothing is claimed about a modulus if the bound covers zero
       comparison%log_bound = merge(claim%error / (1 - min(claim%error, 0.5_dp)), hopeless, claim%error < 0.5_dp)
     end associate
     comparison%rho_used = maxval(used(comparison%rho_error, comparison%rho_bound))
@@ -131,7 +131,7 @@ contains
       & .or. (claim%verdict == "unstable" .and. truth%excess <= 0)
   end subroutine compare
 
-  !> How much of a bound an error uses up: above 1 it is beaten.
+  !> The part of a bound that an error uses; above 1 the bound is exceeded.
   elemental real(dp) function used(error, bound)
     real(dp), intent(in) :: error, bound
 
@@ -179,14 +179,14 @@ contains
     end do
   end subroutine extend
 
-  !> Two claims on one machine: the greatest difference, of multipliers and x0, over the sum of the two bounds.
+  !> The largest difference between two claims on one machine, in multipliers and x0, relative to the sum of the two bounds.
   real(dp) function disagreement(one, other)
     type(claim_type), intent(in) :: one, other
     real(dp) :: cost(size(one%rho), size(one%rho))
     integer :: k, partner(size(one%rho))
 
     do k = 1, size(one%rho)
-      ! Halves: the sum of bounds that tell nothing overflows.
+      ! Halves: the sum of two bounds that are huge would overflow.
       cost(:, k) = used(abs(one%rho - other%rho(k)) / 2, one%bound / 2 + other%bound(k) / 2)
     end do
     partner = partners(cost)
@@ -195,7 +195,7 @@ contains
       & maxval(used(abs(one%x0 - other%x0) / 2, one%x0_error / 2 + other%x0_error / 2)))
   end function disagreement
 
-  !> How far the multipliers are from being rho and 1 / rho in pairs, over the bounds that these carry.
+  !> How far the multipliers deviate from pairs rho and 1 / rho, relative to their bounds.
   real(dp) function unpaired(claim)
     type(claim_type), intent(in) :: claim
     real(dp) :: cost(size(claim%rho), size(claim%rho))
@@ -214,8 +214,8 @@ contains
     unpaired = maxval([(cost(k, partner(k)), k = 1, size(partner))])
   end function unpaired
 
-  !> What an error of Phi as large as claimed, and roundoff, can do to ln |det Phi|: with X = Phi^-1 E,
-  !> |ln |det (1 + X)|| <= sqrt(n) |X| / (1 - |X|). Huge where |X| can be 1/2 and where there is no Phi.
+  !> The possible effect of an error of Phi as large as claimed, and of rounding, on ln |det Phi|: with X = Phi^-1 E, |ln |det
+  !> (1 + X)|| <= sqrt(n) |X| / (1 - |X|). Huge if |X| can be 1/2 and if there is no Phi.
   real(dp) function liouville_bound(claim)
     type(claim_type), intent(in) :: claim
     real(qp) :: unit(size(claim%rho), size(claim%rho))

@@ -19,13 +19,13 @@ module population_library
   public :: all_methods, largest_log_abs, solve_by_library
 
   integer, parameter, public :: name_length = 12
-  !> Times of the turn at which the vibration is told, its rows (the quantities of a vibration, then the accelerations), and
-  !> orders.
+  !> Numbers of times per turn at which the vibration is reported, of its rows (the quantities of a vibration, then the
+  !> accelerations), and of its orders.
   integer, parameter, public :: turn_points = 64, turn_rows = quantities + 3, orders = 16
 
-  !> What the library says of a machine; all shapes (n) or (n, n).
+  !> The library's results for a machine; all shapes (n) or (n, n).
   type, public :: claim_type
-    !> Why it says nothing, or nothing of the vibration; empty where it does.
+    !> Why there are no results, or no vibration; empty if there are.
     character(len=:), allocatable :: refusal, x0_refusal
     !> The mechanism cannot turn.
     logical :: impossible = .false.
@@ -41,7 +41,7 @@ module population_library
     !> Phi(T), its norm and the bound on the norm of its error, in those units; unallocated where it was not needed.
     real(dp), allocatable :: phi(:, :)
     real(dp) :: norm = 0, phi_error = 0
-    !> ln |det Phi(T)| - integral of tr P, of the part where it is greatest.
+    !> ln |det Phi(T)| - integral of tr P, of the uncoupled part where it is largest.
     real(dp) :: liouville_defect = 0
   end type claim_type
 

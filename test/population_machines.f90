@@ -1,5 +1,5 @@
-!> A population of random machines to test claims on: linkages of all kinds, mountings and speeds from slow to far above
-!> the resonances, many of them on purpose where error bounds and verdicts are hard. The same for the same number.
+!> A population of random machines for tests of claims: linkages of all kinds, mountings and speeds from slow to far above the
+!> resonances. In many of them error bounds and verdicts are hard on purpose. A number always yields the same machine.
 module population_machines
   use population_border, only: damp_to_border, scale_damping, speed_to_border
   use population_library, only: all_methods, name_length
@@ -33,7 +33,7 @@ module population_machines
     character(len=12) :: linkage = ""
     character(len=10) :: trait = ""
     type(machine_data) :: machine
-    !> What is ordered, and two methods to get it by.
+    !> The requested tolerance, and two methods.
     real(dp) :: tolerance = 0
     character(len=name_length) :: methods(2) = ""
     !> 0, or steps that are given.
@@ -44,9 +44,9 @@ module population_machines
 
 contains
 
-  !> Machine `number` (1, 2, ...) of the population. The fastest of its free motions turns, or decays, by 0.1 to
-  !> `most_turns` in a period, spread evenly in logarithm. Of a `kind` all are 'weak'ly damped, by 1e-5 to 1e-2 of what they had,
-  !> or 'strong'ly, by 10 to 1e4 times as much, or have given 'steps', 4 to 400.
+  !> Machine `number` (1, 2, ...) of the population. The fastest of its free motions turns, or decays, by 0.1 to `most_turns` in
+  !> a period, spread evenly in logarithm. With a `kind` all machines are weakly damped ('weak', damping times 1e-5 to 1e-2),
+  !> strongly damped ('strong', times 10 to 1e4), or have a given number of steps ('steps', 4 to 400).
   function specimen(number, most_turns, kind) result(one)
     integer, intent(in) :: number
     real(dp), intent(in) :: most_turns
@@ -92,7 +92,7 @@ contains
     end select
   end function specimen
 
-  !> Of Gauss' method with so many stages.
+  !> Name of Gauss' method with so many stages.
   pure function name_of(stages) result(name)
     integer, intent(in) :: stages
     character(len=name_length) :: name
@@ -268,7 +268,7 @@ contains
       & / (machine%frame_mass + sum(machine%links%mass)))
   end function translation
 
-  !> Dampers of twins at 1 +- 1e-12 to 1 +- 1e-2 of what just keeps the translations from vibrating.
+  !> Dampers of twins at 1 +- 1e-12 to 1 +- 1e-2 times the damping that just keeps the translations from vibrating.
   subroutine set_critical(random, machine)
     type(random_type), intent(inout) :: random
     type(machine_data), intent(inout) :: machine

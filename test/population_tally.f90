@@ -1,4 +1,4 @@
-!> The whole population examined, machine by machine, and what is to be counted on the way.
+!> Examines the whole population machine by machine and counts the outcomes.
 module population_tally
   use gestell_base_kinds, only: dp
   use population_check, only: comparison_type, compare, disagreement, liouville_bound, truth_of, truth_type, unpaired
@@ -12,7 +12,7 @@ module population_tally
 
   integer, parameter, public :: line_length = 200
 
-  !> Ratios of a bound to the true error, with the tolerance that was ordered, where the true error is above roundoff.
+  !> Ratios of a bound to the true error, with the requested tolerance, if the true error is above rounding.
   type, public :: ratios_type
     real(dp), allocatable :: ratio(:), tolerance(:)
     !> Errors at roundoff, which are not among the ratios.
@@ -21,30 +21,30 @@ module population_tally
 
   type, public :: tally_type
     integer :: machines = 0, claims = 0
-    !> Claims that say nothing, or nothing of x0, and among the latter those where no vibration is periodic.
+    !> Claims without results or without x0, and among the latter those for which no periodic vibration exists.
     integer :: refused = 0, x0_refused = 0, resonant = 0
     type(ratios_type) :: rho, log_abs, x0, phi, turn
     !> Rows of vibrations in all, and those whose bound is greater than their peak.
     integer :: rows = 0, lost_rows = 0
-    !> Multipliers in all, and those of whose modulus the bound leaves nothing: relative, it is above 1/2.
+    !> Number of multipliers, and of those whose modulus is unknown: their relative bound is above 1/2.
     integer :: multipliers = 0, lost = 0
     !> Verdicts by the first method, and what becomes of the undecided at the least tolerance: decided; rho_max is 1 to
     !> roundoff; it is closer to 1 than the bound there.
     integer :: stable = 0, unstable = 0, undecided = 0, decided_later = 0, on_border = 0, near_border = 0
-    !> Liouville's defects, reciprocal pairs and pairs of methods that were held against their bounds.
+    !> Liouville's defects, reciprocal pairs and pairs of methods that were compared with their bounds.
     integer :: liouville = 0, reciprocal = 0, agreement = 0
-    !> What must not be: bounds beaten, verdicts wrong, theorems broken, methods at odds.
+    !> Failures: exceeded bounds, wrong verdicts, violated theorems, methods that disagree.
     character(len=line_length), allocatable :: failures(:)
-    !> Bounds more than 1e6 times a true error above roundoff, of what is not lost, and by how many times.
+    !> Bounds more than 1e6 times a true error above rounding, except of lost results, and by how many times.
     character(len=line_length), allocatable :: wide(:)
     real(dp), allocatable :: times(:)
-    !> What was declined altogether, or near a border.
+    !> Machines that were refused altogether, or near a border.
     character(len=line_length), allocatable :: declined(:)
   end type tally_type
 
   !> Relative errors up to this are roundoff.
   real(dp), parameter :: roundoff = 1.0e-14_dp
-  !> From this relative bound on a multiplier is as good as unknown.
+  !> From this relative bound on a multiplier counts as unknown.
   real(dp), parameter :: lost = 0.5_dp
   real(dp), parameter :: too_wide = 1.0e6_dp, least_tolerance = 1.0e-13_dp
 

@@ -10,8 +10,8 @@ module population_turn
 
   public :: compare_turn, quantities_of
 
-  !> Greatest part of its bound that the error of a row, a peak, a root of the mean square, an amplitude takes; of each row that
-  !> does not rest the greatest error and the bound, relative to its peak.
+  !> The largest part of its bound that the error of a row, a peak, a root of the mean square or an amplitude uses; for each row
+  !> that does not rest the largest error and the bound, relative to its peak.
   type, public :: turn_comparison_type
     real(dp) :: rows = 0, peaks = 0, rms = 0, harmonics = 0
     real(dp), allocatable :: error(:), bound(:)
@@ -42,7 +42,7 @@ contains
     end do
   end function quantities_of
 
-  !> The claim beside the truth, shape (turn_rows, turn_points).
+  !> Compares a claim with the truth, shape (turn_rows, turn_points).
   function compare_turn(claim, truth) result(found)
     type(claim_type), intent(in) :: claim
     real(qp), intent(in) :: truth(:, :)
@@ -62,7 +62,7 @@ contains
       found%bound = [found%bound, claim%turn_error(i) / maxval(abs(samples))]
       if (i > size(claim%peak)) cycle
       call transform(samples, c)
-      ! What this many samples do not tell, and the roundings of this check.
+      ! Error of this many samples, and rounding errors of this check.
       unknown = 4 * sum(abs(c(third:))) + 4.0e-15_dp * maxval(abs(samples))
       ! A peak is no smaller than any true value.
       peak = maxval(abs(samples))

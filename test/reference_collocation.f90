@@ -120,7 +120,7 @@ contains
     end do
   end function residual
 
-  !> Derivative of the residual, where lambda stands in the place of what is pinned.
+  !> Derivative of the residual, where lambda replaces the fixed component.
   function jacobian(table, route, pin, x, lambda) result(a)
     type(table_type), intent(in) :: table
     character(len=*), intent(in) :: route

@@ -86,8 +86,8 @@ contains
     x = column(:, 1)/self%column
   end function solve_factored
 
-  !> Eigenvalues, right and left eigenvectors (unit columns); what is real but for rounding is made so. ok: LAPACK found
-  !> them.
+  !> Eigenvalues, right and left eigenvectors (unit columns). Values that are real except for rounding are made real. ok: LAPACK
+  !> found them.
   subroutine eigenpairs(a, lambda, right, left, ok)
     real(dp), intent(in) :: a(:, :)
     complex(dp), intent(out) :: lambda(:), right(:, :), left(:, :)

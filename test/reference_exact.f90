@@ -21,8 +21,8 @@ module reference_exact
 
 contains
 
-  !> What the motion q(phi), at phi - angle_step, phi and phi + angle_step, shape (3, 3), leaves of the equations, and the
-  !> sum of the sizes of their terms; shapes (3). `torque`: of a motor on the frame, beside a flywheel.
+  !> Residuals of the equations for the motion q(phi), given at phi - angle_step, phi and phi + angle_step, shape (3, 3), and
+  !> the sums of the sizes of their terms; shapes (3). `torque`: of the motor that drives a flywheel on the frame.
   subroutine residual(machine, phi, angle_step, q, torque, left, terms)
     type(machine_data), intent(in) :: machine
     real(qp), intent(in) :: phi, angle_step, q(3, -1:1), torque
@@ -90,7 +90,7 @@ contains
     moved(k) = moved(k) + step
   end function moved
 
-  !> Where a centre of mass is in space; of the frame (0) its centre F.
+  !> Position of a centre of mass in space; for the frame (0) that of its centre F.
   pure function place(machine, motion, i, q)
     type(machine_data), intent(in) :: machine
     type(motion_type), intent(in) :: motion
@@ -125,7 +125,7 @@ contains
     if (i > 0) inertia_of = machine%links(i)%inertia
   end function inertia_of
 
-  !> Of all springs; the foundation's is quadratic in xi, eta, psi.
+  !> Potential of all springs; the foundation's is quadratic in xi, eta, psi.
   pure real(qp) function potential(machine, q)
     type(machine_data), intent(in) :: machine
     real(qp), intent(in) :: q(3)
@@ -137,7 +137,7 @@ contains
     end do
   end function potential
 
-  !> How far the head of a support has moved along its two axes.
+  !> Displacement of a support's head along its two axes.
   pure function stretch(machine, j, q)
     type(machine_data), intent(in) :: machine
     integer, intent(in) :: j
@@ -150,7 +150,7 @@ contains
     if (machine%supports(j)%turning) stretch = turned(stretch, -q(3))
   end function stretch
 
-  !> The small displacement from unloaded springs to rest, zero along what is not free.
+  !> The small displacement from unloaded springs to rest; zero in directions that are not free.
   function sag(machine) result(q)
     type(machine_data), intent(in) :: machine
     real(qp) :: q(3)

@@ -131,7 +131,7 @@ contains
     x0 = solve(a, particular)
   end function periodic_start
 
-  !> Takes x (the last column with forcing, the others without) from t to t_end, step by step.
+  !> Integrates x (the last column with forcing, the others without) from t to t_end, step by step.
   subroutine advance(system, t, t_end, tolerance, step, size_row, x)
     class(flow_system), intent(in) :: system
     real(qp), intent(inout) :: t, step, size_row(:), x(:, :)
@@ -152,7 +152,7 @@ contains
         t = t + h
         if (last) t = t_end
         factor = min(factor*(1 + 0.1_qp*(columns - 1 - used)), 3.0_qp)
-        ! a step cut short to meet t_end says nothing against a longer one
+        ! a step shortened to meet t_end does not mean that the next one must be short
         step = merge(max(abs(step), abs(h)*factor), abs(h)*factor, last)
       else
         step = abs(h)*max(0.2_qp, min(0.7_qp, factor))
@@ -213,7 +213,7 @@ contains
     end do
   end subroutine midpoint
 
-  !> slope = P x, plus f in the last column. Zeros of P are left out: half of them in a system of second order.
+  !> slope = P x, plus f in the last column. Zeros of P are skipped: half of the elements are zero in a system of second order.
   subroutine derivative(p, f, x, slope)
     real(qp), intent(in) :: p(:, :), f(:), x(:, :)
     real(qp), intent(out) :: slope(:, :)
@@ -228,8 +228,8 @@ contains
     end do
   end subroutine derivative
 
-  !> Largest |difference(i, j)| relative to size_row(i)*size_column(j), the sizes taken from old and new values: so a
-  !> displacement, a velocity, and a compliance are each measured by their like.
+  !> Maximum of |difference(i, j)| / (size_row(i)*size_column(j)), with sizes from old and new values, so that displacements,
+  !> velocities and compliances are each measured in their own scale.
   function relative_size(difference, new, old, size_row) result(error)
     real(qp), intent(in) :: difference(:, :), new(:, :), old(:, :), size_row(:)
     real(qp) :: error, row(size(new, 1)), column

@@ -25,9 +25,9 @@ module reference_hill
 
   public :: distance, hill_solution, solve_hill
 
-  !> change_rho: greatest change of a ln(rho) by the last refinement, or the rounding of 2 pi lambda where that is more;
-  !> change_x0: the same of x0, relative to its size in balanced units. Where one is above 1e-15 or so the thing is not
-  !> known: huge, if nothing was found.
+  !> change_rho: largest change of a ln(rho) by the last refinement, or the rounding of 2 pi lambda if that is larger;
+  !> change_x0: the same for x0, relative to its size in balanced units. A result with a change above about 1e-15 is unknown;
+  !> huge means that nothing was found.
   type :: hill_solution
     complex(qp), allocatable :: log_rho(:) ! largest real part first, imaginary parts in (-pi, pi]
     real(qp), allocatable :: x0(:)
@@ -44,12 +44,12 @@ module reference_hill
 
   !> Numbers of angles that are tried, odd.
   integer, parameter :: hill_levels(5) = [41, 61, 91, 137, 205]
-  !> Two levels that agree so well, absolutely in ln(rho) and beside the rounding of 2 pi lambda, are enough.
+  !> Two levels that agree this well, absolutely in ln(rho) and relative to the rounding of 2 pi lambda, are accepted.
   real(qp), parameter :: wanted = 1.0e-22_qp, rounding = 1.0e-30_qp
 
 contains
 
-  !> route: 'direct' or 'followed'; without it the one that suits, and where it fails the other.
+  !> route: 'direct' or 'followed'; if absent, the suitable one, and the other if it fails.
   subroutine solve_hill(system, period, solution, route)
     class(flow_system), intent(in) :: system
     real(qp), intent(in) :: period
@@ -243,8 +243,8 @@ contains
     end do
   end subroutine follow_frozen
 
-  !> Greatest distance of two sets of ln(rho), each one taken with the nearest that is left; huge if they differ in
-  !> number or are empty.
+  !> Maximum distance of two sets of ln(rho), pairing each value with the nearest remaining one; huge if they differ in number
+  !> or are empty.
   function distance(a, b)
     complex(qp), intent(in) :: a(:), b(:)
     real(qp) :: distance

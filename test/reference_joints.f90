@@ -195,7 +195,7 @@ contains
     u = turned(e, angle_deg)
   end subroutine guide_of
 
-  !> What left(u).s^(k) must be for s to stay on the line through g along u: (left(u).(s - g))^(k) = 0, k = 0, 1, 2.
+  !> Required values of left(u).s^(k) for s to stay on the line through g along u: (left(u).(s - g))^(k) = 0, k = 0, 1, 2.
   pure function on_line(g, u, s, k) result(projection)
     real(qp), dimension(2, 0:2), intent(in) :: g, u, s
     integer, intent(in) :: k
@@ -207,7 +207,7 @@ contains
       & - dot_product(left(u(:, 2)), s(:, 0) - g(:, 0))
   end function on_line
 
-  !> What (s - a).s^(k) must be for s to stay at its distance from a, k = 1, 2.
+  !> Required values of (s - a).s^(k) for s to stay at its distance from a, k = 1, 2.
   pure function on_circle(a, s, k) result(projection)
     real(qp), dimension(2, 0:2), intent(in) :: a, s
     integer, intent(in) :: k

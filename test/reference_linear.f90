@@ -61,8 +61,8 @@ contains
     end do
   end function solve_matrix
 
-  !> The same for a complex matrix and one right-hand side. A vanishing pivot is replaced by the smallest one that
-  !> rounding could have left there, as inverse iteration wants it.
+  !> Solves a complex matrix with one right-hand side. A vanishing pivot is replaced by the smallest value that rounding could
+  !> have left there, as inverse iteration requires.
   function solve_complex(a, b) result(x)
     complex(qp), intent(in) :: a(:, :), b(:)
     complex(qp) :: x(size(b)), u(size(a, 1), size(a, 1)), row(size(a, 1)), element

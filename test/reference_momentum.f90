@@ -1,4 +1,5 @@
-!> What shakes the ground, by the laws of momentum and angular momentum: bodies in space, no equations of motion.
+!> Forces and moment on the ground from the laws of momentum and angular momentum of bodies in space, without equations of
+!> motion.
 module reference_momentum
   use reference_joints, only: left
   use reference_linear, only: qp

@@ -59,7 +59,7 @@ contains
     defect(:, 2) = defect(:, 2)/forces(2)
   end subroutine newton_orders
 
-  !> Newton's law minus linear equations; column 1 inertia, column 2 supports. forces: norms of what is compared.
+  !> Newton's law minus the linear equations; column 1 inertia, column 2 supports. forces: norms of the compared terms.
   subroutine difference(frame, angle, amplitude, result, forces)
     type(frame_system), intent(in) :: frame
     real(qp), intent(in) :: angle, amplitude
@@ -90,7 +90,7 @@ contains
     q = amplitude*size_of*frequency**order*cos(frequency*turned + phase + order*pi_qp/2)
   end function vibration
 
-  !> Sums of m R'' and of J (psi'' + phi'') + m (R - F) x R'' over frame and links, nothing left out.
+  !> Sums of m R'' and of J (psi'' + phi'') + m (R - F) x R'' over frame and links, without linearisation.
   function inertia_forces(frame, angle, amplitude) result(force)
     type(frame_system), intent(in) :: frame
     real(qp), intent(in) :: angle, amplitude

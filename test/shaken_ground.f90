@@ -1,4 +1,4 @@
-!> What tests of forces, probes and drive share: frames of machines, their reactions, comparisons with a message.
+!> Helpers for the tests of forces, probes and drive: frames of machines, their reactions, comparisons with a message.
 module shaken_ground
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type

@@ -9,7 +9,7 @@ module slow_tests
 
   character(len=*), parameter :: mark = "slow: "
 
-  !> From here on `fpm test` says that a test takes long (s of the processor).
+  !> Tests that take longer (s of processor time) are reported by `fpm test`.
   real, parameter, public :: long = 2
 
 contains

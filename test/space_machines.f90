@@ -136,7 +136,7 @@ contains
       & speed / 2, all_free, error)
   end subroutine three_planes
 
-  !> A four-bar whose coupler and rocker lie beside its plane.
+  !> A four-bar whose coupler and rocker lie outside its plane.
   subroutine four_bar_plane(plane, error)
     type(plane_type), intent(out) :: plane
     type(gestell_error), allocatable, intent(out) :: error
@@ -174,7 +174,7 @@ contains
     plane%linkage%links%across = [0.0008_dp, 0.0002_dp, 0.0070_dp]
   end subroutine lever
 
-  !> How the crank of a linkage turns with the drive.
+  !> Sets how the crank of a linkage turns with the drive.
   subroutine set_crank(linkage, placement)
     type(linkage_type), intent(inout) :: linkage
     type(placement_type), intent(in) :: placement
@@ -204,7 +204,7 @@ contains
       & 0.0_dp]), rotation_matrix([angles(3) * degree, 0.0_dp, 0.0_dp])))
   end function turned_axes
 
-  !> Of xx, yy, zz, xy, xz, yz.
+  !> Symmetric tensor from its elements xx, yy, zz, xy, xz, yz.
   pure function tensor(j)
     real(dp), intent(in) :: j(6)
     real(dp) :: tensor(3, 3)

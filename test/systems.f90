@@ -1,4 +1,4 @@
-!> Periodic systems with known solutions, and systems seen in another way, for the tests.
+!> Periodic systems with known solutions, and disguised forms of systems, for the tests.
 module systems
   use gestell_base_kinds, only: dp, pi
   use gestell_system_periodic, only: periodic_system
@@ -45,12 +45,12 @@ module systems
     procedure :: load => constant_load
   end type constant_type
 
-  !> Oscillators that do not act on each other, and do not tell: q_i'' + damping(i) q_i' + square(i) q_i = h_i with
-  !> h_i = amplitude(i) cos(w t), w = 2 pi / T, for the last one amplitude / (1 + sharpness - cos(w t)) if sharpness > 0.
+  !> Uncoupled oscillators that do not declare this: q_i'' + damping(i) q_i' + square(i) q_i = h_i with h_i = amplitude(i) cos(w
+  !> t), w = 2 pi / T, for the last one amplitude / (1 + sharpness - cos(w t)) if sharpness > 0.
   type, extends(second_order_system), public :: oscillators_type
     real(dp), allocatable :: square(:), damping(:), amplitude(:)
     real(dp) :: sharpness = 0
-    !> Of `square` the parts that change as sin w t; unallocated: none.
+    !> Coefficients of sin w t in `square`; unallocated: none.
     real(dp), allocatable :: modulation(:)
   contains
     procedure :: matrices => oscillators_matrices
@@ -90,7 +90,7 @@ module systems
     procedure :: forcing => plain_forcing
   end type plain_type
 
-  !> Of B one element is sin(t + 1) less the same by the theorem of addition.
+  !> One element of B is sin(t + 1) minus its expansion by the addition theorem, which is zero except for rounding.
   type, extends(second_order_system), public :: cancelling_type
     real(dp) :: depth = 0.1_dp
   contains

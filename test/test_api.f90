@@ -1,4 +1,4 @@
-!> The library by its front door: machines by text and in code, what is refused, several threads.
+!> The library as its users call it: machines from text and in code, refused input, several threads.
 module test_api
   use checks, only: check_success, check_that
   use gestell, only: dp, gestell_error => error_type, invalid_input, machine_type, response_type, solution_type, table_type
@@ -9,7 +9,7 @@ module test_api
   public :: collect_api
 
   character, parameter :: newline = new_line("a")
-  !> An unbalanced rotor on springs that are the same in all directions: |x| = m e W^2 / |k - M W^2 + i W c|.
+  !> An unbalanced rotor on springs that are equal in all directions: |x| = m e W^2 / |k - M W^2 + i W c|.
   character(len=*), parameter :: rotor = "&drive speed_rpm=600 / &joint name='O', type='ground', position=0,0 /" // newline // &
     & "&joint name='A', type='crank', pivot='O', radius=0.1 /" // newline // &
     & "&link name='crank', from='O', to='A', mass=2, inertia=0.01, center=0.05,0 /" // newline // &
@@ -132,7 +132,7 @@ contains
     call check_that(error, count(.not. right), "==", 0, "messages with other words")
   end subroutine test_threads
 
-  !> Whether the message on an unknown key of n letters has it, whole.
+  !> True if the message on an unknown key of n letters contains the whole key.
   logical function tells(n)
     integer, intent(in) :: n
     character(len=n) :: key

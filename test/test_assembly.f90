@@ -1,4 +1,4 @@
-!> What cannot be assembled is refused, with joint and angle; bad parts too.
+!> Linkages that cannot be assembled are refused with joint and angle, and invalid parts are refused.
 module test_assembly
   use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
@@ -118,7 +118,7 @@ contains
       call linkage%rrp("B", "A", 1.8_dp + r + gaps(i), guide_type(point=[0.0_dp, -1.8_dp]), 1, failure)
       call compare(acosh((r + gaps(i)) / r), "slider-crank")
       if (allocated(error)) return
-      ! A pivot beside the crank's circle: r exp = r + gap.
+      ! A pivot outside the crank's circle: r exp = r + gap.
       call start()
       call linkage%ground("P", [0.0_dp, r + gaps(i)], failure)
       call linkage%rpr("B", ["A", "P"], 0.1_dp, 1, failure)

@@ -1,4 +1,4 @@
-!> The averaged model: closed forms by hand, quadruple precision, the general integrator.
+!> The averaged model against closed forms, quadruple precision and the general integrator.
 module test_averaged
   use checks, only: check_failure, check_that
   use gestell_base_error, only: failed_computation, gestell_error => error_type
@@ -40,7 +40,8 @@ contains
       & new_unittest("averages of coefficients that cancel need no more samples than others", test_cancelling)]
   end subroutine collect_averaged
 
-  !> In data/inline_twin.nml the masses are balanced: what they leave of B and C is rounding, which no number of samples changes.
+  !> In data/inline_twin.nml the masses are balanced. Their contributions to B and C cancel except for rounding, which no number
+  !> of samples changes.
   subroutine test_cancelling(error)
     type(error_type), allocatable, intent(out) :: error
     type(cancelling_type) :: system
@@ -255,8 +256,8 @@ contains
 
   end subroutine test_resonance
 
-  !> Jumps make the rules of first order: what is stated must hold all the same. Means and Fourier coefficients of steps
-  !> are known.
+  !> Jumps reduce the quadrature to first order; the stated errors must hold nevertheless. Means and Fourier coefficients of
+  !> steps are known in closed form.
   subroutine test_jumps(error)
     type(error_type), allocatable, intent(out) :: error
     type(jumping_type) :: system

@@ -34,9 +34,9 @@ contains
       & new_unittest("the lexicographic least-squares solution satisfies its optimality conditions", test_least_squares)]
   end subroutine collect_balance
 
-  !> Berkof, Lowen, J. Eng. Ind. 91, 1969, 21-26: with the coupler's centre at s from A on its length l the crank needs
-  !> m (1 - s/l) r beside its own moment, the rocker m s/l l_4: 0.6 (0.19/0.37) 0.07 + 0.5 0.03 and 0.6 (0.18/0.37) 0.16 + 0.25 0.08
-  !> kg m.
+  !> Berkof, Lowen, J. Eng. Ind. 91, 1969, 21-26: with the coupler's centre at s from A on its length l the crank needs m (1 -
+  !> s/l) r in addition to its own moment, the rocker m s/l l_4: 0.6 (0.19/0.37) 0.07 + 0.5 0.03 and 0.6 (0.18/0.37) 0.16 + 0.25
+  !> 0.08 kg m.
   subroutine test_four_bar(error)
     type(error_type), allocatable, intent(out) :: error
     type(linkage_type) :: linkage
@@ -112,7 +112,7 @@ contains
       if (allocated(error)) return
       call check_that(error, found%peak(4) / speed**2, "<", 1.0e-14_dp, "no force")
     end do
-    ! about the pivot alone nothing but the first order with the crank can go
+    ! about the pivot alone only the first order that turns with the crank can be removed
     call examine(linkage, .false., [0.0_dp, 0.0_dp], rigid, failure, links=[1])
     call balance_force(rigid, weights, state)
     call check_that(error, state, "==", not_balanced, "by the crank alone")
@@ -210,8 +210,8 @@ contains
     end do
   end subroutine test_residual_forces
 
-  !> The rocker's link told from B to B0, a second link on the crank by a joint on it, a body whose pivot is no joint of its axes:
-  !> each body once, its counterweight where it is on the others.
+  !> The rocker's link described from B to B0, a second link on the crank by one of its joints, and a body whose pivot is no
+  !> joint of its axes: each body is found once, with its counterweight at the same place.
   subroutine test_bodies(error)
     type(error_type), allocatable, intent(out) :: error
     type(linkage_type) :: linkage, other
@@ -278,8 +278,8 @@ contains
 
   end subroutine test_bodies
 
-  !> Eight unknowns of which the last four do to the force what sums of the first do: there the residual of the moment is at right
-  !> angles to what changes it alone, and the last two, which do the same to both, are alike.
+  !> Eight unknowns. The last four affect the force like sums of the first four; the residual of the moment is orthogonal to the
+  !> changes that leave the force unchanged. The last two unknowns affect both alike and must be equal.
   subroutine test_least_squares(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: kinds(6) = [1, 1, 1, 2, 2, 2], angles = 20

@@ -1,4 +1,4 @@
-!> The best single counterweights against a closed form, what lies beside them, and a search.
+!> The best single counterweights against a closed form, against neighbouring ones, and against a search.
 module test_balance_single
   use balance_linkages, only: four_bar, look_at, objective, shake, skew_four_bar, slider_crank, speed
   use checks, only: check_that
@@ -14,7 +14,7 @@ module test_balance_single
 
   public :: collect_balance_single
 
-  !> What is weighted: the force, the moment, both.
+  !> Weights of the objective: force, moment, both.
   real(dp), parameter :: weights_of(3, 3) = reshape([1.0_dp, 1.0_dp, 0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp, 0.6_dp, 0.6_dp, 4.0_dp], &
     & [3, 3])
 
@@ -29,7 +29,8 @@ contains
       & new_unittest("a grid search finds no better counterweight and one nearly as good", test_search)]
   end subroutine collect_balance_single
 
-  !> With F+ the crank takes its part of the mean square away, and nothing else. A crank at the phase 0.4 carries its weight there.
+  !> F+ is the forward first harmonic of the force; the crank removes its part of the mean square and nothing else. The crank's
+  !> counterweight is given relative to the crank, which has the phase 0.4 here.
   subroutine test_crank(error)
     type(error_type), allocatable, intent(out) :: error
     type(linkage_type) :: linkage
@@ -65,8 +66,8 @@ contains
     end do
   end subroutine test_crank
 
-  !> On each body, for each aim, about two points: a little more or less unbalance, a little beside it, is worse, and twice as far
-  !> away four times as much.
+  !> For each body and each aim, at about two points: slightly more or less unbalance, or a slightly different place, is worse;
+  !> at twice the distance it is four times as much worse.
   subroutine test_optimality(error)
     type(error_type), allocatable, intent(out) :: error
     type(linkage_type) :: linkage
@@ -129,7 +130,7 @@ contains
         call best_single(rigid, b, weights_of(:, aim), best)
         least = as_found
         if (best%unbalance > 0) least = told(best)
-        ! the grid goes on to three times what was found
+        ! the grid extends to three times the optimum
         most = 3 * max(best%unbalance, 0.05_dp)
         searched = as_found
         do k = 0, angles - 1

@@ -36,7 +36,7 @@ contains
       & new_unittest("right and left eigenvectors of a nonsymmetric matrix satisfy their defining equations", test_eigenvectors)]
   end subroutine collect_base
 
-  !> Of any text: ends of lines and control characters, long words, many words, characters cut in the middle.
+  !> Any text: ends of lines and control characters, long words, many words, characters cut in the middle.
   subroutine test_messages(error)
     type(error_type), allocatable, intent(out) :: error
     type(gestell_error), allocatable :: failure
@@ -56,7 +56,7 @@ contains
     end do
   end subroutine test_messages
 
-  !> Of t = 3 as values, with first derivatives 1 and second derivatives 0 or not: f(t) = t, g(t) = t^2 / 4.
+  !> t = 3 as values, with first derivatives 1 and second derivatives zero or not: f(t) = t, g(t) = t^2 / 4.
   subroutine test_jets(error)
     type(error_type), allocatable, intent(out) :: error
     type(jet), parameter :: f = jet(3.0_dp, 1.0_dp, 0.0_dp), g = jet(2.25_dp, 1.5_dp, 0.5_dp)
@@ -103,7 +103,7 @@ contains
       call compare()
       if (allocated(error)) return
     end do
-    ! Where the sine or the cosine vanishes, half way between, and beside it.
+    ! Angles where the sine or the cosine vanishes, half way between, and close to these.
     do i = -2, 2
       angles = [((k - 51) * pi / 4 + i * 1.0e-8_dp, k = 1, 101)]
       call compare()
@@ -120,7 +120,7 @@ contains
     subroutine compare()
       call cosine_sine(angles, c, s)
       defect = real(max(maxval(abs(c - cos(real(angles, qp)))), maxval(abs(s - sin(real(angles, qp))))), dp)
-      ! Rounding of the reduced angle, of the last sum and of what is added in it.
+      ! Rounding of the reduced angle, of the last sum and of its terms.
       call check_that(error, defect, "<", 0.8_dp * epsilon(1.0_dp), "defect at most")
     end subroutine compare
 
@@ -166,13 +166,13 @@ contains
           greatest = max(greatest, maxval(off))
         end do
       end do
-      ! A phase is rounded by epsilon/2 of a turn, which order k takes for k times as much of its own.
+      ! A phase is rounded by epsilon/2 of a turn; for order k this error counts k times.
       call check_that(error, greatest, "<", (8 + 2 * orders(i)) * epsilon(1.0_dp), "error over the sum of the terms")
       if (allocated(error)) return
     end do
   end subroutine test_tabulated
 
-  !> cos(k t + 0.3) sampled n times, for every order k that n samples can tell from the others.
+  !> cos(k t + 0.3) sampled n times, for every order k that n samples can distinguish.
   subroutine test_orders(error)
     type(error_type), allocatable, intent(out) :: error
     type(fourier_type) :: series
@@ -215,7 +215,7 @@ contains
     call check(error, f(3), -cos(t) - 18 * cos(3 * t + 0.4_dp), thr=1.0e-13_dp)
   end subroutine test_derivatives
 
-  !> The upper third of nine orders is 7 to 9; sizes count relative to the greatest, the mean included.
+  !> The upper third of nine orders is 7 to 9; sizes are relative to the largest, the mean included.
   subroutine test_tail(error)
     type(error_type), allocatable, intent(out) :: error
     type(fourier_type) :: series
@@ -232,8 +232,8 @@ contains
     call check(error, series%tail(), 0.0_dp)
   end subroutine test_tail
 
-  !> 1/(1 - r e^it) = sum of r^k e^ikt: beyond the orders up to 23 the next one is r^24. It is estimated as the greatest of the last
-  !> three, r^21, times what these are of the four before, r^4, or a tenth.
+  !> 1/(1 - r e^it) = sum of r^k e^ikt: the first order omitted after order 23 is r^24. It is estimated as the maximum of the
+  !> last three, r^21, times their ratio to the four before, r^4, or a tenth.
   subroutine test_beyond(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: samples = 48
@@ -248,15 +248,15 @@ contains
       series = series_through(reshape([real(f), aimag(f)], [samples, 2]))
       beyond = series%beyond()
       print "(a, 4es10.2)", "         next order, expected estimate, estimates: ", ratios(i)**24, expected(i), beyond
-      ! Orders 25 to 27 come back into 23 to 21: r^27 beside r^21, an eighth of it at most, in both ranges.
+      ! Orders 25 to 27 alias to 23 to 21: r^27 is added to r^21, an eighth of it at most, in both ranges.
       call check_that(error, abs(beyond / expected(i) - 1), "<", 0.6_dp, "estimate")
       call check_that(error, beyond, ">", 0.5_dp * ratios(i)**24, "less than half of what is not there")
       if (allocated(error)) return
     end do
   end subroutine test_beyond
 
-  !> The greatest size of cos(t - shift) with a mean lies where the samples do not, above or below zero. A step function's
-  !> series swings, but its peak stays one of a neighbour of the greatest sample.
+  !> The maximum size of cos(t - shift) with a mean lies between samples, above or below zero. The series of a step function
+  !> oscillates, but its peak remains near the largest sample.
   subroutine test_peaks(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: n = 16

@@ -1,4 +1,4 @@
-!> Critical values of one parameter and the nearest stable system, against known borders.
+!> Critical values of one parameter and the nearest stable system, against known stability borders.
 module test_boundary
   use boundary_families, only: flutter_family, height_family, mathieu_family
   use boundary_oracles, only: characteristic_values, mathieu_trace
@@ -179,7 +179,7 @@ contains
     call check(error, size(borders), crossings_of(3.0_dp, 25.0_dp))
   end subroutine test_over_q
 
-  !> How many characteristic curves cross `a` between q = 0 and `q`.
+  !> Number of characteristic curves that cross `a` between q = 0 and `q`.
   integer function crossings_of(a, q) result(number)
     real(dp), intent(in) :: a, q
 
@@ -264,7 +264,7 @@ contains
     if (.not. allocated(error)) call check(error, size(borders), 0, more="borders")
     if (.not. allocated(error)) call check_that(error, size(rest%places), ">=", 1, "open places")
     if (allocated(error)) return
-    ! all of them together hold the range without systems, and no more than 1e-4 of the range beside it
+    ! together they cover the range without systems, and at most 1e-4 of the range around it
     associate (low => minval(rest%places%value - rest%places%width / 2), high => maxval(rest%places%value + rest%places%width / 2))
       call check(error, low, 1.7_dp, thr=4.0e-4_dp, more="from")
       if (.not. allocated(error)) call check(error, high, 2.3_dp, thr=4.0e-4_dp, more="to")
@@ -275,7 +275,7 @@ contains
     if (.not. allocated(error)) call check_that(error, nearest%open, ">=", 1, "open on the way")
   end subroutine test_unsolvable_range
 
-  !> (p - 1)(p - 3) with nothing between 1.5 and 2.5; four search points see that range as one of theirs.
+  !> (p - 1)(p - 3) without systems between 1.5 and 2.5; one of four search points lies there.
   subroutine test_gap(error)
     type(error_type), allocatable, intent(out) :: error
     type(border_type), allocatable :: borders(:)

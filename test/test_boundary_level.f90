@@ -1,4 +1,4 @@
-!> Where a number of the vibration crosses its level in the plane of two parameters, against a closed form.
+!> Curves on which a quantity of the vibration crosses its level in the plane of two parameters, against a closed form.
 module test_boundary_level
   use checks, only: check_success, check_that
   use families, only: machine_family
@@ -101,8 +101,8 @@ contains
     end do
   end subroutine check_vertices
 
-  !> Vertices; and beside the ways between them, at one and a half of the deviation, what is above on the left. The region's tip
-  !> lies beside a line of the cells.
+  !> Checks the vertices, and points at one and a half times the deviation to either side of the lines between them: the side
+  !> above the level is on the left. The tip of the region lies close to a line of the cells.
   subroutine test_closed_form(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: damping = 200.0_dp, deviation = 1.0e-4_dp
@@ -134,7 +134,8 @@ contains
     end do
   end subroutine test_closed_form
 
-  !> The ridge has no value where a multiplier is 1, within the roundings: not a border, but told.
+  !> On the ridge, where a multiplier is 1 within rounding, the quantity has no value. The ridge is no border, but it is
+  !> reported.
   subroutine test_undamped(error)
     type(error_type), allocatable, intent(out) :: error
     type(border_map_type) :: map

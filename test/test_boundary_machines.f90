@@ -58,14 +58,14 @@ contains
     call check_that(error, borders%kind, "==", "period_doubling", "kinds")
     if (allocated(error)) return
     do i = 1, 2
-      ! Verdicts fail to tell sides within their errors, 1e-12, times the change of the speed in which ln rho changes by 1.
+      ! Verdicts cannot distinguish the sides within their error, 1e-12, times the change of speed that changes ln rho by 1.
       call check(error, borders(i)%value, bisected(sieve, 120.0_dp + 109 * (i - 1), 229.0_dp + 71 * (i - 1)), thr=1.0e-8_dp)
       if (allocated(error)) return
     end do
   end subroutine test_sieve
 
-  !> With a fifth of the damping eight narrow ranges of speed are unstable, three of them by flutter of two modes together:
-  !> those that a sweep of 58001 points in steps of 0.05 rpm showed, here from 40 search points.
+  !> With a fifth of the damping eight narrow ranges of speed are unstable, three of them by flutter of two modes. A sweep of
+  !> 58001 points in steps of 0.05 rpm shows them; here 40 search points must find them.
   subroutine test_four_bar(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: ranges(2, 8) = reshape([1215.75_dp, 1216.0_dp, 1455.15_dp, 1455.15_dp, 1569.2_dp, 1569.5_dp, &
@@ -92,7 +92,7 @@ contains
     call check(error, count(borders%kind == "flutter"), 8)
     if (allocated(error)) return
     do i = 1, size(borders), 5
-      ! The claimed error, and beside it that of verdicts, as above.
+      ! The claimed error, plus that of verdicts, as above.
       call check(error, borders(i)%value, bisected(four_bar, borders(i)%value - 0.02_dp, borders(i)%value + 0.02_dp), &
         & thr=borders(i)%error + 1.0e-8_dp)
       if (allocated(error)) return
@@ -121,7 +121,7 @@ contains
     call check_that(error, abs(coarse%value - fine%value), "<=", coarse%error + fine%error, "coarse and fine values")
   end subroutine test_coarse
 
-  !> Where the largest multiplier is 1 between two values of the only parameter.
+  !> Finds by bisection where the largest multiplier is 1 between two values of the only parameter.
   real(dp) function bisected(family, from, to) result(middle)
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: from, to

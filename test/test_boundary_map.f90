@@ -1,4 +1,4 @@
-!> Borders in the plane of two parameters against curves that are known.
+!> Stability borders in the plane of two parameters against known curves.
 module test_boundary_map
   use boundary_families, only: height_family, machine_family, mathieu_family, new_machine_family
   use boundary_oracles, only: characteristic_values, mathieu_trace
@@ -49,7 +49,7 @@ contains
     call check_success(error, failure)
   end subroutine trace
 
-  !> Whether curve `number` ends where it begins.
+  !> True if curve `number` ends where it begins.
   pure logical function closed(map, number)
     type(border_map_type), intent(in) :: map
     integer, intent(in) :: number
@@ -114,7 +114,7 @@ contains
     end do
     call check_that(error, size(levels), "==", axes(2)%count, "lines with an open strip")
     call check_that(error, [minval(levels), maxval(levels)], "==", [axes(2)%from, axes(2)%to], "first and last line")
-    ! The search halves the intervals beside the strip until they are 1e-3 of the range.
+    ! The search halves the intervals at the strip's edges until they are 1e-3 of the range.
     call check_that(error, abs(low - 1.7_dp), "<", 0.02_dp, "from")
     call check_that(error, abs(high - 2.3_dp), "<", 0.02_dp, "to")
   end subroutine test_unsolvable_strip
@@ -139,14 +139,15 @@ contains
     call check_that(error, [(abs(norm2(map%vertices(i)%parameters) - 1), i = 1, size(map%vertices))], "<", 4.0e-6_dp, &
       & "vertices on the circle")
     if (allocated(error)) return
-    ! The unstable outside on the left: clockwise. Area of a circle less than 2 pi times the deviation.
+    ! The unstable outside is on the left, so the curve runs clockwise. The area differs from the circle's by less than 2 pi
+    ! times the deviation.
     call check(error, area(map), -acos(-1.0_dp), thr=2.6e-3_dp)
     if (allocated(error)) return
-    ! No more vertices than it takes: chords of angle sqrt(8 deviation) and half of that.
+    ! No more vertices than necessary: chords of angle sqrt(8 deviation), and half of that.
     call check_that(error, size(map%vertices), "<", 300, "vertices")
   end subroutine test_circle
 
-  !> What the curves enclose, positive where they run counter-clockwise.
+  !> Area that the curves enclose, positive where they run counter-clockwise.
   pure real(dp) function area(map)
     type(border_map_type), intent(in) :: map
     integer :: i
@@ -159,7 +160,8 @@ contains
     end do
   end function area
 
-  !> One range that descends turns the plane over, two do not; on the left lies what is unstable, outside of circles.
+  !> If one range descends, the plane is mirrored; if both do, it is not. The unstable side, outside the circles, remains on the
+  !> left.
   subroutine test_descending(error)
     type(error_type), allocatable, intent(out) :: error
     type(axis_type), parameter :: up(2) = [axis_type(-3.0_dp, 3.0_dp, 9), axis_type(-2.0_dp, 2.0_dp, 9)], &
@@ -317,7 +319,7 @@ contains
     call check_that(error, maxval(nearest), "<", 2.2e-3_dp, "distance of the corners")
   end subroutine test_corner
 
-  !> p1 p2 = 1 is a straight line in the logarithms: nothing to be added to the points on the grid's lines.
+  !> p1 p2 = 1 is a straight line in the logarithms: only the points on the grid's lines are needed.
   subroutine test_logarithmic(error)
     type(error_type), allocatable, intent(out) :: error
     type(axis_type), parameter :: axis = axis_type(1.0e-2_dp, 1.0e2_dp, 6, .true.)
@@ -385,7 +387,7 @@ contains
     end do
   end subroutine test_narrow
 
-  !> With y'' + 0.6 y' + ...: tongues begin at some q > 0, those of rho = +1 and -1 overlap.
+  !> With y'' + 0.6 y' + ... tongues begin at some q > 0, and those of rho = +1 and -1 overlap.
   subroutine test_tongues(error)
     type(error_type), allocatable, intent(out) :: error
     type(border_map_type) :: map, finer
@@ -411,7 +413,7 @@ contains
     end do
   end subroutine test_tongues
 
-  !> How far a point is from the curves, in parts of the ranges 14 and 12.
+  !> Distance of a point from the curves, relative to the ranges 14 and 12.
   pure real(dp) function distance(point, map)
     real(dp), intent(in) :: point(2)
     type(border_map_type), intent(in) :: map

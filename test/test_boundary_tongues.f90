@@ -36,7 +36,7 @@ contains
       & new_unittest("borders of random machines over stiffness and mass agree with dense sweeps", test_sweeps)]
   end subroutine collect_boundary_tongues
 
-  !> The least and the greatest unstable speed of each tongue among 1000001 in equal steps (task `sweep`).
+  !> The lowest and the highest unstable speed of each tongue among 1000001 equidistant speeds (task `sweep`).
   subroutine test_dyads(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: tongues(2, 7) = reshape([-26916.271964091575_dp, -26959.424898986064_dp, -28821.64562918751_dp, &
@@ -75,8 +75,8 @@ contains
     call check_tongues("test/tongues/sliders.nml", axis, [10, 160], tongues, 35, error)
   end subroutine test_sliders
 
-  !> From as many search points as `counts` says: `number` borders, each at the end of one of the `tongues`, within a step of the
-  !> sweep.
+  !> Searches with as many search points as `counts` lists: it must find `number` borders, each at the end of one of the
+  !> `tongues`, within a step of the sweep.
   subroutine check_tongues(file, axis, counts, tongues, number, error)
     character(len=*), intent(in) :: file
     type(axis_type), intent(in) :: axis
@@ -104,7 +104,7 @@ contains
       if (allocated(error)) return
       call check(error, size(borders), number)
       if (allocated(error)) return
-      ! Verdicts tell the sides of a border apart at its error.
+      ! At the border's error verdicts distinguish its sides.
       call check_that(error, abs(borders%value - ends(:number)), "<=", step + borders%error, "ends of tongues")
       if (allocated(error)) return
       call check(error, size(rest%places), 0, more="places left open")

@@ -102,7 +102,7 @@ contains
         call check_success(error, failure)
         if (allocated(error)) return
         do k = 1, n
-          ! The perturbed ones are known to roundoff, which is inside their own bounds.
+          ! The perturbed multipliers are accurate to rounding, which their own bounds cover.
           call check_that(error, minval(abs(moved%rho(k) - m%rho) - m%error * abs(m%rho) - moved%error(k) * abs(moved%rho(k))), &
             & "<=", 0.0_dp, "each one lies in a disc")
           call check_that(error, minval(abs(m%rho(k) - moved%rho) - m%error(k) * abs(m%rho(k)) - moved%error * abs(moved%rho)), &
@@ -116,9 +116,9 @@ contains
     call check_that(error, most, ">", 0.1_dp, "bounds are of use")
   end subroutine test_perturbed
 
-  !> diag(0.5, 0.5 + gap, -0.3): the discs have the radius 3 |E|. They touch for a gap of 5 |E|, not for one of 7 |E|: then the
-  !> other one may be |E| + |E| + |E| / alpha = 4 |E| with alpha = 1/2, which leaves |E| + |E| / 2 + |E| / 2. They are of no
-  !> concern to the third, of which two such terms are left, too.
+  !> diag(0.5, 0.5 + gap, -0.3): the discs have the radius 3 |E|. They touch for a gap of 5 |E|, not for one of 7 |E|. In that
+  !> case the other multiplier may be |E| + |E| + |E| / alpha = 4 |E| away with alpha = 1/2, and the bound is |E| + |E| / 2 +
+  !> |E| / 2. The third multiplier is far away; its bound contains two such terms.
   subroutine test_close(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: e = 1.0e-3_dp, gaps(2) = [5 * e, 7 * e], bounds(2) = [8 * e, 2 * e], &
@@ -149,7 +149,7 @@ contains
     call check_that(error, maxval(abs(m%error * abs(m%rho) - [19 * e, 14 * e, 14 * e, 19 * e])), "<", 1.0e-13_dp, "chain of four")
   end subroutine test_close
 
-  !> D blockdiag(1/2, 2 [cos sin; -sin cos], -3, 0) D^-1: known multipliers and vectors.
+  !> D blockdiag(1/2, 2 [cos sin; -sin cos], -3, 0) D^-1 has known multipliers and vectors.
   subroutine test_sorted(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: scale(5) = [1.0_dp, 0.25_dp, 8.0_dp, 1.0_dp, 1.0_dp], angle = 0.7_dp
@@ -270,7 +270,7 @@ contains
     call check_that(error, most, ">", 0.8_dp, "bounds are of use")
   end subroutine test_start
 
-  !> Where E - Phi can be singular within the error, nothing is said; and a bound before that knows how near it is.
+  !> If E - Phi can be singular within the error, no start vector is reported; before that the bound grows accordingly.
   subroutine test_nearly_singular(error)
     type(error_type), allocatable, intent(out) :: error
     type(monodromy_type) :: monodromy
@@ -305,7 +305,7 @@ contains
     call check_failure(error, failure, what="norm of the inverse")
   end subroutine test_nearly_singular
 
-  !> With no error of Phi, that of the arithmetic is left: against quadruple precision.
+  !> If Phi is exact, only rounding errors remain: comparison with quadruple precision.
   subroutine test_rounding(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: n = 5

@@ -1,4 +1,4 @@
-!> Systems whose coefficients are no smooth functions, no numbers, without a mass, or of an absurd period: each is told by its own
+!> Systems whose coefficients are not smooth, not finite, without mass, or have an absurd period: each fault is reported by its
 !> name within 100,000 calls.
 module test_callbacks
   use checks, only: check_success, check_that
@@ -49,7 +49,8 @@ contains
     if (.not. allocated(error)) call expect("period", "the period of 1", error)
   end subroutine test_faults
 
-  !> The failure of a system begins with a message, and comes soon. (Traps are off: what is no number is meant.)
+  !> Checks that the failure of a system begins with this message and comes within bounded work. (Traps are off: NaN is
+  !> intended.)
   subroutine expect(fault, message, error)
     character(len=*), intent(in) :: fault, message
     type(error_type), allocatable, intent(out) :: error
@@ -77,7 +78,8 @@ contains
     if (.not. allocated(error)) call check_that(error, real(calls, dp), "<=", real(most_calls, dp), fault // ", calls")
   end subroutine expect
 
-  !> A pulse that is as sharp as a thousandth of the period is smooth, and takes more calls than the first look comes after.
+  !> A pulse as sharp as a thousandth of the period is smooth; its integration takes more calls than there are before the first
+  !> check for smoothness.
   subroutine test_smooth(error)
     type(error_type), allocatable, intent(out) :: error
     type(faulty_type) :: system

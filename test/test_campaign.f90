@@ -1,4 +1,4 @@
-!> From an input to the members of its family, from tiles to the table.
+!> The way from an input to the members of its family, and from tiles to the table.
 module test_campaign
   use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: failure_type => error_type, impossible_mechanism, invalid_input, wrong_usage
@@ -103,7 +103,7 @@ contains
     call check(error, line(:n), "abc" // trim(adjustl(word)))
   end subroutine check_number
 
-  !> A member and a machine that is read anew with its values set agree to the last bit.
+  !> A family member and a machine that is read from the input with the same values set agree to the last bit.
   subroutine test_members(error)
     type(error_type), allocatable, intent(out) :: error
 
@@ -166,7 +166,8 @@ contains
     if (.not. allocated(failure)) call read_configuration(doc, configuration, failure)
   end subroutine configure
 
-  !> No assembly is one thing, no sense another; the shared mechanism of a family may be what is impossible.
+  !> A member without assembly and a member with invalid data have different errors. The shared mechanism of a family may itself
+  !> be impossible.
   subroutine test_impossible(error)
     type(error_type), allocatable, intent(out) :: error
     type(configuration_type) :: configuration
@@ -196,7 +197,7 @@ contains
     call check_failure(error, failure, code=impossible_mechanism)
   end subroutine test_impossible
 
-  !> Tiles in any order give rows in the grid's order, whether a tile stands alone or beside others.
+  !> Tiles in any order yield rows in the grid's order, wherever the tiles lie.
   subroutine test_table(error)
     type(error_type), allocatable, intent(out) :: error
 
@@ -336,7 +337,7 @@ contains
     call clear_folder
   end subroutine test_two_inputs
 
-  !> Two runs of one input: the first writes the table and removes the blocks, the other one is told so.
+  !> Two runs of one input: the first writes the table and removes the blocks; the second receives an error that says so.
   subroutine test_finished_by_other_run(error)
     type(error_type), allocatable, intent(out) :: error
     type(sweep_plan_type) :: plan

@@ -73,7 +73,7 @@ contains
     integer, parameter :: orders = 5
     type(campbell_type) :: campbell
     type(crossing_type), allocatable :: crossings(:)
-    !> An interpolating search for a zero takes no more solutions.
+    !> An interpolating search for a zero needs no more solutions than this.
     integer, parameter :: most = 10
     real(dp) :: w(3), exact
     integer :: mode, k, found, way, sought
@@ -136,10 +136,10 @@ contains
       if (allocated(error)) return
       do i = 1, size(crossings)
         associate (c => crossings(i))
-          ! Undamped, (J q')' + c q = 0 with J = J0 + J1 cos(phi) has no intervals of whole orders: two periodic motions coexist
-          ! there, as of Ince's equation.
+          ! Undamped, (J q')' + c q = 0 with J = J0 + J1 cos(phi) has no locked intervals at whole orders: two periodic motions
+          ! coexist there, as for Ince's equation.
           call check_that(error, c%locked, "/=", (way == 2 .and. abs(c%order - anint(c%order)) <= 0), "locked")
-          ! The ends are zeros of differences of exponents squared, so known to about as many digits as these themselves.
+          ! The ends are zeros of differences of squared exponents, so they have about as many accurate digits as the exponents.
           call check_that(error, c%error, "<", 1.0e-7_dp, "the error says nothing")
           if (allocated(error)) return
           do side = 1, 2
@@ -184,9 +184,9 @@ contains
       call check_that(error, abs(a(i)%order - b(i)%order), "<=", 0.0_dp, "mode and order")
       call check_that(error, abs(a(i)%speed - sign * b(i)%speed), "<=", a(i)%error + b(i)%error, "speed")
       if (allocated(error)) return
-      ! The error of each is a bound for the growth too, at its own speed (rpm): between the two it changes by less than itself
-      ! in the whole range of speeds, and where an interval with the frequency locked is narrower than the errors, the growth is
-      ! known to what the frequency would change by within it.
+      ! The error of each crossing also bounds the growth at its own speed (rpm), because between the two speeds the growth
+      ! changes by less than itself in the whole range of speeds. If an interval with locked frequency is narrower than the
+      ! errors, the growth is accurate to the change of the frequency within it.
       shift = abs(a(i)%speed - sign * b(i)%speed)
       allowed = a(i)%at%error + b(i)%at%error + 0.1_dp * abs(a(i)%at%growth) * shift
       width = abs(a(i)%ends(2) - a(i)%ends(1))
@@ -253,9 +253,9 @@ contains
     if (.not. allocated(error)) call compare(here, there, 1.0_dp, error)
   end subroutine test_phase
 
-  !> Links of 27 kg: the first frequency is about the crank's, the second about twice that, where the two differ by the crank's
-  !> and mix. Branches cross the orders twice, once on each side, whatever the speeds are that are ordered; that the numbers of
-  !> the modes change over between is no crossing.
+  !> Links of 27 kg: the first frequency is about the crank's, the second about twice that. Where the two differ by the crank's
+  !> frequency the modes mix. Branches cross the orders twice, once on each side, for any requested speeds. That the numbers of
+  !> the modes are exchanged in between is no crossing.
   subroutine test_mixing_on_order(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_data) :: machine

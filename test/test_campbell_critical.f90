@@ -57,7 +57,8 @@ contains
     call check_success(error, failure)
   end subroutine solve
 
-  !> A frame free along x with a mass on the crank: amplitude m r W^2 / |c - W^2 M + i W b| in order 1, nothing in the others.
+  !> A frame free along x with a mass on the crank: amplitude m r W^2 / |c - W^2 M + i W b| in order 1, zero in the other
+  !> orders.
   type(machine_data) function unbalance(damping_ratio) result(machine)
     real(dp), intent(in) :: damping_ratio
 
@@ -72,7 +73,8 @@ contains
     machine%speed_rpm = 300
   end function unbalance
 
-  !> With x = W / w: x^2 / sqrt((1 - x^2)^2 + (2 D x)^2) is greatest at x = 1 / sqrt(1 - 2 D^2), 1 / (2 D sqrt(1 - D^2)).
+  !> With x = W / w the response x^2 / sqrt((1 - x^2)^2 + (2 D x)^2) has its maximum at x = 1 / sqrt(1 - 2 D^2), with the value
+  !> 1 / (2 D sqrt(1 - D^2)).
   subroutine test_unbalance(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: ratios(4) = [1.0e-5_dp, 1.0e-3_dp, 0.03_dp, 0.1_dp]
@@ -130,8 +132,8 @@ contains
     call check_that(error, critical%outcome, "==", self_excited, "unstable")
   end subroutine test_outcomes
 
-  !> What the vibration is at a speed: the amplitude of an order, all positions together (the frame's mass is about the mass
-  !> matrix's first entries, its radius of gyration 0.2 m), by the public way to it.
+  !> The vibration at a speed: the amplitude of an order, all coordinates together (weighted with the frame's mass and its
+  !> radius of gyration, 0.2 m), computed through the public interface.
   subroutine direct(machine, speed, order, value, error)
     type(machine_data), intent(in) :: machine
     real(dp), intent(in) :: speed
@@ -160,8 +162,8 @@ contains
     end do
   end subroutine direct
 
-  !> At each critical speed the order is greater than 0.7 half widths beside it, by about 1 / sqrt(1.5), and much greater than
-  !> three half widths beside.
+  !> At each critical speed the amplitude of the order is larger than 0.7 half widths away, by about 1 / sqrt(1.5), and much
+  !> larger than three half widths away.
   subroutine test_sharp(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: beside(5) = [-3.0_dp, -0.7_dp, 0.0_dp, 0.7_dp, 3.0_dp]
@@ -208,7 +210,7 @@ contains
       do k = 1, 2
         if (.not. critical(i)%found(k)) cycle
         associate (c => critical(i))
-          ! One half width, what the samples are apart, and half of the locked interval.
+          ! One half width, the distance of the samples, and half of the locked interval.
           call check_that(error, abs(c%speed(k) - c%crossing%speed), "<", 1.5_dp * c%half_width &
             & + abs(c%crossing%ends(2) - c%crossing%ends(1)), "too far")
           call check_that(error, c%prominence(k), ">", 1.01_dp, "not prominent")
@@ -260,7 +262,7 @@ contains
       call check(error, met(i), more="a direct peak that is no critical speed")
       if (allocated(error)) return
     end do
-    ! 20.2625 Hz in the orders 3 to 5, 32.047 Hz in 5 and 6, some of them too weak to be seen in all.
+    ! 20.2625 Hz in the orders 3 to 5, 32.047 Hz in 5 and 6; some of them are too weak to be visible in the whole vibration.
     call check_that(error, size(critical), "==", 5, "peaks")
     if (allocated(error)) return
     call check(error, any(met), more="peaks")

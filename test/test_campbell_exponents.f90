@@ -100,8 +100,8 @@ contains
     call check_that(error, abs(modes(1)%frequency() / (machine%speed_rpm * pi / 60) - 1), "<", 1.0e-12_dp, "half the speed")
   end subroutine test_locked
 
-  !> The sieve, free along x too and there overdamped: of four real multipliers the two negative ones are the locked mode's, and
-  !> the two positive ones that of the mode which does not swing.
+  !> The sieve, also free along x and overdamped there: of four real multipliers the two negative ones belong to the locked
+  !> mode, and the two positive ones to the mode that does not oscillate.
   subroutine test_real(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_data) :: machine
@@ -131,7 +131,7 @@ contains
     if (allocated(error)) return
     do k = 1, 2
       exponents = log(abs(pack(real(rho), real(rho) > 0 .eqv. k == 1))) / real(period(machine), dp)
-      ! The smallest multiplier, 1e-13 of the greatest one, is not known better from Phi(T) in double precision than by a tenth.
+      ! The smallest multiplier is 1e-13 of the largest; from Phi(T) in double precision it is accurate to a tenth only.
       call check_that(error, abs(modes(k)%growth - maxval(exponents)), "<", 1.0e-8_dp, "growth")
       call check_that(error, abs(modes(k)%partner_growth - minval(exponents)), "<", merge(1.0_dp, 1.0e-8_dp, k == 1), "partner")
       if (allocated(error)) return

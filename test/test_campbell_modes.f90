@@ -104,7 +104,7 @@ contains
         call check_that(error, modes(k)%error, "<", 1.0e-6_dp, "the error says nothing")
         if (allocated(error)) return
         shape = modes(k)%shapes(:3, 1)
-        ! The shape has the accuracy of the motion, 1e-9, beside terms as large as |lambda^2 M|.
+        ! The shape has the accuracy of the motion, 1e-9, relative to terms as large as |lambda^2 M|.
         call check_that(error, norm2(abs(matmul(z**2 * m + z * b + c, shape))), "<", 1.0e-7_qp * abs(z)**2 * norm2(m) &
           & * norm2(abs(shape)), "shape")
         call check_that(error, abs(modes(k)%share() - 1), "<", 1.0e-9_dp, "share")
@@ -261,8 +261,8 @@ contains
     end do
   end subroutine test_parts
 
-  !> The paper's machine at 5 rpm: the crank changes the first frequency so slowly that most of the vibration lies beside the
-  !> mean frequency. That is, to terms of order Omega, the mean over the turn of the frozen frame's natural frequency.
+  !> The paper's machine at 5 rpm: the crank changes the first frequency so slowly that the vibration contains many components
+  !> around the mean frequency. To first order in Omega this is the mean over the turn of the frozen frame's natural frequency.
   subroutine test_slow(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: angles = 60
@@ -304,7 +304,7 @@ contains
     call check_that(error, real([abs(mass - mean_mass)], dp), "<", 1.0e-12_dp, "mean mass matrix")
   end subroutine test_slow
 
-  !> A crank that turns once in eleven days leaves no phase to be told.
+  !> For a crank that turns once in eleven days no phase can be determined.
   subroutine test_unknown_phase(error)
     type(error_type), allocatable, intent(out) :: error
     type(mode_type), allocatable :: modes(:)

@@ -20,7 +20,7 @@ module test_campbell_tracking
 
   public :: collect_campbell_tracking
 
-  !> The paper's machine, but between two speeds there is none.
+  !> The paper's machine, with a range of speeds in which there is no machine.
   type, extends(family_type) :: broken_family
     type(machine_family) :: inner
     real(dp) :: hole(2) = 0
@@ -117,8 +117,8 @@ contains
     end select
   end subroutine member_that_changes
 
-  !> By the shapes at two speeds alone the modes of axes that turn by 51 deg would be exchanged; and where the frequencies cross the
-  !> numbers are those of the lowest speed, whichever way the range runs.
+  !> From the shapes at two speeds alone the modes of axes that turn by 51 deg would be exchanged. Where the frequencies cross,
+  !> the numbers are those of the lowest speed, whichever way the range runs.
   subroutine test_changing(error)
     type(error_type), allocatable, intent(out) :: error
     type(changing_family) :: family
@@ -165,8 +165,8 @@ contains
     call self%executor_type%spread(work, pieces, error, points)
   end subroutine count_and_spread
 
-  !> Axes that turn by 42 deg on each of two stretches: both are halved in one round of work, and are those of a search of either
-  !> stretch alone.
+  !> The axes turn by 42 deg on each of two intervals. Both intervals are halved in one round of work, with the results of a
+  !> search of either interval alone.
   subroutine test_levels(error)
     type(error_type), allocatable, intent(out) :: error
     type(changing_family) :: family
@@ -197,7 +197,7 @@ contains
     do i = 1, 5
       if (allocated(error)) return
       associate (at => whole%points(i)%modes(:2)%frequency())
-        ! Soft and stiff remain what they are.
+        ! The soft and the stiff mode keep their numbers.
         call check_that(error, at(1), "<", at(2), "numbers")
       end associate
     end do
@@ -216,7 +216,7 @@ contains
     call self%inner%member(parameters, system, error)
   end subroutine member
 
-  !> What lies in the gap is not found, what lies beside it is, and modes keep their numbers over it.
+  !> Crossings in the gap are not found, those outside are, and modes keep their numbers across the gap.
   subroutine test_gap(error)
     type(error_type), allocatable, intent(out) :: error
     type(broken_family) :: family

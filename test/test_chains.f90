@@ -1,4 +1,4 @@
-!> Long chains of joints: how far accelerations deviate, that the proof of assembly stays one, and what it costs.
+!> Long chains of joints: how far accelerations deviate, that the proof of assembly succeeds, and its cost.
 module test_chains
   use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
@@ -35,7 +35,7 @@ contains
       & new_unittest("the number of proof intervals does not grow with the chain's length", test_intervals)]
   end subroutine collect_chains
 
-  !> Joints on earlier ones that move along cubics: their accelerations deviate along a line, by a known rate.
+  !> Joints built on earlier ones that move along cubics, whose accelerations deviate linearly at a known rate.
   subroutine test_deviations(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: cases = 4000
@@ -139,7 +139,7 @@ contains
     along = jet(c(0) + t * (c(1) + t * (c(2) / 2 + t * c(3) / 6)), c(1) + t * (c(2) + t * c(3) / 2), c(2) + t * c(3), c(3))
   end function along
 
-  !> So many rockers behind that of the four-bar, each a parallelogram with the one before; `last`: the last one's joint.
+  !> Adds rockers to a four-bar, each forming a parallelogram with the one before; `last`: the last rocker's joint.
   subroutine add_rockers(linkage, count, last, failure)
     type(linkage_type), intent(out) :: linkage
     integer, intent(in) :: count
@@ -201,8 +201,8 @@ contains
     end do
   end subroutine test_far_dead_point
 
-  !> Chains of rockers of all lengths. Whether they turn is seen on a fine grid of the turn, all but where the least margin of their
-  !> dyads is less than what it may change between two of its angles.
+  !> Chains of rockers of all lengths. A fine grid shows whether they turn, except where the smallest margin of their dyads is
+  !> less than its possible change between two angles.
   subroutine test_random(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: chains = 150, dyads = 8
@@ -261,7 +261,7 @@ contains
     end do
   end function least_margin
 
-  !> The joint of a dyad on the left of the way between its ends, by the cosine law.
+  !> The joint of a dyad to the left of the line between its ends, by the law of cosines.
   pure function closed(one, two, l) result(here)
     real(dp), intent(in) :: one(2), two(2), l(2)
     real(dp) :: here(2), d, angle
@@ -316,7 +316,7 @@ contains
       pivot = "G" // trim(number)
       rod = "R" // trim(number)
       if (kind == 2) then
-        ! the next coupler hangs on a pin beside the rocker's line
+        ! the next coupler hangs on a pin off the rocker's line
         call linkage%rigid(rod, [before, last], [0.15_dp, 0.02_dp], failure)
         call linkage%ground(pivot, [ground + 0.2_dp * k, 0.02_dp], failure)
         call linkage%rrr("P" // number, [rod, pivot], [0.2_dp, rocker], 1, failure)

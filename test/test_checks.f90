@@ -1,4 +1,4 @@
-!> The tests' own comparisons: they fail where they must, and say what was found.
+!> The tests' own comparisons fail when they must, with the right failure text.
 module test_checks
   use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: failure_type => error_type, fatal_error, invalid_input

@@ -1,4 +1,4 @@
-!> Products of maps over a turn, against the same in quadruple precision, and beyond the range of doubles.
+!> Products of maps over a turn, against quadruple precision, and products that overflow double precision.
 module test_composition
   use checks, only: check_that
   use gestell_base_kinds, only: dp
@@ -36,7 +36,7 @@ contains
     a = 0.3_dp * (a - 0.5_dp)
     exact = 0
     do j = 1, n
-      ! they grow at first and die out then: the greatest lies in the second block
+      ! they grow at first and then die out: the largest lies in the second block
       a(:, j, j) = a(:, j, j) + 1 + [(0.2_dp * (30 - k) / 30, k = 1, steps)]
       exact(j, j, 0) = 1
     end do
@@ -119,7 +119,7 @@ contains
     end do
   end subroutine test_products
 
-  !> A segment whose own product overflows though that of all steps does not; products that do; what is no number.
+  !> A segment whose own product overflows although that of all steps does not; products that overflow; NaN.
   subroutine test_range(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: steps = 64

@@ -86,7 +86,7 @@ contains
         phi_error(k) = scaled_norm(monodromy%phi - phi, monodromy%scale)
         xp_error(k) = norm2((monodromy%xp - xp) / monodromy%scale)
       end do
-      ! A method that is fitted to the fastest vibration has nearly none of its first term: that of the next order counts too.
+      ! A method fitted to the fastest vibration has almost none of its first error term, so the next order matters too.
       higher = 0
       if (monodromy%method%lower_order > 0) higher = 1
       call check(error, log(phi_error(1) / phi_error(2)) / log(1.5_dp), order(i) + higher, thr=0.1_dp * order(i) + higher, &
@@ -130,7 +130,7 @@ contains
     end do
   end subroutine test_converged_values
 
-  !> Solves to a tolerance and compares all that is claimed with the truth. `needed`: the tolerance that must be met.
+  !> Solves to a tolerance and compares all claims with the truth. `needed`: the tolerance that must be met.
   subroutine check_claims(frame, accuracy, phi, xp, x0, rho, needed, label, error)
     type(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
@@ -217,7 +217,7 @@ contains
     end do
   end subroutine test_other_methods
 
-  !> However few the steps, what is claimed holds: with too few of them nothing is certain.
+  !> Claims hold for any number of steps; with too few steps nothing is certain.
   subroutine test_given_steps(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: steps(6) = [1, 2, 5, 12, 30, 75]
@@ -290,8 +290,8 @@ contains
     end do
   end subroutine test_by_chance
 
-  !> Meissner's equation without its break: methods converge with order 1, and the claims must know it. Trace of Phi from
-  !> the closed form, y(T) of two harmonic pieces with frequencies sqrt(a - 2 q) and sqrt(a + 2 q).
+  !> Meissner's equation with an undeclared jump: methods converge with order 1, and the claimed errors must reflect this. Trace
+  !> of Phi from the closed form, y(T) of two harmonic pieces with frequencies sqrt(a - 2 q) and sqrt(a + 2 q).
   subroutine test_undeclared_jump(error)
     type(error_type), allocatable, intent(out) :: error
     type(meissner_type) :: system

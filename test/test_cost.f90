@@ -1,4 +1,4 @@
-!> What results cost, in counted work: samples, evaluations, intervals, comparisons.
+!> The cost of results, in counted work: samples, evaluations, intervals, comparisons.
 module test_cost
   use checks, only: check_failure, check_success, check_that
   use gestell_math_dft, only: dft
@@ -41,7 +41,7 @@ contains
       & new_unittest("the assembly proof ends within bounded work and names the joint", test_bounded_proof)]
   end subroutine collect_cost
 
-  !> Of lengths with one prime factor and with several, by the sum in quadruple precision.
+  !> Lengths with one prime factor and with several, against the sum in quadruple precision.
   subroutine test_dft(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: lengths(14) = [1, 2, 3, 4, 5, 6, 8, 12, 49, 64, 97, 360, 1021, 1024]
@@ -64,7 +64,7 @@ contains
     end do
   end subroutine test_dft
 
-  !> A loose tolerance takes a method of low order with few steps; what these err by is no reason for more samples.
+  !> A loose tolerance selects a method of low order with few steps; their error must not increase the number of samples.
   subroutine test_tolerance(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_data) :: machine
@@ -97,14 +97,14 @@ contains
     call check_that(error, total(:5), "<=", total(2:), "work for all machines")
   end subroutine test_tolerance
 
-  !> Samples of the vibration, with and without accelerations, and `work` for its solution, shape (6), as the method tells it.
+  !> Samples of the vibration, with and without accelerations, and `work` for its solution as the method reports it, shape (6).
   subroutine compare(frame, name, work, error)
     type(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: name
     real(dp), intent(out) :: work(:)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: rows(2) = [0, 12]
-    !> How many steps are enough is a forecast: where it fails they were taken in vain, and twice as many follow.
+    !> The required number of steps is a prediction. If it fails, the steps are wasted, and twice as many follow.
     real(dp), parameter :: forecast = 3
     class(method_type), allocatable :: method
     type(analysis_type) :: analysis
@@ -133,12 +133,12 @@ contains
     end do
   end subroutine compare
 
-  !> The paper's machine with one more support, of 1e11 N/m: 4,700 vibrations a turn beside nine and twelve. Reduction tells its
-  !> vibration from the masses at a few hundred crank angles; integration over all these vibrations takes them at 22 million.
+  !> The paper's machine with an additional support of 1e11 N/m: 4,700 vibrations per turn in addition to nine and twelve.
+  !> Reduction evaluates the masses at a few hundred crank angles; integration over all these vibrations would take 22 million.
   subroutine test_stiff_support(error)
     type(error_type), allocatable, intent(out) :: error
-    !> How much the support of 1e11 N/m gives by the force on the ground, 47 N, as a part of the least motion, 6e-6 m; the other one
-    !> gives a tenth.
+    !> How much the support of 1e11 N/m yields under the force on the ground, 47 N, relative to the smallest motion, 6e-6 m; the
+    !> other support yields a tenth of that.
     real(dp), parameter :: give = 47 / 1.0e11_dp / 6.0e-6_dp
     type(machine_data) :: machine
     type(frame_type) :: frame
@@ -252,8 +252,8 @@ contains
     call check_that(error, many%intervals, "<=", 2 * few%intervals, "intervals of many")
   end subroutine test_unrelated_joints
 
-  !> With a gap left of the length to a dead point the motion changes within about the root of it. The intervals there are as
-  !> short; elsewhere they double: their number grows with the logarithm.
+  !> If the length exceeds the dead point by a small gap, the motion changes within about the square root of the gap. The
+  !> intervals there are as short; elsewhere they double, so that their number grows with the logarithm.
   subroutine test_dead_points(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: decades(4) = [1, 3, 5, 7]

@@ -48,7 +48,7 @@ contains
     end do
   end subroutine test_machines
 
-  !> Multipliers and x0 to 1e-9 of their sizes, and within what is claimed.
+  !> Compares multipliers and x0 to 1e-9 of their sizes, and within the claimed errors.
   subroutine compare(file, error)
     character(len=*), intent(in) :: file
     type(error_type), allocatable, intent(out) :: error

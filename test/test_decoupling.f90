@@ -1,4 +1,4 @@
-!> What does not couple is found and solved apart, and comes together in the right places.
+!> Uncoupled parts of a system are detected and solved separately, and their results return to the right places.
 module test_decoupling
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type

@@ -32,8 +32,8 @@ contains
       & new_slow("the design of a mounted machine is as good as differential evolution's", test_evolution)]
   end subroutine collect_design
 
-  !> The force is -Omega^2 S'', and a counterweight adds u exp(i phi) to S: the least rms is where u is minus the coefficient c of
-  !> exp(i phi) in S, and what is left is the rest of the series (Parseval).
+  !> The force is -Omega^2 S'', and a counterweight adds u exp(i phi) to S. The rms is smallest if u is minus the coefficient c
+  !> of exp(i phi) in S; the rest of the series remains (Parseval).
   subroutine test_crank(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: n = 256

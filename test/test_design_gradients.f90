@@ -100,7 +100,7 @@ contains
         i = index(machine, "&frame")
         text = machine(:i + 6) // "dof='xi','psi', " // machine(i + 7:)
       end if
-      ! of multipliers that are lost beside others there are no derivatives
+      ! multipliers that are lost among larger ones have no derivatives
       n = merge(size(names) - 1, size(names), variants(v)(:6) == "&found")
       call compare(trim(variants(v)), text, names(:n), kinds(:n), paths, start, range, [1, 3, 2, 0, 0, 0, 0, 0, 0], &
         & [place_parts(1), mass_part, inertia_part, (other_part, k = 4, size(start))], error)
@@ -108,7 +108,7 @@ contains
     end do
   end subroutine compare_gradients
 
-  !> A V-twin in space: three stiffnesses and angles, a tensor of inertia, mechanisms beside each other.
+  !> A V-twin in space: three stiffnesses and angles, a tensor of inertia, several mechanisms.
   subroutine compare_in_space(model, held_by, error)
     character(len=*), intent(in) :: model, held_by
     type(error_type), allocatable, intent(out) :: error
@@ -196,7 +196,7 @@ contains
         if (allocated(error)) return
       end do
       do g = 1, n
-        ! the separation is the least of its branches, all else the greatest
+        ! the separation is the minimum of its branches, all other goals are the maximum
         side = merge(-1.0_dp, 1.0_dp, names(g) == "separation")
         b = maxloc(merge(side * at%value, -huge(h), at%group == g), dim=1)
         unit = max(abs(at%value(b)), tiny(unit))
@@ -209,7 +209,7 @@ contains
         change = (table(2) + (table(2) - table(1)) / 15) * range(k) / unit
         part_of_change = 1.0e-7_dp
         if (side < 0) then
-          ! with the larger steps another mode or order may be the nearest one; of the smallest its square is left
+          ! with the larger steps another mode or order may be the nearest one; the smallest step has an error of second order
           change = (top(above(3), h) - top(below(3), -h)) / (2 * h) * range(k) / unit
           part_of_change = 1.0e-5_dp
         end if
@@ -222,8 +222,8 @@ contains
 
   contains
 
-    !> The value of goal g there, a step away: the same of several local maxima: both slopes tell its value, and samples beside it
-    !> are lower.
+    !> The value of goal g after a step, for the same one of several local maxima: both slopes predict its value, and samples
+    !> next to it are lower.
     real(dp) function top(there, step)
       type(goal_branches_type), intent(in) :: there
       real(dp), intent(in) :: step

@@ -34,7 +34,7 @@ contains
       call compare(5 * value)
       if (allocated(error)) return
     end do
-    ! halves of the last place that is told, exact and beside
+    ! exact halves of the last printed digit, and their neighbours
     do i = 0, 1000
       value = i * 0.125_dp
       call compare(value)
@@ -93,7 +93,7 @@ contains
       end do
     end subroutine compare
 
-    !> Without an exponent; zero has no sign.
+    !> Fixed notation, without an exponent; zero has no sign.
     function plain(value, decimals) result(line)
       real(dp), intent(in) :: value
       integer, intent(in) :: decimals

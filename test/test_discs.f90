@@ -88,7 +88,7 @@ contains
         do k = 1, n
           i = minloc(abs(rho - cmplx(z_re(lane, k), z_im(lane, k), dp)), dim=1)
           distance = abs(rho(i) - cmplx(z_re(lane, k), z_im(lane, k), dp))
-          ! LAPACK's own, and that of the change.
+          ! The rounding of LAPACK, and that of the perturbation.
           rounding = n * epsilon(1.0_dp) * h%norm(lane) * discs%condition(lane, k)
           call check_that(error, distance, "<=", discs%radius(lane, k) + rounding, "outside")
           if (allocated(error)) return
@@ -134,7 +134,7 @@ contains
     call check_that(error, sum(discs%separate), ">", 6.0_dp, "lanes with discs")
     call check_that(error, discs%sharp, ">=", discs%separate, "sharp")
     if (allocated(error)) return
-    ! Newton's step takes a small displacement back, but for its square over distances of a tenth and conditions of ten.
+    ! Newton's step corrects a small displacement, except for its square over distances of a tenth and conditions of ten.
     w_re = z_re
     w_im = z_im
     w_im(:, 2) = w_im(:, 2) + displacement
@@ -149,7 +149,7 @@ contains
         & "displaced, discs")
       if (allocated(error)) return
     end do
-    ! A greater one is told, and left to others.
+    ! A larger displacement is reported, and its correction is left to other methods.
     w_re = z_re
     w_im = z_im
     w_im(:, 2) = w_im(:, 2) + 1.0e4_dp * displacement
@@ -166,8 +166,8 @@ contains
     call check_that(error, displaced%separate, "<=", 0.0_dp, "twice")
   end subroutine test_missed
 
-  !> The eigensystem of one matrix: what it is defined by, and LAPACK's eigenvalues. With a small coupling back Hyman's vectors are
-  !> poor; what is not proved is left to LAPACK.
+  !> The eigensystem of one matrix, against its definition and LAPACK's eigenvalues. With a small coupling back Hyman's vectors
+  !> are poor; what cannot be proved is left to LAPACK.
   subroutine test_one(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: couplings(4) = [1.0_dp, 1.0e-3_dp, 1.0e-6_dp, 1.0e-12_dp]
@@ -216,7 +216,7 @@ contains
     ! Most of two hundred each.
     call check_that(error, found(:2), ">", 140, "found")
     if (allocated(error)) return
-    ! One eigenvector for two eigenvalues; numbers that are none; nothing.
+    ! One eigenvector for two eigenvalues; NaN; the zero matrix.
     a = reshape([1.0_dp, 0.0_dp, 1.0_dp, 1.0_dp], [2, 2])
     call small_eigensystem(a, rho, right, left)
     call check_that(error, allocated(rho), "==", .false., "defective")
@@ -228,9 +228,9 @@ contains
     call check_that(error, allocated(rho), "==", .false., "zero")
   end subroutine test_one
 
-  !> Two conjugate pairs close to one another, of which one stands where other matrices have two real eigenvalues: R(theta) x N
-  !> with N = [top - g / 2, 1; g^2 / 4, top - g / 2] has the eigenvalues exp(+-i theta) (top - g / 2 +- g / 2). A change of the norm
-  !> 1e-7, R(theta) x [0, 0; -1e-7, 0], takes the greater ones below 1: "unstable" would be wrong.
+  !> Two close conjugate pairs, one of which takes the place where other matrices have two real eigenvalues. R(theta) x N with N
+  !> = [top - g / 2, 1; g^2 / 4, top - g / 2] has the eigenvalues exp(+-i theta) (top - g / 2 +- g / 2). A perturbation of the
+  !> norm 1e-7, R(theta) x [0, 0; -1e-7, 0], moves the larger ones below 1: the verdict "unstable" would be wrong.
   subroutine test_pairs_near_real_values(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: theta = 2, g = 1.0e-3_dp, change = 1.0e-7_dp, top = 1 + 1.05_dp * change / g
@@ -245,7 +245,7 @@ contains
     n = reshape([top - g / 2, g**2 / 4, 1.0_dp, top - g / 2], [2, 2])
     changed = n
     changed(2, 1) = changed(2, 1) - change
-    ! Its greatest eigenvalue: the trace's half and the root of what the elements beside the diagonal leave.
+    ! Its largest eigenvalue: half the trace, and the root of the contribution of the off-diagonal elements.
     call check_that(error, changed(1, 1) + sqrt(changed(2, 1) * changed(1, 2)), "<", 1.0_dp, "the changed matrix")
     if (allocated(error)) return
     do j = 1, 2

@@ -15,7 +15,7 @@ module test_dofs
 
   public :: collect_dofs
 
-  !> What tasks say of a quantity: `what` as f_peak; where it is said; value and a bound on its error.
+  !> A claim of a task about a quantity: its name, such as f_peak; where it is reported; value and a bound on its error.
   type :: claim_type
     character(len=40) :: what = ""
     character(len=16) :: place = ""
@@ -56,7 +56,8 @@ contains
       if (.not. allocated(error)) call agree(claims, what, compared, error)
       if (.not. allocated(error)) call compare_critical(set, claims, forces, what, error)
       if (allocated(error)) return
-      ! The moment on a frame at rest does not depend on what is free, nor whether that is in the plane; holders take turns.
+      ! The moment on a frame at rest does not depend on the degrees of freedom, nor on whether they are in the plane. Holders
+      ! of the speed take turns.
       associate (moment => shaking(modulo(set, 3)), found => claims%value_of("shaking.m_rms"))
         if (moment < 0) moment = found
         call check_that(error, abs(found - moment), "<=", 1.0e-13_dp * moment, what // ": shaking.m")
@@ -69,7 +70,7 @@ contains
     call check_that(error, forces, "==", 4, "sets with a critical speed")
   end subroutine test_all_sets
 
-  !> Solves the machine with a set of degrees of freedom by all tasks, alone and over a range, and collects what they say.
+  !> Solves the machine with a set of degrees of freedom by all tasks, alone and over a range, and collects their claims.
   subroutine solve_set(set, claims, what, error)
     integer, intent(in) :: set
     type(claims_type), intent(out) :: claims
@@ -122,7 +123,7 @@ contains
 
   end subroutine solve_set
 
-  !> Adds what a table says of the machine at its operating speed.
+  !> Adds the claims of a table about the machine at its operating speed.
   subroutine collect(table, place, set, claims)
     type(table_type), intent(in) :: table
     character(len=*), intent(in) :: place
@@ -218,7 +219,7 @@ contains
     if (claim%what /= "") self%list = [self%list, claim]
   end subroutine add
 
-  !> A column's name without its unit.
+  !> The name of a column without its unit.
   pure function name_of(column) result(name)
     type(column_type), intent(in) :: column
     character(len=:), allocatable :: name
@@ -240,7 +241,7 @@ contains
     end do
   end function word_of
 
-  !> The first claim of a table on `what`; -1: there is none.
+  !> The first claim of a table about `what`; -1: there is none.
   pure real(dp) function value_of(self, what) result(value)
     class(claims_type), intent(in) :: self
     character(len=*), intent(in) :: what
@@ -251,7 +252,7 @@ contains
     if (first > 0) value = self%list(first)%value
   end function value_of
 
-  !> Where the first claim on `what` stands; 0: there is none.
+  !> Index of the first claim about `what`; 0: there is none.
   pure integer function place_of(self, what) result(place)
     class(claims_type), intent(in) :: self
     character(len=*), intent(in) :: what
@@ -262,13 +263,14 @@ contains
     place = 0
   end function place_of
 
-  !> Compares every claim with the first on the same thing, within the errors that both tell.
+  !> Compares every claim with the first claim about the same quantity, within the errors that both report.
   subroutine agree(claims, what, compared, error)
     type(claims_type), intent(in) :: claims
     character(len=*), intent(in) :: what
     integer, intent(out) :: compared
     type(error_type), allocatable, intent(out) :: error
-    !> Of tables that have no error: the solution's tolerance, 1e-7, and ten times as much for the condition of these machines.
+    !> Error of tables without a column of errors: the solution's tolerance, 1e-7, times ten for the condition of these
+    !> machines.
     real(dp), parameter :: untold = 1.0e-6_dp
     real(dp) :: allowed
     integer :: i, first
@@ -307,7 +309,7 @@ contains
     type(gestell_error), allocatable :: failure
 
     if (modulo(set, 5) /= 3) return
-    ! Critical speeds are those of vibrations about rest.
+    ! Critical speeds refer to vibrations about rest.
     call machine%parse(machine_of(set, "rest") // critical_range, failure)
     if (.not. allocated(failure)) call machine%solve(solution, failure, "critical")
     if (.not. allocated(failure)) call solution%table("critical", table, failure)
@@ -329,7 +331,8 @@ contains
     end associate
   end subroutine compare_critical
 
-  !> Quantities are looked up in one place: those of a plane machine, in their units, are quantities of the same machine in space.
+  !> All tasks look up quantities in one place: quantities of a plane machine, with their units, exist for the same machine in
+  !> space.
   subroutine test_names(error)
     type(error_type), allocatable, intent(out) :: error
     character(len=*), parameter :: names(*) = [character(len=16) :: "xi", "psi_dot", "psi_ddot", "fx", "m", "f", "total.m", &

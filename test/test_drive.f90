@@ -57,8 +57,8 @@ contains
     call check(error, known, more="known")
   end subroutine solve
 
-  !> Random linkages and states: what is left out against the exact kinetic energy is of third order in the motion of the
-  !> frame, so it falls by a thousand where the motion falls by ten.
+  !> Random linkages and states. The difference from the exact kinetic energy is of third order in the frame's motion, so it
+  !> falls by a factor of a thousand if the motion falls by ten.
   subroutine test_lagrange(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_data) :: machine
@@ -82,7 +82,7 @@ contains
       rigid = 0
       do i = 1, 3
         motion = motion / 10
-        ! The frame's crank angle is the one without the crank's phase, as the reference's.
+        ! The frame's crank angle does not contain the crank's phase, like the reference's.
         call drive_power(frame, [phase], motion, power, known)
         exact = exact_torque(machine, sign(1.0_qp, real(frame%speed, qp)) * 2 * pi_qp * phase, real(motion(1:3, 1), qp), &
           & real(motion(4:6, 1), qp), real(motion(7:9, 1), qp))
@@ -102,8 +102,8 @@ contains
     end do
   end subroutine test_lagrange
 
-  !> An error of one row of the motion changes the torque by as much as is told, to first order; rows that it does not depend
-  !> on by nothing; together the claims add up.
+  !> To first order an error of one row of the motion changes the torque by as much as claimed. Rows that the torque does not
+  !> depend on contribute nothing; together the claims add up.
   subroutine test_torque_error(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: small = 1.0e-6_dp
@@ -141,8 +141,8 @@ contains
     call near(error, [told - own], [sum_of_all], 10 * small * told, "all")
   end subroutine test_torque_error
 
-  !> d/dt of the energy, by its harmonics, is the drive's power less the dampers'; over the turn nothing is left. Either way
-  !> round, with guides, with a foundation.
+  !> d/dt of the energy, from its harmonics, is the drive's power minus that of the dampers; the mean over the turn is zero. For
+  !> both directions of rotation, with guides, with a foundation.
   subroutine test_balance(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: points = 512

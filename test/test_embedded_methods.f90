@@ -1,4 +1,4 @@
-!> A method with the two that are embedded in it: the basis in which one elimination serves all of them, and what they tell of the
+!> A method with its two embedded methods: the basis in which one elimination serves all of them, and their estimate of the
 !> error.
 module test_embedded_methods
   use checks, only: check_success, check_that
@@ -40,9 +40,9 @@ contains
       & new_unittest("error bounds hold if all embedded methods sample the load alike", test_load)]
   end subroutine collect_embedded_methods
 
-  !> Polynomials of degree s - 2 have nothing of the last unknown, of degree s - 3 nothing of the last two; residuals along P_s-1
-  !> are not seen in the equations of the others, along P_s-2 not in those before the last two; the tails are Legendre's
-  !> coefficients over the roots of 2 k + 1.
+  !> Polynomials of degree s - 2 have a zero last unknown, those of degree s - 3 two zero last unknowns. Residuals along P_s-1
+  !> do not enter the equations of the others, along P_s-2 not those before the last two. The tails are Legendre's coefficients
+  !> over the roots of 2 k + 1.
   subroutine test_nested(error)
     type(error_type), allocatable, intent(out) :: error
     !> Sums of up to ten terms of size 1.
@@ -80,11 +80,11 @@ contains
     end do
   end subroutine test_nested
 
-  !> Of two oscillators, with positions or as x' = P x, a method with s stages follows the faster one, to which it is fitted,
-  !> without an error. The slower one, 0.9 times as fast, has the part 1 / 0.81 - 1 of the phase error c_s z^(2 s + 1) of Gauss'
-  !> method in N steps, z the angle in a step, as the Pade approximation has it, and the method embedded in it makes that of s - 1
-  !> stages of the faster one, half of it with positions; that of Gauss itself the one of s stages. Oracle: closed forms. In units
-  !> of 1 and the frequency an error d of the phase is sqrt(2) d in Phi(T).
+  !> Two oscillators, with positions or as x' = P x. A method with s stages is fitted to the faster one and follows it without
+  !> error. The slower one is 0.9 times as fast; in N steps, with the angle z per step, its phase error is 1 / 0.81 - 1 times
+  !> the error c_s z^(2 s + 1) of Gauss' method, from the Pade approximation. The embedded method has the error of s - 1 stages
+  !> for the faster oscillator, half of it with positions; Gauss' method itself has the one of s stages. Oracle: closed forms.
+  !> In units of 1 and the frequency an error d of the phase is sqrt(2) d in Phi(T).
   subroutine test_phase(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: slower = 0.9_dp, frequencies(2) = 128 * [1.0_dp, slower], period = pi / 1.1_dp, &
@@ -157,7 +157,7 @@ contains
       missed = [(norm2(balanced(phi(of(:, i), of(:, i)) - exact(of(:, i), of(:, i)), scale(of(:, i)))), i = 1, 2)]
     end function missed_by
 
-    !> Of all steps with so many stages, of one of the oscillators.
+    !> Phase error of all steps with so many stages, for one of the oscillators.
     pure real(dp) function phase_error(stages, which)
       integer, intent(in) :: stages, which
       integer :: i
@@ -169,8 +169,9 @@ contains
 
   end subroutine test_phase
 
-  !> Of a damped oscillator the pace v is that of z = -d + i w, v^2 = -Re z^2, zero where it does not turn; of Mathieu's equation it
-  !> is the mean of powers of the coefficient; of coupled oscillators it is that of the fastest. Oracle: closed forms, and sums.
+  !> The pace v of a damped oscillator is that of z = -d + i w, v^2 = -Re z^2, and zero if it does not oscillate. For Mathieu's
+  !> equation it is the mean of powers of the coefficient, for coupled oscillators the pace of the fastest. Oracle: closed forms
+  !> and sums.
   subroutine test_fastest_frequency(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: frequency = 50, damping = 0.2_dp, q = 300, rounding = 1.0e-12_dp
@@ -223,7 +224,7 @@ contains
       at%lengths = [(1.0_dp / points, k = 1, points)]
     end function circulatory
 
-    !> Of nine coupled oscillators, C = M X K X^-1, B = M X D X^-1, where M needs exchanges of rows and X = E + x y.
+    !> Nine coupled oscillators, C = M X K X^-1, B = M X D X^-1, where M needs exchanges of rows and X = E + x y.
     real(dp) function coupled()
       integer, parameter :: f = 9, fastest = 5
       type(coefficients_type) :: at
@@ -237,7 +238,7 @@ contains
       m = cshift(unit + 0.3_dp * spread(y, 2, f) * spread(x, 1, f), 1, dim=1)
       left = matmul(m, unit + spread(x, 2, f) * spread(y, 1, f))
       right = unit - spread(x, 2, f) * spread(y, 1, f) / (1 + dot_product(x, y))
-      ! The others are slow: of their 16th powers nothing is left.
+      ! The others are slow: their 16th powers vanish.
       k = [(frequency**2 / (20 * i), i = 1, f)]
       d = 0.1_dp * sqrt(k)
       k(fastest) = frequency**2
@@ -261,9 +262,9 @@ contains
 
   end subroutine test_fastest_frequency
 
-  !> Where the fastest motion dies out the error of Phi(T) is that of a slower one, to which no steps are fitted; where both change
-  !> in the turn its errors have both signs and need not cancel, though they look as if the mean did. Oracle: Gauss' method with ten
-  !> stages as it is, with four times as many steps and more.
+  !> If the fastest motion dies out, the error of Phi(T) is that of a slower one, to which no steps are fitted. If both change
+  !> during the turn, their errors have both signs and need not cancel, although the mean suggests it. Oracle: plain Gauss'
+  !> method with ten stages and at least four times as many steps.
   subroutine test_not_fitted(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: systems = 24
@@ -298,8 +299,8 @@ contains
     end do
   end subroutine test_not_fitted
 
-  !> An oscillator whose motion ends below the smallest number, whatever the units: the differences of such maps tell nothing, and
-  !> are not taken for what does not converge.
+  !> An oscillator whose motion decays below the smallest number, in any units. The differences of such maps carry no
+  !> information and must not be taken for lack of convergence.
   subroutine test_decaying(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: frequencies(2) = [500.0_dp, 600.0_dp]
@@ -324,9 +325,9 @@ contains
     end do
   end subroutine test_decaying
 
-  !> Phi(T) of Mathieu's equation, from slow to fast, by every method that has others embedded, is within its bound, the bound
-  !> within the tolerance, and not wide: less than 1000 times what is missed, where that is no rounding. Oracle: ten times the
-  !> digits.
+  !> Phi(T) of Mathieu's equation, from slow to fast, by every method with embedded methods. The error lies within its bound,
+  !> the bound within the tolerance, and the bound is less than 1000 times the error where that is above rounding. Oracle: a
+  !> solution with ten times the digits.
   subroutine test_mathieu(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: turns(3) = [1.0_dp, 12.0_dp, 70.0_dp], tolerances(3) = [1.0e-4_dp, 1.0e-7_dp, 1.0e-10_dp]
@@ -358,8 +359,8 @@ contains
     end do
   end subroutine test_mathieu
 
-  !> The start of a slow oscillator's motion under a load with many harmonics: the methods hardly differ, as all of them take the
-  !> load at the same nodes, and the error is told all the same. Oracle: the series of the motion.
+  !> The start of a slow oscillator's motion under a load with many harmonics. All methods sample the load at the same nodes and
+  !> hardly differ; the error must be estimated nevertheless. Oracle: the series of the motion.
   subroutine test_load(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: sharpness(3) = [1.0_dp, 0.3_dp, 0.1_dp]

@@ -37,7 +37,7 @@ contains
       & new_slow("machines close to a change point are correct or refused", test_change_point)]
   end subroutine collect_equivalence
 
-  !> Multipliers of a machine without foundation, so that only supports hold it.
+  !> Multipliers of a machine that only supports hold, without a foundation.
   subroutine solve(machine, multipliers, error)
     type(machine_data), intent(in) :: machine
     type(multipliers_type), intent(out) :: multipliers

@@ -87,7 +87,7 @@ contains
     if (.not. allocated(error)) call check_residual(machine, system, error)
   end subroutine check_vibration
 
-  !> What the equations leave, by the load: r = M a + B v + C q - h. It changes with the motion as M, B, C say.
+  !> Residual of the equations: r = M a + B v + C q - h. It changes with the motion according to M, B, C.
   subroutine check_derivatives(gravity, turning, held_by, error)
     real(dp), intent(in) :: gravity(2)
     logical, intent(in) :: turning
@@ -204,7 +204,7 @@ contains
 
     call solve(khang_machine(2426.0_dp), "exact", system, error, newton)
     if (allocated(error)) return
-    ! 4e-3, 2e-8, below the accuracy that is ordered.
+    ! 4e-3, 2e-8, below the requested accuracy.
     call check_that(error, newton%steps(2), "<", 10 * newton%steps(1)**2, "second step, by the first squared")
     call check_that(error, newton%steps(1), ">", 1.0e-3_dp, "first step")
     call check_that(error, size(newton%steps), "<=", 4, "steps")
@@ -233,7 +233,7 @@ contains
       call compare(0.1_dp**i, difference(:, i), error)
       if (allocated(error)) return
     end do
-    ! Terms of third order are a tenth of those of second where the masses are a tenth.
+    ! If the masses are a tenth, terms of third order are a tenth of those of second order.
     call check(error, log10(difference(1, 1) / difference(1, 2)), 2.0_dp, thr=0.1_dp, more="motion")
     if (allocated(error)) return
     call check_that(error, log10(difference(2, 1) / difference(2, 2)), ">", 1.9_dp, "ln rho_max")
@@ -269,8 +269,8 @@ contains
 
   end subroutine check_scale
 
-  !> With a mounting whose potential is quadratic in (xi, eta, psi) what is varied has the paper's M, B, C but for terms that fall
-  !> with the motion: the growth in the tongue differs in second order of the moving masses, not in first.
+  !> With a mounting whose potential is quadratic in (xi, eta, psi) the linearised equations have the paper's M, B, C except for
+  !> terms that vanish with the motion: the growth in the tongue differs in second order of the moving masses, not in first.
   subroutine test_quadratic_mounting(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_data) :: machine

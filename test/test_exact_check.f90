@@ -1,4 +1,4 @@
-!> The check of the exact frame (exact_check) itself, on made-up answers: what counts as a failure, and what proves nothing.
+!> Tests of exact_check itself, with made-up results: which results count as failures, and which prove nothing.
 module test_exact_check
   use checks, only: check_that
   use exact_check, only: compare, count_type, finding_type, verdict_is_wrong
@@ -38,7 +38,7 @@ contains
       & "undecided, the bound reaches the border")
   end subroutine test_verdicts
 
-  !> The verdict on a greatest modulus of 1 + `excess`, where the library has a bound.
+  !> The verdict for a greatest modulus of 1 + `excess`, and the library's bound.
   logical function is_wrong(verdict, excess, bound)
     character(len=*), intent(in) :: verdict
     real(dp), intent(in) :: excess, bound
@@ -99,7 +99,7 @@ contains
     allocate(signals(1)%c(0:3, 1), source=(0.0_xp, 0.0_xp))
     signals(1)%c(0, 1) = true
     signals(1)%unknown = unknown
-    ! Traps are off: a number that is none is meant.
+    ! Traps are off because NaN is intended.
     call ieee_get_halting_mode(ieee_usual, traps)
     call ieee_set_halting_mode(ieee_usual, .false.)
     call compare(claims, frame, orbit, signals, findings, counts)

@@ -40,8 +40,8 @@ contains
       & new_unittest("the product of the multipliers agrees with Liouville's formula", test_liouville)]
   end subroutine collect_exact_paths
 
-  !> Beside resonances of a machine all but without damping, whose linear vibration is a hundred millimetres: at 609 rpm on the path
-  !> from rest round two turning points, at 961.3 rpm by the path over the speed.
+  !> Close to resonances of a machine with almost no damping, whose linear vibration is a hundred millimetres. At 609 rpm the
+  !> path from rest passes two turning points; at 961.3 rpm the path over the speed leads to the vibration.
   subroutine test_paths(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: speeds(2) = [609.0_dp, 961.3_dp]
@@ -96,7 +96,7 @@ contains
     if (.not. allocated(error)) call check_residual(swinging_yoke(), system, error)
     if (.not. allocated(error)) call solve_multiplier(swinging_yoke(), "exact", exact, error)
     if (allocated(error)) return
-    ! six digits are known
+    ! six digits are given
     call check(error, exp(exact%log_abs(1)), 0.997621_dp, thr=6.0e-7_dp, more="largest |rho|")
   end subroutine test_great_turn
 
@@ -202,7 +202,7 @@ contains
     call check(error, index_sum(several), 1, more="sum of the indices")
   end subroutine test_all_vibrations
 
-  !> The equations varied about a vibration of a machine without damping are Hamilton's: with rho 1/rho is a multiplier.
+  !> The equations linearised about a vibration of an undamped machine are Hamilton's, so 1/rho is a multiplier if rho is.
   subroutine test_reciprocal(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_data) :: machine

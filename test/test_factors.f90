@@ -24,7 +24,7 @@ module test_factors
     procedure :: matrix => colaneri_matrix
   end type colaneri_type
 
-  !> x' = rate (1 + share cos(2 pi t / T)) x + 1; jumps where it is said to, by nothing.
+  !> x' = rate (1 + share cos(2 pi t / T)) x + 1; declared jumps have no height.
   type, extends(periodic_system) :: single_type
     real(dp) :: rate = 0, share = 0
   contains
@@ -57,8 +57,9 @@ contains
       & new_unittest("growth within the period that vanishes at its end enters the bounds", test_detour)]
   end subroutine collect_factors
 
-  !> Mathieu's equation at q = 25 beside its border at a0: Phi(t) grows thousandfold and is about 1 in the end, so roundings on
-  !> the way count as much more. Against the trace in quadruple precision; Phi(T) is a product here, or factors.
+  !> Mathieu's equation at q = 25 close to its border at a0: Phi(t) grows a thousandfold and is about 1 in the end, so that
+  !> rounding errors on the way are amplified. Compared with the trace in quadruple precision; Phi(T) is a product here, or
+  !> factors.
   subroutine test_detour(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: a0 = -40.256779546566_dp, beside(6) = [-1.0e-3_dp, -1.0e-4_dp, -1.1e-5_dp, -1.0e-5_dp, -2.0e-6_dp, &
@@ -206,7 +207,7 @@ contains
       if (allocated(error)) return
       associate (found => multipliers%log_abs, exact => 2 * pi * [0.0_dp, -24.0_dp])
         call check_that(error, abs(found - exact), "<=", multipliers%error, "bound")
-        ! What a mode of the segment's size may lose against the greatest, 30, and a factor for its condition.
+        ! What a mode of the segment's size may lose relative to the largest, 30, and a factor for its condition.
         call check_that(error, multipliers%error, "<=", 3.0e3_dp * tolerances(i), "the bound is too wide")
         if (allocated(error)) return
       end associate
@@ -361,7 +362,7 @@ contains
     f = -matmul(p, self%v)
   end subroutine jumping_forcing
 
-  !> How many factors of Phi(T) a solution keeps.
+  !> Number of factors of Phi(T) that a solution keeps.
   integer function factors_of(floquet)
     type(floquet_type), intent(in) :: floquet
     type(evidence_type) :: found

@@ -173,7 +173,7 @@ contains
     end do
   end subroutine test_mathieu_borders
 
-  !> y = exp(-d t / 2) z takes the damped equation (a, d) to the undamped one with a - d^2 / 4.
+  !> y = exp(-d t / 2) z transforms the damped equation (a, d) into the undamped one with a - d^2 / 4.
   subroutine test_mathieu_damped(error)
     type(error_type), allocatable, intent(out) :: error
     type(multipliers_type) :: damped, undamped
@@ -227,7 +227,7 @@ contains
     call check(error, m%verdict(), "undecided")
   end subroutine test_double
 
-  !> diag(1, 1/2) with e beside the diagonal has the eigenvalues 3/4 + sqrt(1/16 + e^2) and 3/4 - sqrt(1/16 + e^2).
+  !> diag(1, 1/2) with e off the diagonal has the eigenvalues 3/4 + sqrt(1/16 + e^2) and 3/4 - sqrt(1/16 + e^2).
   subroutine test_separated(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: e(3) = [1.0e-6_dp, 1.0e-2_dp, 0.2_dp]
@@ -242,8 +242,8 @@ contains
       call set_multipliers(cmplx([1.0_dp, 0.5_dp], 0.0_dp, dp), unit, unit, 1.0e-15_dp, multipliers, changes)
       off = e(k)**2 / (0.25_dp + sqrt(1 / 16.0_dp + e(k)**2))
       print "(a, 4es10.2)", "         coupling, true error, bounds: ", e(k), off, multipliers%error
-      ! The second one is relative to 1/2. What is known by direction counts twice, in its square four times. Where the discs come
-      ! near each other, at 0.2, the plain ones remain.
+      ! The second error is relative to 1/2. An error bounded by direction counts twice, four times in its square. Where the
+      ! discs come near each other, at 0.2, the plain bounds remain.
       call check_that(error, multipliers%error * [1.0_dp, 0.5_dp], ">=", off, "the bound holds")
       if (.not. allocated(error) .and. k < 3) call check_that(error, multipliers%error * [1.0_dp, 0.5_dp], "<=", 6 * off &
         & + 1.0e-14_dp, "and is near")
@@ -251,7 +251,7 @@ contains
     end do
   end subroutine test_separated
 
-  !> Two pairs that are equal, as of a frame on equal springs along both axes, whichever way they come.
+  !> Two equal pairs, as for a frame on equal springs along both axes, in any order.
   subroutine test_equal_pairs(error)
     type(error_type), allocatable, intent(out) :: error
     complex(dp), parameter :: rho = (0.6_dp, 0.7_dp), slow = (0.5_dp, 0.0_dp)

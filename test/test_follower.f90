@@ -75,7 +75,7 @@ contains
     end do
   end subroutine test_harmonic
 
-  !> A round cam whose centre lies 1 m beside its shaft lifts by cos(theta), as the slot of a yoke does.
+  !> A round cam whose centre lies 1 m off its shaft lifts by cos(theta), like the slot of a yoke.
   subroutine test_yoke(error)
     type(error_type), allocatable, intent(out) :: error
     type(linkage_type) :: linkage
@@ -134,8 +134,8 @@ contains
     lift_at = lift(1) + sum([(lift(2 * k) * cos(k * theta) + lift(2 * k + 1) * sin(k * theta), k = 1, size(lift) / 2)])
   end function lift_at
 
-  !> A four-bar O-A-B-P: the rocker is the cam, the coupler carries the guide. The derivatives are those of the places by central
-  !> differences, Delta of fourth order; the angles are those of the closed form of `locate`, by atan2.
+  !> A four-bar O-A-B-P: the rocker is the cam, the coupler carries the guide. The derivatives are compared with central
+  !> differences of fourth order of the positions, the angles with the closed form of `locate`, by atan2.
   subroutine test_carried(error)
     type(error_type), allocatable, intent(out) :: error
     type(linkage_type) :: linkage
@@ -229,7 +229,7 @@ contains
     type(linkage_type) :: linkage
     type(gestell_error), allocatable :: failure
 
-    ! The proof takes no more intervals than the crank alone, however high the orders: nothing can come apart.
+    ! The proof takes no more intervals than the crank alone, however high the orders, because a follower cannot come apart.
     call new_cam(linkage, guide_type(), [1.0_dp, spread(1.0e-3_dp, 1, 40)], 0.0_dp, failure)
     call linkage%prepare(failure)
     call check_success(error, failure)

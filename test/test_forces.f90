@@ -69,7 +69,7 @@ contains
     end do
   end subroutine test_momentum
 
-  !> Supports, foundation and guide add up to the total at every time; peak, rms and crest are those of a fine history.
+  !> Supports, foundation and guide add up to the total at every time; peak, rms and crest agree with a fine history.
   subroutine test_parts(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: points = 1024
@@ -127,8 +127,8 @@ contains
   end subroutine test_parts
 
   !> An unbalance u turns on a frame whose rotation is held: (m s^2 + b s + c) q = u Omega^2 exp(i Omega t) along each axis of
-  !> the supports, which are turned by 20 deg. Each takes (k + i Omega b) q; the guide takes the moment
-  !> h_3 - M_31 xi'' - M_32 eta'' - c_3j q_j - b_3j q_j'.
+  !> the supports, which are turned by 20 deg. Each support carries (k + i Omega b) q; the guide carries the moment h_3 - M_31
+  !> xi'' - M_32 eta'' - c_3j q_j - b_3j q_j'.
   subroutine test_unbalance(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: points = 96
@@ -202,7 +202,7 @@ contains
     end do
   end subroutine test_unbalance
 
-  !> At loose tolerances: what is claimed covers what is missed against a solution at 1e-13, for all peaks of all reactions.
+  !> At loose tolerances the claimed error covers the difference from a solution at 1e-13, for all peaks of all reactions.
   subroutine test_errors(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: tolerances(3) = [1.0e-2_dp, 1.0e-4_dp, 1.0e-7_dp]
@@ -234,7 +234,7 @@ contains
         end do
       end do
     end do
-    ! They are of use too: somewhere a good part of the claim is real.
+    ! The bounds are not too wide: somewhere the error is a good part of the claim.
     call check_that(error, greatest, ">", 1.0e-3_dp, "claims are idle")
   end subroutine test_errors
 
@@ -261,7 +261,7 @@ contains
     end do
   end subroutine test_many_rows
 
-  !> Every name that is told finds its quantity, with its unit; others are refused with those that there are.
+  !> Every listed name finds its quantity, with its unit; other names are refused with the list of valid ones.
   subroutine test_names(error)
     type(error_type), allocatable, intent(out) :: error
     character(len=16), parameter :: good(*) = [character(len=16) :: "xi", "psi_dot", "fx", "m", "f", "support(4).fx", &

@@ -1,4 +1,4 @@
-!> Forces on the ground: what they tend to, and symmetries.
+!> Limits and symmetries of the forces on the ground.
 module test_forces_limits
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
@@ -140,7 +140,7 @@ contains
     end do
   end subroutine test_rigid
 
-  !> What holds eta: a guide, or a foundation's spring that gets stiffer. The miss goes as 1/stiffness.
+  !> eta is held by a guide, or by a foundation's spring of growing stiffness. The difference falls as 1/stiffness.
   subroutine test_guide(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: points = 128
@@ -167,7 +167,7 @@ contains
       if (allocated(error)) return
       associate (total => reactions(size(reactions))%history, held => guided(size(guided))%history)
         miss(:3, i) = maxval(abs(total(:, [1, 2, 4]) - held(:, [1, 2, 4])), dim=1) / maxval(abs(held(:, [1, 2, 4])), dim=1)
-        ! The spring carries along y what the guide does, but for the supports' share, 4 * 196133 / stiffness.
+        ! Along y the spring carries what the guide does, except for the supports' share, 4 * 196133 / stiffness.
         miss(4, i) = maxval(abs(reactions(5)%history(:, along_y) - guided(6)%history(:, along_y))) / maxval(abs(held(:, along_y)))
       end associate
     end do

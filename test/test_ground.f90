@@ -1,4 +1,4 @@
-!> What the ground feels: one definition of moments, and bounds that count the roundings of what they bound.
+!> Forces and moments on the ground: one definition of moments everywhere, and bounds that cover rounding.
 module test_ground
   use checks, only: check_success, check_that
   use exact_machines, only: machine_on_supports
@@ -76,7 +76,7 @@ module test_ground
     & "&accuracy tolerance=3.02839051885503e-08, method='auto' /" // newline // &
     & "&design parameter='frame.mass', from=500, to=520, starts=1 / &objective quantity='torque'," // &
     & " measure='peak' /" // newline
-  !> 15 t on springs, shaken by what a counterweight leaves.
+  !> A mass of 15 t on springs, shaken by the residual force of a counterweight.
   character(len=*), parameter :: heavy = "&drive speed_rpm=340.83108337489773, held_by='outside' /" // newline // &
     & "&joint name='O', type='ground', position=0,0 /" // newline // &
     & "&joint name='A', type='crank', pivot='O', radius=0.0018461040468618183, phase=54.22191264846862 /" // newline // &
@@ -112,8 +112,8 @@ contains
       & new_unittest("error bounds cover rounding, by comparison with quadruple precision", test_roundings)]
   end subroutine collect_ground
 
-  !> Numbers of the same machines by this program with all its reals of quadruple precision and a tolerance of 1e-15 (gfortran, kind
-  !> real128, LAPACK by -freal-8-real-16): they lie within the bounds, and these are worth something.
+  !> Results for the same machines by this program with quadruple precision throughout and a tolerance of 1e-15 (gfortran, kind
+  !> real128, LAPACK by -freal-8-real-16). They lie within the bounds, and the bounds are not too wide.
   subroutine test_roundings(error)
     type(error_type), allocatable, intent(out) :: error
 
@@ -125,7 +125,7 @@ contains
       & [1.4617473460223752371e5_dp], error)
   end subroutine test_roundings
 
-  !> Compares some rows of the column `value` of a task's table, known to its column of errors, with the right values.
+  !> Compares some rows of the column `value` of a task's table with the right values, within its column of errors.
   subroutine compare(input, task, name, value, rows, right, error)
     character(len=*), intent(in) :: input, task, name, value
     integer, intent(in) :: rows(:)
@@ -155,8 +155,8 @@ contains
     call check_that(error, errors, "<=", 1.0e-9_dp * right, name // ", bound on " // value)
   end subroutine compare
 
-  !> The moment on the ground of everything about the point where F rests is what the angular momentum about it loses, whichever
-  !> degrees of freedom guides hold. Where the frame turns freely the guide's is the moment of its force at F as it moves.
+  !> The moment of all ground forces about the point where F rests equals the loss of angular momentum about it, whichever
+  !> degrees of freedom guides hold. Where the frame rotates freely the guide's moment is that of its force at the moving F.
   subroutine test_moment(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: points = 256

@@ -1,5 +1,5 @@
-!> Who holds the speed: a crank that turns evenly in space, against closed forms and laws of conservation. Its exact equations are
-!> held against d'Alembert's principle in test_exact.
+!> Who holds the speed: a crank that turns evenly in space, against closed forms and conservation laws. Its exact equations are
+!> compared with d'Alembert's principle in test_exact.
 module test_held_speed
   use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
@@ -85,7 +85,7 @@ contains
     end do
   end subroutine test_unbalance
 
-  !> d/dt of the energy is the drive's power less the dampers'; the mean of the torque is what the motor beside a flywheel delivers.
+  !> d/dt of the energy is the drive's power minus that of the dampers; with a flywheel the motor delivers the mean torque.
   subroutine test_balance(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: points = 512
@@ -123,7 +123,7 @@ contains
     end do
   end subroutine test_balance
 
-  !> As of the motor's torque in test_drive.
+  !> The same check as for the motor's torque in test_drive.
   subroutine test_torque_error(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: small = 1.0e-6_dp
@@ -167,7 +167,7 @@ contains
       call compare(0.1_dp**i, difference(:, i), error)
       if (allocated(error)) return
     end do
-    ! Terms of third order are a tenth of those of second where the masses are a tenth.
+    ! If the masses are a tenth, terms of third order are a tenth of those of second order.
     call near(error, [log10(difference(1, 1) / difference(1, 2))], [2.0_dp], 0.1_dp, "motion")
     if (.not. allocated(error)) call check_that(error, log10(difference(2, 1) / difference(2, 2)), ">", 1.9_dp, "ln rho_max")
 
@@ -300,7 +300,7 @@ contains
 
   end subroutine test_mass_functions
 
-  !> Without dampers and frame (J_f + K) theta'^2 is constant: what is told misses the fluctuation by about its square.
+  !> Without dampers and frame (J_f + K) theta'^2 is constant; the reported fluctuation is accurate to about its square.
   subroutine test_fluctuation(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: points = 720

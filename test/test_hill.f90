@@ -1,4 +1,4 @@
-!> The reference without integration: against the one that integrates, against closed forms, and against itself.
+!> The reference without integration, against the integrating one, closed forms, and its own second route.
 module test_hill
   use checks, only: check_that
   use reference_cases, only: random_machine

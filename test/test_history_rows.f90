@@ -1,4 +1,4 @@
-!> Rows and samples of the vibration: however many rows are ordered, the motion is sampled until it is resolved.
+!> Rows and samples of the vibration: for any requested number of rows the motion is sampled until it is resolved.
 module test_history_rows
   use checks, only: check_success, check_that
   use data_files, only: machine_of_file
@@ -86,7 +86,7 @@ contains
     end do
   end subroutine test_unannounced_order
 
-  !> What a coarse integration leaves of kinks, no number of samples resolves, and it need not be resolved.
+  !> A coarse integration leaves kinks that no number of samples resolves, and they need not be resolved.
   subroutine test_few_samples(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_data) :: machine

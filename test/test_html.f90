@@ -34,7 +34,7 @@ contains
       & new_unittest("each input key shows the unit that the input selects", test_units)]
   end subroutine collect_html
 
-  !> They stand behind those that were there, in the order in which they come, with their numbers and errors; further ones follow.
+  !> Expected columns follow the existing ones in the given order, with their numbers and errors; further ones come last.
   subroutine test_expected(error)
     type(error_type), allocatable, intent(out) :: error
     type(table_type) :: table

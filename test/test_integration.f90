@@ -1,4 +1,4 @@
-!> Single steps, the effort, and that no more is claimed than was ordered.
+!> Single steps, the predicted effort, and that claimed errors stay within the requested tolerance.
 module test_integration
   use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
@@ -80,7 +80,7 @@ contains
     f = exp(2 * sin(t)) * exp(sin(7 * t))
   end subroutine quadrature_forcing
 
-  !> What is said about the effort is what was done, and without forcing there is none.
+  !> The predicted effort equals the actual one, and no effort is spent on forcing if there is none.
   subroutine test_steps(error)
     type(error_type), allocatable, intent(out) :: error
     type(constant_type) :: system
@@ -133,8 +133,8 @@ contains
     call check(error, maxval(abs(monodromy%xp)), 0.0_dp, more="first order, forcing by default")
   end subroutine test_steps
 
-  !> x' = f: Phi = E is exact at once, x_p(T) takes more steps. And a claim is no more than what was ordered: there and
-  !> for Mathieu's equation to many tolerances.
+  !> x' = f: Phi = E is exact at once, x_p(T) needs more steps. The claimed error stays within the requested tolerance, here and
+  !> for Mathieu's equation, for many tolerances.
   subroutine test_requested_tolerance(error)
     type(error_type), allocatable, intent(out) :: error
     character(len=6), parameter :: methods(4) = [character(len=6) :: "rk4", "gauss2", "gauss3", "gauss6"]
@@ -169,7 +169,7 @@ contains
       ! Those of two states and six stages in each of sixty steps, and of 19 radians: 520 at most.
       call check_that(error, monodromy%roundoff, "<=", 1.2e-13_dp * monodromy%norm, "roundoff")
       if (allocated(error)) return
-      ! exp(-10 pi): what is ordered and claimed is relative to Phi.
+      ! exp(-10 pi): tolerance and claimed error are relative to Phi.
       call solve_monodromy(scalar_type(states=1, period=2 * pi, c=-5.0_dp), accuracy_type(tolerance=1.0e-8_dp, &
         & method=trim(methods(i))), .false., monodromy, failure)
       call check_that(error, abs(monodromy%phi(1, 1) - exp(-10 * pi)), "<=", monodromy%error, methods(i) // ": damped")
@@ -189,7 +189,7 @@ contains
     end do
   end subroutine test_requested_tolerance
 
-  !> The unit of time changes nothing but the units.
+  !> Changing the unit of time changes only the units of the results.
   subroutine test_units(error)
     type(error_type), allocatable, intent(out) :: error
     type(constant_type) :: system
@@ -276,8 +276,8 @@ contains
 
   end subroutine test_runge_kutta
 
-  !> The greatest size of x_p on the way, in balanced units, is not the last one; and the trace is integrated in uneven
-  !> steps too.
+  !> The maximum of x_p within the period, in balanced units, is not its last value; the trace is integrated in uneven steps
+  !> too.
   subroutine test_mid_period(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: nodes(9) = [0.0_dp, 0.1_dp, 0.25_dp, 0.4_dp, 0.5_dp, 0.6_dp, 0.7_dp, 0.9_dp, 1.0_dp]

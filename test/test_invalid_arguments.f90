@@ -1,5 +1,5 @@
-!> Bad arguments to every public procedure: an error that says what is wrong, before anything is computed; where the arguments make
-!> sense but the mechanics does not, an answer or an error within bounded work.
+!> Invalid arguments to every public procedure cause an error that says what is wrong, before anything is computed. Arguments
+!> that are valid but mechanically absurd cause an answer or an error within bounded work.
 module test_invalid_arguments
   use invalid_floquet_arguments, only: test_accuracies, test_faults, test_order_of_calls, test_systems, test_trajectories
   use invalid_machine_arguments, only: test_frames, test_linkages, test_tasks_and_names, test_empty_input, test_vibrations

@@ -1,4 +1,4 @@
-!> What holds for the monodromy matrix of every machine.
+!> Properties of the monodromy matrix that hold for every machine.
 module test_invariants
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
@@ -68,7 +68,7 @@ contains
       call trace_integral(frame, monodromy%nodes, integral, failure)
       call check_success(error, failure)
       if (allocated(error)) return
-      ! The points resolve the coefficients to roundoff, of hundreds of terms; without damping 8e-18 was seen.
+      ! The points resolve the coefficients to rounding, in sums of hundreds of terms; without damping the sum was 8e-18.
       call check(error, integral, -trace_of_damping(frame), thr=1.0e-12_dp * trace_of_damping(frame) + 1.0e-15_dp, &
         & more="integral of tr P")
       if (allocated(error)) return
@@ -104,7 +104,7 @@ contains
     end do
   end function trace_of_damping
 
-  !> Without damping the equations come from a Lagrangian: rho and 1 / rho are both multipliers.
+  !> Undamped equations derive from a Lagrangian, so 1 / rho is a multiplier if rho is.
   subroutine test_reciprocal(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_data) :: machine

@@ -232,7 +232,7 @@ contains
     call check_success(error, failure)
   end subroutine random_pair
 
-  !> Both of the same linkages: to find one that turns takes longer than to follow it.
+  !> Both checks use the same linkages, because finding one that turns takes longer than following it.
   subroutine test_random(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_data) :: machine
@@ -347,7 +347,7 @@ contains
     call check_that(error, diagnosis%turns(1), "==", .true., "the first turns")
     call check_that(error, diagnosis%turns(2), "==", .false., "the second turns")
     if (allocated(error)) return
-    ! Of sampled angles: an extreme is met within a quarter of a degree, where it is flat.
+    ! Angles are sampled: an extreme is found within a quarter of a degree, where the curve is flat.
     call check(error, diagnosis%swing(2), angle_at(c, d, b + a) - angle_at(c, d, b - a), thr=1.0e-5_dp)
     if (allocated(error)) return
     ! mu is extreme where crank and ground are in line.

@@ -1,4 +1,4 @@
-!> The records of keys: what they say of themselves fits together, defaults and ranges reach the reader, help and tables.
+!> The records of keys are consistent; defaults, ranges, help and tables agree with them.
 module test_keys
   use gestell_base_error, only: gestell_error => error_type, wrong_usage
   use gestell_base_key, only: all_words, find_key, of_angle, real_key, text_key, unset
@@ -127,7 +127,7 @@ contains
     call read(the_group(doc, "accuracy"), accuracy_keys(), "method", method, failure)
     call check(error, method, "auto")
     if (allocated(error)) return
-    ! given, it is what is typed
+    ! given values are used as typed
     call read_checked("&frame/ &units angle='rad'/ &gravity direction=-1/" // rest, doc, failure)
     call read(the_group(doc, "gravity"), gravity_keys, "direction", x, failure, units)
     call check(error, x, -1.0_dp)

@@ -1,5 +1,5 @@
-!> Products, equations, factors of polynomials, pairs of eigenvalues and greatest values in eight lanes, against the plain ones in
-!> quadruple precision and closed forms.
+!> Products, linear equations, factors of polynomials, pairs of eigenvalues and maxima in eight lanes, against scalar versions
+!> in quadruple precision and closed forms.
 module test_lane_numerics
   use checks, only: check_that
   use gestell_base_processor, only: vector_length
@@ -82,7 +82,7 @@ contains
     call random%start(12, 1)
     do n = 1, 12
       equations = reshape(draw(random, lanes * n * (n + 1)), [lanes, n, n + 1])
-      ! Nothing on the diagonal: without exchanges elimination would divide by zero.
+      ! Zeros on the diagonal: without exchanges elimination would divide by zero.
       if (n > 1) then
         do i = 1, n
           equations(:, i, i) = 0
@@ -109,7 +109,7 @@ contains
     end do
   end subroutine test_equations
 
-  !> In one lane alone; the others are as without it.
+  !> The equations are singular in one lane only; the results of the other lanes do not change.
   subroutine test_singular(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: equations(lanes, 2, 3), x(lanes, 2), inverse_norm(lanes)
@@ -173,7 +173,7 @@ contains
     end do
   end subroutine test_conjugate
 
-  !> Circles of pairs, without a symmetry.
+  !> Circles of pairs without symmetry.
   pure subroutine start_on_circle(m, s, q)
     integer, intent(in) :: m
     real(dp), intent(out) :: s(:, :), q(:, :)
@@ -185,7 +185,7 @@ contains
     end do
   end subroutine start_on_circle
 
-  !> Real roots: from a start of conjugate ones. Factors are not unique, but their product is; where it is not found that is told.
+  !> Real roots, from a start with conjugate ones. Factors are not unique, but their product is; failure is reported.
   subroutine test_real(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: trials = 50
@@ -213,11 +213,12 @@ contains
         if (allocated(error)) return
       end do
     end do
-    ! Most; what is left begins on a circle of its own.
+    ! Most succeed; the others would be restarted from a circle of their own.
     call check_that(error, successes, ">", trials * lanes / 2, "found")
   end subroutine test_real
 
-  !> Rotations coupled by random elements: all eigenvalues are found in pairs, and discs found for one of each are those of both.
+  !> Rotations coupled by random elements: all eigenvalues are found in pairs, and the disc computed for one member of a pair is
+  !> that of both.
   subroutine test_pairs(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: a(lanes, most_states, most_states), converged(lanes)

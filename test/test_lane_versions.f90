@@ -1,4 +1,4 @@
-!> The versions of the inner loops for processors with longer vectors than a portable program takes for granted.
+!> Versions of the inner loops for processors with longer vector registers than a portable program assumes.
 module test_lane_versions
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
@@ -31,7 +31,7 @@ module test_lane_versions
   !> Lengths of vectors, none first.
   integer, parameter :: lengths(3) = [0, 4, 8]
 
-  !> What gestell_base_processor reads. A test may take from it what the processor has, and gives it back.
+  !> The state that gestell_base_processor reads. A test may hide abilities of the processor, and restores them afterwards.
   integer(c_int), bind(C, name="__cpu_model") :: cpu_model(4)
   integer, parameter :: avx2 = 10, avx512f = 15
 
@@ -59,8 +59,8 @@ contains
     numbers = [(sin(step * i), i = 1, n)]
   end function numbers
 
-  !> C - R S, L^-1 W and W U^-1 of three columns of a panel against the compiler's own products, lane by lane, with what the
-  !> processor has; of the other columns nothing changes.
+  !> C - R S, L^-1 W and W U^-1 for three columns of a panel against the compiler's own products, lane by lane, on this
+  !> processor; the other columns do not change.
   subroutine test_blocks(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: terms = 20
@@ -118,7 +118,7 @@ contains
     if (.not. has_versions) call check_that(error, vector_length(), "==", 0, "no versions")
   end subroutine test_blocks
 
-  !> The same of six columns, where there are registers for them; without versions they are of every processor.
+  !> The same check for six columns, if there are enough registers; builds without versions have them for every processor.
   subroutine test_six(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: terms = 21
@@ -148,7 +148,7 @@ contains
       product = transpose(before(lane, :, :)) - matmul(r(lane, :, :), transpose(s(lane, :, :)))
       call check_that(error, maxval(abs(matmul(unit_lower(r(lane, :, terms - block + 1:)), transpose(c(lane, :, :))) - product)), &
         & "<", 4.0e-14_dp, "L^-1 (C - R S)")
-      ! Six unknowns after each other, by a diagonal as great as 1 / 0.01 each: of the size of what L is.
+      ! Six unknowns after each other, divided by diagonals as small as 0.01: errors are relative to the size of L.
       call check_that(error, maxval(abs(matmul(l(lane, :, :), upper(transpose(u(lane, :, :)))) - product)), "<", &
         & 1.0e-14_dp * maxval(abs(l(lane, :, :))) * maxval(abs(upper(transpose(u(lane, :, :))))), "(C - R S) U^-1")
       call check_that(error, abs(multiplier(lane) - max(0.5_dp, maxval(abs(l(lane, :, :))))), "<=", 0.0_dp, "multiplier")
@@ -165,7 +165,7 @@ contains
     matrix = transpose(panel(lane, :block, :))
   end function three
 
-  !> What counts of a matrix, with ones on the diagonal.
+  !> The lower triangle that is used, with ones on the diagonal.
   pure function unit_lower(matrix) result(l)
     real(dp), intent(in) :: matrix(:, :)
     real(dp) :: l(size(matrix, 1), size(matrix, 1))
@@ -178,7 +178,7 @@ contains
     end do
   end function unit_lower
 
-  !> What counts of a matrix, with the reciprocals of its diagonal.
+  !> The upper triangle that is used, with the reciprocals of its diagonal.
   pure function upper(matrix) result(u)
     real(dp), intent(in) :: matrix(:, :)
     real(dp) :: u(size(matrix, 1), size(matrix, 1))
@@ -237,7 +237,7 @@ contains
       call find_roots(lengths(k), h, conjugate, z_re, z_im, converged)
       call find_discs(lengths(k), h, conjugate, perturbation, z_re, z_im, discs)
       if (k == 1) then
-        ! The loops as they are: discs apart in some lanes at least, or there is nothing to compare.
+        ! With the plain loops: discs are separate in some lanes at least, otherwise there is nothing to compare.
         portable = discs
         call check_that(error, sum(portable%separate), ">", 2.0_dp, "lanes with discs")
         if (allocated(error)) return
@@ -268,8 +268,8 @@ contains
     end do
   end subroutine test_spectra
 
-  !> Phi(T) and x_p(T) of a frame in the plane and of one in space, those of the embedded methods too, as a processor computes them
-  !> that has no long vectors, those of four numbers, those of eight.
+  !> Phi(T) and x_p(T) of a frame in the plane and of one in space, and those of the embedded methods, as a processor without
+  !> long vectors computes them, as with vectors of four numbers, and with vectors of eight.
   subroutine test_period(error)
     type(error_type), allocatable, intent(out) :: error
     integer(c_int) :: own
@@ -319,7 +319,7 @@ contains
     end do
   end subroutine compare_periods
 
-  !> Wherever an array begins, the number that is told lies at a multiple of 64 bytes, and is one of the first eight.
+  !> Wherever an array begins, the returned index is one of the first eight and its address is a multiple of 64 bytes.
   subroutine test_border(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), target :: room(40)

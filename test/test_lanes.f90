@@ -74,8 +74,8 @@ contains
     call check_that(error, [padded(1), padded(3), padded(4), padded(24), padded(25)], "==", [3, 3, 6, 24, 27], "padded")
   end subroutine test_schur
 
-  !> The Schur complements after 15, 18 and 21 unknowns, as they are left one after the other in panels of three columns and of six,
-  !> whatever is best on the processor at hand.
+  !> The Schur complements after 15, 18 and 21 unknowns, eliminated one after the other in panels of three columns and of six,
+  !> whichever is faster on this processor.
   subroutine test_panels(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: n = 21, rows = 27, columns = 30, stages(3) = [15, 18, 21]
@@ -147,7 +147,7 @@ contains
     allocate(s, source=w(n + 1:, n + 1:))
   end function schur_of
 
-  !> A lane tells of its own pivots and does not disturb the others.
+  !> A lane reports its own pivots and does not disturb the others.
   subroutine test_multipliers(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: sound(lanes, 9, 9), w(lanes, 9, 9), multiplier(lanes)
@@ -219,10 +219,11 @@ contains
     end do
   end subroutine test_mass
 
-  !> A step of gauss8 for M q'' + C q = h with constant coefficients is the same map by all ways: in lanes (eight steps and
-  !> more), singly (fewer), with exchanges (M with zeros on its diagonal; frequencies so high that elimination without is
-  !> not safe) and where there are too many unknowns for the lanes. Oracle: each oscillator by itself, whose step is known. That of
-  !> the embedded method is Galerkin's for accelerations of degree 6, solved for their coefficients in Legendre's polynomials.
+  !> A step of gauss8 for M q'' + C q = h with constant coefficients is the same map in every implementation: in lanes (eight
+  !> steps and more), singly (fewer), with row exchanges (M with zeros on its diagonal; frequencies too high for elimination
+  !> without exchanges) and with more unknowns than the lanes allow. Oracle: each oscillator by itself, whose step is known. The
+  !> embedded method is compared with Galerkin's for accelerations of degree 6, solved for their coefficients in Legendre's
+  !> polynomials.
   subroutine test_steps(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: frequencies(3) = [1.0_dp, 40.0_dp, 4000.0_dp]

@@ -1,4 +1,4 @@
-!> Masses of a crank by hand: averaged over the turn, and balanced but for the rounding.
+!> Masses of a crank: averaged over the turn against hand calculation, and balanced except for rounding.
 module test_masses
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type

@@ -1,4 +1,4 @@
-!> Searches for zeros against functions whose zeros are known in closed form, and the order of numbers.
+!> Searches for zeros of functions with known zeros, and sorting.
 module test_math
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, text
@@ -47,7 +47,7 @@ contains
     end select
   end function f
 
-  !> The zero between `a` and `b`, and how often the function was wanted; -1 if a point lay outside the bracket or was met twice.
+  !> The zero between `a` and `b`, and the number of evaluations; -1 if a point lay outside the bracket or was used twice.
   subroutine solve(which, a, b, tolerance, root, steps)
     integer, intent(in) :: which
     real(dp), intent(in) :: a, b, tolerance
@@ -90,7 +90,7 @@ contains
     end do
   end subroutine test_zeros
 
-  !> To 1e-12 of about 2 bisection takes 41 steps.
+  !> Bisection to 1e-12 of about 2 takes 41 steps.
   subroutine test_speed(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: root

@@ -70,7 +70,7 @@ contains
     call check(error, maxval(abs(nodes - [0.0_dp, 0.25_dp, 0.5_dp, 0.75_dp, 1.0_dp])), 0.0_dp)
   end subroutine test_steps
 
-  !> Steps that pass through equidistant phases are equal; they are no longer than those of the mesh, and end at breaks.
+  !> Steps that pass through equidistant phases are equal, not longer than those of the mesh, and end at breaks.
   subroutine test_refined(error)
     type(error_type), allocatable, intent(out) :: error
     type(constant_type) :: system
@@ -105,7 +105,7 @@ contains
     call check_that(error, maxval(abs(through([4, 5, 6, 7, 8]) - [0.3_dp, 0.375_dp, 0.45_dp, 0.5_dp, 0.6_dp])), "<", &
       & 2 * epsilon(1.0_dp), "through break and phases")
     if (allocated(error)) return
-    ! Different steps beside a break keep their lengths, also in a part of the mesh.
+    ! Unequal steps next to a break keep their lengths, also in a part of the mesh.
     system%breaks = [1.0_dp]
     nodes = mesh(system, 4, [0.25_dp, 0.5_dp])
     nodes = [nodes(:3), 0.375_dp, nodes(4:)]

@@ -1,4 +1,4 @@
-!> What the methods tell of their work, and the choice that rests on it.
+!> The work that methods report, and the choice that depends on it.
 module test_method_choice
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
@@ -29,7 +29,7 @@ module test_method_choice
     procedure :: matrix => still_matrix
   end type still_type
 
-  !> Turns by w radians in a period, and decays beside that.
+  !> A system that turns by w radians in a period and also decays.
   type, extends(periodic_system) :: turning_type
     real(dp) :: w = 1
   contains
@@ -134,7 +134,7 @@ contains
     call check_that(error, method%name(:6), "/=", "magnus", "great changes")
   end subroutine test_choice
 
-  !> The paper's machine at two speeds: the steps that each method really takes, times its work.
+  !> The paper's machine at two speeds: the number of steps that each method really takes, times its work per step.
   subroutine test_least_work(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: rpm(2) = [240.0_dp, 2000.0_dp]
@@ -218,7 +218,7 @@ contains
     call ieee_set_halting_mode(ieee_usual, traps)
   end subroutine test_large_choice
 
-  !> Where a few steps are enough, those that only come in eights are no bargain.
+  !> If a few steps suffice, methods that compute eight steps at once do not pay.
   subroutine test_few_steps(error)
     type(error_type), allocatable, intent(out) :: error
     type(turning_type) :: system

@@ -1,4 +1,4 @@
-!> The family of methods: coefficients, single steps, and the orders and error constants that they tell of themselves.
+!> The methods' coefficients and single steps, and the orders and error constants that they state.
 module test_methods
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
@@ -22,7 +22,7 @@ module test_methods
 
   integer, parameter :: slopes = 11
 
-  !> Rooted trees with what they ask of a method: sum b_i value_i = 1 / density.
+  !> Rooted trees with the order condition that each poses: sum b_i value_i = 1 / density.
   type :: tree_type
     integer :: order = 0
     real(dp) :: density = 1, value(slopes) = 1
@@ -306,8 +306,8 @@ contains
   subroutine test_shared(error)
     type(error_type), allocatable, intent(out) :: error
     character(len=*), parameter :: names(2) = [character(len=9) :: "rk4", "explicit8"]
-    ! Volatile: gfortran takes for unchanged what an argument with intent(in) points to, where only an extension of its declared
-    ! type has pointers.
+    ! Volatile: gfortran assumes that the target of an argument with intent(in) is unchanged if only an extension of its
+    ! declared type has pointers.
     integer, target, volatile :: calls
     type(counting_type) :: system
     class(method_type), allocatable :: method

@@ -1,4 +1,5 @@
-!> Optimisation: published optima, exact multipliers, conditions of Karush, Kuhn and Tucker found anew from the branches.
+!> Optimisation: published optima, exact multipliers, and the conditions of Karush, Kuhn and Tucker, evaluated from the
+!> branches.
 module test_minimax
   use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
@@ -237,8 +238,8 @@ contains
     call check_that(error, optimum%evaluations, "<=", 8)
   end subroutine test_chebyshev
 
-  !> Two discs of radius 1 about (2, 0) and (-2, 0): each limit counts in its size at the start, so the nearer one is met,
-  !> at (1, 0).
+  !> Two discs of radius 1 about (2, 0) and (-2, 0). Each limit is scaled by its size at the start, so the nearer one is met, at
+  !> (1, 0).
   subroutine test_infeasible(error)
     type(error_type), allocatable, intent(out) :: error
     type(test_problem) :: problem
@@ -253,7 +254,8 @@ contains
     call check_that(error, optimum%evaluations, "<=", 60)
   end subroutine test_infeasible
 
-  !> Nothing is known outside the unit circle, near which the search begins; not finite values are no better.
+  !> The objective is undefined outside the unit circle, near which the search begins; values that are not finite are avoided
+  !> too.
   subroutine test_unknown(error)
     type(error_type), allocatable, intent(out) :: error
     type(test_problem) :: problem

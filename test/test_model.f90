@@ -324,7 +324,7 @@ contains
     call check_failure(error, failure, what="a degree of freedom twice")
   end subroutine test_freedoms
 
-  !> Without the mechanism's mass: sqrt(k / m) and, with springs that do not couple, sqrt(c33 / J).
+  !> Without the mechanism's mass: sqrt(k / m) and, with uncoupled springs, sqrt(c33 / J).
   subroutine test_frequencies(error)
     type(error_type), allocatable, intent(out) :: error
     type(linkage_type) :: linkage

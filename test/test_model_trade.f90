@@ -1,4 +1,4 @@
-!> The averaged model against the periodic one: where they agree, how the miss grows, how it is told.
+!> The averaged model against the periodic one: where they agree, how their difference grows, and how it is reported.
 module test_model_trade
   use checks, only: check_that
   use gestell_base_error, only: gestell_error => error_type
@@ -65,8 +65,8 @@ contains
     call check_that(error, trade%error_x0, "<", 1.0e-7_dp, "errors of the row")
   end subroutine test_agreement
 
-  !> The periodic parts of M, B, C are in proportion to the mechanism's masses, and so, to first order, is what the
-  !> averaged model misses, relative to Phi(T) and to x0 (which is in proportion itself).
+  !> The periodic parts of M, B, C are proportional to the mechanism's masses. To first order, so is the error of the averaged
+  !> model, relative to Phi(T) and to x0 (which is itself proportional).
   subroutine test_light(error)
     type(error_type), allocatable, intent(out) :: error
     type(frame_type) :: frame

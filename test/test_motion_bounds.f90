@@ -1,4 +1,4 @@
-!> What joints claim of an interval of the crank angle holds in it, however their earlier joints move.
+!> Bounds that joints state for an interval of the crank angle hold in it, however their earlier joints move.
 module test_motion_bounds
   use checks, only: check_that
   use gestell_math_jet, only: jet
@@ -20,7 +20,7 @@ module test_motion_bounds
 
   public :: collect_motion_bounds
 
-  !> Earlier joints on straight ways: their speeds are known exactly.
+  !> Earlier joints that move along straight lines with known speeds.
   integer, parameter :: earlier = 5
 
   !> Linear congruential generator of Park and Miller.
@@ -76,8 +76,8 @@ contains
     velocities(1, 2) = velocities(1, 2) + draw(random, -0.1_dp, 0.1_dp)
   end subroutine scatter
 
-  !> The claims of `joint` for earlier joints that start from `places` and keep their `velocities`. `tightest`: the
-  !> greatest speed seen relative to its bound, `proved`: how often something was claimed.
+  !> Checks the bounds of `joint` for earlier joints that start from `places` with the constant `velocities`. `tightest`: the
+  !> largest observed speed relative to its bound, `proved`: number of bounds that were given.
   subroutine check_claims(joint, places, velocities, half_width, tightest, proved, error)
     class(joint_type), intent(in) :: joint
     real(dp), intent(in) :: places(2, earlier), velocities(2, earlier), half_width
@@ -102,7 +102,7 @@ contains
       if (allocated(error)) return
       call check(error, ieee_is_finite(speed), more="claimed to be assembled")
       if (allocated(error)) return
-      ! Roundings of a few epsilon; beside a dead point they are amplified.
+      ! Rounding errors of a few epsilon, amplified close to a dead point.
       call check_that(error, speed, "<=", claim%speed * (1 + 1.0e-9_dp) + 1.0e-12_dp, "claimed speed")
       if (allocated(error)) return
       if (claim%speed > 0) tightest = max(tightest, speed / claim%speed)
@@ -123,7 +123,7 @@ contains
 
   end subroutine check_claims
 
-  !> Intervals from wide ones to those of a point, in turn.
+  !> Intervals from wide ones down to single points, in turn.
   pure real(dp) function width(number)
     integer, intent(in) :: number
     real(dp), parameter :: widths(0:4) = [0.5_dp, 0.2_dp, 0.05_dp, 1.0e-2_dp, 1.0e-6_dp]
@@ -131,7 +131,7 @@ contains
     width = widths(modulo(number / 2, 5))
   end function width
 
-  !> Bounds that are always far above the speeds, or never given, prove nothing.
+  !> Bounds that are always far above the speeds, or never given, would prove nothing.
   subroutine check_use(tightest, least, proved, error)
     real(dp), intent(in) :: tightest, least
     integer, intent(in) :: proved
@@ -312,7 +312,8 @@ contains
         & tightest, proved, error)
       if (allocated(error)) return
     end do
-    ! With a fixed guide |v| = A omega where the slope of one order is greatest, and the cam's joints move against each other.
+    ! With a fixed guide |v| = A omega where the slope of a lift of one order is steepest and the cam's joints move in opposite
+    ! directions.
     call check_use(tightest, 0.9_dp, proved, error)
   end subroutine test_follower
 

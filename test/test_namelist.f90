@@ -1,4 +1,4 @@
-!> Reading namelist files: what is understood.
+!> Reading namelist files: valid input.
 module test_namelist
   use checks, only: check_that
   use slow_tests, only: new_slow

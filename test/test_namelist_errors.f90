@@ -1,4 +1,4 @@
-!> Reading namelist files: the exact words for what is wrong.
+!> Reading namelist files: the exact messages for invalid input.
 module test_namelist_errors
   use testdrive, only: new_unittest, unittest_type, test_error => error_type
   use gestell_base_error, only: error_type

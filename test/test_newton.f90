@@ -1,4 +1,4 @@
-!> Newton's method for the exact frame's vibration: what its quick solutions miss, and what is left where it stops.
+!> Newton's method for the exact frame's vibration: errors of its quick solutions, and the error that remains when it stops.
 module test_newton
   use checks, only: check_success, check_that
   use exact_machines, only: scotch_yoke
@@ -179,8 +179,8 @@ contains
     distance = maxval(abs(motion%at_phases(motion%harmonics) - q) / units) / maxval(abs(q) / units)
   end function distance
 
-  !> The motions that multipliers are told about, of a tolerance of 1e-7, against those of 1e-13. At 210 rpm ten times as much would
-  !> be left if what a step's own solution misses did not count.
+  !> The motions about which multipliers are computed, with a tolerance of 1e-7, against those with 1e-13. At 210 rpm ten times
+  !> as much would remain if the truncation of a step's own solution were ignored.
   subroutine test_remaining_error(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: phases = 64

@@ -1,5 +1,5 @@
-!> The oracle of the exact frame (oracle_...), which the library is held against, itself against laws that it does not use, a second
-!> kinematics, differences, and numbers found outside of this project.
+!> Tests of the oracle of the exact frame (oracle_...), with which the library is compared: against laws that it does not use, a
+!> second kinematics, differences, and results of other programs.
 module test_oracle
   use checks, only: check_that
   use exact_specimens, only: exact_specimen, specimen
@@ -83,7 +83,7 @@ contains
     if (.not. allocated(error)) call check(error, real(maxval(abs(orbit%rho)), dp), 1.014767952_dp, thr=1.0e-9_dp)
   end subroutine test_tongue
 
-  !> The peak of the torque of a press beside a flywheel, -7.7419175015231281 N m by a program in quadruple precision.
+  !> The peak torque of a press with a flywheel, -7.7419175015231281 N m by a program in quadruple precision.
   subroutine test_torque(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: outside = 7.7419175015231281_dp
@@ -133,7 +133,7 @@ contains
     machine%turns_of = [0, 0, 1, 0, 0]
   end function press
 
-  !> What the start, and a flywheel's motor, change: central differences of turns.
+  !> Derivatives with respect to the start, and to the torque of a flywheel's motor: central differences of turns.
   subroutine test_changes(error)
     type(error_type), allocatable, intent(out) :: error
     real(xp), parameter :: step = 1.0e-5_xp
@@ -174,8 +174,9 @@ contains
     start(:, 1) = x
   end function in_one
 
-  !> det Phi(T) is the exponential of the integral of the trace. The drive's mean power is what the dampers take, and beside a
-  !> flywheel its mean torque that of the motor. Forces and moment on the ground are what momentum and angular momentum lose.
+  !> det Phi(T) is the exponential of the integral of the trace. The drive's mean power equals that of the dampers; with a
+  !> flywheel its mean torque equals that of the motor. Forces and moment on the ground equal the loss of momentum and angular
+  !> momentum.
   subroutine test_laws(error)
     type(error_type), allocatable, intent(out) :: error
     type(exact_specimen) :: one
@@ -200,7 +201,8 @@ contains
     if (.not. allocated(error)) call check_that(error, found, "==", machines, "machines")
   end subroutine test_laws
 
-  !> The same beside weights that make the frame fall over. An oracle whose roundings grow as the changes do misses them by 1e-6.
+  !> The same laws with weights that make the frame fall over. An oracle whose rounding errors grow as disturbances do violates
+  !> them by 1e-6.
   subroutine test_growth(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: numbers(3) = [619, 630, 678]
@@ -220,7 +222,7 @@ contains
     end do
   end subroutine test_growth
 
-  !> Multipliers of 1.5e12 and of 4e-19, and a motor's torque from which the vibration without it is too far away.
+  !> Multipliers of 1.5e12 and of 4e-19, and a motor's torque that makes the vibration without it too poor a start.
   subroutine test_unstable(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: numbers(3) = [42, 619, 656]
@@ -272,7 +274,7 @@ contains
       if (.not. allocated(error) .and. frame%machine%held_by == "flywheel") call check(error, real(sum(torque) / samples, dp), &
         & real(orbit%motor, dp), thr=1.0e-12_dp * real(maxval(abs(torque)), dp), more=name // ": the motor's torque")
       if (allocated(error)) return
-      ! Who stands outside takes the torque from the ground.
+      ! A holder outside the machine takes the torque from the ground.
       if (frame%machine%held_by == "outside") spin = spin - integral(torque, frame%period)
       if (frame%machine%held_by == "flywheel") spin = spin - integral(torque - orbit%motor, &
         & frame%period)
@@ -282,7 +284,7 @@ contains
     call check_that(error, real(off, dp), "<", 1.0e-12_dp, name // ": momentum")
     ! Static forces move with the heads, which the moment on the ground leaves out.
     if (allocated(error) .or. abs(frame%gravity) > 0) return
-    ! The foundation's moment is told without the arm of its forces where F has moved.
+    ! The foundation's moment does not contain the arm of its forces due to the displacement of F.
     off(1) = largest(integral(values("total.m") + values("xi") * values("foundation.fy") - values("eta") &
       & * values("foundation.fx"), frame%period) + spin) / largest(spin)
     call check_that(error, real(off(1), dp), "<", 1.0e-12_dp, name // ": angular momentum")
@@ -362,7 +364,7 @@ contains
     end do
   end function integral
 
-  !> The greatest size beside the mean.
+  !> Maximum deviation from the mean.
   pure real(xp) function largest(f)
     real(xp), intent(in) :: f(:)
 

@@ -1,4 +1,4 @@
-!> The greatest displacements that a sweep tells.
+!> The peak displacements that a sweep reports.
 module test_peaks
   use checks, only: check_success, check_that
   use families, only: machine_family
@@ -32,7 +32,7 @@ contains
       & new_unittest("multipliers that are small beside the vibration remain accurate", test_small)]
   end subroutine collect_peaks
 
-  !> The greatest of a trigonometric polynomial from as few samples as determine it, against the greatest of very many.
+  !> The maximum of a trigonometric polynomial from as few samples as determine it, against the maximum of very many samples.
   subroutine test_between(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: orders = 7, samples = 16, many = 100000
@@ -41,7 +41,7 @@ contains
 
     do k = 1, 20
       a = reshape([(sin(3.1_dp * i * k + k), i = 1, 2 * (orders + 1))], shape(a))
-      ! They fall, as those of a motion that is sampled densely enough do.
+      ! The amplitudes fall like those of a motion that is sampled densely enough.
       a = a / spread([(2.0_dp**i, i = 0, orders)], 2, 2)
       sparse = [(polynomial(a, 2 * pi * (i - 1) / samples), i = 1, samples)]
       dense = 0
@@ -57,9 +57,9 @@ contains
     end do
   end subroutine test_between
 
-  !> A constant with rounding, as the force of a rotor: a third of the samples lie above their neighbours, and only the curve
-  !> between them tells which is beside the greatest value. It is compared with samples of the curve at a 32nd of the spacing,
-  !> summed term by term.
+  !> A constant with rounding errors, like the force of a rotor: a third of the samples lie above their neighbours, and only the
+  !> curve between them shows which is next to the maximum. Compared with samples of the curve at a 32nd of the spacing, summed
+  !> term by term.
   subroutine test_nearly_equal_samples(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: samples = 1024, orders = samples / 2 - 1, many = 32 * samples
@@ -122,8 +122,8 @@ contains
     call compare_peaks(family, grid, sweep_options(), values, error)
   end subroutine test_machine
 
-  !> Beside and on a resonance, where E - Phi is nearly singular: without dampers at 5 times the crank's speed. Points near
-  !> it are solved by themselves; what is told is right.
+  !> Close to and on a resonance, where E - Phi is nearly singular: without dampers at 5 times the crank's speed. Points near it
+  !> are solved one by one; the reported peaks are right.
   subroutine test_resonance(error)
     type(error_type), allocatable, intent(out) :: error
     type(gestell_error), allocatable :: failure
@@ -164,14 +164,15 @@ contains
     if (allocated(error)) return
     do i = 1, size(values, 3), 3
       call solve_point(family, grid%parameters(i, 1), options, own, failure)
-      ! Of each peak by itself, much less than what is promised for the greatest.
+      ! For each peak separately, much less than what is promised for the largest.
       call check_that(error, abs(values(xi_peak:psi_peak, 1, i) / own(xi_peak:psi_peak) - 1), "<=", 0.05_dp * peak_limit(options), &
         & "a peak is wrong")
       if (allocated(error)) return
     end do
   end subroutine test_twelve_digits
 
-  !> Damped so that Phi(T) is small beside the motion that is expanded with it: its multipliers are as exact as without.
+  !> Damped so that Phi(T) is small compared with the motion that is expanded together with it: its multipliers are as accurate
+  !> as without the motion.
   subroutine test_small(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_family) :: family

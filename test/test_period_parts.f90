@@ -1,4 +1,5 @@
-!> The parts of a period in which an expansion has the motion: they make the period, and their weights tell of errors.
+!> The parts of a period for which an expansion stores the motion: together they make the period, and their weights predict
+!> errors.
 module test_period_parts
   use checks, only: check_success, check_that
   use families, only: machine_family, oscillator_family, pulsed_family
@@ -59,8 +60,8 @@ contains
     call check_that(error, abs(parts%of_map / forced - 1), "<", 1.0e-14_dp, "of the vibration")
   end subroutine test_weights_of_vibration
 
-  !> What integration may miss is an eighth of the tolerance, of the periodic vibration a 64th: with an eighth a million points of
-  !> data/khang_chart.nml with peaks took a third longer, as 1,400 points beside resonances had to be solved by themselves.
+  !> Integration may use an eighth of the tolerance, and for the periodic vibration a 64th. With an eighth a million points of
+  !> data/khang_chart.nml with peaks took a third longer, because 1,400 points close to resonances had to be solved one by one.
   subroutine test_integration_tolerance(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: corners(2, 2) = reshape([200.0_dp, 0.8_dp, 300.0_dp, 1.2_dp], [2, 2]), tolerance = 1.0e-9_dp
@@ -180,7 +181,8 @@ contains
     end do
   end subroutine test_steps
 
-  !> A slow member whose coefficients have finer features than those of the corners: as many steps as it turns by miss them.
+  !> A slow member whose coefficients have finer features than those of the corners; as many steps as its own frequency requires
+  !> would miss them.
   subroutine test_pulses(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: members(*) = [0.7_dp, 1.5_dp, 2.5_dp]
@@ -291,9 +293,9 @@ contains
       & [8 * (42 + 3 * 21), 42, 106, 8 * (42 + 3 * 21) - 20], "numbers")
   end subroutine test_choice
 
-  !> Series of the oscillators' Phi with 8 to 20 terms on both axes, of the whole period and of parts of it: what they miss between
-  !> their points is at most what they say, and not very much less: terms fall up to thirtyfold from one to the next, and by as
-  !> much more as there are parts.
+  !> Series of the oscillators' Phi with 8 to 20 terms on both axes, of the whole period and of parts of it. Their error between
+  !> the points is at most the estimated one, and not much less: terms fall up to thirtyfold from one to the next, and the
+  !> estimate grows with the number of parts.
   subroutine test_series_error(error)
     type(error_type), allocatable, intent(out) :: error
     ! The more points a cell has the more parts pay, if there are many points at all.
@@ -327,7 +329,7 @@ contains
         end do
         ! Roundings of the sum of the terms.
         call check_that(error, miss, "<=", expansion%rest + 1.0e-13_dp, "more is missing than is said")
-        ! Four times two axes' last two terms beside the next one.
+        ! Four times the last two terms of two axes, relative to the next term.
         call check_that(error, expansion%rest, "<=", 10 * sqrt(fall / 30) * (fall + fall**2) * miss + 1.0e-11_dp, &
           & "what is said says nothing")
         if (allocated(error)) return
@@ -366,7 +368,7 @@ contains
     end do
     call check_that(error, moved, ">", 2.0_dp, "weights that are too small")
     call check_that(error, moved, "<=", samplers(2)%parts%reach(numbers) * (1 + 1.0e-6_dp), "more than is reckoned with")
-    ! Other units, and the greatest factor in place of each part's own.
+    ! Other units, and the largest factor in place of each part's own.
     call check_that(error, expansions(2)%rest, ">", expansions(1)%rest / 3, "less is said to be missing")
   end subroutine test_decaying_corners
 

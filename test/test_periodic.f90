@@ -1,4 +1,4 @@
-!> The periodic solution against closed forms, and beside a resonance.
+!> The periodic solution against closed forms, and close to a resonance.
 module test_periodic
   use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
@@ -81,8 +81,8 @@ contains
       & z(1, 1) * system%amplitude(2) - z(2, 1) * system%amplitude(1)] / (z(1, 1) * z(2, 2) - z(1, 2) * z(2, 1))
   end function response
 
-  !> The motion by a quick solution, then with what it lacks by another one, against the transfer function. The map is aimed at
-  !> 1e-6, the condition of E - Phi is below 100.
+  !> The motion by a quick solution, then corrected by a second one, against the transfer function. The map has a tolerance of
+  !> 1e-6; the condition of E - Phi is below 100.
   subroutine test_quick(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: phases = 8

@@ -68,7 +68,7 @@ contains
     end do
   end subroutine test_eigenvectors
 
-  !> Products of rank 3, 2 and 0, where the other multipliers are known, and of factors as small as 2^-700.
+  !> Products of rank 3, 2 and 0, whose other multipliers are known, and of factors as small as 2^-700.
   subroutine test_singular(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: n = 4, length = 5
@@ -201,8 +201,8 @@ contains
     call check_that(error, abs(o%bound(1) / (1.05_dp**length - 1) - 1), "<", 1.0e-12_dp, "large errors multiply")
   end subroutine test_bounds
 
-  !> Jordan blocks of 2 to 4 multipliers 1, hidden and not, and exactly double ones: errors e along the corner move them
-  !> by e^(1/m); the bound is of that size, and that of the single ones is of size e.
+  !> Jordan blocks of 2 to 4 multipliers 1, disguised and not, and exactly double ones: errors e at the corner move them by
+  !> e^(1/m); the bound has that size, and the bound of the single ones has the size e.
   subroutine test_defective(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: n = 5, length = 6

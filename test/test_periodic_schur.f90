@@ -88,7 +88,7 @@ contains
     end do
   end subroutine test_powers
 
-  !> [1/2 1; 0 1/2] and 0.9: the double one is lost to the root of roundoff, and known to be.
+  !> [1/2 1; 0 1/2] and 0.9: the double multiplier is accurate only to the root of rounding, and its bound shows this.
   subroutine test_jordan_powers(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: counts(5) = [1, 2, 3, 18, 100]
@@ -278,8 +278,8 @@ contains
     end do
   end subroutine test_invariants
 
-  !> Small integers, many of the products singular; permutations, whose sweeps turn in circles; hidden nilpotent factors;
-  !> growth by 1e400 and back. The residuals tell that all is well.
+  !> Small integers, many of the products singular; permutations, on which plain sweeps cycle; disguised nilpotent factors;
+  !> growth by 1e400 and back. The residuals show that the decomposition is correct.
   subroutine test_convergence(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: samples = 1500

@@ -1,5 +1,5 @@
-!> What the reduction is made of: matrices at many phases at once, conjugate modes in real numbers, trigonometric
-!> interpolation, against the same one by one, in complex numbers, in closed form.
+!> Building blocks of the reduction: matrices at many phases at once, conjugate modes in real arithmetic, trigonometric
+!> interpolation, against scalar, complex and closed-form computations.
 module test_phasewise
   use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
@@ -21,7 +21,7 @@ module test_phasewise
 
   public :: collect_phasewise
 
-  !> Of sums of about ten products of numbers up to 1.
+  !> Rounding of sums of about ten products of numbers up to 1.
   real(dp), parameter :: roundoff = 1.0e-14_dp
 
 contains
@@ -40,7 +40,7 @@ contains
       & new_unittest("residual, condition and effort of a reduction agree with hand calculation", test_residuals)]
   end subroutine collect_phasewise
 
-  !> Numbers in (-1, 1) that look like random ones, the same in every run.
+  !> Pseudo-random numbers in (-1, 1), the same in every run.
   pure function scattered(phases, n, seed) result(a)
     integer, intent(in) :: phases, n, seed
     real(dp) :: a(phases, n, n)
@@ -132,7 +132,7 @@ contains
     call check_failure(error, failure)
   end subroutine test_singular
 
-  !> What is no number does not come out as a number. (Traps are off: it is meant.)
+  !> NaN must not come out as a finite number. (Traps are off because NaN is intended.)
   subroutine test_no_number(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: a(9, 2, 2), inverted(9, 2, 2)
@@ -263,7 +263,7 @@ contains
     a(:, 1, 1) = 0.75_dp / (1.25_dp - cos(2 * pi * equidistant(n)))
     call check(error, phases_needed(a, 2 * 0.5_dp**33.2_dp, most), 72, more="the next multiple")
     if (allocated(error)) return
-    ! Harmonics that do not fall tell nothing.
+    ! Harmonics that do not decay allow no prediction.
     a = 0
     a(1, 1, 1) = 1
     call check(error, phases_needed(a, allowed, most), n, more="a peak")

@@ -59,18 +59,18 @@ contains
     call check_that(error, tally%undecided, "==", tally%decided_later + tally%on_border + tally%near_border, "undecided")
   end subroutine test_machines
 
-  !> Machines whose bounds were beaten: 59, 202, 384 and 900 of the vibration, by a motion compared with none of far more steps,
-  !> by steps that it had already, and by unequal ones, 5057 by stiffness that cancels, 48 by given steps that are too long, 1608
-  !> by a high order that fell unevenly, 2802 by rounding in decays that all but coincide, 1790 by links whose forces cancel,
-  !> 20694 by what the nodes miss of a load that is small beside the others and moves most, 50615 by what they miss of coefficients,
-  !> 20806, 30180 and 50523 by vibrations that were followed in unequal steps, 130586 by roundings of a chain's accelerations.
+  !> Machines whose bounds were once exceeded. Vibration: 59, 202, 384 and 900 (the motion was compared with one of few more
+  !> steps, of the same steps, or of unequal steps); 5057 (stiffness that cancels); 48 (given steps that are too long); 1608 (a
+  !> high order that fell unevenly); 2802 (rounding in decays that nearly coincide); 1790 (links whose forces cancel); 20694
+  !> (the nodes miss part of a load that is small but moves most); 50615 (the nodes miss part of the coefficients); 20806, 30180
+  !> and 50523 (vibrations followed in unequal steps); 130586 (rounding of a chain's accelerations).
   subroutine test_former_failures(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: numbers(*) = [59, 202, 202, 384, 900, 5057, 48, 1608, 2802, 1790, 1790, 20694, 50615, 20806, 30180, &
       & 50523, 130586]
     character(len=*), parameter :: kinds(*) = &
       & [character(len=6) :: "strong", "weak", "strong", "strong", "", "", "steps", "", "", "", "weak", "", "", "", "", "", ""]
-    !> As in the program that found them.
+    !> The same as in the program that found them.
     real(dp), parameter :: most_turns = 200
     type(tally_type) :: tally
     integer :: i
@@ -81,8 +81,9 @@ contains
     if (size(tally%failures) > 0) call check(error, .false., more=trim(tally%failures(1)))
   end subroutine test_former_failures
 
-  !> Machines of which Gauss' method of ten stages, as few steps as it takes and coefficients that change as finely as these steps
-  !> had bounds of Phi(T) beaten, 1906 and 30405, and of x0, 2562, whose change by the embedded method is small by chance.
+  !> Machines whose bounds were once exceeded by Gauss' method of ten stages with few steps and coefficients that change as
+  !> finely as the steps: those of Phi(T), 1906 and 30405, and of x0, 2562, whose change by the embedded method is small by
+  !> coincidence.
   subroutine test_former_failures_gauss(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: numbers(*) = [1906, 2562, 30405]
@@ -97,7 +98,7 @@ contains
       one = specimen(numbers(i), 200.0_dp)
       call solve_by_library(one%machine, tolerance, "gauss10", claim)
       call compare(claim, truth_of(one%machine), .false., c)
-      ! None is to be so near its bound that another machine's would be beaten: 0.5 was the greatest.
+      ! No error may come so near its bound that another machine's bound would be exceeded: the largest ratio was 0.5.
       call check_that(error, [c%phi_used, c%x0_used, c%rho_used, c%log_used], "<", 0.6_dp, "error over bound")
       if (allocated(error)) return
     end do
@@ -123,7 +124,7 @@ contains
     end do
     call check_that(error, size(tally%turn%ratio), ">", 5 * machines, "median bound of rows")
     call check_that(error, quantile(tally%turn%ratio, 0.5_dp), "<=", most_median, "median bound of rows")
-    ! One in fifty rows may tell nothing beside its peak, as a component that hardly moves.
+    ! The error of one row in fifty may be as large as its peak, for example of a component that hardly moves.
     call check_that(error, tally%lost_rows, "<=", tally%rows / 50, "rows that tell nothing")
   end subroutine test_kinds
 

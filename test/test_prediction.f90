@@ -1,4 +1,4 @@
-!> What is seen of a system before it is solved, and the steps that are taken on it.
+!> The survey of a system before it is solved, and the number of steps that is predicted from it.
 module test_prediction
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
@@ -21,7 +21,7 @@ module test_prediction
   !> a function and where its second derivative have a branch point; Phi(t) = exp(-rate (integral of K)), Phi(1) = exp(-rate).
   type, extends(periodic_system) :: kernel_type
     real(dp) :: rate = 0.5_dp, a = 0, b = 0
-    !> The eighth harmonic alone beside it, as a cosine.
+    !> Amplitude of the additional eighth harmonic, a cosine.
     real(dp) :: eighth = 0
   contains
     procedure :: matrix => kernel_matrix
@@ -90,17 +90,18 @@ contains
       if (allocated(error)) return
       call check_that(error, abs(survey%width / (-log([ratios(i), ratios(size(ratios) + 1 - i)])) - 1), "<", 0.05_dp, "widths")
       if (allocated(error)) return
-      ! Amplitudes are 2 k^p r^k beside the greatest value; 2 % of the width, 3 at most, count eight times.
+      ! Amplitudes are 2 k^p r^k relative to the maximum; 2 % of the width, 3 at most, count eight times.
       greatest = [kernel(0.0_dp, ratios(i), growth(1)), kernel(0.0_dp, ratios(size(ratios) + 1 - i), growth(2))]
       call check_that(error, abs(log(survey%height * greatest / 2)), "<", 0.5_dp, "heights")
-      ! K changes by 2 r beside its mean; its size, by which that is told, is its greatest value over sqrt 2. Weights are 1 to 2.
+      ! K changes by 2 r around its mean; its size, relative to which this is measured, is its maximum over sqrt 2. Weights are
+      ! 1 to 2.
       call check_that(error, abs(survey%changing / (4 * sqrt(2.0_dp) * ratios(i) / greatest(1)) - 1), "<", 1.0_dp, &
         & "part that changes")
       if (allocated(error)) return
     end do
   end subroutine test_widths
 
-  !> `survey_phases` lie beside the multiples of T / 16, so that its sixteen samples are not all zero.
+  !> `survey_phases` are offset from the multiples of T / 16, so that the sixteen samples are not all zero.
   subroutine test_eighth(error)
     type(error_type), allocatable, intent(out) :: error
     type(kernel_type) :: system
@@ -116,9 +117,9 @@ contains
     call check_that(error, survey%changing, ">", 0.05_dp, "part that changes")
   end subroutine test_eighth
 
-  !> Of vibrations that do not act on each other |Phi(T)| and the fastest one's part are known: exp(-d) of each, d = damping T / 2.
-  !> Both angles are taken for 16.5 e, and units are powers of two: by these d = 2.5 in 40 radians errs by 2 %, exp(-d) by 5 %,
-  !> and 0.4 and 0.8 are taken for 0.6 and 0.6, which are 1 % less.
+  !> Uncoupled vibrations: |Phi(T)| and the share of the fastest one are known, exp(-d) of each, d = damping T / 2. Both angles
+  !> are rounded to 16.5 e, and units to powers of two: this changes d = 2.5 in 40 radians by 2 %, exp(-d) by 5 %, and 0.4 and
+  !> 0.8 to 0.6 and 0.6, which are 1 % less.
   subroutine test_decay(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: damping(3, 4) = reshape([0.0_dp, 0.0_dp, 0.0_dp, 0.2_dp, 0.2_dp, 2.0_dp, 0.4_dp, 0.8_dp, 5.0_dp, &
@@ -139,8 +140,8 @@ contains
     end do
   end subroutine test_decay
 
-  !> (z / 2)^s / (1 3 ... (2 s - 1)) of what is missed, a quarter of the load: a third of it for two nodes and z = 2, all where z is
-  !> great; the part of cos(z t) along P_2, 5 (3 j_1(z/2) / (z/2) - j_0(z/2)), is less.
+  !> (z / 2)^s / (1 3 ... (2 s - 1)) times the missed part, a quarter of the load: a third of it for two nodes and z = 2, all of
+  !> it if z is large. The part of cos(z t) along P_2, 5 (3 j_1(z/2) / (z/2) - j_0(z/2)), is less.
   subroutine test_not_averaged(error)
     type(error_type), allocatable, intent(out) :: error
     type(unseen_type) :: unseen
@@ -196,7 +197,7 @@ contains
         call check_that(error, monodromy%error, "<=", tolerance * monodromy%norm, "what was ordered")
         if (allocated(error)) return
         if (monodromy%evaluations > monodromy%steps * monodromy%method%stages) second = second + 1
-        ! 12 digits take 24 steps where the finest feature alone is known.
+        ! For 12 digits 24 steps are needed if only the finest feature is known.
         if (i == 1) call check_that(error, monodromy%steps, "==", 8, "harmonics that fall by 20")
         if (allocated(error)) return
       end do

@@ -61,8 +61,8 @@ contains
     call check_success(error, failure)
   end subroutine solve
 
-  !> Peaks do not depend on the rows that are ordered: samples are added until the motion is resolved, accelerations too. With
-  !> 1024 rows the samples would do without.
+  !> Peaks do not depend on the number of requested rows: samples are added until the motion and its accelerations are resolved.
+  !> With 1024 rows the given samples would suffice.
   subroutine test_few_rows(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_data) :: machine
@@ -79,7 +79,7 @@ contains
       if (.not. allocated(error)) call solve(frame, 1024, 1.0e-10_dp, [probe_at(0.3_dp, -0.2_dp)], analysis, many, error)
       if (allocated(error)) return
       do k = 1, probe_parts
-        ! Harmonics are resolved to 1e-9 of the greatest.
+        ! Harmonics are resolved to 1e-9 of the largest.
         call near(error, [few(1)%statistics(k)%peak], [many(1)%statistics(k)%peak], 1.0e-7_dp * many(1)%statistics(k)%peak, "peak")
       end do
       if (allocated(error)) return
@@ -106,7 +106,7 @@ contains
     call new_frame(frame, mechanism, mass - 2, 1.0_dp, [0.0_dp, 0.0_dp], diagonal([spring, 1.0_dp, 1.0_dp]), &
       & diagonal([damping, 1.0_dp, 1.0_dp]), omega, failure, free=[1])
     call check_success(error, failure)
-    ! As if nothing were known of the load.
+    ! Pretends that the harmonics of the load are not known.
     frame%least_steps = 8
     if (.not. allocated(error)) call solve(frame, 8, 1.0e-10_dp, [probe_at(0.0_dp, 0.0_dp)], analysis, responses, error)
     if (allocated(error)) return
@@ -124,7 +124,7 @@ contains
     probe_at%position = [x, y]
   end function probe_at
 
-  !> d/dt of displacement and velocity over the turn, periodic and averaged; sizes are those of the vectors; Parseval.
+  !> d/dt of displacement and velocity over the turn, periodic and averaged; sizes are norms of the vectors; Parseval.
   subroutine test_derivatives(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: points = 512
@@ -243,7 +243,7 @@ contains
     end do
   end subroutine test_support
 
-  !> Bands that end exactly at orders hold these, and no more; the greatest direction against all directions.
+  !> Bands that end exactly at orders include these and no others; the maximum direction is compared with all directions.
   subroutine test_band(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: points = 512, directions = 900
@@ -302,7 +302,7 @@ contains
     end do
   end function orders_of
 
-  !> Limits above, below and within the error of what is measured; none.
+  !> Limits above, below and within the error of the measured value; no limit.
   subroutine test_verdict(error)
     type(error_type), allocatable, intent(out) :: error
     character(len=9), parameter :: verdicts(5) = [character(len=9) :: "within", "above", "undecided", "undecided", ""]
@@ -327,7 +327,7 @@ contains
     end associate
   end subroutine test_verdict
 
-  !> At loose tolerances: what is claimed covers what is missed against a solution at 1e-13.
+  !> At loose tolerances the claimed error covers the difference from a solution at 1e-13.
   subroutine test_errors(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: tolerances(3) = [1.0e-2_dp, 1.0e-4_dp, 1.0e-7_dp]
@@ -359,7 +359,7 @@ contains
         if (allocated(error)) return
       end do
     end do
-    ! They are of use too: somewhere a good part of the claim is real.
+    ! The bounds are not too wide: somewhere the error is a good part of the claim.
     call check_that(error, greatest, ">", 1.0e-3_dp, "claims are idle")
   end subroutine test_errors
 

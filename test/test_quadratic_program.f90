@@ -23,8 +23,8 @@ contains
       & new_unittest("programs without a solution are reported", test_failures)]
   end subroutine collect_quadratic_program
 
-  !> 200 programs of up to 8 parameters and 3 groups, with branches given twice: their conditions, B d + sum of lambda a = 0,
-  !> lambda >= 0, sums w, lambda only where the branch is its group's greatest; d within the limits.
+  !> 200 programs of up to 8 parameters and 3 groups, with repeated branches, satisfy their optimality conditions: B d + sum of
+  !> lambda a = 0, lambda >= 0, sums w, lambda only where the branch is the maximum of its group; d within the limits.
   subroutine test_random(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: branches = 30, n = 8

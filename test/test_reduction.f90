@@ -90,8 +90,8 @@ contains
     end do
     call check_that(error, multipliers%log_abs(2:), "<=", multipliers%log_abs(:5), name // ": order")
     call check_that(error, abs(solution%x0 - system%motion(0.0_dp)), "<=", solution%error, name // ": bound of x0")
-    ! What was ordered is 1e-9; the motion's size is 2, the greatest condition of E - Phi in these cases about 10, and the
-    ! forcing is rounded as the coefficients are.
+    ! The tolerance is 1e-9; the motion's size is 2, the largest condition of E - Phi in these cases about 10, and the forcing
+    ! is rounded like the coefficients.
     call check_that(error, maxval(solution%error), "<", 1.0e-6_dp + 1.0e2_dp * own, name // ": the bound of x0 is too wide")
     if (allocated(error)) return
     do k = 0, points
@@ -155,7 +155,7 @@ contains
       & frequency=[200.0_dp, 0.0_dp, 900.1_dp], real_block=[.false., .true., .false.]), "auto", "growing")
   end subroutine test_growing
 
-  !> As many evaluations at a frequency of 1e9 as at 1e3.
+  !> The number of evaluations at a frequency of 1e9 equals that at 1e3.
   subroutine test_cost(error)
     type(error_type), allocatable, intent(out) :: error
     type(floquet_type) :: floquet
@@ -173,8 +173,8 @@ contains
     call check_that(error, found(2)%evaluations, "<=", found(1)%evaluations, "evaluations")
   end subroutine test_cost
 
-  !> A frequency that is a whole multiple of the crank's, without damping: rho = 1 and no periodic motion; with damping one
-  !> that is as exact as elsewhere, since its forcing has no harmonic of that order.
+  !> A frequency that is a multiple of the crank's: without damping rho = 1 and there is no periodic motion; with damping the
+  !> motion is as accurate as elsewhere, since its forcing has no harmonic of that order.
   subroutine test_resonance(error)
     type(error_type), allocatable, intent(out) :: error
     type(floquet_type) :: floquet
@@ -287,7 +287,7 @@ contains
     call check_success(error, failure)
     if (allocated(error)) return
     call check_that(error, abs(solution%x0 - system%v), "<=", solution%error, "bound")
-    ! 1e-9 was ordered, |(E - Phi)^-1| is about 1e2.
+    ! The tolerance is 1e-9, |(E - Phi)^-1| is about 1e2.
     call check_that(error, maxval(solution%error), "<", 1.0e-5_dp, "the bound is too wide")
   end subroutine test_unequal
 

@@ -1,4 +1,4 @@
-!> Beside a resonance: the digits that are lost are those that the error claims, and the report knows what resonates.
+!> Close to a resonance the lost digits are those that the error bound claims, and the report names what resonates.
 module test_resonance
   use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type, failed_computation
@@ -133,8 +133,8 @@ contains
     call check_failure(error, failure, "the frame is not held in xi: add a &support")
   end subroutine test_loose
 
-  !> The paper's frame, free along x only, the crank 32, 64 and 128 times as fast as its vibration: |1 - rho| is about 2 pi / 32
-  !> and less, and the condition above 10, without an order to resonate with.
+  !> The paper's frame, free along x only, with a crank 32, 64 and 128 times as fast as its vibration: |1 - rho| is about 2 pi /
+  !> 32 and less, and the condition is above 10, although no order resonates.
   subroutine test_soft(error)
     type(error_type), allocatable, intent(out) :: error
     type(frame_type) :: frame

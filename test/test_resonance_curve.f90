@@ -128,14 +128,14 @@ contains
     call check_that(error, curve%complete, "==", .true., "complete")
     do i = 1, n
       associate (p => curve%points(i)%values(:, 1), right => amplitude(rpm(i), ratio))
-        ! Phi is known to 1e-9, beside the resonance x0 to 1e-9 / (2 pi ratio); in fact to much less
+        ! Phi is accurate to 1e-9, x0 near the resonance to 1e-9 / (2 pi ratio); in fact much more accurate
         call check_that(error, abs([p(1), p(3) * sqrt(2.0_dp), p(4)] / right - 1), "<=", &
           & 1.0e-9_dp / min(1.0_dp, 2 * pi * ratio), "vibration")
         ! one harmonic: the others are rounding
         call check_that(error, p(5:6), "<", 1.0e-11_dp * right, "other orders")
       end associate
     end do
-    ! what a straight line misses
+    ! error of linear interpolation
     between = (rpm(2:) + rpm(:n - 1)) / 2
     call check_that(error, maxval(abs(log(amplitude(between, ratio)) &
       & - (log(amplitude(rpm(2:), ratio)) + log(amplitude(rpm(:n - 1), ratio))) / 2)), "<", 0.01_dp, "logarithm between points")
@@ -158,13 +158,13 @@ contains
       call check(error, maximum%width, width, thr=1.0e-4_dp * width)
       if (.not. allocated(error)) call check(error, maximum%damping_ratio, width / (2 * maximum%speed * direction), &
         & thr=1.0e-4_dp * width / maximum%speed * direction)
-      ! a narrow resonance: the damping ratio itself, but for its square and what the estimate of the width leaves
+      ! a narrow resonance: the damping ratio itself, except for its square and the error of the estimated width
       if (.not. allocated(error) .and. ratio < 0.1_dp) call check(error, maximum%damping_ratio, ratio, &
         & thr=ratio * (1.0e-4_dp + 3 * ratio))
     end associate
   end subroutine check_curve
 
-  !> Of a s^2 + b s + c.
+  !> Damping ratio of a s^2 + b s + c.
   pure function roots(a, b, c) result(s)
     real(dp), intent(in) :: a, b, c
     real(dp) :: s(2)
@@ -193,7 +193,7 @@ contains
 
     call unbalanced_family(0.0_dp, family, error)
     if (.not. allocated(error)) call solve(family, ["xi"], grid(50.0_dp, 1000.0_dp, 6), curve, error)
-    ! at a half, a third, ... of the natural frequency Phi = E: the free vibration is periodic itself, how large is left open
+    ! at a half, a third, ... of the natural frequency Phi = E: the free vibration is periodic, with arbitrary amplitude
     if (allocated(error)) return
     call check(error, all(curve%points%state == undamped .or. curve%points%state == in_resonance), more="states")
     call check_that(error, curve%complete, "==", .true., "complete")
@@ -204,7 +204,7 @@ contains
     if (.not. allocated(error)) call check(error, curve%maxima(1)%speed, natural_rpm, thr=1.0e-6_dp * natural_rpm)
   end subroutine test_undamped
 
-  !> The very speed of the resonance is one of the grid, so that there is no vibration between those that rise to it.
+  !> The speed of the resonance is a point of the grid, so that there is no vibration between the speeds on its two sides.
   subroutine test_no_vibration(error)
     type(error_type), allocatable, intent(out) :: error
     character(len=8), parameter :: models(2) = [character(len=8) :: "rest", "averaged"]
@@ -226,7 +226,7 @@ contains
       call check_that(error, size(curve%maxima), "==", 1, "maxima")
       call check_that(error, curve%maxima(1)%unbounded, "==", .true., "unbounded")
       call check_that(error, curve%maxima(1)%value, ">", huge(1.0_dp), "maximum")
-      ! the resonance's own speed is one of those that were solved
+      ! the speed of the resonance is one of the solved points
       if (.not. allocated(error)) call check(error, curve%maxima(1)%speed, natural_rpm, thr=1.0e-9_dp * natural_rpm)
     end do
   end subroutine test_no_vibration
@@ -245,7 +245,8 @@ contains
     call check_success(error, failure)
   end subroutine khang_family
 
-  !> At one of two places within every interval the machine is solved by itself; where two maxima are equal the peaks have bends.
+  !> At one of two places within every interval the machine is solved separately. Where two maxima are equal the peaks have
+  !> kinks.
   subroutine test_straight(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: places(2) = [0.5_dp, 0.31_dp], dampings(2) = [5.0_dp, 100.0_dp]
@@ -325,7 +326,7 @@ contains
     call check_that(error, found, ">=", 8, "maxima found")
   end subroutine test_brute_force
 
-  !> By which factor the maximum at place i stands above the higher one of the dips that part it from what is higher.
+  !> Factor by which the maximum at place i exceeds the higher one of the minima that separate it from higher maxima.
   pure real(dp) function prominence(peak, i)
     real(dp), intent(in) :: peak(:)
     integer, intent(in) :: i
@@ -344,7 +345,7 @@ contains
     prominence = peak(i) / maxval(dip)
   end function prominence
 
-  !> Lists of the paper's machine as it is, whose resonances are a few thousandths of a rpm wide, from 5 and from 30 speeds.
+  !> Maxima of the unmodified paper's machine, whose resonances are a few thousandths of a rpm wide, from 5 and from 30 speeds.
   subroutine test_grids(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_family) :: family
@@ -369,8 +370,8 @@ contains
     end do
   end subroutine test_grids
 
-  !> The paper's machine beside its lowest frequency, 1216 rpm, where a multiplier passes 1: unstable speeds are marked, and
-  !> at both ends of them the vibration grows without bounds.
+  !> The paper's machine near its lowest frequency, 1216 rpm, where a multiplier passes 1: unstable speeds are marked, and at
+  !> both ends of their range the vibration grows without bound.
   subroutine test_tongue(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_family) :: family
@@ -388,7 +389,7 @@ contains
     ends = pack([(curve%maxima(i)%speed, i = 1, size(curve%maxima))], [(curve%maxima(i)%unbounded, i = 1, size(curve%maxima))])
     do i = 1, size(curve%points)
       associate (s => curve%points(i)%speed, inside => curve%points(i)%state == unstable)
-        ! the borders are known to the last interval, a millionth wide
+        ! the borders are accurate to the last interval, a millionth wide
         if (minval(abs(s - ends)) > 4.0e-6_dp * s) call check_that(error, inside, "==", (s > ends(1) .and. s < ends(2)), &
           & "inside the tongue")
       end associate

@@ -1,4 +1,4 @@
-!> What the fast paths must not do silently: lose digits with small pivots, lose what is no number, mix up steps.
+!> Errors that the fast paths must not make silently: losing digits by small pivots, losing NaN, mixing up steps.
 module test_safeguards
   use checks, only: check_failure, check_that
   use gestell_base_error, only: gestell_error => error_type
@@ -78,7 +78,7 @@ contains
     if (t >= self%from .and. t <= self%to .and. self%bad(1) == 0) h = matmul(mix, h)
   end subroutine load
 
-  !> Without exchanges a pivot of 1e-5 costs five digits; in M the third pivot alone is below the least.
+  !> Without exchanges a pivot of 1e-5 costs five digits; in M only the third pivot is below the permitted minimum.
   subroutine test_small_pivots(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: m(lanes, 3, 3), r(lanes, 3, 2), before(lanes, 3, 2), a(lanes, 2, 2), inverted(lanes, 2, 2)
@@ -108,7 +108,7 @@ contains
     end do
   end subroutine test_small_pivots
 
-  !> Mixing the equations changes nothing, whichever of 8 to 17 steps has them mixed.
+  !> Permuting the equations of any one of 8 to 17 steps does not change the maps.
   subroutine test_one_step(error)
     type(error_type), allocatable, intent(out) :: error
     type(pair_type) :: system
@@ -156,7 +156,7 @@ contains
     end do
   end subroutine test_units
 
-  !> What is no number anywhere in M must not come out as a number: neither from M^-1 R nor from a period's map.
+  !> NaN anywhere in M must not come out as a finite number, neither from M^-1 R nor from a period's map.
   subroutine test_no_mass(error)
     type(error_type), allocatable, intent(out) :: error
     character(len=*), parameter :: names(3) = [character(len=9) :: "gauss8", "magnus6", "explicit8"]

@@ -110,7 +110,7 @@ contains
     order_of%names(1) = name
   end function order_of
 
-  !> Of four parameters, each at three distances both ways, or at seven where more digits are ordered than there are.
+  !> Four parameters, each evaluated at three distances on both sides, or at seven if more digits are requested than available.
   subroutine test_solutions(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: tolerances(2) = [1.0e-6_dp, 1.0e-15_dp]
@@ -173,11 +173,11 @@ contains
         force = cmplx(stiffness, family%damping * family%speed, dp)
         g = slopes(family, 1) + [cmplx(0.0_dp, aimag(force), dp), (0.0_dp, 0.0_dp), cmplx(stiffness, 0.0_dp, dp), &
           & cmplx(0.0_dp, aimag(force), dp)] / force
-        ! Phi is known to 1e-12, x0 to that over |1 - rho|, 2 pi times the damping or the detuning
+        ! Phi is accurate to 1e-12, x0 to that over |1 - rho|, 2 pi times the damping or the detuning
         call check(error, base%values(1, 1), 1.0e-3_dp * abs(force), thr=1.0e-3_dp * abs(force) * 1.0e-8_dp)
         do k = 1, 4
           if (allocated(error)) return
-          ! within what is claimed, and that is little: rounding over a step, which is a small part of that |1 - rho|
+          ! within the claimed error, which is small: rounding over a step, which is a small part of that |1 - rho|
           call check_that(error, abs(found(k)%slope(:, 1) - real(g(k))), "<", found(k)%error(:, 1), "more than claimed")
           call check_that(error, [found(k)%error], "<", 1.0e-4_dp * max(1.0_dp, maxval(abs(g))), &
             & "claims too much")

@@ -1,4 +1,4 @@
-!> Distances of modes from the orders of the crank, and what moves in a mode, against numbers by hand.
+!> Distances of modes from the orders of the crank, and the energy in each mode, against hand calculation.
 module test_separation
   use checks, only: check_that
   use gestell_base_kinds, only: dp, pi
@@ -85,8 +85,8 @@ contains
       & "all of the energy is along eta")
   end subroutine test_states
 
-  !> From 240 to 360 1/min a mode of 9 Hz meets order 2 at 270 1/min; order 1 is nearest at 360 (9/6 - 1), order 3 at 240
-  !> (1 - 9/12).
+  !> From 240 to 360 1/min a mode of 9 Hz meets order 2 at 270 1/min; order 1 is nearest at 360 (9/6 - 1), order 3 at 240 (1 -
+  !> 9/12).
   subroutine test_range(error)
     type(error_type), allocatable, intent(out) :: error
     type(campbell_type) :: campbell
@@ -95,7 +95,7 @@ contains
 
     call make_diagram([240.0_dp, 300.0_dp, 360.0_dp], [mode_of(9.0_dp, 0.0_dp), mode_of(9.0_dp, 0.0_dp), mode_of(9.0_dp, 0.0_dp)], &
       & campbell)
-    ! A half order is none that is asked for.
+    ! Half orders are not requested.
     crossings(1) = crossing_type(mode=1, order=1.5_dp, speed=360.0_dp, at=mode_of(9.0_dp, 0.0_dp))
     crossings(2) = crossing_type(mode=1, order=2.0_dp, speed=270.0_dp, at=mode_of(9.0_dp, 0.0_dp))
     found = find_separations(campbell, crossings, [1, 2, 3], 1, 0.2_dp)
@@ -106,7 +106,7 @@ contains
     call check(error, all(found%state == [character(len=9) :: "pass", "fail", "pass"]), "states")
   end subroutine test_range
 
-  !> M = (4 1; 1 2), q = (1, -2)/sqrt(8): q (M q) = 1 (4 - 2), -2 (1 - 4), of 8 in all. A phase of all of it changes nothing.
+  !> M = (4 1; 1 2), q = (1, -2)/sqrt(8): q (M q) = 1 (4 - 2), -2 (1 - 4), of 8 in all. A common phase changes nothing.
   subroutine test_energy(error)
     type(error_type), allocatable, intent(out) :: error
     type(campbell_type) :: campbell
@@ -122,13 +122,13 @@ contains
     found = find_separations(campbell, none, [1], 1, 0.2_dp)
     call check_that(error, maxval(abs(found(1)%energy(:3) - [0.25_dp, 0.0_dp, 0.75_dp])), "<", 1.0e-15_dp * 10, "xi, eta, psi")
     if (allocated(error)) return
-    ! A quarter of a swing apart they have nothing in common: 4 |q_1|^2 and 2 |q_2|^2.
+    ! A quarter of a period apart they do not interact: 4 |q_1|^2 and 2 |q_2|^2.
     campbell%points(1)%modes(1)%shapes(:2, 1) = [(1.0_dp, 0.0_dp), (0.0_dp, 1.0_dp)] / sqrt(6.0_dp)
     found = find_separations(campbell, none, [1], 1, 0.2_dp)
     call check_that(error, maxval(abs(found(1)%energy(:3) - [2 / 3.0_dp, 0.0_dp, 1 / 3.0_dp])), "<", 1.0e-15_dp * 10, "apart")
   end subroutine test_energy
 
-  !> It is told at the second speed only; then at none.
+  !> The mode is determined at the second speed only; then at none.
   subroutine test_unknown_mode(error)
     type(error_type), allocatable, intent(out) :: error
     type(campbell_type) :: campbell

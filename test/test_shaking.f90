@@ -1,4 +1,4 @@
-!> What --check tells of sliders and shaking forces, against closed forms.
+!> What --check reports about sliders and shaking forces, against closed forms.
 module test_shaking
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
@@ -77,7 +77,7 @@ contains
     call check_success(error, failure, "shaking forces")
     if (allocated(error)) return
     call check_that(error, abs(found%unbalance - [pin + slider / 2, slider / 2]), "<", 1.0e-12_dp, "with and against the crank")
-    ! farthest out all the force is along the guide, that of the slider (1 + r / l) of its first order
+    ! at the outer dead centre all the force is along the guide; the slider's is (1 + r / l) times its first order
     call check_that(error, abs(found%peak([1, 4]) / (speed**2 * (pin + slider * (1 + 1 / rod))) - 1), "<", 1.0e-12_dp, "peak")
     call check_that(error, abs(found%peak(2) / (speed**2 * pin) - 1), "<", 1.0e-12_dp, "peak across")
   end subroutine test_masses
@@ -158,7 +158,7 @@ contains
       & .true.], "the first have room")
   end subroutine test_label_places
 
-  !> A circle that is followed with its inside on the left, and against it; an open curve from rim to rim.
+  !> A circle that is followed with its inside on the left, and in reverse; an open curve from edge to edge.
   subroutine test_left_side(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: n = 200
@@ -176,7 +176,7 @@ contains
     call check_that(error, covers(reshape([0.0_dp, 0.2_dp, 1.0_dp, 0.4_dp], [2, 2]), [0.1_dp, 0.1_dp]), "==", .false., "below")
   end subroutine test_left_side
 
-  !> Whether a point lies on the left of a curve.
+  !> True if a point lies on the left of a curve.
   pure logical function covers(points, place)
     real(dp), intent(in) :: points(:, :), place(2)
     real(dp), allocatable :: boxes(:, :)

@@ -52,9 +52,8 @@ contains
       & new_unittest("a tabulated mechanism in a new frame keeps the mechanism's properties", test_new_frame)]
   end subroutine collect_shared_tables
 
-  !> With the table the results are the same but for roundings, for other speeds, stiffnesses, masses and origins, and
-  !> nothing is evaluated again; where the table does not hold, for other steps or the crank turned the other way, the
-  !> mechanism is evaluated.
+  !> With the table the results are the same except for rounding, for other speeds, stiffnesses, masses and origins, and the
+  !> mechanism is not evaluated again. Where the table does not apply, for other steps or the reverse direction, it is.
   subroutine test_cases(error)
     type(error_type), allocatable, intent(out) :: error
     ! 35 and 75 steps are two and three blocks, of which the first one is shortened for the second.
@@ -126,7 +125,7 @@ contains
     call check_that(error, maxval(abs(again - phi)), "<=", 1.0e-11_dp * maxval(abs(phi)), "Phi")
   end subroutine test_cases
 
-  !> The paper's machine, and the same with a linkage that counts.
+  !> The paper's machine, and a copy whose linkage counts evaluations.
   subroutine counted_frame(plain, frame, evaluations, failure)
     type(frame_type), intent(out) :: plain, frame
     integer, target, intent(in) :: evaluations
@@ -147,8 +146,8 @@ contains
     allocate(frame%mechanism, source=counting)
   end subroutine counted_frame
 
-  !> An expansion's samples do not evaluate a mechanism that is known to be the same in all: what is left are the solutions by
-  !> themselves, at corners and where it is checked, and one table. The numbers are the same.
+  !> The samples of an expansion share one table of a mechanism that is the same in all of them. Evaluations remain for single
+  !> solutions at corners and checks, and for one table. The numbers are the same.
   subroutine test_cell(error)
     type(error_type), allocatable, intent(out) :: error
     type(gestell_error), allocatable :: failure
@@ -197,7 +196,7 @@ contains
     shares_mechanism = self%told
   end function shares_mechanism
 
-  !> What it finds on being prepared: 0.02 rad.
+  !> The angle scale that `prepare` determines: 0.02 rad.
   subroutine prepare(self, error)
     class(counting_type), intent(inout) :: self
     type(gestell_error), allocatable, intent(out) :: error
@@ -215,7 +214,7 @@ contains
     call self%linkage%mass_functions(crank_angle, a)
   end subroutine mass_functions
 
-  !> What is asked for with fewer angles, or others that differ in the last digits, is not in the table.
+  !> Requests with fewer angles, or with angles that differ in the last digits, are not served from the table.
   subroutine test_tables(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: many = 40, few = 8
@@ -242,7 +241,7 @@ contains
     call check_that(error, maxval(abs(table - exact)), "<=", 0.0_dp, "near")
   end subroutine test_tables
 
-  !> What a frame needs to know of its mechanism is that of the source, by itself and in a frame.
+  !> The properties of a mechanism that a frame needs are those of the source, alone and in a frame.
   subroutine test_new_frame(error)
     type(error_type), allocatable, intent(out) :: error
     type(frame_type) :: plain, frame

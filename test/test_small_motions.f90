@@ -76,12 +76,13 @@ contains
     plane%linkage%links%across = 0
   end subroutine massless
 
-  !> The left sides of a motion are r(q) = M q'' + B q' + C q + O(q^2), M, B, C at rest; so are half of r(q) - r(-q), to terms of
-  !> third order, and half of the sum has those of the square, and of the fourth power.
+  !> The left-hand sides for a motion are r(q) = M q'' + B q' + C q + O(q^2), M, B, C at rest. Half of r(q) - r(-q) is the same
+  !> except for terms of third order; half of the sum contains the terms of second and fourth order.
   subroutine compare(frame, error)
     type(frame_type), intent(in) :: frame
     type(error_type), allocatable, intent(inout) :: error
-    !> Terms of the square are some times those of first order times the motion; and so on. Roundings of terms of first order.
+    !> Terms of second order are some times those of first order times the motion; and so on. Rounding of the terms of first
+    !> order.
     real(dp), parameter :: next = 30, roundings = 1.0e-14_dp, phases(4) = [0.0_dp, 0.27_dp, 0.54_dp, 0.81_dp]
     integer, parameter :: samples = 16
     real(dp), dimension(size(phases), frame%dofs()) :: odd, even, first_even, linear, opposite
@@ -112,7 +113,7 @@ contains
     end do
   end subroutine compare
 
-  !> The left sides along a motion at phases, those of the equations at rest too.
+  !> The left-hand sides along a motion at some phases, for the equations about rest too.
   subroutine find_left(frame, motion, phases, left, linear)
     type(frame_type), intent(in) :: frame
     real(dp), intent(in) :: motion(:, :)

@@ -59,7 +59,7 @@ contains
 
   contains
 
-    !> To the roundings of the greatest of each kind, and exactly.
+    !> Compares to the rounding of the largest value of each kind, and exactly for reused values.
     subroutine compare(what)
       character(len=*), intent(in) :: what
       type(masses_type) :: bulk, one, again
@@ -89,7 +89,7 @@ contains
 
   end subroutine test_masses
 
-  !> Central differences of steps h and h/2, extrapolated: h^4 and roundings over h leave 1e-9 of the greatest.
+  !> Central differences of steps h and h/2, extrapolated: h^4 and rounding over h leave an error of 1e-9 of the maximum.
   subroutine test_derivatives(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: t = 0.0123_dp, step = 1.0e-3_dp
@@ -146,9 +146,9 @@ contains
 
   end subroutine test_derivatives
 
-  !> Of equal cylinders every order k of the force is a sum of exp(i k pin) over the cylinders of a bank, of the couple the same
-  !> with their places: those that vanish do so to 1e-12 of what one cylinder makes, the others are there. The orders 1 to 4, of
-  !> force and couple, are those of every book of engines (W. Thomson, Fundamentals of Automotive Engine Balance, 1978).
+  !> For equal cylinders every order k of the force is a sum of exp(i k pin) over the cylinders of a bank; the couple is the
+  !> same sum with their positions. The vanishing orders are below 1e-12 of one cylinder's, the others are present. The orders 1
+  !> to 4, of force and couple, are those of the textbooks (W. Thomson, Fundamentals of Automotive Engine Balance, 1978).
   subroutine test_engines(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: c = 0.1_dp
@@ -289,7 +289,7 @@ contains
 
   end subroutine test_reference
 
-  !> The periodic motion at equidistant phases and the greatest abs(rho).
+  !> The periodic motion at equidistant phases and the maximum of abs(rho).
   subroutine solve(system, free, q, rho, error)
     class(second_order_system), intent(in) :: system
     integer, intent(in) :: free(:)

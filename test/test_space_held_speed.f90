@@ -66,7 +66,7 @@ contains
       call check_success(error, failure)
       if (allocated(error)) return
       space%held_by = holders(i)
-      ! a flywheel's gyroscopic moment is none in the plane
+      ! a flywheel's gyroscopic moment vanishes in the plane
       space%space%drive = drive_type(holders(i), flywheel_inertia=merge(0.4_dp, 0.0_dp, holders(i) == "flywheel"))
       call compare(trim(holders(i)) // ", rest", flat, space)
       if (allocated(error)) return
@@ -78,7 +78,7 @@ contains
 
   contains
 
-    !> To the roundings of the greatest, of which there are more with what the drive adds.
+    !> Compares to the rounding of the largest values; the drive's contribution adds more of it.
     subroutine compare(what, one, other)
       character(len=*), intent(in) :: what
       class(second_order_system), intent(in) :: one, other
@@ -97,8 +97,8 @@ contains
 
   end subroutine test_plane
 
-  !> Central differences of steps h and h/2, extrapolated: h^4 and roundings over h leave 1e-9 of the greatest. The shaft is
-  !> inclined to all axes.
+  !> Central differences of steps h and h/2, extrapolated: h^4 and rounding over h leave an error of 1e-9 of the maximum. The
+  !> shaft is inclined to all axes.
   subroutine test_derivatives(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: step = 1.0e-3_dp, angle(1) = [0.7_dp], lag(1, 3) = 0

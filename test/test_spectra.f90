@@ -1,4 +1,4 @@
-!> Greatest multipliers eight at a time: against eigenvalues that are known by construction, and LAPACK one by one.
+!> Greatest multipliers of matrices, eight at a time, against eigenvalues known by construction and LAPACK one by one.
 module test_spectra
   use checks, only: check_that
   use gestell_base_error, only: gestell_error => error_type
@@ -69,7 +69,7 @@ contains
     if (allocated(error)) return
     do k = 1, size(phi, 1)
       expected = by_lapack(phi(k, :), perturbation)
-      ! Each is within the roundoff part of the bounds, n^2 epsilon norm condition, of what it stands for.
+      ! Each is within the rounding part of the bounds, n^2 epsilon norm condition, of the eigenvalue it represents.
       call check_that(error, abs(radius(k) - abs(expected%rho(1))), "<=", 1.0e-3_dp * bound(k) * radius(k), "radius")
       call check_that(error, abs(quick(k) - radius(k)), "<=", 1.0e-3_dp * bound(k) * radius(k), "radius alone")
       ! The logarithm has a rounding of its argument.
@@ -125,7 +125,7 @@ contains
     a = transpose(solve(transpose(x), transpose(matmul(x, b))))
   end function matrix_with
 
-  !> The bound covers what a change of that norm does to a multiplier, and is not far above it.
+  !> The bound covers the effect of a perturbation of that norm on a multiplier, and is not far above it.
   subroutine test_known(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: count = 60
@@ -152,7 +152,7 @@ contains
         ! n |E| / |y' x| is 6 times what one direction of E can do; a random one in 36 dimensions does about a sixth of that.
         if (j > 1) call check_that(error, deviation, ">", 0.005_dp, "far from it")
         if (allocated(error)) return
-        ! X is nearly the unit matrix the first time, so that nothing but a few roundings is in it.
+        ! X is nearly the unit matrix the first time, so that it contains only a few rounding errors.
         if (i == 1 .and. j == 1) call check_that(error, maxval(abs(radius - exact)), "<", 5.0e-15_qp, "roundoff")
         if (allocated(error)) return
         call check(error, .not. any(unstable), more="verdict")
@@ -198,8 +198,8 @@ contains
       ! Of twelve the last one has residuals of 1e-10 in units of its norm, a condition of 3000, and distances of 1e-4.
       call check_that(error, singly, "<=", merge(1, 0, n == 12), "singly")
       if (allocated(error)) return
-      ! Without the bound roundoff may be 1e-10, which n^2 epsilon norm condition exceeds for the last one alone, or what the
-      ! change does.
+      ! If no bound is requested, rounding may be 1e-10, which n^2 epsilon norm condition exceeds only for the last one, or the
+      ! effect of the perturbation.
       call spectral_radii(phi, 0.0_dp, radius, log_radius, singly=singly)
       call check(error, singly, 1, more="radius alone, exact matrix")
       if (allocated(error)) return
@@ -210,8 +210,8 @@ contains
     end do
   end subroutine test_condition
 
-  !> The disc of the k-th of eigenvalues with these conditions that lie so far from each other that the others' may be enlarged
-  !> until one touches it, where the matrix is known to `perturbation`.
+  !> The disc of the k-th of eigenvalues with these conditions, so far from each other that the others' discs may be enlarged
+  !> until one touches it; the matrix is known to `perturbation`.
   pure real(dp) function disc_apart(rho, condition, perturbation, k) result(radius)
     complex(dp), intent(in) :: rho(:)
     real(dp), intent(in) :: condition(:), perturbation
@@ -300,8 +300,8 @@ contains
     end do
   end subroutine test_circle
 
-  !> Two pairs of nearly equal modulus, one negative and one positive number, all known to rounding in complex arithmetic. Whatever
-  !> the rounding, pairs are adjacent, +im first. If the errors of a pair differ, the larger one holds for both.
+  !> Two pairs of nearly equal modulus, one negative and one positive number, all accurate to rounding in complex arithmetic.
+  !> For any rounding, pairs are adjacent, +im first. If the errors of a pair differ, the larger one holds for both.
   subroutine test_conjugates(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: n = 6

@@ -29,7 +29,7 @@ contains
       & new_unittest("a mean eigenvalue equal to an eigenvalue does not disturb the search", test_mean)]
   end subroutine collect_spectra_edges
 
-  !> [0.9 c; 0 0.9 + d], and the same with a rotation in place of 0.9, among others and turned.
+  !> [0.9 c; 0 0.9 + d], and the same with a rotation in place of 0.9, among other eigenvalues and rotated.
   subroutine test_close(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: d(8) = [0.0_dp, 1.0e-15_dp, 1.0e-12_dp, 1.0e-9_dp, 1.0e-7_dp, 1.0e-5_dp, 1.0e-3_dp, 1.0e-1_dp]
@@ -70,7 +70,7 @@ contains
         ! Discs touch where 2 n 1e-11 max(1, c / d) > d.
         call check(error, singly, merge(6, 3, c(i) > 0), more="touching discs")
         if (allocated(error)) return
-        ! Roots are not told apart where the roundoff in them is a part of d: 1e-16 max(1, c / d) > 1e-4 d, about.
+        ! Roots cannot be distinguished if their rounding errors are a part of d: 1e-16 max(1, c / d) > 1e-4 d, about.
         call check_that(error, singly_quick, ">", 0, "singly")
         call check_that(error, singly_quick, "<=", merge(6, 3, c(i) > 0), "singly")
         if (allocated(error)) return
@@ -141,7 +141,7 @@ contains
       call spectral_radii(phi, perturbation, radius, log_radius, unstable=unstable)
       call check(error, count(unstable), 2, more="unstable alone")
       if (allocated(error)) return
-      ! Twice the eigenvalue 1, without two eigenvectors.
+      ! A double eigenvalue 1 with only one eigenvector.
       phi(1, :) = 0
       phi(1, [1, n + 1, n + 2]) = 1
       call spectral_radii(phi(:1, :), perturbation, radius(:1), log_radius(:1), bound(:1), stable(:1), unstable(:1), singly)
@@ -154,7 +154,7 @@ contains
     end do
   end subroutine test_verdict
 
-  !> Beside a well conditioned pair at +-i r two others, u and -v, whose discs are large.
+  !> A well conditioned pair +-i r and two other eigenvalues, u and -v, whose discs are large.
   subroutine test_discs(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: r(2) = [0.95_dp, 1.2_dp], u(2) = [0.75_dp, 1.25_dp], v(2) = [0.8_dp, 1.3_dp], c(2) = [100.0_dp, 300.0_dp]
@@ -216,7 +216,8 @@ contains
     call check_that(error, bound(1, 1), ">", 1.0e299_dp, "out of proportion")
   end subroutine test_units
 
-  !> Blocks without a coupling, with one to one side, and with weak ones: Hessenberg matrices with vanishing subdiagonals.
+  !> Blocks without coupling, with coupling to one side, and with weak coupling: Hessenberg matrices with vanishing
+  !> subdiagonals.
   subroutine test_decoupled(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: sizes(5) = [2, 3, 6, 8, 12], count = 34
@@ -296,7 +297,7 @@ contains
     call check_that(error, singly, "==", 7, "the sound ones")
   end subroutine test_extreme
 
-  !> Bit for bit the same in another order, alone, in columns of any length, and a second time.
+  !> Results are the same bit for bit in another order, alone, in columns of any length, and a second time.
   subroutine test_independence(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: n = 6, count = 37
@@ -330,7 +331,7 @@ contains
     call check_that(error, maxval(abs(radius(3:) - other(3:)) / (bound(3:) * radius(3:))), "<", 0.5_dp, "without bounds")
   end subroutine test_independence
 
-  !> Eigenvalues 0.5, 0, -0.5 and so on, of elements that leave nothing to round.
+  !> Eigenvalues 0.5, 0, -0.5 and so on, from elements without rounding errors.
   subroutine test_mean(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: phi(1, 25), radius(1), log_radius(1)

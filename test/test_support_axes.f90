@@ -1,5 +1,5 @@
-!> Supports whose axes turn with the frame: beside those in space, in closed form, against momentum and energy. What d'Alembert's
-!> principle says of them is with the other tests of the exact frame.
+!> Supports whose axes turn with the frame: compared with axes fixed in space, closed forms, momentum and energy. D'Alembert's
+!> principle is tested in test_exact.
 module test_support_axes
   use checks, only: check_success, check_that
   use exact_machines, only: machine_on_supports, solve_multiplier
@@ -136,8 +136,8 @@ contains
     end do
   end subroutine test_pendulum
 
-  !> Of all bodies in space, whatever the supports are: minus d/dt of the momentum and of the angular momentum about F at rest, and
-  !> what the weights' moment about it differs from its mean at rest.
+  !> For all bodies in space and any supports: the forces are minus d/dt of the momentum and of the angular momentum about F at
+  !> rest, plus the deviation of the weights' moment about it from its mean at rest.
   subroutine test_momentum(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: points = 512

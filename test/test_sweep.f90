@@ -211,7 +211,7 @@ contains
         if (allocated(error)) return
         call check(error, values(log_rho_max, j, i), log(right), thr=2 * values(rho_error, j, i))
         if (allocated(error)) return
-        ! Phi is exact to 1e-9 of its norm, which is up to e^pi times its greatest multiplier.
+        ! Phi is accurate to 1e-9 of its norm, which is up to e^pi times its greatest multiplier.
         if (abs(p(2) - p(1)**2 / 4) > 0.1_dp) call check_that(error, deviation, "<", 2.0e-7_dp, "not as exact as promised")
         if (allocated(error)) return
       end do
@@ -257,7 +257,7 @@ contains
     end do
   end subroutine test_lines
 
-  !> Where Phi jumps and where there is no system cells are split until the expansions hold; the rest is as right as ever.
+  !> Where Phi jumps and where there is no system, cells are split until the expansions hold; the other points remain correct.
   subroutine test_jump_and_hole(error)
     type(error_type), allocatable, intent(out) :: error
     type(gestell_error), allocatable :: failure
@@ -290,8 +290,8 @@ contains
     end do
   end subroutine test_jump_and_hole
 
-  !> The paper's machine without dampers, over speed and stiffness, where some points are unstable: against a solution of
-  !> every tenth point's own.
+  !> The paper's machine without dampers, over speed and stiffness, where some points are unstable: every tenth point is
+  !> compared with a single solution.
   subroutine test_machine(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_family) :: family
@@ -323,14 +323,14 @@ contains
         if (allocated(error)) return
       end do
     end do
-    ! Phi is known to 1e-9 of its norm in balanced units; discs enlarge that by 6 times the condition. Other units: 1e-6.
+    ! Phi is accurate to 1e-9 of its norm in balanced units; discs enlarge that by 6 times the condition. Other units: 1e-6.
     call check_that(error, maxval(values(rho_error, :, :)), "<", 2.0e-7_dp, "the bounds are wide: are units balanced?")
     call check_that(error, count(nint(values(verdict, :, :)) == undecided), "<", 84, "undecided is rare")
     call check_that(error, pack(nint(values(verdict, :, :)), nint(values(verdict, :, :)) /= undecided), "==", &
       & pack(merge(unstable, stable, values(rho_max, :, :) > 1), nint(values(verdict, :, :)) /= undecided), "verdicts")
   end subroutine test_machine
 
-  !> One column costs the others nothing, and is the same number.
+  !> A column requested alone has the same values and does not compute the others.
   subroutine test_columns(error)
     type(error_type), allocatable, intent(out) :: error
     type(gestell_error), allocatable :: failure
@@ -351,8 +351,8 @@ contains
     call check_that(error, maxval(abs(one(1, :, :) - all(rho_max, :, :))), "<", 1.0e-14_dp, "greatest multiplier")
   end subroutine test_columns
 
-  !> A tile of 625 of the paper's machines, too rough for an expansion to pay: planning takes a tenth of their solutions at most.
-  !> (Five are at its corners, 17 along each axis.)
+  !> A tile of 625 of the paper's machines, too rough for an expansion to pay: planning costs at most a tenth of their
+  !> solutions. (Five are at its corners, 17 along each axis.)
   subroutine test_plan(error)
     type(error_type), allocatable, intent(out) :: error
     type(gestell_error), allocatable :: failure

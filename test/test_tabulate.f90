@@ -132,7 +132,7 @@ contains
     end do
   end subroutine test_tables
 
-  !> To the last bit: whatever stands beside it in its batch.
+  !> A row is the same to the last bit, whatever other angles are in its batch.
   subroutine test_remainders(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: counts(8) = [0, 1, batch - 1, batch, batch + 1, 2 * batch, 2 * batch + 1, 200]

@@ -1,4 +1,4 @@
-!> The report's tables and lines: what a reader sees, within 80 columns.
+!> Layout of the report's tables and lines within 80 columns.
 module test_text_table
   use checks, only: check_that
   use gestell_base_growing_text, only: growing_text_type
@@ -55,7 +55,8 @@ contains
       & // "  short" // repeat(" ", 40) // "1" // repeat(" ", 31) // "2" // newline // "    r" // newline)
   end subroutine test_stacked
 
-  !> Below the words, a number beside its unit, a long word whole; short lines and empty ones as they are.
+  !> Continuation lines start below the words; a number stays with its unit, and a long word stays whole; short and empty lines
+  !> do not change.
   subroutine test_wrapped(error)
     type(error_type), allocatable, intent(out) :: error
     character(len=*), parameter :: words = "it holds this speed whatever torque that takes, and within the turn to 5"
@@ -98,7 +99,7 @@ contains
     end do
   end subroutine test_all_widths
 
-  !> As internal writes join them; room that doubles moves every character at most twice on average.
+  !> Appending as internal writes do. Doubling the room moves every character at most twice on average.
   subroutine test_growing(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: pieces = 4000

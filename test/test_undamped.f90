@@ -1,4 +1,4 @@
-!> Machines without damping: what makes a verdict `undamped`, and what spoils it. Natural frequencies with gyroscopic moments.
+!> Machines without damping: conditions for the verdict `undamped`. Natural frequencies with gyroscopic moments.
 module test_undamped
   use checks, only: check_success, check_that
   use exact_machines, only: machine_on_supports, solve, solve_multiplier
@@ -192,7 +192,7 @@ contains
     do k = 1, f
       do i = 1, f
         associate (scale => sqrt(maxval(abs(m(:, i, i))) * maxval(abs(m(:, k, k)))) * abs(system%speed))
-          ! The motion is known to 1e-11; a derivative loses two digits more.
+          ! The motion is accurate to 1e-11; a derivative loses two more digits.
           call check_that(error, maxval(abs((b(:, i, k) + b(:, k, i)) / 2 - matmul(by_phase, m(:, i, k)))), "<=", &
             & 1.0e-8_dp * scale, "B, " // what)
           call check_that(error, maxval(abs(c(:, i, k) - c(:, k, i) - matmul(by_phase, b(:, i, k) - b(:, k, i)) / 2)), "<=", &
@@ -232,8 +232,8 @@ contains
     end do
   end subroutine test_four_bar
 
-  !> Of a rotor on bearings (It w^2 -+ Ip W w - k = 0), of one that nothing holds (0 and Ip W / It), and of one on unstable springs
-  !> that a fast rotor holds up, which a slow one does not.
+  !> A rotor on bearings (It w^2 -+ Ip W w - k = 0), a free rotor (0 and Ip W / It), and a rotor on unstable springs that is
+  !> stable only if it turns fast.
   subroutine test_gyroscopic(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: transverse = 0.28791667_dp, polar = 0.5625_dp, k = 400.0_dp

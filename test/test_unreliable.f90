@@ -1,4 +1,4 @@
-!> What is not known is said to be lost: too few given steps, numbers whose squares underflow.
+!> Results without accurate digits are reported as lost: too few given steps, numbers whose squares underflow.
 module test_unreliable
   use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
@@ -84,7 +84,7 @@ contains
     if (allocated(failure)) return
     do k = 1, size(multipliers%rho)
       distance = real(minval(abs(multipliers%rho(k) - truth%rho)), dp)
-      ! Relative to what was found, and not written as a product: it would overflow where nothing is told.
+      ! Relative to the library's result, and not written as a product, which would overflow for lost results.
       distance = distance / max(abs(multipliers%rho(k)), tiny(1.0_dp))
       write(label, "(2a, i0, a, 3es10.2)") accuracy%method, " with ", accuracy%steps, ": |rho|, error, true error ", &
         & abs(multipliers%rho(k)), multipliers%error(k), distance
@@ -127,8 +127,8 @@ contains
     call check(error, all(analysis%multipliers%lost()), more="all lost")
   end subroutine test_too_few
 
-  !> The motion is linear in the links' masses where these are nothing beside the frame's: against 1e-100 times the motion of
-  !> links of 1e-60 kg errors hold, and none is zero.
+  !> For links of next to no mass the motion is proportional to their masses: errors hold in comparison with 1e-100 times the
+  !> motion of links of 1e-60 kg, and none is zero.
   subroutine test_small_masses(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: factors(3) = [1.0e-90_dp, 1.0e-100_dp, 1.0e-250_dp], base = 1.0e-60_dp

@@ -1,4 +1,4 @@
-!> A joint of a type that the project does not know is counted, drawn and assembled by what it says of itself.
+!> A joint of a user's own type is counted, drawn and assembled from its own description.
 module test_user_joint
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
@@ -37,7 +37,7 @@ contains
   end subroutine new_cam_drive
 
   !> Frame, cam and tappet; two pairs of one degree of freedom and the cam's of two: 3 (3 - 1) - 2 2 - 1 = 1. A midpoint adds
-  !> nothing.
+  !> none.
   subroutine test_count(error)
     type(error_type), allocatable, intent(out) :: error
     type(linkage_type) :: linkage

@@ -79,9 +79,9 @@ contains
       & 1.0e-11_dp * maxval(abs(solution%x0) / monodromy%scale), "closed")
   end subroutine test_closes
 
-  !> The work of the drive over a turn is what the dampers take. The drive's moment follows from the links' motion in
-  !> space by virtual work, sum [m R'' . dR/dphi + J (phi'' + psi'') dphi_i/dphi], not from the frame's equations. With
-  !> light links the vibration is so small that terms of higher order do not count.
+  !> The drive's work per turn equals the losses of the dampers. The drive's moment follows from the links' motion in space by
+  !> virtual work, sum [m R'' . dR/dphi + J (phi'' + psi'') dphi_i/dphi], not from the frame's equations. With light links the
+  !> vibration is so small that terms of higher order do not matter.
   subroutine test_energy(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: points = 400
@@ -160,7 +160,7 @@ contains
 
   end function drive_power
 
-  !> Without damping the equations do not know the direction of time: with -Omega, x(-t).
+  !> Without damping the equations are symmetric in time: with -Omega the solution is x(-t).
   subroutine test_backwards(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_data) :: machine
@@ -238,7 +238,7 @@ contains
     if (allocated(error)) return
     associate (history => fine%vibration%history)
       do i = 1, 9
-        ! What the rows of 5000 points say; coarse rows do not change what is said about the vibration.
+        ! Values from the 5000 rows; with fewer rows mean, rms and peak must not change.
         call check(error, coarse%vibration%rms(i), norm2(history(i, :5000)) / sqrt(5000.0_dp), &
           & thr=1.0e-8_dp * fine%vibration%peak(i))
         if (allocated(error)) return
@@ -253,7 +253,7 @@ contains
     call check(error, size(coarse%vibration%history, 2), 8)
   end subroutine test_parseval
 
-  !> Degrees of freedom that are held rest; the ground takes what springs and dampers give it.
+  !> Degrees of freedom that are held rest; the force on the ground is that of springs and dampers.
   subroutine test_freedoms(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_data) :: machine
@@ -302,7 +302,7 @@ contains
     end do
   end subroutine test_freedoms
 
-  !> A tight tolerance tells what a loose one got wrong.
+  !> A solution with a tight tolerance shows the error of one with a loose tolerance.
   subroutine test_peak_errors(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: steps(4) = [10, 12, 16, 20]
@@ -332,8 +332,8 @@ contains
             & / maxval(norm2(v%history(:6, :) / scale, dim=1)), thr=1.0e-14_dp)
           if (allocated(error)) return
         end associate
-        ! Rows hold their errors at all times. A method of order 12 leaves 1e-3 of what half the steps change, and four times that
-        ! is claimed: where errors stand out of the roundings, about 4 times what they are.
+        ! The bounds of the rows hold at all times. A method of order 12 has 1e-3 of the change from half the steps as error,
+        ! and four times that is claimed: where errors exceed rounding, about 4 times their size.
         associate (l => loose%vibration, t => tight%vibration)
           miss = maxval(abs(l%history - t%history), dim=2)
           call check_that(error, miss, "<=", l%error + t%error, "rows")

@@ -1,4 +1,4 @@
-!> Weights: static loads, pendulums in closed form, a machine turned with gravity, what the drive lifts.
+!> Weights: static loads, pendulums in closed form, a machine turned together with gravity, the work of lifting.
 module test_weights
   use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type, impossible_mechanism
@@ -324,7 +324,7 @@ contains
     call attempt([1.0_dp, 1.0e9_dp, 1.0e-3_dp], [1.0_dp, -g], "")
     ! The moment of weights through F needs no spring, in whatever units.
     call attempt([1.0_dp, 1.0e9_dp, 0.0_dp], [g, 0.0_dp], "")
-    ! One spring beside F holds eta or psi, not both.
+    ! A single spring away from F holds eta or psi, not both.
     call new_frame(frame, mechanism, 5.0_dp, 1.0_dp, [0.3_dp, 0.2_dp], zero, zero, 20.0_dp, failure, gravity=[0.0_dp, -g], &
       & supports=[support_type([-0.2_dp, 0.0_dp], [0.0_dp, 1.0e5_dp])], free=[2, 3])
     call check_failure(error, failure, what="one spring beside F")
@@ -351,7 +351,7 @@ contains
 
   end subroutine test_unsupported
 
-  !> Bit by bit what a frame without gravity is.
+  !> Results are bit by bit those of a frame without gravity.
   subroutine test_zero_gravity(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_data) :: machine

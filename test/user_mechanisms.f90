@@ -1,4 +1,4 @@
-!> Joints and a mechanism as a user writes them: with what they must have, and nothing for speed.
+!> Joints and a mechanism as a user writes them: only the required procedures, none for speed.
 module user_mechanisms
   use gestell_math_jet, only: cos, jet, operator(*), operator(+), sin
   use gestell_base_kinds, only: dp

@@ -1,4 +1,4 @@
-!> Families of weakly damped machines with many narrow tongues of parametric resonance, the same for the same number.
+!> Families of weakly damped machines with many narrow tongues of parametric resonance. A number always yields the same family.
 module weakly_damped
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
