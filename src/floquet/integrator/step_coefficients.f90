@@ -89,8 +89,8 @@ contains
   !>
   !> The fastest motion turns by z = |h^2 C|^1/2 + |h B| radians in a step. Changes of the coefficients shift its phase by z |M| +
   !> |h B| + |h^2 C| / z radians. With the number of nodes the interpolation error falls like the square root of the quadrature
-  !> error: if interpolation misses a part e of the variation, quadrature misses e^2. Masses are about 1 in these units, so a load
-  !> times a time is a change of velocity.
+  !> error: if interpolation leaves out a part e of the variation, quadrature leaves out e^2. Masses are about 1 in these units, so
+  !> a load times a time is a change of velocity.
   pure subroutine estimate_unseen(nested, at, units, unseen)
     type(nested_type), intent(in) :: nested
     type(coefficients_type), intent(in) :: at

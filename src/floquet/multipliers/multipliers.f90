@@ -154,8 +154,8 @@ contains
   !>
   !> The similarity multiplies the off-diagonal elements f_kj of row k by alpha and those of column k, f_ik, by 1/alpha (J. H.
   !> Wilkinson, The Algebraic Eigenvalue Problem, 1965, chapter 2). All other discs grow until one touches disc k. The coupling to
-  !> other eigenvalues then counts to second order only. Returns huge if no alpha below 1 keeps the discs apart. `rows`: row sums of
-  !> f.
+  !> other eigenvalues then counts to second order only. Returns huge if no alpha below 1 keeps the discs disjoint. `rows`: row
+  !> sums of f.
   pure real(dp) function apart(rho, f, rows, k) result(radius)
     complex(dp), intent(in) :: rho(:)
     real(dp), intent(in) :: f(:, :), rows(:)

@@ -82,7 +82,7 @@ contains
   !> The error is measured on the system itself. Solutions with three numbers of steps N1 < N2 < N3 are compared, d12 = |Phi_1 -
   !> Phi_2|, d23 = |Phi_2 - Phi_3|. They give the observed order p from (N1^-p - N2^-p) / (N2^-p - N3^-p) = d12 / d23, never taken
   !> above the method's order. The error of Phi_3 is then d23 c / (1 - c) with c = (N2 / N3)^p, or d12 (N1 / N3)^order if that is
-  !> greater, times the unevenness of the order. A method with embedded methods of lower order is compared with these instead
+  !> greater, times the margin of the order. A method with embedded methods of lower order is compared with these instead
   !> (gestell_floquet_period_pair). A number of steps given by the user is compared with half and twice as many; see
   !> `monodromy%known`.
   !>

@@ -110,7 +110,7 @@ contains
     end do
   end subroutine planes_of
 
-  !> True if no rigid body has this inertia tensor: a principal moment is negative or exceeds the sum of the other two. A relative
+  !> True if no rigid body has this inertia tensor: a principal moment is below zero or exceeds the sum of the other two. A relative
   !> tolerance of 1e-9 allows for rounding.
   logical function negative(inertia)
     real(dp), intent(in) :: inertia(3, 3)

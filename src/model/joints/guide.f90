@@ -46,7 +46,7 @@ module gestell_model_joints_guide
 
   !> Bounds on a guide's motion over an interval of the crank angle.
   type, public :: guide_motion_type
-    !> True if the carriers cannot meet, so that the guide has a direction.
+    !> True if the carriers cannot coincide, so that the guide has a direction.
     logical :: sound = .true.
     !> Bounds on the speed of its point (m) and on its rate of rotation (rad), both per radian of the crank.
     real(dp) :: speed = 0, turning = 0

@@ -157,7 +157,7 @@ contains
     force = cmplx(rows(1, :), rows(2, :), dp)
   end function force_of
 
-  !> Minimises the norm of columns u - wanted by Gram-Schmidt orthogonalisation, done twice for each column.
+  !> Minimises the norm of columns u - `wanted` by Gram-Schmidt orthogonalisation, done twice for each column.
   !> Columns that depend on earlier ones get u = 0.
   pure subroutine least_squares(columns, wanted, u)
     complex(dp), intent(in) :: columns(:, :), wanted(:)

@@ -229,7 +229,7 @@ contains
 
   contains
 
-    !> Likeness of two real exponents: similar shapes and frequencies, and multipliers of equal sign.
+    !> Similarity of two real exponents: similar shapes and frequencies, and multipliers of equal sign.
     pure real(dp) function likeness(i, k)
       integer, intent(in) :: i, k
       real(dp), parameter :: other_sign = 10

@@ -170,7 +170,7 @@ contains
       reach%speed = v / sine
       reach%acceleration = (sum(accelerations(self%ends)) + (reach%speed + speeds(self%ends(1)))**2 / l1 &
         & + (reach%speed + speeds(self%ends(2)))**2 / l2) / sine
-      ! If the ends meet, this bound has no limit, and no link that hangs on the joint could be proved sound.
+      ! If the ends coincide, this bound has no limit, and no link that hangs on the joint could be proved sound.
       reach%assembled = reach%speed * half_width < min(l1, l2) / 4
       if (.not. reach%assembled) return
       ! cos mu changes at most at this rate; near an extremum it takes sin mu / sqrt(rate) to the complex dead point.
