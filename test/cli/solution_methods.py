@@ -98,7 +98,7 @@ def test_methods():
             run = Run(folder, "--verbose", "input.nml", "-s", f"accuracy.method={method}")
             if not run.done(method):
                 continue
-            check(f"{method}, report", re.search(rf"\(1e-9 was ordered\), by {method} with \d+ steps,", run.flat), method, run.out)
+            check(f"{method}, report", re.search(rf"\(tolerance 1e-9\), by {method} with \d+ steps,", run.flat), method, run.out)
             table = Table(folder / "input" / "multipliers.csv")
             for k, bound in enumerate(table["error"]):
                 check(f"{method}, multiplier {k + 1}, error", 0 < bound < 1e-8, "0 < error < 1e-8", bound)

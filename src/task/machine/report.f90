@@ -327,7 +327,7 @@ contains
     call evidence(analysis%floquet, found)
     line = ""
     if (found%methods /= "averaged" .and. accuracy%steps == 0 .and. found%error > accuracy%tolerance) line = "  note: the " &
-      & // "tolerance cannot be reached in double precision; the relative error of Phi(T) is " // concise(found%error, 1) &
+      & // "tolerance cannot be reached in double precision; the relative error of Phi(T) is at most " // concise(found%error, 1) &
       & // newline
   end function tolerance_note
 
