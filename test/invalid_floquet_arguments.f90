@@ -137,15 +137,15 @@ contains
     complaints = ""
     call evidence(floquet, found)
     call solve_multipliers(floquet, .true., multipliers, failure)
-    call refuse(failure, invalid_input, "multipliers of nothing", complaints)
+    call refuse(failure, invalid_input, "multipliers of an unsolved system", complaints)
     call solve_multipliers(monodromy, .true., multipliers, failure)
     call refuse(failure, invalid_input, "multipliers of no monodromy", complaints)
     call solve_periodic(floquet, solution, failure)
-    call refuse(failure, invalid_input, "periodic motion of nothing", complaints)
+    call refuse(failure, invalid_input, "periodic motion of an unsolved system", complaints)
     call solve_periodic(monodromy, solution, failure)
     call refuse(failure, invalid_input, "periodic motion of no monodromy", complaints)
     call follow(faulty_second_order(states=2, period=pi), floquet, solution, [0.0_dp], x, failure)
-    call refuse(failure, invalid_input, "follow nothing", complaints)
+    call refuse(failure, invalid_input, "trajectory of an unsolved system", complaints)
     call follow(faulty_second_order(states=2, period=pi), monodromy, solution, [0.0_dp], x, failure)
     call refuse(failure, invalid_input, "follow no monodromy", complaints)
 

@@ -36,9 +36,9 @@ contains
 
     complaints = ""
     call diagnose(linkage, diagnosis, failure)
-    call refuse(failure, invalid_input, "diagnosis of nothing", complaints)
+    call refuse(failure, invalid_input, "diagnosis of an empty linkage", complaints)
     call shaking(linkage, 1.0_dp, found, failure)
-    call refuse(failure, invalid_input, "shaking of nothing", complaints)
+    call refuse(failure, invalid_input, "shaking forces of an empty linkage", complaints)
     call four_bar(linkage)
     call shaking(linkage, nan(), found, failure)
     call refuse(failure, invalid_input, "shaking: speed", complaints)
@@ -87,7 +87,7 @@ contains
     call linkage%rrr("C", ["A ", "B0"], [0.37_dp, 0.16_dp], 7, failure)
     call refuse(failure, invalid_input, "rrr: branch", complaints)
     call linkage%rpp("C", "A", guide_type(carriers=[99, 1]), 1.0_dp, failure)
-    call refuse(failure, invalid_input, "rpp: carried by what is not there", complaints)
+    call refuse(failure, invalid_input, "rpp: carried by a missing joint", complaints)
     call linkage%moving_guide(["A"], [0.0_dp, 0.0_dp], 0.0_dp, guide, failure)
     call refuse(failure, invalid_input, "guide: one carrier", complaints)
     call linkage%ground("", [0.0_dp, 0.0_dp], failure)
@@ -254,7 +254,7 @@ contains
 
     complaints = ""
     call sound(frame, failure)
-    call answers(failure, "a sound frame", complaints)
+    call answers(failure, "a valid frame", complaints)
     do i = 1, size(bad)
       call analyse(frame, bad(i), accuracy_type(), analysis, failure)
       call refuse(failure, invalid_input, "analyse: tasks", complaints)
@@ -315,7 +315,7 @@ contains
     call sound(frame, failure)
     call find_quantity(frame, [probe], "f", quantity, failure)
     call analyse(frame, analysis_options(), accuracy_type(), analysis, failure)
-    call answers(failure, "a sound vibration", complaints)
+    call answers(failure, "a valid vibration", complaints)
     call lacking(analysis%vibration, "without rows")
     call lacking(none, "not solved")
     call band_rms(statistics, 1.0_dp, [0.0_dp, 1.0_dp], along, greatest, failure)
@@ -370,7 +370,7 @@ contains
     call check(error, series%mean, one(1), thr=0.0_dp, more="one sample")
     if (allocated(error)) return
     series = fourier_series([1.0_dp, nan(), 2.0_dp])
-    call check(error, ieee_is_nan(series%mean), more="a sample that is none")
+    call check(error, ieee_is_nan(series%mean), more="a sample that is NaN")
     if (allocated(error)) return
     call check_that(error, [abs(stiffness_matrix([support_type ::])), abs(damping_matrix([support_type ::]))], "<=", &
       & 0.0_dp, "no supports")

@@ -40,7 +40,7 @@ contains
     call new_axis(made, 1.0_dp, infinite(), 3, .true., failure)
     call refuse(failure, invalid_input, "to infinity", complaints)
     call new_axis(made, 0.0_dp, 1.0_dp, huge(1), .false., failure)
-    call answers(failure, "as many values as there are integers", complaints)
+    call answers(failure, "huge(1) values", complaints)
     call new_grid(grid, [axis_type ::], failure)
     call refuse(failure, invalid_input, "no axes", complaints)
     call new_grid(grid, [axis, axis, axis], failure)
@@ -49,12 +49,12 @@ contains
     call refuse(failure, invalid_input, "axis without values", complaints)
     call check(error, complaints, "")
     if (allocated(error)) return
-    call check_that(error, unset%tiles(), "==", 0, "a grid that was not made has no tiles")
-    call check_that(error, int(unset%points()), "==", 0, "a grid that was not made has no tiles")
+    call check_that(error, unset%tiles(), "==", 0, "an uninitialised grid has no tiles")
+    call check_that(error, int(unset%points()), "==", 0, "an uninitialised grid has no tiles")
     if (allocated(error)) return
     tile = unset%tile(1)
-    call check_that(error, tile%number, "==", 0, "nor has it the first one")
-    call check_that(error, tile%last(1), "<", tile%first(1), "nor has it the first one")
+    call check_that(error, tile%number, "==", 0, "an uninitialised grid has an empty first tile")
+    call check_that(error, tile%last(1), "<", tile%first(1), "an uninitialised grid has an empty first tile")
     if (allocated(error)) return
     call new_grid(grid, [axis], failure)
     tile = grid%tile(0)
@@ -96,7 +96,7 @@ contains
     call solve_tile(faulty_family(), grid, grid%tile(1), bad, results, failure)
     call answers(failure, "no columns", complaints)
     call solve_tile(faulty_family(), grid, grid%tile(1), sweep_options(), results, failure)
-    call answers(failure, "peaks of what is no frame", complaints)
+    call answers(failure, "peaks of a system that is no frame", complaints)
     call check(error, complaints, "")
   end subroutine test_tiles
 
@@ -261,7 +261,7 @@ contains
     call find_crossings(family, campbell_options(orders=huge(1)), campbell, crossings, failure)
     call refuse(failure, invalid_input, "crossings: orders", complaints)
     call find_crossings(family, campbell_options(), campbell, crossings, failure)
-    call refuse(failure, invalid_input, "crossings of nothing", complaints)
+    call refuse(failure, invalid_input, "crossings without modes", complaints)
     call find_critical(family, campbell_options(), [crossing_type()], critical, failure)
     call refuse(failure, invalid_input, "critical: crossing not set", complaints)
     call find_critical(family, campbell_options(), [crossing_type(mode=1, order=1.0_dp, speed=nan())], critical, failure)

@@ -98,7 +98,7 @@ contains
     if (allocated(error)) return
     call check(error, size(values) == 2, more="damping of one support, of two numbers")
     if (allocated(error)) return
-    call check_that(error, maxval(abs(values - 500)), "<", epsilon(1.0_dp), "damping as it was")
+    call check_that(error, maxval(abs(values - 500)), "<", epsilon(1.0_dp), "damping is unchanged")
     if (allocated(error)) return
     call machine%solve(solution, failure)
     call check_success(error, failure)
@@ -167,7 +167,7 @@ contains
     type(gestell_error), allocatable, intent(in) :: failure
     character(len=*), intent(in) :: words
 
-    call check(error, allocated(failure), more="nothing is refused")
+    call check(error, allocated(failure), more="an invalid change was accepted")
     if (allocated(error)) return
     call check(error, index(failure%message, words) > 0, more=failure%message)
     if (allocated(error)) return

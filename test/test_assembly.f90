@@ -208,7 +208,7 @@ contains
     integer :: i
 
     call linkage%prepare(failure)
-    call check_failure(error, failure, what="nothing there")
+    call check_failure(error, failure, what="no such point")
     if (allocated(error)) return
     call linkage%ground("O", [0.0_dp, 0.0_dp], failure)
     call linkage%crank("A", "P", 0.1_dp, 0.0_dp, failure)

@@ -53,7 +53,7 @@ contains
     system%rounding = epsilon(1.0_dp)
     call average(system, model)
     call check_that(error, real(model%evaluations, dp), "<=", 128.0_dp, "samples")
-    if (.not. allocated(error)) call check_that(error, abs(model%b(1, 2)), "<=", 1.0e-14_dp, "mean of what cancels")
+    if (.not. allocated(error)) call check_that(error, abs(model%b(1, 2)), "<=", 1.0e-14_dp, "mean of cancelling terms")
   end subroutine test_cancelling
 
   !> Multipliers, start and motion at `phases` of the averaged model of `system`.
@@ -111,7 +111,7 @@ contains
       call check_that(error, abs(m%rho(2 * k - 1) - conjg(m%rho(2 * k))), "<", tiny(1.0_dp), "pairs")
       if (allocated(error)) return
     end do
-    call check_that(error, m%error, "<", 1.0e-12_dp, "bounds of multipliers are of use")
+    call check_that(error, m%error, "<", 1.0e-12_dp, "bounds of multipliers are not too wide")
     call check_that(error, abs(m%exponent - log(m%rho) / system%period), "<", 1.0e-14_dp, "exponents")
     if (allocated(error)) return
     call check(error, m%verdict(), "stable")
@@ -122,7 +122,7 @@ contains
       & / cmplx(w2 - rate**2, 2 * d * rate, dp)
     q = [sum(modal), modal(1) - modal(2)]
     call check_that(error, abs(solution%x0 - [real(q), -rate * aimag(q)]), "<=", solution%error, "x0")
-    call check_that(error, solution%error, "<", 1.0e-12_dp, "bounds of x0 are of use")
+    call check_that(error, solution%error, "<", 1.0e-12_dp, "bounds of x0 are not too wide")
     if (allocated(error)) return
     do k = 1, 3
       associate (turn => exp(cmplx(0, 2 * pi * phases(k), dp)))
@@ -160,7 +160,7 @@ contains
     if (failed(failure, error)) return
     ! In the order -3/4 (twice), -2, -1e4. A defective eigenvalue moves by the root of the roundings of the whole matrix.
     call check_that(error, abs(m%log_abs(:2) + 0.75_dp), "<", m%error(:2), "defective, within the bound")
-    call check_that(error, m%error(:2), "<", 0.1_dp, "defective, of use")
+    call check_that(error, m%error(:2), "<", 0.1_dp, "defective, bound not too wide")
     if (allocated(error)) return
     call check(error, m%log_abs(3), -2.0_dp, thr=1.0e-10_dp)
     if (allocated(error)) return
@@ -223,7 +223,7 @@ contains
     ! |4 + 2 i d| + a over |Z|: 7.9 / 0.108.
     call check(error, solution%condition, (4 + 0.04_dp + 3.9_dp) / abs(cmplx(0.1_dp, 0.04_dp, dp)), thr=1.0e-9_dp)
     if (allocated(error)) return
-    call check_that(error, solution%error, "<", 1.0e-11_dp, "bounds are of use")
+    call check_that(error, solution%error, "<", 1.0e-11_dp, "bounds are not too wide")
     if (allocated(error)) return
 
     mathieu%d = 0
@@ -279,7 +279,7 @@ contains
       call average(system, model)
       mean = 5 + system%step * system%edge
       call check_that(error, abs(model%c(1, 1) - mean), "<=", model%c_error(1, 1), "mean of C")
-      call check_that(error, model%c_error(1, 1), "<", 1.0e-3_dp, "mean of C, of use")
+      call check_that(error, model%c_error(1, 1), "<", 1.0e-3_dp, "mean of C, bound not too wide")
       call check_that(error, model%m_error(1, 1), "<", 1.0e-14_dp, "mean of M")
       if (allocated(error)) return
       call solve(system, [0.0_dp], m, solution, x, failure)
@@ -292,7 +292,7 @@ contains
         start = start + [real(y), -k * aimag(y)]
       end do
       call check_that(error, abs(solution%x0 - start), "<=", solution%error + [1.0e-9_dp, 4.0e-5_dp], "x0")
-      call check_that(error, solution%error, "<", [2.0e-3_dp, 1.0e-2_dp], "x0, of use")
+      call check_that(error, solution%error, "<", [2.0e-3_dp, 1.0e-2_dp], "x0, bound not too wide")
       if (allocated(error)) return
     end do
   end subroutine test_jumps
@@ -333,8 +333,8 @@ contains
       width_x(i) = maxval(solution%error) / maxval(x_error)
     end do
     ! Half of the bounds are not wider than a thousand times the true error.
-    call check_that(error, count(width < 1000), ">", machines / 2, "bounds of multipliers are of use")
-    call check_that(error, count(width_x < 1000), ">", machines / 2, "bounds of the motion are of use")
+    call check_that(error, count(width < 1000), ">", machines / 2, "bounds of multipliers are not too wide")
+    call check_that(error, count(width_x < 1000), ">", machines / 2, "bounds of the motion are not too wide")
   end subroutine test_bounds
 
   !> A second method for the same model.

@@ -62,14 +62,14 @@ contains
     ! terms of 0.1 kg m cancel to their roundings
     call check_that(error, found%peak(4) / speed**2, "<", 1.0e-15_dp, "no force")
     call measure_left(rigid, weights, speed, left)
-    call check_that(error, left%rms(1), "==", 0.0_dp, "told as none")
+    call check_that(error, left%rms(1), "==", 0.0_dp, "reported as exactly zero")
     call with_counterweights(linkage, rigid%bodies, weights, weight_names, other, failure)
     call check_success(error, failure, "with counterweights")
     if (allocated(error)) return
     call other%prepare(failure)
     call examine(other, .false., [0.0_dp, 0.0_dp], rigid, failure)
     call balance_force(rigid, none, state)
-    call check_that(error, state, "==", balanced_already, "balanced as it is then")
+    call check_that(error, state, "==", balanced_already, "balanced with the counterweights")
     call skew_four_bar(linkage, error)
     call look_at(linkage, rigid, error)
     call balance_force(rigid, weights, state)
@@ -118,7 +118,7 @@ contains
     call check_that(error, state, "==", not_balanced, "by the crank alone")
     call shake(linkage, rigid, weights, found, error)
     if (allocated(error)) return
-    call check_that(error, abs(found%unbalance(1)), "<", 1.0e-15_dp * 10, "nothing with the crank")
+    call check_that(error, abs(found%unbalance(1)), "<", 1.0e-15_dp * 10, "no forward first order")
     call examine(linkage, .false., [0.0_dp, 0.0_dp], rigid, failure, links=[2])
     call balance_force(rigid, weights, state)
     call check_that(error, state, "==", no_pivots, "by the rod alone")
@@ -248,7 +248,7 @@ contains
     call check_that(error, abs(turned%bodies(1)%pivot - pivot_of_plate()), "<", 1.0e-14_dp, "A0 on the plate")
     call balance_force(turned, again, state)
     call check_that(error, size(again), "==", 2, "counterweights")
-    call check_that(error, abs(again%unbalance - weights%unbalance), "<", 1.0e-14_dp, "the same unbalances")
+    call check_that(error, abs(again%unbalance - weights%unbalance), "<", 1.0e-14_dp, "unbalances")
     call shake(other, turned, again, found, error)
     if (allocated(error)) return
     call check_that(error, found%peak(4) / speed**2, "<", 1.0e-14_dp, "no force")
@@ -317,7 +317,7 @@ contains
       call check_that(error, abs(sum([(none(j, k) * sum(effects(4:, :, j) * left(4:, :)), j = 1, 8)])), "<", 1.0e-12_dp, "moment")
     end do
     call check_that(error, abs(x(7) - x(8)), "<", 1.0e-14_dp, "the shortest")
-    call check_that(error, norm2(left(4:, :)), "<", norm2(wanted(4:, :)) * 10, "no more than that")
+    call check_that(error, norm2(left(4:, :)), "<", norm2(wanted(4:, :)) * 10, "error bound is not too wide")
   end subroutine test_least_squares
 
 end module test_balance

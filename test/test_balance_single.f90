@@ -58,7 +58,7 @@ contains
       call check_that(error, abs(unbalance + before%unbalance(1)) / abs(before%unbalance(1)), "<", 1.0e-13_dp, "closed form")
       call shake(linkage, rigid, [best], after, error)
       if (allocated(error)) return
-      call check_that(error, abs(after%unbalance(1)) / abs(before%unbalance(1)), "<", 1.0e-13_dp, "nothing with the crank")
+      call check_that(error, abs(after%unbalance(1)) / abs(before%unbalance(1)), "<", 1.0e-13_dp, "no forward first order")
       call check_that(error, abs(after%rms(4)**2 / (before%rms(4)**2 - (speed**2 * abs(before%unbalance(1)))**2) - 1), "<", &
         & 1.0e-11_dp, "mean square")
       call measure_left(rigid, [best], speed, left)
@@ -100,7 +100,7 @@ contains
               if (allocated(error)) return
               more(n) = objective(found, weights_of(:, aim), about) - least
             end do
-            call check_that(error, more(1), ">", 0.0_dp, "worse beside it")
+            call check_that(error, more(1), ">", 0.0_dp, "neighbouring counterweights are worse")
             call check_that(error, abs(more(2) / more(1) - 4), "<", 0.05_dp, "a minimum: no slope")
           end do
         end do
@@ -139,8 +139,8 @@ contains
           end do
         end do
         if (allocated(error)) return
-        call check_that(error, searched, ">=", least * (1 - 1.0e-10_dp), "none better")
-        call check_that(error, (searched - least) / as_found, "<", 0.02_dp, "one as good")
+        call check_that(error, searched, ">=", least * (1 - 1.0e-10_dp), "no grid point is better")
+        call check_that(error, (searched - least) / as_found, "<", 0.02_dp, "one grid point is nearly as good")
       end do
     end do
 

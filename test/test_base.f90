@@ -50,7 +50,7 @@ contains
       ! é has two bytes: whatever stands before it moves the place where the text is cut
       call fatal_error(failure, repeat("x", i) // repeat("é", 50000) // repeat(" é", 50000), 2)
       call check_that(error, len(failure%message), "<=", longest, "a long message")
-      call check_that(error, verify(failure%message, "xé. "), "==", 0, "whole characters")
+      call check_that(error, verify(failure%message, "xé. "), "==", 0, "no character is cut")
       call check_that(error, character_count(failure%message), "==", (len(failure%message) + count([(failure%message(k:k) == " " &
         & .or. failure%message(k:k) == "." .or. failure%message(k:k) == "x", k = 1, len(failure%message))])) / 2, "characters")
     end do
@@ -250,7 +250,7 @@ contains
       print "(a, 4es10.2)", "         next order, expected estimate, estimates: ", ratios(i)**24, expected(i), beyond
       ! Orders 25 to 27 alias to 23 to 21: r^27 is added to r^21, an eighth of it at most, in both ranges.
       call check_that(error, abs(beyond / expected(i) - 1), "<", 0.6_dp, "estimate")
-      call check_that(error, beyond, ">", 0.5_dp * ratios(i)**24, "less than half of what is not there")
+      call check_that(error, beyond, ">", 0.5_dp * ratios(i)**24, "estimate below half of the omitted order")
       if (allocated(error)) return
     end do
   end subroutine test_beyond

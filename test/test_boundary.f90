@@ -271,7 +271,7 @@ contains
     end associate
     if (.not. allocated(error)) call nearest_stable(height_family(kind="lost"), [3.0_dp], 1, [range], accuracy_type(), 1.0e-10_dp, &
       & nearest, failure)
-    if (.not. allocated(error)) call check(error, nearest%value, 1.7_dp, thr=4.0e-4_dp, more="the nearest that is known")
+    if (.not. allocated(error)) call check(error, nearest%value, 1.7_dp, thr=4.0e-4_dp, more="the nearest known stable value")
     if (.not. allocated(error)) call check_that(error, nearest%open, ">=", 1, "open on the way")
   end subroutine test_unsolvable_range
 

@@ -94,7 +94,7 @@ contains
         corners = force(damping, v%parameters(1) + 1.01_dp * v%error(1) * [-1, -1, 1, 1], &
           & v%parameters(2) + 1.01_dp * v%error(2) * [-1, 1, -1, 1])
         call check_that(error, minval(corners), "<=", level, "least about a vertex")
-        call check_that(error, maxval(corners), ">=", level, "greatest about a vertex")
+        call check_that(error, maxval(corners), ">=", level, "maximum around a vertex")
         call check_that(error, v%kind, "==", "level", "kind")
         if (allocated(error)) return
       end associate

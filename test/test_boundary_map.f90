@@ -260,7 +260,7 @@ contains
         if (i == 1) cycle
         if (map%vertices(i - 1)%curve /= v%curve) cycle
         associate (w => map%vertices(i - 1)%parameters - v%parameters)
-          call check_that(error, abs(w(1) + w(2) / 4), "<", 1.2e-7_dp, "along it")
+          call check_that(error, abs(w(1) + w(2) / 4), "<", 1.2e-7_dp, "along the line")
         end associate
         if (allocated(error)) return
       end associate
@@ -370,7 +370,7 @@ contains
     if (allocated(error)) return
     call check(error, map%curves, 5)
     if (allocated(error)) return
-    call check(error, map%rough, 0, more="ways that were not refined")
+    call check(error, map%rough, 0, more="unrefined parts of the curves")
     if (allocated(error)) return
     do i = 1, size(map%vertices)
       associate (v => map%vertices(i))

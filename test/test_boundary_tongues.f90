@@ -107,7 +107,7 @@ contains
       ! At the border's error verdicts distinguish its sides.
       call check_that(error, abs(borders%value - ends(:number)), "<=", step + borders%error, "ends of tongues")
       if (allocated(error)) return
-      call check(error, size(rest%places), 0, more="places left open")
+      call check(error, size(rest%places), 0, more="open places")
       if (allocated(error)) return
     end do
   end subroutine check_tongues
@@ -137,7 +137,7 @@ contains
       if (allocated(error)) return
       if (i == 1) then
         call check_that(error, search%meetings, ">=", all_places, "meetings")
-        call check_that(error, search%left_out, "==", 0, "places left out")
+        call check_that(error, search%left_out, "==", 0, "unexamined places")
         call check_that(error, size(search%doubts), "==", 0, "doubts")
         if (.not. allocated(error)) call check(error, size(search%borders), 4)
       else
@@ -147,7 +147,7 @@ contains
           if (allocated(error)) return
           associate (t => (k**2 - 0.5_dp) / 199.5_dp)
             call check(error, any(abs(search%doubts%t - t) <= search%doubts%width / 2) .or. &
-              & count(abs(search%borders%t - t) < 1.0e-3_dp) == 2, more="a place that is left out in silence")
+              & count(abs(search%borders%t - t) < 1.0e-3_dp) == 2, more="an unexamined place that is not reported")
           end associate
         end do
       end if
@@ -208,7 +208,7 @@ contains
           inside = mod(count(borders%value < value), 2) == 1 .neqv. borders(1)%below == "unstable"
           write (words, "(g0)") value
           call check(error, .not. (inside .and. found == stable) .and. .not. (.not. inside .and. found == unstable), &
-            & more="the sweep says otherwise at " // words)
+            & more="the sweep contradicts the borders at " // words)
           if (allocated(error)) return
         end associate
       end do

@@ -113,7 +113,7 @@ contains
       end do
     end do
     ! Gershgorin's theorem gives away a factor of n and the angles between the vectors.
-    call check_that(error, most, ">", 0.1_dp, "bounds are of use")
+    call check_that(error, most, ">", 0.1_dp, "bounds are not too wide")
   end subroutine test_perturbed
 
   !> diag(0.5, 0.5 + gap, -0.3): the discs have the radius 3 |E|. They touch for a gap of 5 |E|, not for one of 7 |E|. In that
@@ -267,7 +267,7 @@ contains
       end do
     end do
     ! Every component comes close to its bound in some direction.
-    call check_that(error, most, ">", 0.8_dp, "bounds are of use")
+    call check_that(error, most, ">", 0.8_dp, "bounds are not too wide")
   end subroutine test_start
 
   !> If E - Phi can be singular within the error, no start vector is reported; before that the bound grows accordingly.

@@ -97,7 +97,7 @@ contains
             ! Both frequencies have errors.
             call check_that(error, abs(c%speed - exact), "<=", c%error + campbell%points(1)%modes(mode)%error * 60 / (2 * pi * k), &
               & "beyond the error")
-            call check_that(error, c%error, "<", 1.0e-6_dp, "the error says nothing")
+            call check_that(error, c%error, "<", 1.0e-6_dp, "the error bound is not too wide")
             if (allocated(error)) return
           end associate
         end do
@@ -140,7 +140,7 @@ contains
           ! coexist there, as for Ince's equation.
           call check_that(error, c%locked, "/=", (way == 2 .and. abs(c%order - anint(c%order)) <= 0), "locked")
           ! The ends are zeros of differences of squared exponents, so they have about as many accurate digits as the exponents.
-          call check_that(error, c%error, "<", 1.0e-7_dp, "the error says nothing")
+          call check_that(error, c%error, "<", 1.0e-7_dp, "the error bound is not too wide")
           if (allocated(error)) return
           do side = 1, 2
             associate (step => (c%error + 1.0e-11_dp * c%speed) * merge(1, -1, side == 1))
@@ -193,7 +193,7 @@ contains
       if (width < a(i)%error + b(i)%error) allowed = allowed + a(i)%order * pi / 30 * (width + shift)
       call check_that(error, abs(a(i)%at%growth - b(i)%at%growth), "<=", allowed, "growth")
       ! At the ends of an interval, where two exponents meet, their errors are of the order of the tolerance's square root.
-      call check_that(error, a(i)%error, "<", 1.0e-4_dp, "the error says nothing")
+      call check_that(error, a(i)%error, "<", 1.0e-4_dp, "the error bound is not too wide")
       if (allocated(error)) return
     end do
   end subroutine compare

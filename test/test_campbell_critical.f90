@@ -97,7 +97,7 @@ contains
           ! Within the error, and what noise of 1e-9 / D of the amplitude leaves of its flat top.
           call check_that(error, abs(c%speed(amplitude) - exact), "<=", c%error(amplitude) + sqrt(1.0e-9_dp / d) * c%half_width, &
             & "speed")
-          call check_that(error, c%error(amplitude), "<", 0.01_dp * c%half_width, "the error says nothing")
+          call check_that(error, c%error(amplitude), "<", 0.01_dp * c%half_width, "the error bound is not too wide")
           ! Phi(T) to 1e-9, times up to 1 / (2 pi D).
           call check_that(error, abs(c%height(amplitude) / height - 1), "<", 1.0e-6_dp + 1.0e-9_dp / d, "height")
           ! D w over the order: D of the speed, whose own damped frequency is less by D^2 / 2.
@@ -185,8 +185,8 @@ contains
           if (allocated(error)) return
         end do
         ! 1 / sqrt(1 + s^2) at s half widths: 0.82 and 0.32.
-        call check_that(error, abs(values([2, 4]) / values(3) - 0.82_dp), "<", 0.03_dp, "half a width beside")
-        call check_that(error, abs(values([1, 5]) / values(3) - 0.32_dp), "<", 0.05_dp, "beside")
+        call check_that(error, abs(values([2, 4]) / values(3) - 0.82_dp), "<", 0.03_dp, "0.7 half widths away")
+        call check_that(error, abs(values([1, 5]) / values(3) - 0.32_dp), "<", 0.05_dp, "three half widths away")
         if (allocated(error)) return
       end associate
     end do
@@ -253,13 +253,13 @@ contains
         if (i > 1 .and. i < count) then
           if (values(i) > values(i - 1) .and. values(i) > values(i + 1)) met(i) = .true.
         end if
-        call check(error, c%share < 0.6_dp .or. met(i), more="no direct peak at a critical speed")
+        call check(error, c%share < 0.6_dp .or. met(i), more="no peak at a critical speed")
         if (allocated(error)) return
       end associate
     end do
     do i = 2, count - 1
       if (.not. (values(i) > values(i - 1) .and. values(i) > values(i + 1))) cycle
-      call check(error, met(i), more="a direct peak that is no critical speed")
+      call check(error, met(i), more="a peak that is not listed as critical speed")
       if (allocated(error)) return
     end do
     ! 20.2625 Hz in the orders 3 to 5, 32.047 Hz in 5 and 6; some of them are too weak to be visible in the whole vibration.

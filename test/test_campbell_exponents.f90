@@ -47,7 +47,7 @@ contains
     if (allocated(error)) return
     crank = 2 * pi / real(period(machine), dp)
     do k = 1, size(modes)
-      call check(error, modes(k)%identified, more="a mode is not told")
+      call check(error, modes(k)%identified, more="a mode is unknown")
       if (allocated(error)) return
       nearest = huge(nearest)
       do i = 1, size(rho)
@@ -57,7 +57,7 @@ contains
       end do
       ! LAPACK's eigenvalues of the reference's Phi(T) in double precision, of condition up to about 1e4.
       call check_that(error, nearest, "<=", modes(k)%error + 1.0e-11_dp * crank, "exponent beyond its error")
-      call check_that(error, modes(k)%error, "<", 1.0e-5_dp * crank, "the error says nothing")
+      call check_that(error, modes(k)%error, "<", 1.0e-5_dp * crank, "the error bound is not too wide")
       if (allocated(error)) return
     end do
   end subroutine compare_with_reference
@@ -124,8 +124,8 @@ contains
     end if
     call check_success(error, failure)
     if (allocated(error)) return
-    call check_that(error, count(real(rho) < 0), "==", 2, "not the case that is meant")
-    call check_that(error, abs(aimag(rho)), "<=", 0.0_dp, "not the case that is meant")
+    call check_that(error, count(real(rho) < 0), "==", 2, "not the intended case")
+    call check_that(error, abs(aimag(rho)), "<=", 0.0_dp, "not the intended case")
     call check_that(error, modes(1)%frequency(), "<=", 0.0_dp, "frequencies")
     call check_that(error, abs(modes(2)%frequency() * real(period(machine), dp) / pi - 1), "<", 1.0e-12_dp, "frequencies")
     if (allocated(error)) return

@@ -101,7 +101,7 @@ contains
         ! Newton's correction: how far the true zero is.
         call check_that(error, real(abs(determinant(z) / slope), dp), "<=", modes(k)%error, "exponent beyond its error")
         ! The tolerance of 1e-9 over 0.2 s, and discs as wide as condition and dimension make them.
-        call check_that(error, modes(k)%error, "<", 1.0e-6_dp, "the error says nothing")
+        call check_that(error, modes(k)%error, "<", 1.0e-6_dp, "the error bound is not too wide")
         if (allocated(error)) return
         shape = modes(k)%shapes(:3, 1)
         ! The shape has the accuracy of the motion, 1e-9, relative to terms as large as |lambda^2 M|.
@@ -157,7 +157,7 @@ contains
       ! Bounds hold, up to the rounding of the closed form: d - sqrt(d^2 - 1) loses d^2 of its digits.
       call check_that(error, abs([modes(1)%growth, modes(1)%partner_growth] - exact), "<=", modes(1)%error + 4 * ratios(k)**2 &
         & * epsilon(1.0_dp) * abs(exact), "exponents")
-      call check_that(error, modes(1)%error, "<", 1.0e-6_dp * abs(exact(2)), "the error says nothing")
+      call check_that(error, modes(1)%error, "<", 1.0e-6_dp * abs(exact(2)), "the error bound is not too wide")
       call check_that(error, abs(modes(1)%damping_ratio() - 1), "<", 1.0e-12_dp, "damping ratio")
       if (allocated(error)) return
     end do
@@ -212,10 +212,10 @@ contains
         ! As exact as Phi(t), 1e-9 and more of the slow crank's roundings.
         call check_that(error, abs(mode%share() - 1 / all), "<", 1.0e-8_dp, "share of the first")
         if (allocated(error)) return
-        call check(error, all_close(mode%shares(2:3), depth**2 / 4 / all), more="shares of the others")
+        call check(error, all_close(mode%shares(2:3), depth**2 / 4 / all), more="shares of the side components")
         if (allocated(error)) return
         call check_that(error, abs(sum(mode%frequencies(2:3)) - (exact + crank + abs(exact - crank))), "<", 2 * mode%error &
-          & + 1.0e-12_dp, "frequencies of the others")
+          & + 1.0e-12_dp, "frequencies of the side components")
         if (allocated(error)) return
       end associate
     end do
@@ -311,9 +311,9 @@ contains
 
     call modes_of(khang_machine(1.0e-9_dp), modes, error)
     if (allocated(error)) return
-    call check_that(error, size(modes), "==", 3, "told")
+    call check_that(error, size(modes), "==", 3, "number of modes")
     if (allocated(error)) return
-    call check(error, .not. any(modes%identified), more="told")
+    call check(error, .not. any(modes%identified), more="number of modes")
     if (allocated(error)) return
     call check(error, all(ieee_is_nan(modes%frequency())) .and. all(ieee_is_nan(modes%damping_ratio())), more="numbers")
   end subroutine test_unknown_phase

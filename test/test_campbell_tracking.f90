@@ -140,7 +140,7 @@ contains
       if (allocated(failure)) exit
       last = size(campbell%points)
       low = merge(last, 1, way == 3)
-      call check_that(error, any(.not. campbell%points%ordered), "==", way == 1, "points that are inserted")
+      call check_that(error, any(.not. campbell%points%ordered), "==", way == 1, "inserted points")
       if (allocated(error)) return
       associate (at_low => campbell%points(low)%modes(:2)%frequency(), &
         & at_high => campbell%points(1 + last - low)%modes(:2)%frequency())

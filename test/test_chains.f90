@@ -73,8 +73,8 @@ contains
       if (allocated(error)) return
     end do
     do kind = 1, size(names)
-      call check_that(error, proved(kind), ">", 100, "something is proved of " // trim(names(kind)))
-      call check_that(error, tightest(kind), ">", 0.5_dp, "the bound is of use for " // trim(names(kind)))
+      call check_that(error, proved(kind), ">", 100, "bounds were proved for " // trim(names(kind)))
+      call check_that(error, tightest(kind), ">", 0.5_dp, "the bound is not too wide for " // trim(names(kind)))
       if (allocated(error)) return
     end do
   end subroutine test_deviations

@@ -48,7 +48,7 @@ contains
     transient = transient_type(peak=phi, halfway=phi, peak_norm=2.0_dp, middle=middle)
     do i = 1, size(ends) - 1
       call multiply_maps(ends(i) - ends(i - 1), a(ends(i - 1) + 1:, :, :), scale, phi, fits, transient=transient)
-      call check(error, fits, more="it does not fit")
+      call check(error, fits, more="the product overflows")
       if (allocated(error)) return
     end do
     k = maxloc(norms, dim=1)
@@ -97,7 +97,7 @@ contains
             farthest = max(farthest, norm2(forced / scale(:n)))
           end do
           call multiply_maps(steps, maps, scale(:n), phi, fits, xp, reach)
-          call check(error, fits, more="it does not fit")
+          call check(error, fits, more="the product overflows")
           if (allocated(error)) return
           ! 70 products of at most 6 terms: their roundings.
           call check_that(error, maxval(abs(phi - exact)), "<", 1.0e-13_qp * maxval(abs(exact)), "Phi")
@@ -135,9 +135,9 @@ contains
     end do
     phi = a(steps, :, :)
     call multiply_maps(steps, a, [1.0_dp, 1.0_dp], phi, fits)
-    call check(error, fits, more="it does not fit")
+    call check(error, fits, more="the product overflows")
     if (allocated(error)) return
-    call check_that(error, maxval(abs(phi - a(steps, :, :))), "<", 1.0e-14_dp, "down and up again")
+    call check_that(error, maxval(abs(phi - a(steps, :, :))), "<", 1.0e-14_dp, "decay and growth")
     if (allocated(error)) return
 
     a(17, 1, 1) = 1.0e151_dp

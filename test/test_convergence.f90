@@ -314,7 +314,7 @@ contains
       if (abs(monodromy%phi(1, 1) + monodromy%phi(2, 2) - trace) > sqrt(2.0_dp) * monodromy%error) wrong = wrong + 1
     end do
     ! Where the jump falls within a step is a matter of chance: an estimate by three solutions can miss it now and then.
-    call check_that(error, wrong, "<=", 3, "estimates that are wrong")
+    call check_that(error, wrong, "<=", 3, "wrong estimates")
   end subroutine test_undeclared_jump
 
 end module test_convergence

@@ -323,7 +323,7 @@ contains
     call new_crank(linkage, failure)
     call linkage%add_joint("T", timid_joint(1.0e-7_dp), failure)
     call linkage%prepare(failure)
-    call check_failure(error, failure, what="it is proved")
+    call check_failure(error, failure, what="the assembly was proved")
     if (allocated(error)) return
     call check(error, failure%code, 3, more=failure%message)
     if (allocated(error)) return

@@ -204,7 +204,7 @@ contains
         x(:, k) = trial
       end do
     end do
-    call check_that(error, best, "<=", minval(f) * (1 + 1.0e-6_dp), "the best of all starts against evolution")
+    call check_that(error, best, "<=", minval(f) * (1 + 1.0e-6_dp), "best of all starts minus that of evolution")
 
   contains
 

@@ -50,7 +50,7 @@ contains
     call check_that(error, moments%from([c, m]), "==", [m * c, m], "coordinates, the place first")
     moments = new_moments(lower, upper, [7, 7], [mass_part, place_parts(1)])
     call check_that(error, moments%from([m, c]), "==", [m, m * c], "coordinates")
-    if (.not. allocated(error)) call check_that(error, abs(moments%to([m, m * c]) - [m, c]), "<=", rounded, "and back")
+    if (.not. allocated(error)) call check_that(error, abs(moments%to([m, m * c]) - [m, c]), "<=", rounded, "transformed back")
     if (allocated(error)) return
     slopes(:, 1) = in_x
     call moments%turn_slopes([m, c], slopes)

@@ -202,9 +202,10 @@ contains
           condition = 1 / abs(dot_product(left(:, k), right(:, k)))
           ! Both are within some roundings of n states; of residuals the vectors' own count too.
           call check_that(error, minval(abs(known - rho(k))), "<=", 10 * rounding * condition, "eigenvalue")
-          call check_that(error, norm2(abs(matmul(a, right(:, k)) - rho(k) * right(:, k))), "<=", 20 * rounding, "right")
+          call check_that(error, norm2(abs(matmul(a, right(:, k)) - rho(k) * right(:, k))), "<=", 20 * rounding, &
+            & "right eigenvectors")
           call check_that(error, norm2(abs(matmul(transpose(a), left(:, k)) - conjg(rho(k)) * left(:, k))), "<=", 20 * rounding, &
-            & "left")
+            & "left eigenvectors")
           call check_that(error, abs(norm2(abs(right(:, k))) - 1) + abs(norm2(abs(left(:, k))) - 1), "<", 1.0e-14_dp, "unit")
           if (aimag(rho(k)) < 0) call check_that(error, abs(rho(k) - conjg(rho(k - 1))), "<=", 0.0_dp, "conjugates")
           if (.not. abs(aimag(rho(k))) > 0) call check_that(error, sign(1.0_dp, aimag(rho(k))), ">", 0.0_dp, "sign of zero")

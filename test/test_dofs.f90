@@ -63,7 +63,7 @@ contains
         call check_that(error, abs(found - moment), "<=", 1.0e-13_dp * moment, what // ": shaking.m")
       end associate
       ! all tasks that report quantities have been read: the first sets have 20 quantities in quantities, 8 elsewhere, twice
-      call check_that(error, compared, ">=", 100, what // ": claims that were compared")
+      call check_that(error, compared, ">=", 100, what // ": number of compared claims")
       if (allocated(error)) return
     end do
     ! Four of 13, 28, 43, 48, 53 and 63, whose mode has a peak within the range, have one of the force too.

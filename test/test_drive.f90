@@ -341,7 +341,7 @@ contains
         if (allocated(error)) return
       end do
     end do
-    call check_that(error, greatest, ">", 1.0e-3_dp, "claims are idle")
+    call check_that(error, greatest, ">", 1.0e-3_dp, "the claimed errors are not too wide")
   end subroutine test_errors
 
 end module test_drive

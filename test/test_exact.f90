@@ -292,7 +292,7 @@ contains
       off(i) = maxval(abs(exact%log_abs - rest%log_abs))
     end do
     call check_that(error, off(1), "<", 1.0e-4_dp, "at small amplitude")
-    call check_that(error, off(2), "<", off(1) / 50, "at a tenth of it")
+    call check_that(error, off(2), "<", off(1) / 50, "at a tenth of the amplitude")
   end subroutine test_quadratic_mounting
 
   !> Without rotation the equations are linear.

@@ -61,7 +61,7 @@ contains
     if (.not. allocated(error)) call check_that(error, blunt, "==", 0, "sharp")
     if (allocated(error)) return
     call hold("xi", 1 + 2.0e-10_xp, 0.0_xp, findings, blunt)
-    call check_that(error, count(findings%used > 1), ">", 0, "beaten")
+    call check_that(error, count(findings%used > 1), ">", 0, "exceeded bound")
     if (allocated(error)) return
     call hold("eta", 1.0_xp, 0.0_xp, findings, blunt)
     call check_that(error, any(findings%what == "eta not reported" .and. findings%used > 1), "==", .true., "not reported")

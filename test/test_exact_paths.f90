@@ -51,7 +51,7 @@ contains
 
     do i = 1, size(speeds)
       call solve(khang_machine(speeds(i)), "exact", system, error, newton)
-      if (.not. allocated(error)) call check(error, newton%followed, more="Newton's method did without a path")
+      if (.not. allocated(error)) call check(error, newton%followed, more="Newton's method needed no path")
       if (.not. allocated(error)) call check_residual(khang_machine(speeds(i)), system, error)
       if (allocated(error)) return
     end do

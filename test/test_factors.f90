@@ -85,8 +85,8 @@ contains
         end if
         call check_success(error, failure)
         if (allocated(error)) return
-        call check_that(error, abs(multipliers%log_abs(1) - right), "<=", multipliers%error(1), "the bound is beaten")
-        call check_that(error, multipliers%error(1), "<", 1.0e-5_dp, "the bound says nothing")
+        call check_that(error, abs(multipliers%log_abs(1) - right), "<=", multipliers%error(1), "the error exceeds its bound")
+        call check_that(error, multipliers%error(1), "<", 1.0e-5_dp, "the bound is not too wide")
         if (allocated(error)) return
       end do
     end do

@@ -222,7 +222,7 @@ contains
     call solve(mathieu_type(states=2, period=pi, a=-5.800046020851508_dp, q=5.0_dp), m, error, tolerance=1.0e-9_dp)
     if (allocated(error)) return
     call check_that(error, abs(m%rho - 1), "<=", m%error * abs(m%rho), "claimed error holds")
-    call check_that(error, m%error, ">", 1.0e-9_dp, "the bound knows that the multiplier is double")
+    call check_that(error, m%error, ">", 1.0e-9_dp, "the bound reflects the double multiplier")
     if (allocated(error)) return
     call check(error, m%verdict(), "undecided")
   end subroutine test_double
@@ -246,7 +246,7 @@ contains
       ! discs come near each other, at 0.2, the plain bounds remain.
       call check_that(error, multipliers%error * [1.0_dp, 0.5_dp], ">=", off, "the bound holds")
       if (.not. allocated(error) .and. k < 3) call check_that(error, multipliers%error * [1.0_dp, 0.5_dp], "<=", 6 * off &
-        & + 1.0e-14_dp, "and is near")
+        & + 1.0e-14_dp, "the bound is near the error")
       if (allocated(error)) return
     end do
   end subroutine test_separated

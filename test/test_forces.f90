@@ -235,7 +235,7 @@ contains
       end do
     end do
     ! The bounds are not too wide: somewhere the error is a good part of the claim.
-    call check_that(error, greatest, ">", 1.0e-3_dp, "claims are idle")
+    call check_that(error, greatest, ">", 1.0e-3_dp, "the claimed errors are not too wide")
   end subroutine test_errors
 
   !> A history of very many rows has times of its own: the same numbers at the times that both have.

@@ -67,7 +67,7 @@ contains
     call check_success(error, failure, "statistics of fx")
     if (allocated(error)) return
     associate (peak => analysis%vibration%peak, bound => analysis%vibration%error)
-      call check_that(error, peak(x), ">", 0.0_dp, "without roundings nothing is tested")
+      call check_that(error, peak(x), ">", 0.0_dp, "there are rounding errors to test")
       call near(error, [peak(x)], [0.0_dp], bound(x), "row")
       call near(error, [statistics%peak], [0.0_dp], statistics%error, "quantity")
       ! A few roundings of the whole stiffness.

@@ -271,7 +271,7 @@ contains
     if (allocated(error)) return
     call frame%remember(phases)
     call frame%sample_second_order(phases, m_same, b_same, c_same, h_same)
-    call near(error, [m_same, b_same, c_same, h_same], [m, b, c, h], 0.0_dp, "remembered")
+    call near(error, [m_same, b_same, c_same, h_same], [m, b, c, h], 0.0_dp, "reused")
     if (allocated(error)) return
     deallocate(mechanism%energy)
     call new_frame(other, mechanism, frame%mass, frame%inertia, frame%origin, frame%stiffness, zero, frame%speed, failure, &

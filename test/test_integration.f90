@@ -298,7 +298,7 @@ contains
     if (allocated(error)) return
     call check(error, reach, maxval(norm2(x / spread(scale, 2, 9), dim=1)), thr=1.0e-15_dp)
     if (allocated(error)) return
-    call check_that(error, reach, ">", 1.1_dp * norm2(xp / scale), "the end is not the greatest")
+    call check_that(error, reach, ">", 1.1_dp * norm2(xp / scale), "the maximum is not at the end")
     if (allocated(error)) return
 
     jumping = scalar_type(states=1, period=2 * pi, breaks=[1.0_dp], c=-0.5_dp)

@@ -122,8 +122,8 @@ contains
     call solve_equations(2, equations, x, inverse_norm)
     call check_that(error, inverse_norm(3), ">=", 1.0e100_dp, "singular")
     ! The inverse is diag(1/2, 1/4), and no step of it leaves more than a rounding.
-    call check_that(error, abs(inverse_norm([1, 2, 4]) - sqrt(5.0_dp) / 4), "<=", 4 * epsilon(1.0_dp), "norm beside it")
-    call check_that(error, abs(x(4, :) - [0.5_dp, 0.25_dp]), "<=", 4 * epsilon(1.0_dp), "solution beside it")
+    call check_that(error, abs(inverse_norm([1, 2, 4]) - sqrt(5.0_dp) / 4), "<=", 4 * epsilon(1.0_dp), "norm in the other lanes")
+    call check_that(error, abs(x(4, :) - [0.5_dp, 0.25_dp]), "<=", 4 * epsilon(1.0_dp), "solution in the other lanes")
   end subroutine test_singular
 
   !> The coefficients of the product of factors, c_0 first.
@@ -214,7 +214,7 @@ contains
       end do
     end do
     ! Most succeed; the others would be restarted from a circle of their own.
-    call check_that(error, successes, ">", trials * lanes / 2, "found")
+    call check_that(error, successes, ">", trials * lanes / 2, "number of successes")
   end subroutine test_real
 
   !> Rotations coupled by random elements: all eigenvalues are found in pairs, and the disc computed for one member of a pair is

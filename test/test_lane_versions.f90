@@ -82,7 +82,8 @@ contains
         call check_that(error, maxval(abs(three(c, lane) - (three(before, lane) - matmul(r(lane, :, :), &
           & transpose(s(lane, :block, :)))))), "<", 2.0e-14_dp, "C - R S")
       end do
-      call check_that(error, maxval(abs(c(:, block + 1:, :) - before(:, block + 1:, :))), "<=", 0.0_dp, "beside the block")
+      call check_that(error, maxval(abs(c(:, block + 1:, :) - before(:, block + 1:, :))), "<=", 0.0_dp, &
+        & "other columns of the block")
       if (allocated(error)) return
 
       c(:, 1, :) = before(:, 1, :)
@@ -91,7 +92,7 @@ contains
         call check_that(error, maxval(abs(c(lane, 1, :) - (before(lane, 1, :) - matmul(r(lane, :, :), s(lane, 1, :))))), "<", &
           & 2.0e-14_dp, "c - R s")
       end do
-      call check_that(error, maxval(abs(c(:, block + 1:, :) - before(:, block + 1:, :))), "<=", 0.0_dp, "beside the column")
+      call check_that(error, maxval(abs(c(:, block + 1:, :) - before(:, block + 1:, :))), "<=", 0.0_dp, "other columns")
       if (allocated(error)) return
 
       c = before
@@ -100,8 +101,10 @@ contains
         call check_that(error, maxval(abs(matmul(unit_lower(r(lane, :, :block)), three(c, lane)) - three(before, lane))), "<", &
           & 1.0e-14_dp, "L^-1 W")
         if (allocated(error)) return
-      end do
-      call check_that(error, maxval(abs(c(:, block + 1:, :) - before(:, block + 1:, :))), "<=", 0.0_dp, "beside the block")
+ &
+        &      end do
+      call check_that(error, maxval(abs(c(:, block + 1:, :) - before(:, block + 1:, :))), "<=", 0.0_dp, &
+        & "other columns of the block")
       if (allocated(error)) return
 
       multiplier = 0.5_dp
@@ -314,7 +317,7 @@ contains
       found = [phi, xp / norm2(xp), lower(1)%phi, lower(1)%xp / norm2(xp), lower(2)%phi, lower(2)%xp / norm2(xp)]
       if (k == 1) portable = found
       ! Roundings of 24 steps with 21 to 42 unknowns each, in numbers of the size of Phi.
-      call check_that(error, maxval(abs(found - portable)), "<", 1.0e-11_dp * maxval(abs(portable)), "beside none")
+      call check_that(error, maxval(abs(found - portable)), "<", 1.0e-11_dp * maxval(abs(portable)), "against the portable version")
       if (allocated(error)) return
     end do
   end subroutine compare_periods

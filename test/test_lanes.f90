@@ -171,12 +171,12 @@ contains
     call check_that(error, abs(multiplier(2) - 50), "<", 1.0e-12_dp, "multiplier")
     call check_that(error, multiplier(4), ">", 1.0e300_dp, "vanished pivots")
     call check_that(error, multiplier(7), ">", 1.0e300_dp, "vanished pivots")
-    call check_that(error, multiplier([1, 3, 5, 6, 8]), "<", 1.0_dp, "the other lanes")
+    call check_that(error, multiplier([1, 3, 5, 6, 8]), "<", 1.0_dp, "multipliers of the other lanes")
     if (allocated(error)) return
     do k = 1, lanes
       if (any(k == [2, 4, 7])) cycle
       call check_that(error, maxval(abs(w(k, 7:9, 7:9) - schur_of(sound(k, :9, :), 6))), "<", 1.0e-14_qp, &
-        & "lane beside vanished pivots")
+        & "lanes without vanished pivots")
       if (allocated(error)) return
     end do
   end subroutine test_multipliers
@@ -208,7 +208,7 @@ contains
         call solve_mass(m, r)
         do k = 1, points
           if (k == 11 .and. freedoms(i) > 1) then
-            call check(error, all(ieee_is_nan(r(k, :, :))), more="a singular M is told")
+            call check(error, all(ieee_is_nan(r(k, :, :))), more="a singular M is reported")
           else
             ! Diagonally dominant: residuals of a few roundings of 40 terms of size 1 to 40.
             call check_that(error, maxval(abs(matmul(m(k, :, :), r(k, :, :)) - before(k, :, :))), "<", 1.0e-13_dp, "M X = R")

@@ -88,12 +88,12 @@ contains
       end associate
       if (allocated(error)) return
       through = refined(system, nodes, nodes)
-      call check(error, size(through), m + 1, more="a mesh through its own ends")
+      call check(error, size(through), m + 1, more="phases at the mesh's own ends")
       if (allocated(error)) return
     end do
     ! Nodes that are no mesh: no more steps than nodes and phases together.
     through = refined(system, [0.0_dp, 0.5_dp, 0.5_dp, 0.5_dp + 1.0e-9_dp, 1.0_dp], [0.0_dp, 0.25_dp, 0.75_dp, 1.0_dp])
-    call check_that(error, size(through), "<=", 9, "nodes that are no mesh")
+    call check_that(error, size(through), "<=", 9, "invalid nodes")
     through = refined(system, [0.0_dp, 1.0e-9_dp], [0.5_dp, 1.0_dp])
     call check_that(error, size(through), "<=", 4, "phases beyond the nodes")
     if (allocated(error)) return

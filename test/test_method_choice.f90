@@ -112,7 +112,7 @@ contains
       call cheapest_method(frame, survey_type(20.0_dp, 20.0_dp), 10.0_dp**(-k), method)
       work = first_steps(method, frame, survey_type(20.0_dp, 20.0_dp), 10.0_dp**(-k)) * method%work(frame%states, .true.)
       call check_that(error, work, ">=", before, "the tighter, the more work: " // method%name)
-      call check_that(error, method%order, ">=", 12, "one that has others embedded")
+      call check_that(error, method%order, ">=", 12, "a method with embedded methods")
       if (allocated(error)) return
     end do
 

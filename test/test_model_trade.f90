@@ -58,8 +58,8 @@ contains
     end do
     call measure_model(frame, accuracy_type(), trade, failure)
     if (failed(failure, error)) return
-    call check_that(error, trade%worst_miss(), "<=", 0.0_dp, "nothing is missed")
-    call check_that(error, abs(trade%rho_miss()), "<=", 0.0_dp, "nothing is missed")
+    call check_that(error, trade%worst_miss(), "<=", 0.0_dp, "no error of the averaged model")
+    call check_that(error, abs(trade%rho_miss()), "<=", 0.0_dp, "no error of the averaged model")
     call check_that(error, trade%error_phi, "<", 1.0e-8_dp, "errors of the row")
     call check_that(error, trade%error_rho, "<", 1.0e-8_dp, "errors of the row")
     call check_that(error, trade%error_x0, "<", 1.0e-7_dp, "errors of the row")

@@ -137,8 +137,8 @@ contains
     integer, intent(in) :: proved
     type(error_type), allocatable, intent(out) :: error
 
-    call check_that(error, tightest, ">", least, "bounds are of use")
-    call check_that(error, proved, ">", 100, "something is proved")
+    call check_that(error, tightest, ">", least, "bounds are not too wide")
+    call check_that(error, proved, ">", 100, "bounds were given")
   end subroutine check_use
 
   subroutine test_rrr(error)

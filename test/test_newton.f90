@@ -163,7 +163,7 @@ contains
       end do
     end do
     print "(a, i0, es8.1)", "         refused, greatest error of the others: ", refused, greatest
-    call check_that(error, real(refused, dp), ">", 0.0_dp, "motions that are refused")
+    call check_that(error, real(refused, dp), ">", 0.0_dp, "refused motions")
   end subroutine test_too_few_phases
 
   !> Greatest distance of displacements, relative to them.

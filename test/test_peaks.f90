@@ -52,7 +52,7 @@ contains
       ! Half the spacing of the dense samples squared, times f'' / 2 < 7^2 |f|, and roundings.
       call check(error, greatest(sparse), dense, thr=1.0e-7_dp * dense)
       if (allocated(error)) return
-      call check_that(error, greatest(sparse), ">=", dense * (1 - 1.0e-13_dp), "not below dense samples")
+      call check_that(error, greatest(sparse), ">=", dense * (1 - 1.0e-13_dp), "at least the maximum of dense samples")
       if (allocated(error)) return
     end do
   end subroutine test_between
@@ -91,9 +91,9 @@ contains
     dense = maxval(abs(fine))
     loss = (2 * pi / samples)**2 / 8 * sum([(real(i, dp)**2 * norm2(a(i, :)), i = 1, orders)])
     call find_tops(f, a(0, 1), a(1:, 1), a(1:, 2), loss, places, spacing)
-    call check_that(error, real(size(places), dp), "<=", real(most_places, dp), "places that are searched")
+    call check_that(error, real(size(places), dp), "<=", real(most_places, dp), "searched places")
     ! Beside a top samples at a 32nd of the spacing miss (pi / 64)^2 / 2 of the ripple at the most; sums round at 1e-15.
-    call check_that(error, abs(greatest(f) - dense), "<=", 1.3e-3_dp * (dense - 1) + 1.0e-14_dp, "the greatest between samples")
+    call check_that(error, abs(greatest(f) - dense), "<=", 1.3e-3_dp * (dense - 1) + 1.0e-14_dp, "maximum between samples")
   end subroutine test_nearly_equal_samples
 
   pure real(dp) function polynomial(a, theta)
@@ -139,7 +139,8 @@ contains
     if (allocated(error)) return
     call compare_peaks(family, grid, sweep_options(), values, error)
     if (allocated(error)) return
-    call check_that(error, maxval(values(xi_peak, :, :)), ">", 100 * minval(values(xi_peak, :, :)), "there is no resonance")
+    call check_that(error, maxval(values(xi_peak, :, :)), ">", 100 * minval(values(xi_peak, :, :)), &
+      & "the range contains a resonance")
   end subroutine test_resonance
 
   !> Harmonics that are weak where the cell's corners lie are amplified in between: with twelve digits ordered all count.
@@ -197,7 +198,7 @@ contains
       call check(error, values(rho_max, 1, i), own(rho_max), rel=.true., thr=1.0e-5_dp)
       if (allocated(error)) return
       ! Gershgorin's discs are 6 |E| at least, and norms vary within a cell.
-      call check_that(error, values(rho_error, 1, i), "<", 1.0e-3_dp, "the bound says nothing")
+      call check_that(error, values(rho_error, 1, i), "<", 1.0e-3_dp, "the bound is not too wide")
       if (allocated(error)) return
     end do
   end subroutine test_small

@@ -140,8 +140,8 @@ contains
         & "the period in lanes")
       if (allocated(error)) return
     end do
-    call check_that(error, parts(1:2), ">", 4, "parts where vibrations turn by much")
-    call check_that(error, parts(3:4), "<=", 4, "parts where they turn by little")
+    call check_that(error, parts(1:2), ">", 4, "parts for fast vibrations")
+    call check_that(error, parts(3:4), "<=", 4, "parts for slow vibrations")
   end subroutine test_period
 
   !> Machines between corners at 60 and 500 rpm, whose vibrations turn by 8 times as much at one as at the other: Phi(T) against
@@ -165,7 +165,7 @@ contains
       call check_that(error, size(steps), ">", 3, "numbers of steps")
       call check_that(error, mod(steps, sampler%parts%parts), "==", 0, "steps that end with the parts")
       call check_that(error, steps(2:), ">", steps(:size(steps) - 1), "ascending")
-      call check_that(error, 3 * steps(1), "<", steps(size(steps)), "a member that turns by little")
+      call check_that(error, 3 * steps(1), "<", steps(size(steps)), "a slow member")
       if (allocated(error)) return
     end associate
     allocate(numbers(sampler%parts%numbers()))
@@ -264,11 +264,11 @@ contains
           moved = norm2(sampler%parts%phi(wrong) - sampler%parts%phi(numbers)) / small
           worst = max(worst, moved)
           ! Roundings of Phi(T), which is 1 at the most, over `small`.
-          call check_that(error, moved, "<=", 1 + 1.0e-7_dp, "an error counts for more than its weight")
+          call check_that(error, moved, "<=", 1 + 1.0e-7_dp, "an error exceeds its weight")
           if (allocated(error)) return
         end do
         ! The weights are for the worse of both corners, and bounds of norms are twice too great at the most.
-        if (d == 1) call check_that(error, worst, ">", 0.2_dp, "weights say nothing")
+        if (d == 1) call check_that(error, worst, ">", 0.2_dp, "weights are too large")
         if (allocated(error)) return
       end do
     end do
@@ -283,10 +283,10 @@ contains
     logical :: fits
 
     call new_sampler(sampler, family, reshape([0.1_dp, 1.0_dp, 0.1_dp, 1.1_dp], [2, 2]), accuracy_type(), .false., 10000, fits)
-    call check_that(error, sampler%parts%parts, "==", 1, "parts where nothing turns")
+    call check_that(error, sampler%parts%parts, "==", 1, "parts without vibrations")
     call new_sampler(sampler, family, reshape([0.1_dp, 1.0_dp, 0.1_dp, 40000.0_dp], [2, 2]), accuracy_type(), .false., 20000, &
       & fits)
-    call check_that(error, sampler%parts%parts, "==", 16, "parts where much does")
+    call check_that(error, sampler%parts%parts, "==", 16, "parts with fast vibrations")
     all = parts_type(states=6, parts=8, between=3, forced=.true.)
     ! Maps of 6 x 7, and three times of 3 x 7 in each part.
     call check_that(error, [all%numbers(), all%numbers_of_period(), all%map_at(2), all%times_at(8, 3)], "==", &
@@ -328,10 +328,10 @@ contains
           miss = max(miss, norm2(sampler%parts%phi(expansion%point(p)) - sampler%parts%phi(right)))
         end do
         ! Roundings of the sum of the terms.
-        call check_that(error, miss, "<=", expansion%rest + 1.0e-13_dp, "more is missing than is said")
+        call check_that(error, miss, "<=", expansion%rest + 1.0e-13_dp, "the error exceeds its estimate")
         ! Four times the last two terms of two axes, relative to the next term.
         call check_that(error, expansion%rest, "<=", 10 * sqrt(fall / 30) * (fall + fall**2) * miss + 1.0e-11_dp, &
-          & "what is said says nothing")
+          & "the estimate is too large")
         if (allocated(error)) return
       end do
     end do
@@ -366,10 +366,11 @@ contains
       wrong(i) = wrong(i) + small
       moved = max(moved, norm2(samplers(2)%parts%phi(wrong) - samplers(2)%parts%phi(numbers)) / small)
     end do
-    call check_that(error, moved, ">", 2.0_dp, "weights that are too small")
-    call check_that(error, moved, "<=", samplers(2)%parts%reach(numbers) * (1 + 1.0e-6_dp), "more than is reckoned with")
+    call check_that(error, moved, ">", 2.0_dp, "the weights are too small")
+    call check_that(error, moved, "<=", samplers(2)%parts%reach(numbers) * (1 + 1.0e-6_dp), &
+      & "the error exceeds its estimate between the corners")
     ! Other units, and the largest factor in place of each part's own.
-    call check_that(error, expansions(2)%rest, ">", expansions(1)%rest / 3, "less is said to be missing")
+    call check_that(error, expansions(2)%rest, ">", expansions(1)%rest / 3, "the estimate is smaller than with fitting weights")
   end subroutine test_decaying_corners
 
 end module test_period_parts

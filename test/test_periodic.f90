@@ -125,7 +125,7 @@ contains
     call check(error, .not. fits, more="resonance must be refused")
     if (allocated(error)) return
     call solve_quickly(oscillators(3.5_dp), 16, 1.0e-3_dp, motion, fits)
-    call check(error, fits, more="beside it")
+    call check(error, fits, more="near resonance")
     if (allocated(error)) return
     ! q = 1 / (c - 1), and 1e-3 of it is aimed at
     call check(error, motion%x(1, 1), 1 / 2.5_dp, thr=1.0e-3_dp / 2.5_dp)

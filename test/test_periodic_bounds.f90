@@ -46,9 +46,9 @@ contains
         next = modulo(k, counts(i)) + 1
         ! Roundoff of factors of norm 4; swaps cost some times that.
         call check_that(error, maxval(abs(matmul(factors(:, :, k), o%vectors%x(:, :, k)) - o%vectors%x(:, :, next) &
-          & * spread(o%vectors%lambda(:, k), 1, n))), "<", 1.0e-13_dp, "right")
+          & * spread(o%vectors%lambda(:, k), 1, n))), "<", 1.0e-13_dp, "right eigenvectors")
         call check_that(error, maxval(abs(matmul(o%vectors%y(:, :, next), factors(:, :, k)) - spread(o%vectors%lambda(:, k), 2, n) &
-          & * o%vectors%y(:, :, k))), "<", 1.0e-12_dp * maxval(o%condition), "left")
+          & * o%vectors%y(:, :, k))), "<", 1.0e-12_dp * maxval(o%condition), "left eigenvectors")
         if (allocated(error)) return
         product = matmul(o%vectors%y(:, :, k), o%vectors%x(:, :, k)) - diagonal([(1.0_dp, j = 1, n)])
         call check_that(error, maxval(abs(product)), "<", 1.0e-12_dp * maxval(o%condition), "Y = X^-1")
@@ -97,14 +97,14 @@ contains
       if (allocated(error)) return
       do j = 1, n
         if (log_abs(j) < -100) cycle
-        call check_that(error, distances(log_abs(j:j), arg(j:j), o%log_abs, o%arg), "<", 1.0e-9_dp, "the others")
+        call check_that(error, distances(log_abs(j:j), arg(j:j), o%log_abs, o%arg), "<", 1.0e-9_dp, "the other multipliers")
         if (allocated(error)) return
       end do
       j = count(log_abs < -100)
       ! Two of them are defective: the root of roundoff.
       call check_that(error, o%log_abs(n - j + 1:), "<", log(1.0e-6_dp), "zeros")
-      call check_that(error, o%bound(n - j + 1:), ">", 0.5_dp, "zeros are lost")
-      call check_that(error, o%bound(:n - j), "<", 1.0e-6_dp, "zeros are lost")
+      call check_that(error, o%bound(n - j + 1:), ">", 0.5_dp, "zeros are marked as lost")
+      call check_that(error, o%bound(:n - j), "<", 1.0e-6_dp, "zeros are marked as lost")
       if (allocated(error)) return
       do k = 1, length
         associate (moved => o%vectors%x(:, :, modulo(k, length) + 1) * spread(o%vectors%lambda(:, k), 1, n))
@@ -238,10 +238,10 @@ contains
         call check_that(error, distances(o%log_abs, o%arg, moved%log_abs, moved%arg), "<=", o%bound, "within the bound")
         if (allocated(error)) return
         change = maxval(hypot(moved%log_abs(:m), moved%arg(:m)))
-        call check_that(error, change, ">", 0.3_dp * e**(1.0_dp / m), "they do move")
-        call check_that(error, o%bound(:m), "<", 100 * change, "bound is of use")
+        call check_that(error, change, ">", 0.3_dp * e**(1.0_dp / m), "perturbed multipliers move")
+        call check_that(error, o%bound(:m), "<", 100 * change, "the bound is not too wide")
         ! Unless the discs of the others are reached, 0.5 away.
-        if (o%bound(1) <= 0.3_dp) call check_that(error, o%bound(m + 1:), "<", 100 * e, "the others are not touched")
+        if (o%bound(1) <= 0.3_dp) call check_that(error, o%bound(m + 1:), "<", 100 * e, "the other multipliers are not affected")
         if (allocated(error)) return
       end do
     end do

@@ -108,8 +108,8 @@ contains
         call check_that(error, maxval(abs(o%log_abs(2:) - truth(2:))), "<", k * 4.0e-7_dp, "double one")
         call check_that(error, distances(o%log_abs, o%arg, truth, [0.0_dp, 0.0_dp, 0.0_dp]), "<=", o%bound, "within the bound")
         call check_that(error, o%most, ">=", truth, "most")
-        call check_that(error, o%bound(1), "<", k * 1.0e-12_dp, "bounds are of use")
-        call check_that(error, o%bound(2:), "<", k * 4.0e-6_dp, "bounds are of use")
+        call check_that(error, o%bound(1), "<", k * 1.0e-12_dp, "bounds are not too wide")
+        call check_that(error, o%bound(2:), "<", k * 4.0e-6_dp, "bounds are not too wide")
         if (allocated(error)) return
       end associate
     end do
@@ -204,7 +204,7 @@ contains
         call check_that(error, distances(o%log_abs, o%arg, log(abs(values)), atan2(aimag(values), real(values))), "<=", o%bound, &
           & "in LAPACK's")
         ! Conditions of 1e4 occur.
-        call check_that(error, o%bound, "<", 1.0e-9_dp, "bound is of use")
+        call check_that(error, o%bound, "<", 1.0e-9_dp, "the bound is not too wide")
         if (allocated(error)) return
       end do
     end do

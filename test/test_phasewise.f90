@@ -191,8 +191,8 @@ contains
         if (counts(conjugate, k, l)) call add_entry(re, im, conjugate, k, l, again)
       end do
     end do
-    call check_that(error, maxval(abs(again - g)), "<", roundoff, "back again")
-    call check_that(error, maxval(abs(w_again - w)), "<", roundoff, "back again")
+    call check_that(error, maxval(abs(again - g)), "<", roundoff, "transformed back")
+    call check_that(error, maxval(abs(w_again - w)), "<", roundoff, "transformed back")
     if (allocated(error)) return
     r = g(2, :, :)
     s = complex_columns(r, conjugate)
@@ -303,7 +303,7 @@ contains
     g = 0.5_dp * f
     call measure_forcing(a, f, p, g, between, modes, start, 2.0_dp, residuals)
     call check_that(error, abs(residuals%effort - sqrt(185.0_dp)), "<", 100 * roundoff, "effort")
-    call check_that(error, abs(residuals%forcing_residual - 6), "<", 100 * roundoff, "what is left of the load")
+    call check_that(error, abs(residuals%forcing_residual - 6), "<", 100 * roundoff, "residual of the load")
   end subroutine test_residuals
 
 end module test_phasewise

@@ -51,9 +51,9 @@ contains
     call check_that(error, quantile(tally%phi%ratio, 0.5_dp), "<=", most_median, "median bound of Phi")
     ! The population holds machines of all kinds: a fifth or more of all claims could be tested in each way.
     call check_that(error, min(tally%stable, tally%undecided, tally%reciprocal, tally%agreement, tally%liouville), ">", machines &
-      & / 5, "what was tested")
-    call check_that(error, tally%unstable, ">", 0, "what was tested")
-    call check_that(error, size(tally%rho%ratio), ">", machines, "what was tested")
+      & / 5, "tested claims")
+    call check_that(error, tally%unstable, ">", 0, "tested claims")
+    call check_that(error, size(tally%rho%ratio), ">", machines, "tested claims")
     ! Who is undecided sits on the border or needs a smaller tolerance, but for a few set within 1e-11 of it on purpose.
     call check_that(error, tally%near_border, "<=", machines / 20, "undecided")
     call check_that(error, tally%undecided, "==", tally%decided_later + tally%on_border + tally%near_border, "undecided")
@@ -125,7 +125,7 @@ contains
     call check_that(error, size(tally%turn%ratio), ">", 5 * machines, "median bound of rows")
     call check_that(error, quantile(tally%turn%ratio, 0.5_dp), "<=", most_median, "median bound of rows")
     ! The error of one row in fifty may be as large as its peak, for example of a component that hardly moves.
-    call check_that(error, tally%lost_rows, "<=", tally%rows / 50, "rows that tell nothing")
+    call check_that(error, tally%lost_rows, "<=", tally%rows / 50, "rows with useless bounds")
   end subroutine test_kinds
 
   !> Claims on the paper's machine made false by a little.

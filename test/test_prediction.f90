@@ -113,7 +113,7 @@ contains
     call survey_system(system, survey, failure, .true.)
     call check_success(error, failure)
     if (allocated(error)) return
-    call check_that(error, survey%width(1), "<=", 0.0_dp, "harmonics that do not fall")
+    call check_that(error, survey%width(1), "<=", 0.0_dp, "harmonics that do not decay")
     call check_that(error, survey%changing, ">", 0.05_dp, "part that changes")
   end subroutine test_eighth
 
@@ -156,7 +156,7 @@ contains
     if (allocated(error)) return
     left = left_unseen(unseen, scale, 1.0_dp, 1.0e300_dp, 10)
     call check_that(error, abs(left(2) - 0.25_dp), "<", 1.0e-15_dp, "all")
-    call check_that(error, abs(left(1)), "<=", 0.0_dp, "nothing of Phi(T)")
+    call check_that(error, abs(left(1)), "<=", 0.0_dp, "no error of Phi(T)")
   end subroutine test_not_averaged
 
   !> Then no steps are taken for it.
@@ -171,7 +171,7 @@ contains
     if (allocated(error)) return
     call check_that(error, survey%width(1), ">", 1.0e3_dp, "constant coefficients")
     call check_that(error, survey%width(2), "<", 2.0_dp, "loads")
-    call check_that(error, alone%width(2), ">", 1.0e3_dp, "loads that are not asked for")
+    call check_that(error, alone%width(2), ">", 1.0e3_dp, "loads that are not requested")
   end subroutine test_constant
 
   !> Phi(1) is known in closed form. Of 20 tolerances and ratios two at most may need a second number of steps.
@@ -194,11 +194,11 @@ contains
         call check_success(error, failure)
         if (allocated(error)) return
         call check_that(error, abs(monodromy%phi(1, 1) - exp(-system%rate)), "<=", monodromy%error, "Phi")
-        call check_that(error, monodromy%error, "<=", tolerance * monodromy%norm, "what was ordered")
+        call check_that(error, monodromy%error, "<=", tolerance * monodromy%norm, "requested tolerance")
         if (allocated(error)) return
         if (monodromy%evaluations > monodromy%steps * monodromy%method%stages) second = second + 1
         ! For 12 digits 24 steps are needed if only the finest feature is known.
-        if (i == 1) call check_that(error, monodromy%steps, "==", 8, "harmonics that fall by 20")
+        if (i == 1) call check_that(error, monodromy%steps, "==", 8, "harmonics that decay by 20")
         if (allocated(error)) return
       end do
     end do

@@ -279,9 +279,9 @@ contains
         end do
         call near(error, responses(k)%band(:2), rms, 1.0e-11_dp * norm2(rms), "along x and y")
         ! A direction is at most 0.1 deg away: 1 - cos of it.
-        call near(error, [responses(k)%greatest], [greatest], 2.0e-6_dp * greatest, "greatest")
+        call near(error, [responses(k)%greatest], [greatest], 2.0e-6_dp * greatest, "maximum direction")
         if (allocated(error)) return
-        call check_that(error, responses(k)%greatest, ">=", greatest * (1 - 1.0e-12_dp), "no direction exceeds the greatest")
+        call check_that(error, responses(k)%greatest, ">=", greatest * (1 - 1.0e-12_dp), "no direction exceeds the maximum")
         if (allocated(error)) return
       end do
     end do
@@ -317,8 +317,8 @@ contains
     call solve(frame, 64, 1.0e-4_dp, [probe_at(0.2_dp, -0.15_dp)], analysis, responses, error, method="rk4")
     if (allocated(error)) return
     associate (w => responses(1))
-      call check_that(error, w%error, ">", 1.0e-9_dp * w%greatest, "an error that is of use")
-      call check_that(error, w%error, "<", 0.1_dp * w%greatest, "an error that is of use")
+      call check_that(error, w%error, ">", 1.0e-9_dp * w%greatest, "the error bound is not too wide")
+      call check_that(error, w%error, "<", 0.1_dp * w%greatest, "the error bound is not too wide")
       limits = [w%greatest + 2 * w%error, w%greatest - 2 * w%error, w%greatest + w%error / 2, w%greatest - w%error / 2, 0.0_dp]
       do k = 1, size(limits)
         w%probe%limit = limits(k)
@@ -360,7 +360,7 @@ contains
       end do
     end do
     ! The bounds are not too wide: somewhere the error is a good part of the claim.
-    call check_that(error, greatest, ">", 1.0e-3_dp, "claims are idle")
+    call check_that(error, greatest, ">", 1.0e-3_dp, "the claimed errors are not too wide")
   end subroutine test_errors
 
   !> An unbalance u on one spring: (k + i omega b - omega^2 m) x = u omega^2. Soft springs leave accelerations to the load alone,

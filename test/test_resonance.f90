@@ -84,7 +84,7 @@ contains
       call check(error, allocated(analysis%resonance), more="not called near resonance")
       if (allocated(error)) return
       call find_modes(frame, .false., accuracy_type(tolerance=1.0e-12_dp), analysis)
-      call check(error, allocated(analysis%resonance), more="it has no name")
+      call check(error, allocated(analysis%resonance), more="the resonating order is not named")
       if (allocated(error)) return
       call check(error, analysis%resonance%near(), more="near")
       if (allocated(error)) return
@@ -108,7 +108,7 @@ contains
     call one_freedom(0.0_dp, frame, stiffness, failure)
     if (.not. allocated(failure)) call analyse(frame, analysis_options(model="rest"), accuracy_type(), analysis, failure)
     if (.not. allocated(failure)) then
-      call test_failed(error, "an answer at resonance")
+      call test_failed(error, "a result at resonance")
       return
     end if
     call check(error, failure%code, failed_computation)

@@ -179,7 +179,7 @@ contains
         r = 1
         call solve_mass(m, r)
         if (.not. allocated(error)) call check(error, any(ieee_is_nan(r(4, :, :))), more="M^-1 R")
-        if (.not. allocated(error)) call check_that(error, [abs(r([1, 2, 3, 5, 6, 7, 8], :, :) - 1)], "<=", 0.0_dp, "others")
+        if (.not. allocated(error)) call check_that(error, [abs(r([1, 2, 3, 5, 6, 7, 8], :, :) - 1)], "<=", 0.0_dp, "other lanes")
       end do
     end do
     system%states = 4
@@ -223,7 +223,7 @@ contains
             a(k, i, 1) = values(v)
             phi = a(merge(1, 2, k > 1), :, :)
             call multiply_maps(counts(c), a, [1.0_dp, 1.0_dp], phi, fits)
-            if (.not. allocated(error)) call check(error, .not. fits, more="it must not fit")
+            if (.not. allocated(error)) call check(error, .not. fits, more="overflow must be reported")
           end do
         end do
       end do

@@ -178,9 +178,9 @@ contains
         do k = 1, 4
           if (allocated(error)) return
           ! within the claimed error, which is small: rounding over a step, which is a small part of that |1 - rho|
-          call check_that(error, abs(found(k)%slope(:, 1) - real(g(k))), "<", found(k)%error(:, 1), "more than claimed")
+          call check_that(error, abs(found(k)%slope(:, 1) - real(g(k))), "<", found(k)%error(:, 1), "error exceeds its bound")
           call check_that(error, [found(k)%error], "<", 1.0e-4_dp * max(1.0_dp, maxval(abs(g))), &
-            & "claims too much")
+            & "claimed error is too wide")
           ! with much damping the step is 1e-2, rounding 1e-13 over a few hundredths of it; no difference alone comes so far
           if (j == 1) call check_that(error, [found(k)%error], "<", 1.0e-9_dp, "not extrapolated")
           call check_that(error, found(k)%state(1), "==", "ok", "state")

@@ -138,7 +138,7 @@ contains
 
     call make_diagram([240.0_dp, 300.0_dp], [lost, mode_of(6.0_dp, 0.0_dp)], campbell)
     found = find_separations(campbell, none, [1], 1, 0.1_dp)
-    call check_that(error, abs(found(1)%distance - 0.2_dp), "<", 1.0e-15_dp * 10, "told at one speed")
+    call check_that(error, abs(found(1)%distance - 0.2_dp), "<", 1.0e-15_dp * 10, "determined at one speed only")
     if (allocated(error)) return
     call check(error, found(1)%state, "pass")
     if (allocated(error)) return

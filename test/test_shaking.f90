@@ -101,8 +101,8 @@ contains
     end do
     associate (slider => diagnosis%joints(3))
       call check_that(error, abs(slider%travel(2) - slider%travel(1) - 2), "<", 1.0e-13_dp, "stroke 2 r")
-      call check_that(error, abs(slider%rate - fastest), "<", 1.0e-9_dp, "greatest speed")
-      call check_that(error, abs(slider%second_rate - (1 + 1 / rod)), "<", 1.0e-9_dp, "greatest acceleration")
+      call check_that(error, abs(slider%rate - fastest), "<", 1.0e-9_dp, "maximum speed")
+      call check_that(error, abs(slider%second_rate - (1 + 1 / rod)), "<", 1.0e-9_dp, "maximum acceleration")
       call check_that(error, abs(slider%forward - pi), "<", 1.0e-9_dp, "half the turn each way")
     end associate
   end subroutine test_central

@@ -96,7 +96,7 @@ contains
         call period_map(plain, method, mesh(plain, steps(i)), scale, phi, failure, xp, reach)
         before = evaluations
         call period_map(frame, method, mesh(frame, steps(i)), scale, again, failure, xp_again, reach)
-        call check(error, evaluations, before, more="nothing is evaluated again")
+        call check(error, evaluations, before, more="no further evaluations")
         if (allocated(error)) return
         ! The counting mechanism is evaluated one angle at a time, the linkage in bulk: roundings of its sums differ.
         call check_that(error, maxval(abs(again - phi)), "<=", 1.0e-11_dp * maxval(abs(phi)), "with the table")

@@ -150,7 +150,7 @@ contains
         deviation = real(maxval(abs(radius - exact) / (bound * exact)), dp)
         call check_that(error, deviation, "<", 1.0_dp, "outside")
         ! n |E| / |y' x| is 6 times what one direction of E can do; a random one in 36 dimensions does about a sixth of that.
-        if (j > 1) call check_that(error, deviation, ">", 0.005_dp, "far from it")
+        if (j > 1) call check_that(error, deviation, ">", 0.005_dp, "bounds are not too wide")
         if (allocated(error)) return
         ! X is nearly the unit matrix the first time, so that it contains only a few rounding errors.
         if (i == 1 .and. j == 1) call check_that(error, maxval(abs(radius - exact)), "<", 5.0e-15_qp, "roundoff")

@@ -179,11 +179,11 @@ contains
     end do
     call spectral_radii(phi, perturbation, radius, log_radius, bound, stable, unstable, singly)
     ! As it was thought out: 0.95 surely inside, 0.75 perhaps not; 1.3 perhaps inside, 1.2 surely not.
-    call check_that(error, r(1) + disc(1, 1), "<", 1.0_dp, "the case")
-    call check_that(error, u(1) + disc(3, 1), ">", 1.0_dp, "the case")
-    call check_that(error, v(2) - disc(4, 2), "<", 1.0_dp, "the case")
-    call check_that(error, r(2) - disc(1, 2), ">", 1.0_dp, "the case")
-    call check_that(error, singly, "==", 0, "the case")
+    call check_that(error, r(1) + disc(1, 1), "<", 1.0_dp, "intended case")
+    call check_that(error, u(1) + disc(3, 1), ">", 1.0_dp, "intended case")
+    call check_that(error, v(2) - disc(4, 2), "<", 1.0_dp, "intended case")
+    call check_that(error, r(2) - disc(1, 2), ">", 1.0_dp, "intended case")
+    call check_that(error, singly, "==", 0, "intended case")
     call check_that(error, abs(radius(1) - r(1)), "<", 1.0e-12_dp, "radius")
     call check_that(error, abs(radius(2) - v(2)), "<", 1.0e-11_dp, "radius")
     call check_that(error, abs(bound(1) * r(1) - disc(1, 1)), "<", 1.0e-9_dp, "bound")
@@ -293,8 +293,8 @@ contains
     if (allocated(error)) return
     call spectral_radii(sound, 0.0_dp, sound_radius, sound_log, sound_bound)
     call check_that(error, maxval(abs([radius(1:7:2) - sound_radius, log_radius(1:7:2) - sound_log, bound(1:7:2) - sound_bound])), &
-      & "<=", 0.0_dp, "the sound ones")
-    call check_that(error, singly, "==", 7, "the sound ones")
+      & "<=", 0.0_dp, "finite matrices")
+    call check_that(error, singly, "==", 7, "finite matrices")
   end subroutine test_extreme
 
   !> Results are the same bit for bit in another order, alone, in columns of any length, and a second time.

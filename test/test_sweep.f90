@@ -205,7 +205,7 @@ contains
         p = grid%parameters(i, j)
         right = greatest_of_oscillator(p(1), p(2))
         deviation = abs(values(rho_max, j, i) - right) / right
-        call check_that(error, deviation, "<=", values(rho_error, j, i), "a bound is beaten")
+        call check_that(error, deviation, "<=", values(rho_error, j, i), "an error exceeds its bound")
         if (allocated(error)) return
         call check(error, nint(values(verdict, j, i)), stable)
         if (allocated(error)) return

@@ -298,8 +298,8 @@ contains
     call linkage(1)%tabulate(some_angles(many), users)
     call linkage(2)%tabulate(some_angles(many), own)
     ! Sizes up to 100 kg m^2, good angles.
-    call check_that(error, maxval(abs(users - own)), "<", 1.0e-11_dp, "users' and own mechanism")
-    call check_that(error, maxval(abs(own)), ">", 1.0_dp, "greatest term")
+    call check_that(error, maxval(abs(users - own)), "<", 1.0e-11_dp, "user's joint and built-in joint")
+    call check_that(error, maxval(abs(own)), ">", 1.0_dp, "largest term")
   end subroutine test_user_joint
 
   subroutine test_user_mechanism(error)

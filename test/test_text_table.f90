@@ -108,9 +108,9 @@ contains
     character(len=12) :: piece
     integer :: i
 
-    call check_that(error, text%whole(), "==", "", "nothing yet")
+    call check_that(error, text%whole(), "==", "", "empty text")
     call text%append("")
-    call check_that(error, text%whole(), "==", "", "nothing appended")
+    call check_that(error, text%whole(), "==", "", "empty piece appended")
     do i = 1, pieces
       write (piece, "('piece ', i6)") i
       call text%append(piece(:6))

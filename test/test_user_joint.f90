@@ -87,7 +87,7 @@ contains
     call linkage%add_joint("M", midpoint_joint([1, 2]), failure)
     call linkage%prepare(failure)
     call trace_diagram(linkage, [(i * pi / 8, i = 0, 15)], diagram)
-    call check(error, all(diagram%grounded .eqv. [.true., .false., .false., .true., .true., .false.]), "what stands on the frame")
+    call check(error, all(diagram%grounded .eqv. [.true., .false., .false., .true., .true., .false.]), "points on the frame")
     if (allocated(error)) return
     call check(error, size(diagram%bars), 3)
     if (allocated(error)) return

@@ -337,7 +337,8 @@ contains
         associate (l => loose%vibration, t => tight%vibration)
           miss = maxval(abs(l%history - t%history), dim=2)
           call check_that(error, miss, "<=", l%error + t%error, "rows")
-          call check_that(error, merge(0.0_dp, l%error, miss < 1.0e-9_dp * t%peak), "<=", 8 * miss, "no more than that")
+          call check_that(error, merge(0.0_dp, l%error, miss < 1.0e-9_dp * t%peak), "<=", 8 * miss, &
+            & "the error bound is not too wide")
           call check_that(error, l%peak_error, ">=", l%error, "errors of peaks")
           call check_that(error, t%error, ">", 0.0_dp, "errors of rows")
           if (allocated(error)) return

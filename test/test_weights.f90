@@ -327,7 +327,7 @@ contains
     ! A single spring away from F holds eta or psi, not both.
     call new_frame(frame, mechanism, 5.0_dp, 1.0_dp, [0.3_dp, 0.2_dp], zero, zero, 20.0_dp, failure, gravity=[0.0_dp, -g], &
       & supports=[support_type([-0.2_dp, 0.0_dp], [0.0_dp, 1.0e5_dp])], free=[2, 3])
-    call check_failure(error, failure, what="one spring beside F")
+    call check_failure(error, failure, what="one spring away from F")
     if (allocated(error)) return
     ! Straight below the centre of all masses it does.
     call new_frame(frame, mechanism, 5.0_dp, 1.0_dp, [1.1_dp, 0.2_dp], zero, zero, 20.0_dp, failure, gravity=[0.0_dp, -g], &
