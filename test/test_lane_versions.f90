@@ -101,8 +101,7 @@ contains
         call check_that(error, maxval(abs(matmul(unit_lower(r(lane, :, :block)), three(c, lane)) - three(before, lane))), "<", &
           & 1.0e-14_dp, "L^-1 W")
         if (allocated(error)) return
- &
-        &      end do
+      end do
       call check_that(error, maxval(abs(c(:, block + 1:, :) - before(:, block + 1:, :))), "<=", 0.0_dp, &
         & "other columns of the block")
       if (allocated(error)) return
