@@ -147,7 +147,7 @@ contains
     end do
     table = new_table("balance", "Counterweights", "Effect of counterweights on rigid ground and on the mounts.", &
       & shown=.true.)
-    call table%add("aim", "what the counterweights minimise; found: without, complete: no force", [(aims(variants(i)%aim), &
+    call table%add("aim", "what the counterweights minimise; found: none, complete: force cancelled", [(aims(variants(i)%aim), &
       & i = 1, n)])
     call table%add("links", "links with counterweights", links)
     call table%add("added_mass", kilogram, "mass of the counterweights", [(variants(i)%mass, i = 1, n)])

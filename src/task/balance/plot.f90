@@ -17,7 +17,7 @@ module gestell_task_balance_plot
 
 contains
 
-  !> Picture balance.gp: rms force and moment as percentages of the machine as found, with a pair of bars for each variant.
+  !> Picture balance.gp: rms force and moment as percentages of the original machine, with a pair of bars for each variant.
   function plot_balance(variants) result(figure)
     type(variant_type), intent(in) :: variants(:)
     type(figure_type) :: figure
@@ -46,7 +46,7 @@ contains
 
   contains
 
-    !> One panel with bars of the columns `rigid` and `mounted` of balance.csv, as percentages of the machine as found.
+    !> One panel with bars of the columns `rigid` and `mounted` of balance.csv, as percentages of the original machine.
     pure function panel(row, what, rigid, mounted, axis) result(lines)
       integer, intent(in) :: row
       character(len=*), intent(in) :: what, rigid, mounted, axis

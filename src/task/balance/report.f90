@@ -91,7 +91,7 @@ contains
 
   !> Section of the report on balancing.
   function report_balance(variants, rigid, linkage, options, state, length) result(report)
-    !> The machine as found, then the variants with counterweights
+    !> The original machine, then the variants with counterweights
     type(variant_type), intent(in) :: variants(:)
     !> Bodies of the linkage that can carry counterweights
     type(rigid_ground_type), intent(in) :: rigid
@@ -215,7 +215,7 @@ contains
 
   !> The counterweights as &link groups of an input, in the units of the input.
   function link_lines(variants, rigid, linkage, units) result(lines)
-    !> The machine as found, then the variants with counterweights
+    !> The original machine, then the variants with counterweights
     type(variant_type), intent(in) :: variants(:)
     !> Bodies of the linkage that can carry counterweights
     type(rigid_ground_type), intent(in) :: rigid

@@ -22,7 +22,7 @@ module gestell_task_balance_variants
 
   public :: plan_variants, solve_variant, take_mounted
 
-  !> Purpose of the counterweights. 0: none, the machine as found; 1 to 3: one counterweight for the smallest force, moment or
+  !> Purpose of the counterweights. 0: no counterweight; 1 to 3: one counterweight for the smallest force, moment or
   !> weighted sum; 4: several that balance the force completely; 5: several that minimise the force, restricted to links with a
   !> pivot on the frame.
   integer, parameter, public :: as_found = 0, for_force = 1, for_moment = 2, for_sum = 3, complete = 4, together = 5
@@ -34,7 +34,7 @@ module gestell_task_balance_variants
 
   !> Forces and vibration of a variant on its mounts.
   type, public :: mounted_type
-    !> Reason why no vibration was found; not allocated if there is one
+    !> Reason why there is no vibration; not allocated if there is one
     character(len=:), allocatable :: reason
     !> Verdict on the machine with the counterweights
     character(len=9) :: verdict = ""
@@ -67,7 +67,7 @@ module gestell_task_balance_variants
 
 contains
 
-  !> Plans all variants and computes their forces on rigid ground. The first variant is the machine as found. Variants whose
+  !> Plans all variants and computes their forces on rigid ground. The first variant is the original machine. Variants whose
   !> counterweight would have no effect are omitted.
   subroutine plan_variants(rigid, linkage, speed, options, variants, state, length)
     !> Bodies of the linkage that can carry counterweights

@@ -353,7 +353,7 @@ contains
     end select
   end subroutine bare_frame
 
-  !> Solves the iterates at both ends in parallel. The second is repeated if the first turns out to need more samples.
+  !> Solves the iterates at both ends in parallel. The second is repeated if the first needs more samples.
   subroutine solve_both(self, q, ends, next, error)
     class(line_path_type), intent(in) :: self
     real(dp), intent(in) :: q(:, :), ends(2)

@@ -23,7 +23,7 @@ module gestell_task_campbell
   !> Options of a Campbell diagram.
   type, public :: campbell_options
     type(accuracy_type) :: accuracy
-    !> Highest harmonic of the period with which crossings are sought. A harmonic is a multiple of the crank speed if the crank
+    !> Highest harmonic of the period with which crossings are searched. A harmonic is a multiple of the crank speed if the crank
     !> makes one turn in the period.
     integer :: orders = 6
     !> The only harmonics to be used, instead of 1 to `orders`
@@ -117,7 +117,7 @@ contains
       call spread_over(work, size(wanted), error, executor)
       if (allocated(error)) return
       known = [known, work%points]
-      ! Follow the modes from speed to speed, using the known points in between where needed, and collect the speeds of points that
+      ! Follow the modes from speed to speed, using the solved points in between where needed, and collect the speeds of points that
       ! are still missing.
       campbell = campbell_type(points=[campbell_point_type ::], free=[integer ::])
       wanted = [real(dp) ::]
@@ -166,7 +166,7 @@ contains
     if (.not. allocated(error)) call check_accuracy(options%accuracy, error)
   end subroutine check_campbell_options
 
-  !> Numbers of the harmonics with which crossings are sought.
+  !> Numbers of the harmonics with which crossings are searched.
   pure function sought(self)
     class(campbell_options), intent(in) :: self
     integer, allocatable :: sought(:)
@@ -204,7 +204,7 @@ contains
     end do
   end subroutine remember
 
-  !> Reorders the modes of `point` to match those of `last`, using known points in between where matching is uncertain. The speeds
+  !> Reorders the modes of `point` to match those of `last`, using solved points in between where matching is uncertain. The speeds
   !> of missing points are appended to `wanted`.
   pure recursive subroutine connect(known, last, point, halvings, campbell, wanted)
     type(campbell_point_type), intent(in) :: known(:), last

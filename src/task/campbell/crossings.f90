@@ -72,7 +72,7 @@ module gestell_task_campbell_crossings
   !> Minimum change of a frequency, relative to the frequency of the period, that counts as a jump; maximum number of jumps
   real(dp), parameter :: jumping = 1.0e-6_dp
   integer, parameter :: most_jumps = 40
-  !> Functions whose zeros are sought. `detuning`: mode frequency minus `multiple` times the frequency of the period; it is zero
+  !> Functions whose zeros are searched. `detuning`: mode frequency minus `multiple` times the frequency of the period; it is zero
   !> over the whole interval in which the mode is locked. `discriminant`: squared half difference of the two exponents, positive
   !> where they are real.
   integer, parameter :: detuning = 1, discriminant = 2

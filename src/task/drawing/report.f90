@@ -22,7 +22,7 @@ module gestell_task_drawing_report
 
   public :: report_mechanism, report_transmission
 
-  !> Transmission angle (deg) below which a mechanism is considered poor
+  !> Transmission angle (deg) below which a mechanism is considered unfavourable
   real(dp), parameter :: poor = 40
 
 contains

@@ -78,7 +78,7 @@ contains
   end subroutine probe
 
   !> Finds the crossings along a line. A crossing counts if the quantity is certainly above the level on one side and within it on
-  !> the other. Other crossings, and places without a vibration, are listed as doubts. Fails if the parameters are invalid.
+  !> the other. Other crossings, and places without a vibration, are listed as open. Fails if the parameters are invalid.
   subroutine search(self, along, nodes, found, error)
     class(level_plane_type), intent(in) :: self
     type(line_type), intent(in) :: along

@@ -34,7 +34,7 @@ module gestell_task_boundary_line_follow
   !> Lengths relative to the line below which a stretch is not divided: `shortest` in general, `beside_nothing` if one end has no
   !> system.
   real(dp), parameter :: shortest = 1.0e-7_dp, beside_nothing = 1.0e-4_dp
-  !> With more nodes than this no stretch is divided any more.
+  !> Number of nodes beyond which stretches are no longer divided.
   integer, parameter :: most = 4000
   !> States of a stretch.
   integer, parameter :: open = 0, done = 1, empty = 2

@@ -161,7 +161,7 @@ contains
     if (.not. allocated(error)) call path%solve(middle + s, three(3), error)
   end subroutine three_about
 
-  !> Computes the end of a tongue, the zero of the excess between a pair that decays and one that grows. Fails if the parameters are
+  !> Computes the end of a tongue, the zero of `excess` between a pair that decays and one that grows. Fails if the parameters are
   !> invalid.
   subroutine tongue_end(path, outside, top, t, missing, error)
     type(pair_path_type), intent(in) :: path
@@ -169,7 +169,7 @@ contains
     type(pair_type), intent(in) :: outside, top
     !> Position of the end of the tongue
     real(dp), intent(out) :: t
-    !> True if a system on the way could not be solved
+    !> True if a system in between could not be solved
     logical, intent(out) :: missing
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: share = 0.125_dp

@@ -98,10 +98,10 @@ contains
     vertices%left_out = vertices%left_out + found%left_out
   end subroutine take
 
-  !> Links the vertices of `pool` that lie on the sides of `box`. On a counter-clockwise turn around the box, sections inside the
+  !> Links the vertices of `pool` that lie on the sides of `box`. On a counter-clockwise turn about the box, sections inside the
   !> region begin at vertices that `enter` it and end at vertices that leave it.
   !> Two vertices are linked directly. With four vertices the system at their mean decides if the sections inside the region are
-  !> connected. With four or more on two opposite sides, the line half way between the sides decides. The box is halved if the
+  !> connected. With four or more on two opposite sides, the line midway between the sides decides. The box is halved if the
   !> decision is uncertain, systems are missing or a narrow tongue ends in the box, down to the allowed deviation. Fails if the
   !> parameters are invalid.
   recursive subroutine connect_cell(plane, box, pool, vertices, error)
@@ -153,8 +153,8 @@ contains
     end do
   end subroutine connect_cell
 
-  !> True if both vertices lie on one side of the box, close together. Then the tip of a tongue lies inside the box, at an unknown
-  !> position.
+  !> True if both vertices lie on one side of the box, close together. Then a tongue ends at an unknown position inside the
+  !> box.
   pure logical function tip(box, u, v)
     type(box_type), intent(in) :: box
     real(dp), intent(in) :: u(2), v(2)
@@ -165,8 +165,8 @@ contains
     tip = any(same([2, 1]) .and. abs(u - v) < close * (box%high - box%low))
   end function tip
 
-  !> Selects the vertices of `pool` on the sides of the box, counter-clockwise from its lower left corner. `enter`: true if the turn
-  !> around the box enters the region at the vertex.
+  !> Selects the vertices of `pool` on the sides of the box, counter-clockwise from its lowest corner. `enter`: true if the turn
+  !> about the box enters the region at the vertex.
   pure subroutine around(box, pool, vertices, ids, enter)
     type(box_type), intent(in) :: box
     integer, intent(in) :: pool(:)
@@ -190,7 +190,7 @@ contains
     enter = entering(places)
   end subroutine around
 
-  !> Computes the position of `u` on the turn around the box and the direction of the turn there. The position is 0 to 4, or -1 if
+  !> Computes the position of `u` on the turn about the box and the direction of the turn there. The position is 0 to 4, or -1 if
   !> `u` is not on a side.
   pure subroutine position_around(box, u, position, tangent)
     type(box_type), intent(in) :: box

@@ -106,7 +106,7 @@ contains
     lines = lines // "END" // newline
   end function left_boxes
 
-  !> Label for an empty plot.
+  !> Label for a plot without curves.
   pure function empty(number) result(line)
     integer, intent(in) :: number
     character(len=:), allocatable :: line
@@ -115,7 +115,7 @@ contains
     if (number == 0) line = "set label 1 'none found' at graph 0.5,graph 0.5 center textcolor rgb '#444444'" // newline
   end function empty
 
-  !> Text with the number of borders found.
+  !> Text with the number of borders.
   pure function found(number) result(words)
     integer, intent(in) :: number
     character(len=:), allocatable :: words
