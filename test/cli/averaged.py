@@ -1,4 +1,4 @@
-"""The averaged model and the model's own trade, as a user runs them."""
+"""The averaged model and the comparison of models, as a user runs them."""
 
 import math
 import re
@@ -34,7 +34,7 @@ def test_golden():
             return
         check("averaged, the report says so", "averaged model in closed form" in run.flat and "model      averaged" in run.out,
               "the model in head and evidence", run.out)
-        check("averaged, nothing of an integration", "Liouville" not in run.out and "Phi" not in run.out, "neither", run.out)
+        check("averaged, report does not mention integration", "Liouville" not in run.out and "Phi" not in run.out, "neither", run.out)
         came, right = tables(folder / "new"), tables(GOLDEN)
         equal("averaged, files", sorted(came), sorted(right))
         for name in MULTIPLIERS[1:-1]:
@@ -88,7 +88,7 @@ def test_resonance():
         run.refused("averaged, resonance", 4, re.compile(r".*harmonic 5 of the period \(resonance\).*"))
         equal("averaged, resonance, files", files(folder / "input"), ["multipliers.csv"])
         run = Run(folder, "-q", "input.nml", "-s", "support.stiffness=0.0", "-o", "free")
-        run.refused("averaged, nothing holds it", 4, re.compile(r".*\(harmonic 0\); a spring is missing there"))
+        run.refused("averaged, frame without supports", 4, re.compile(r".*\(harmonic 0\); a spring is missing there"))
 
 
 def test_extremes():
@@ -120,7 +120,7 @@ def test_trade():
         equal("trade, last row", last[:3], ["averaged", "0", "0"])
         equal("trade, one row of the averaged model", sum(row.startswith("averaged,") for row in rows), 1)
         check("trade, samples", int(last[3]) > 0, "> 0", last[3])
-        # what is off at this speed: Phi(T) by 1.5 %, a multiplier by 1.1 %, x0 by 0.25 %
+        # errors of the averaged model at this speed: Phi(T) 1.5 %, a multiplier 1.1 %, x0 0.25 %
         for name, value, expected in zip(("phi", "rho", "x0"), last[4:7], (1.5377e-2, 1.1172e-2, 2.4890e-3)):
             near(f"trade, averaged, error_{name}", float(value), expected, 1e-4 * expected)
         check("trade, report", "PERIODIC OR AVERAGED" in run.out and "good for a first look" in run.out,

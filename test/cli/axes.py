@@ -1,4 +1,4 @@
-"""Supports whose axes turn with the frame; the tongue that theory.md computes by hand."""
+"""Supports whose axes turn with the frame, and the instability tongue that theory.md computes by formula."""
 
 import math
 from pathlib import Path
@@ -38,11 +38,11 @@ def test_keys():
         near("alike along both axes", turned, space, 1e-9)
         one = greatest(folder, "one of them", *fast, "-s", "support(2).damping=100,0", "-s", "support(2).axes='frame'")
         none = greatest(folder, "none of them", *fast, "-s", "support(2).damping=100,0")
-        check("one of them matters", abs(one - none) > 1e-5, "another number", (one, none))
+        check("axes of one support matter", abs(one - none) > 1e-5, "another number", (one, none))
         space, turned = (abs(greatest(folder, "weights about rest", *words, "-s", "model.frame=rest", "-s", "frame.dof='eta','psi'",
                                       file="weighed.nml", column="arg_rad")) for words in ((), ("-s", "support.axes='frame'")))
         check("weights about rest matter", abs(turned - space) > 1e-4, "another phase", (turned, space))
-        Run(folder, "other.nml").refused("axes, no such", 2, "other.nml:13: &support 3: axes = 'both': unknown; choose from 'space', 'frame'")
+        Run(folder, "other.nml").refused("axes, unknown word", 2, "other.nml:13: &support 3: axes = 'both': unknown; choose from 'space', 'frame'")
         equal("axes, no files", sorted(path.name for path in folder.iterdir()), ["input.nml", "other.nml", "out", "weighed.nml"])
 
 
@@ -60,20 +60,20 @@ def test_by_hand():
                 words = ("-s", f"model.frame={model}", "-s", f"link(rotor).center={centre},0", "-s",
                          f"frame.inertia={inertia - 0.05 - 2.0 * centre ** 2!r}")
                 run = Run(folder, "-q", *words, "-o", "out", VALIDATION / "rotor_on_support.nml")
-                if not run.done(f"by hand, {model}"):
+                if not run.done(f"closed form, {model}"):
                     return
                 rows = [line.split(",") for line in (folder / "out" / "boundary.csv").read_text().splitlines() if line[0] != "#"][1:]
                 if model == "rest":
-                    equal("by hand, rest", rows, [])
+                    equal("closed form, rest", rows, [])
                     continue
-                equal(f"by hand, {model}, kinds", [row[3] for row in rows], ["period_doubling"] * 2)
+                equal(f"closed form, {model}, kinds", [row[3] for row in rows], ["period_doubling"] * 2)
                 h = 2.0 * centre * speed ** 2 / (k - mass * speed ** 2)
                 width = (float(rows[1][1]) - float(rows[0][1])) * math.pi / 30 / speed
                 missed.append(width / (arm * k * h / (2 * c)) - 1)
             if missed:
-                near(f"by hand, {model}", missed[1], 0, 1e-3)
+                near(f"closed form, {model}", missed[1], 0, 1e-3)
                 # terms of the fourth order
-                near(f"by hand, {model}, falls with the square", missed[0] / missed[1], 4, 0.05)
+                near(f"closed form, {model}, falls with the square", missed[0] / missed[1], 4, 0.05)
 
 
 AXES_TESTS = [test_axes, test_keys, test_by_hand]

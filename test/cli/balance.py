@@ -1,4 +1,4 @@
-"""The task `balance`: its counterweights, pasted into the input, against what the other tasks say of such a machine."""
+"""The task `balance`: its printed counterweights, pasted into the input, have the effect that it reports."""
 
 import csv
 import math
@@ -34,7 +34,7 @@ LINK = re.compile(r"  &link [^/]*/\n")
 
 
 def rows(folder, name="balance"):
-    """The rows of a table, their numbers as such."""
+    """The rows of a table with their numbers."""
     lines = [line for line in (folder / f"{name}.csv").read_text().splitlines() if line[0] != "#"]
     found = list(csv.DictReader(lines))
     for row in found:
@@ -45,7 +45,7 @@ def rows(folder, name="balance"):
 
 
 def pasted(report):
-    """By the label of each variant its lines."""
+    """The printed lines of each variant, by its label."""
     text = report[report.index("COUNTERWEIGHTS as links"):]
     return {part.split("\n")[0]: "".join(LINK.findall(part)) for part in text.split("  ! ")[1:]}
 
@@ -56,7 +56,7 @@ def label(row):
 
 
 def compare(what, text, folder, report):
-    """Every variant beside a run of the input with its links; the mounted numbers, verdict and orders."""
+    """Compares every variant with a run of the input that contains its links: mounted values, verdict and orders."""
     lines = pasted(report)
     _, found = rows(folder / "input")
     _, orders = rows(folder / "input", "balance_harmonics")
@@ -104,7 +104,7 @@ def test_four_bar():
             near(f"balance: {row['name']}, mass", row["mass_kg"], unbalance / length, 1e-12)
             near(f"balance: {row['name']}, place", row["center_x_m"], -length, 1e-12)
             near(f"balance: {row['name']}, place across", row["center_y_m"], 0, 1e-12)
-        equal("balance: nothing is left", (found[-1]["rigid_f_rms_N"], found[-1]["rigid_f_peak_N"]), (0, 0))
+        equal("balance: no residual force", (found[-1]["rigid_f_rms_N"], found[-1]["rigid_f_peak_N"]), (0, 0))
         equal("balance: the best of each aim", [min(row[key] for row in found[1:-1] if row["aim"] == aim) ==
                                                 min(row[key] for row in found[:-1])
                                                 for aim, key in (("force", "rigid_f_rms_N"), ("moment", "rigid_m_rms_Nm"))],
@@ -157,9 +157,9 @@ def test_stiff():
         _, found = rows(folder / "input")
         for row in found[:-1]:
             for key in ("f_rms_N", "f_peak_N", "m_rms_Nm", "m_peak_Nm"):
-                # displacements of 1e-12 m in 0.5 m, and what undamped vibrations of 1e5 Hz leave
+                # displacements of 1e-12 m in 0.5 m, and the remains of undamped vibrations of 1e5 Hz
                 near(f"balance, stiff, {label(row)}: {key}", row[key], row[f"rigid_{key}"], 1e-5 * row[f"rigid_{key}"])
-        # the moment about O, as --check tells it
+        # the moment about O, as --check reports it
         Run(folder, "-q", "input.nml", "-s", "balance.about='origin'").done("balance, about O")
         told = Run(folder, "--check", "input.nml").out
         peak, rms = (re.search(rf"^ +{word} .* (\S+)$", told, re.M)[1] for word in ("peak", "rms"))

@@ -1,6 +1,6 @@
-"""Broken inputs: how each differs from a sound one, and the one line and exit code that a user must get.
+"""Broken inputs: how each differs from a valid one, and the expected exit code and single line on standard error.
 
-A message is a text, or a pattern where a number in it depends on how finely the turn was searched. `{group.key}` in a text stands
+A message is a text, or a pattern if a number in it depends on how finely the turn was searched. `{group.key}` in a text stands
 for the words that the program allows there, as `--help group.key` lists them.
 """
 
@@ -24,18 +24,18 @@ SOUND = """\
 &support position=0.30,-0.20, stiffness=196133.0,196133.0 /
 &foundation damping=0.5,0.5,0.05 /
 """
-# The paper's equations, about rest, where numbers are theirs, or where the cost of the exact frame is beside the point.
+# The paper's equations, about rest: for tests whose numbers are the paper's, and for those that need not pay for the exact frame.
 REST = "&model frame='rest' /\n"
 
 
 def changed(old, new):
-    """The sound input with `old` (it stands there once) replaced."""
+    """The valid input with `old`, which it contains once, replaced."""
     assert SOUND.count(old) == 1, old
     return SOUND.replace(old, new)
 
 
 def added(line):
-    """The sound input with a line 16."""
+    """The valid input with an additional line 16."""
     return SOUND + line + "\n"
 
 
@@ -43,13 +43,13 @@ LINES = SOUND.splitlines(keepends=True)
 
 
 def without(*numbers):
-    """The sound input without these lines."""
+    """The valid input without these lines."""
     return "".join(line for number, line in enumerate(LINES, 1) if number not in numbers)
 
 
 RRR = "lengths=0.37,0.16, branch=1"
 
-# what is wrong, input, exit code, standard error
+# description, input, exit code, standard error
 INPUTS = [
     # groups
     ("unknown group", changed("&drive speed", "&drve speed"), 2,
@@ -359,7 +359,7 @@ INPUTS = [
      "input.nml:1: not a text file (character code 0); save it as UTF-8 text"),
 ]
 
-# what is wrong, options, exit code, standard error; the input is sound
+# description, options, exit code, standard error; the input itself is valid
 OPTIONS = [
     ("unknown option, near", ["--outpt", "x", "input.nml"], 1,
      "unknown option '--outpt'; did you mean '--output'?"),

@@ -1,5 +1,5 @@
-"""Broken inputs with all joints, guides, units, mass functions and mountings: how each differs from a sound one, and
-the one line and exit code that a user must get.
+"""Broken inputs with all joints, guides, units, mass functions and mountings: how each differs from a valid one, and
+the expected exit code and single line on standard error.
 """
 
 import math
@@ -45,7 +45,7 @@ def joint(name, keys):
 
 
 def last_joint(keys, *changes):
-    """The machine with a last joint of its own in line 8, without those of sliders and guides behind it."""
+    """The machine with a last joint of its own in line 8, without the following joints of sliders and guides."""
     text = "".join(LINES[:7] + [f"&joint name='S', {keys} /\n"] + LINES[11:13] + LINES[14:])
     for old, new in changes:
         assert text.count(old) == 1, old
@@ -64,12 +64,12 @@ def functions(old, new):
 
 
 def units(words):
-    """The machine with a line 2 that names units."""
+    """The machine with a line 2 that selects units."""
     return LINES[0] + f"&units {words} /\n" + "".join(LINES[1:])
 
 
 def added(line):
-    """The machine with a line 18."""
+    """The machine with an additional line 18."""
     return MACHINE + line + "\n"
 
 
@@ -82,19 +82,19 @@ def needs_guide(number, name, key="guide"):
             f"'{key}' for one carried by two joints")
 
 
-# where the joint can be assembled, and what kind of four-bar it is (tested in slips.py)
+# where the joint can be assembled, and what kind of four-bar it is (tested in headlines.py)
 CLOSES = (r"(; it (cannot be assembled at any crank angle|can be assembled from [\d., tofrm]* deg)|; it can be assembled elsewhere, except in gaps of less than 4 deg)"
           r"(; [a-z ]*(Grashof|parallelogram).*)?")
 
 
 def cannot(number, name, degrees, why):
-    """The joint, and where and why it cannot be assembled; a pattern for the number of degrees."""
+    """Message on a joint that cannot be assembled: where and why; a pattern for the number of degrees."""
     return re.compile(re.escape(f"input.nml:{number}: joint '{name}' cannot be assembled or is at a dead point at a crank angle of "
                                 f"@ deg: {why}").replace("@", degrees) + CLOSES)
 
 
 def about(degrees, number, name, why):
-    """The same, met within 0.02 deg: the search closes in on a dead point from one side."""
+    """Like `cannot`, for a dead point that is found within 0.02 deg, because the search approaches it from one side."""
     steps = range(round(100 * (degrees - 0.02)), round(100 * (degrees + 0.02)) + 1)
     places = "|".join(rf"{step / 100:.2f}\d" for step in steps)
     return cannot(number, name, f"({places})", why)
@@ -112,7 +112,7 @@ PAIRS = "must have an odd number of values: the mean, then pairs of cosine and s
 MASS_KEYS = "allowed are mass, inertia, a1, a2, a3, moment, energy"
 UNITS_KEYS = "allowed are length, mass, inertia, stiffness, force, moment, damping, rotary_damping, angle"
 
-# what is wrong, input, exit code, standard error
+# description, input, exit code, standard error
 INPUTS = [
     # sliders
     ("RRP with two ends", joint("B", f"type='RRP', ends='A','P', lengths=0.2, {FIXED}, branch=1"), 2,
@@ -379,7 +379,7 @@ INPUTS = [
      "input.nml:18: &foundation: stiffness(4) = 1.0: takes two subscripts"),
 ]
 
-# what is wrong, settings of the machine, exit code, standard error
+# description, settings of the machine, exit code, standard error
 SETTINGS = [
     ("guide_point(3)", "joint(B).guide_point(3)=0.1", 2, "guide_point: the subscript runs from 1 to 2"),
     ("guide_angle in words", "joint(B).guide_angle=up", 2, "must be a number"),
@@ -421,7 +421,7 @@ FUNCTION_SETTINGS = [
     ("no joints", "joint(A).radius=1", 2, "the input has no &joint"),
 ]
 
-# what is wrong, input, arguments, exit code, standard error
+# description, input, arguments, exit code, standard error
 BROKEN_MECHANISMS = [(what, text, ["input.nml"], code, message) for what, text, code, message in INPUTS]
 for base, settings in ((MACHINE, SETTINGS), (FUNCTIONS, FUNCTION_SETTINGS)):
     kind = "linkage" if base is MACHINE else "mass functions"

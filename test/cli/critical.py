@@ -1,4 +1,4 @@
-"""Critical speeds: a peak of the force is told of the order that makes it."""
+"""Critical speeds: each peak of the force is assigned to the order that causes it."""
 
 import csv
 import math
@@ -22,7 +22,7 @@ NEEDLE = """&case title = 'Needle drive', tasks = 'critical' /
 
 
 def rows(start):
-    """critical.csv by mode and order, the range from `start` on."""
+    """critical.csv by mode and order, for a range that begins at `start`."""
     with Folder(input=NEEDLE + f"&sweep parameter='drive.speed_rpm', from={start}, to=5000, count=91 /\n") as folder:
         Run(folder, "-q", "input.nml").done(f"critical from {start}")
         lines = (folder / "input/critical.csv").read_text().splitlines()
@@ -36,10 +36,10 @@ def test_critical():
     """
     high, low = rows(500), rows(470)
     silent = high.get(("3", "3"))
-    check("the silent order is there", silent is not None, "mode 3, order 3", sorted(high))
-    check("the silent order has no force", silent is None or math.isnan(float(silent["force_N"])), "NaN", silent)
+    check("the order without force is listed", silent is not None, "mode 3, order 3", sorted(high))
+    check("the order without force has NaN as force", silent is None or math.isnan(float(silent["force_N"])), "NaN", silent)
     loud = low.get(("2", "2"))
-    check("the loud order has one", loud is not None and 10 < float(loud["force_N"]) < 13, "about 11 N", loud)
+    check("the exciting order has a force", loud is not None and 10 < float(loud["force_N"]) < 13, "about 11 N", loud)
     for key in sorted(set(high) & set(low)):
         for column in ("outcome", "mode", "order"):
             equal(f"critical {key}: {column}", high[key][column], low[key][column])

@@ -1,4 +1,4 @@
-"""The task `design` against closed forms and against runs of its own: design.csv and its companions, design.nml, what is refused."""
+"""The task `design` against closed forms and against other runs: design.csv and the other tables, design.nml, refused input."""
 
 import csv
 import math
@@ -26,13 +26,13 @@ PLACES = ("&design parameter='link(cw).center(1)', from=-0.08, to=0.08 /\n"
 
 
 def table(folder, name):
-    """Rows of a table."""
+    """The rows of a table."""
     lines = [line for line in (folder / f"{name}.csv").read_text().splitlines() if line[0] != "#"]
     return list(csv.DictReader(lines))
 
 
 def force(unbalance, speed=SPEED):
-    """Rms of the force on the ground: (c + i b w) U w^2 / (c - m w^2 + i b w), of one harmonic."""
+    """Rms of the force on the ground for one harmonic: (c + i b w) U w^2 / (c - m w^2 + i b w)."""
     w = speed * math.pi / 30
     return abs(complex(SPRING, DAMPING * w) * unbalance * w**2 / complex(SPRING - MASS * w**2, DAMPING * w)) / math.sqrt(2)
 
@@ -47,9 +47,9 @@ def test_bounds_worth():
     stiffness = complex(SPRING - MASS * w**2, DAMPING * w)
     worth = [0.01 * 0.12 / left, 0.0, 0.01 * 0.8 * (0.04 / left - w**2 * stiffness.real / abs(stiffness)**2)]
     with Folder(input=text) as folder:
-        if Run(folder, "-q", "input.nml").done("design, what bounds are worth"):
+        if Run(folder, "-q", "input.nml").done("design, gains from wider bounds"):
             for row, wanted in zip(table(folder / "input", "design"), worth):
-                near(f"design, worth of a bound: {row['parameter']}", float(row["bound_worth_percent"]), 100 * wanted, 1e-4)
+                near(f"design, gain from a bound: {row['parameter']}", float(row["bound_worth_percent"]), 100 * wanted, 1e-4)
 
 
 def design_tests():
@@ -69,7 +69,7 @@ def design_tests():
             text = (folder / "input" / "design.nml").read_text()
             check("design: what is typed stays", "! its speed" in text and "! the counterweight; center was missing" in text,
                   "comments", text)
-    # three quarters of the range: the bound holds both, and an inch of it is worth its share of the force
+    # three quarters of the range: both parameters are at their bound, and the force changes in proportion to it
     reach = PLACES.replace("-0.08", "-0.02")
     with Folder(input=ROTOR + reach + "&objective quantity='fx' /\n") as folder:
         if Run(folder, "-q", "input.nml").done("design, bounds"):
@@ -99,7 +99,7 @@ def design_tests():
                 near(f"design: added mass {limit}", float(found[limit][1]["after"]), limit, 2e-6)
     if len(found) == 2:
         values = [float(goals[0]["after"]) for goals in found.values()]
-        near("design: worth of a limit", float(found[-0.8][1]["limit_worth_percent"]), 100 * (1 - values[1] / values[0]), 0.02)
+        near("design: gain from a limit", float(found[-0.8][1]["limit_worth_percent"]), 100 * (1 - values[1] / values[0]), 0.02)
     # within a circle, in another unit: of the unbalance 0.05 kg m its radius is left out
     circle = ("&units length='mm' /\n" + PLACES.replace("0.08", "80") + "&objective quantity='fx' /\n"
               "&constraint quantity='link(cw).offset', at_most=0.02 /\n")
@@ -167,7 +167,7 @@ def design_tests():
             as folder:
         run = Run(folder, "input.nml")
         if run.done("design, out of reach"):
-            check("design, out of reach: said", "DESIGN: limits not met within these ranges: xi peak is" in run.out, "out", run.out)
+            check("design, out of reach: reported", "DESIGN: limits not met within these ranges: xi peak is" in run.out, "out", run.out)
             equal("design, out of reach: state", table(folder / "input", "design_goals")[1]["state"], "violated")
     limit_tests(reach)
     for what, words, message in REFUSED:
@@ -231,7 +231,7 @@ def between_tests():
             stiffness = float(table(folder / "input", "design")[0]["after"])
             worst = max(rms(600 + 100 * k / 2e5) for k in range(200001))
             near("design, between, out of reach: the worst", float(goals[1]["after"]), worst, 1e-5 * worst)
-            check("design, between, out of reach: said", "DESIGN: limits not met within these ranges: fx rms is" in run.out, "out",
+            check("design, between, out of reach: reported", "DESIGN: limits not met within these ranges: fx rms is" in run.out, "out",
                   run.out)
     # a four-bar by the exact frame, whose sampled speeds all miss the resonance
     with Folder(input=DISC + "&design parameter='support.stiffness', from=2e4, to=4e5, starts=2 /\n"
@@ -244,7 +244,7 @@ def between_tests():
                 if Run(other, "-q", "input.nml").done("design, exact, between: resonance"):
                     found = max(float(row["f_peak_N"]) for row in table(other / "input", "resonance"))
                     near("design, exact, between: the worst", float(goal["after"]), found, 1e-5 * found)
-            # of one maximum that is found twice the vibration may be found at one of two speeds only
+            # a maximum is found at two speeds; the vibration may be found at only one of them
             check("design, exact, between: error before", float(goal["before_error"]) < 1e-3 * float(goal["before"]), "known",
                   goal["before_error"])
             check("design, exact, between: no worse than before", float(goal["after"]) <= float(goal["before"]), goal["before"],
@@ -269,7 +269,7 @@ def branch_tests():
 
     They lie within the width of one resonance; compared with the task `sweep`.
     """
-    # of order 8: of the maxima over the turn one is the greatest 0.0008 1/min below the speed where another one is
+    # order 8: two maxima over the turn are largest at speeds 0.0008 1/min apart
     orders = (DISC.replace("speed_rpm = 240.0", "speed_rpm = 419.0").replace("mass=0.60, inertia", "mass=0.772, inertia")
               .replace("mass=0.25, inertia", "mass=0.379, inertia").replace("inertia=0.0004, center=0.0,0.0",
                                                                             "inertia=0.0004, center=-0.111916178,0.0")
@@ -321,7 +321,7 @@ def tongue_tests():
             if not run.done(what):
                 continue
             word = re.search(r"verdict: (\w+) before, (\w+) after", run.out)
-            check(f"{what}: told", word and word[2] == wanted, wanted, run.out)
+            check(f"{what}: reported", word and word[2] == wanted, wanted, run.out)
             if limit:
                 state = table(folder / "input", "design_goals")[1]["state"]
                 equal(f"{what}: limit", state, "met" if wanted == "stable" else "violated")
@@ -348,16 +348,16 @@ def exact_limit_tests():
                 equal(f"design, {what}: state", row["state"], state)
                 near(f"design, {what}: added mass", float(row["after"]), limit, 1e-9)
                 check(f"design, {what}: headline", "limits not met" not in run.out, "in reach", run.out)
-    # below the least force: what the search did in vain is not called optimal
+    # below the smallest possible force: the result of the failed search is not called optimal
     with Folder(input=ROTOR + fixed.replace("0.08", "0.02") + "&constraint quantity='xi', measure='peak', at_most=1e-9 /\n") as folder:
         run = Run(folder, "input.nml")
         if run.done("design, infeasible"):
-            check("design, infeasible: said", "limits not met" in run.out, "out", run.out)
+            check("design, infeasible: reported", "limits not met" in run.out, "out", run.out)
             check("design, infeasible: no optimality", "optimality" not in run.out, "none", run.out)
 
 
 def compare_with_scan(what, folder, goal, speeds, number):
-    """The machine of the file: what the design tells of it before, and 71 speeds across the resonance."""
+    """Compares the worst value that the design reports for the machine of the file with 71 speeds across the resonance."""
     quantity, measure, unit = goal
     scan = (folder / "input.nml").read_text().replace("tasks = 'design'", "tasks = 'sweep'")
     if not Run(folder, "-q", "input.nml").done(what):
@@ -398,14 +398,14 @@ def limit_tests(reach):
                 near(f"design, radius {radius}: force", float(goals[0]["after"]), force(abs(0.05 - radius)), 1e-5 * force(0.05))
                 near(f"design, radius {radius}: kept", float(goals[1]["after"]), radius, 1e-6 * radius)
                 equal(f"design, radius {radius}: role and state", (goals[1]["role"], goals[1]["state"]), ("equals", "met"))
-    # the corner of the range leaves |u| w^2; half of it is exceeded by 100 %
+    # the best machine is in a corner of the range and has the force |u| w^2, twice the limit
     left = math.hypot(0.05 * math.cos(math.pi / 6) - 0.02, 0.05 * math.sin(math.pi / 6) - 0.02) * (SPEED * math.pi / 30)**2
     with Folder(input=ROTOR + reach + f"&objective quantity='fx' /\n&constraint quantity='shaking.f', at_most={left / 2!r} /\n") \
             as folder:
         run = Run(folder, "input.nml")
         if run.done("design, proved to be out of reach"):
             said = re.search(r"proved: every machine within these ranges exceeds a limit by at least ([\d.]+) %", run.out)
-            check("design, proved to be out of reach: said", bool(said), "proved", run.out)
+            check("design, proved to be out of reach: reported", bool(said), "proved", run.out)
             near("design, proved to be out of reach: by how much", float(said[1]) if said else 0.0, 100.0, 0.1)
             check("design, proved to be out of reach: headline", "DESIGN: limits cannot be met (proved) within these ranges" in run.out, "proved",
                   run.out)

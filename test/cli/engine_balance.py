@@ -1,5 +1,5 @@
-"""What engines are judged by: the balance table by orders against the closed forms of engine books, the torque-roll axis, shafts
-whose ratio to the drive is not whole."""
+"""Engine balance: the balance table by orders against the closed forms of textbooks, the torque-roll axis, shafts with
+fractional ratios."""
 
 import cmath
 import math
@@ -39,7 +39,8 @@ ENGINES = {
 
 
 def engine(pins, banks, places, rpm=RPM):
-    """Its input: the first cylinder and copies. Crank angles of a mechanism count from its own x-axis, which the bank turns."""
+    """Input of an engine: the first cylinder and copies. Crank angles of a mechanism count from its own x-axis, which the
+    bank rotates."""
     text = FRAME.format(rpm)
     for i, (pin, bank, place) in enumerate(zip(pins, banks, places)):
         kind = "repeat of='c0', " if i else "mechanism "
@@ -60,7 +61,7 @@ def factors(orders=8, samples=256):
 
 
 def expected(pins, banks, places):
-    """Of every order the complex amplitudes of force and couple along xi and eta."""
+    """The complex amplitudes of force and couple along xi and eta, for every order."""
     found = []
     for k, factor in enumerate(factors(), start=1):
         force, couple = [0, 0], [0, 0]
@@ -88,7 +89,7 @@ def table(report, heading):
 
 
 def compare(what, came, value, scale):
-    """Five digits are printed; what vanishes is 0."""
+    """Compares five printed digits; what vanishes is printed as 0."""
     if abs(value) < 1e-9 * scale:
         equal(what, came, 0.0)
     else:
@@ -178,7 +179,7 @@ def shaft_tests():
         compare(f"inline four {what}: pitching", axes["2"][3], couple, 1.0)
         compare(f"inline four {what}: rolling", axes["2"][5], roll, 1.0)
         check(f"inline four {what}: none of the plane's table", "complete balance" not in run.out, "no complete balance", run.out)
-    # half of what moves to and fro at both ends of the spacing, against the crank
+    # half of the reciprocating masses at both ends of the spacing, turning against the crank
     speed = 40 * math.pi
     couple = (0.34 + 0.38 * 35 / 115) / 2 * 0.034 * 0.090 * speed**2
     run = Run(DATA, "--check", "--set", "link(front).mass=0", "--set", "link(back).mass=0", "inline_twin.nml")
@@ -234,14 +235,14 @@ def torque_roll_tests():
             run = Run(folder, "--check", "input.nml")
             if run.done(f"torque-roll axis, {what}"):
                 words = re.search(r"TORQUE-ROLL AXIS of the unsupported machine: direction \(([^)]*)\), (\S+) deg", run.flat)
-                check(f"torque-roll axis, {what}: told", words, "TORQUE-ROLL AXIS", run.out)
+                check(f"torque-roll axis, {what}: reported", words, "TORQUE-ROLL AXIS", run.out)
                 for k, word in enumerate(words[1].split(",") if words else ()):
                     near(f"torque-roll axis, {what}: {k}", float(word), axis[k], 6e-5)
                 near(f"torque-roll axis, {what}: angle", float(words[2]) if words else math.nan, angle, 0.006)
             if Run(folder, "-q", "input.nml").done(f"torque-roll axis, {what}: table"):
                 row, = rows(folder / "input" / "torque_roll.csv")
                 for k, name in enumerate("xyz"):
-                    # a wheel without mass leaves roundings alone
+                    # a wheel without mass causes only rounding errors
                     near(f"torque-roll axis, {what}: axis_{name}", float(row[f"axis_{name}"]), axis[k], 1e-13)
                     near(f"torque-roll axis, {what}: center_{name}", float(row[f"center_{name}_m"]), 0, 1e-13)
                 near(f"torque-roll axis, {what}: angle_deg", float(row["angle_deg"]), angle, 1e-9)
@@ -260,7 +261,7 @@ def torque_roll_tests():
             psi = {row["mode"]: float(row["energy_psi"]) for row in table}
             near(f"torque-roll, {what}: all of it", sum(shares.values()), 1, 1e-9)
             for mode, share in shares.items():
-                # the axis is zeta itself: what of a mode turns about it is its energy of psi
+                # the axis is zeta: the share of a mode about this axis is its energy of psi
                 near(f"torque-roll, {what}: mode {mode}", share, psi[mode], 1e-9)
             check(f"torque-roll, {what}: whole", (max(shares.values()) > 1 - 1e-9) == whole, whole, shares)
             check(f"torque-roll, {what}: line", "motion about the torque-roll axis: " in run.flat, "the line", run.out)
@@ -361,7 +362,8 @@ def half_speed_tests():
 
 
 def compare_drive(name, turns, found):
-    """Forces on the ground and the drive: its torque is less by as many times as it turns faster, its power the same."""
+    """Compares forces on the ground and the drive: its torque is smaller by the factor by which it turns faster, its power
+    the same."""
     for which in ("supports", "supports_history", "supports_harmonics", "power"):
         a, b = (one[which] for one in found)
         equal(f"{name}: rows of {which}", len(a), len(b))
@@ -383,23 +385,24 @@ def compare_drive(name, turns, found):
 
 
 def compare_reports(name, turns, runs):
-    """The report's lines on forces and the drive, in orders and angles of the drive."""
+    """Compares the report's lines on forces and the drive, in orders and angles of the drive."""
     told = [[re.findall(pattern, run.out, re.M) for run in runs] for pattern in
             (r"peak of the total force: (\S+) N at crank angle (\S+) deg", r"on the vibrating frame +(\S+) +(\S+) +(\S+) +(\S+) +(\S+)",
              r"^ *total .* (\S+) \(", r"maximum of the drive (\S+) W")]
     for pairs, factors in zip(told, ((1, turns), (1 / turns, None, turns, 1 / turns, None), (1 / turns,), (1,))):
-        check(f"{name}: lines told", all(pairs), "a line", runs[0].out)
+        check(f"{name}: lines of the report", all(pairs), "a line", runs[0].out)
         if not all(pairs):
             continue
         a, b = ([one] if isinstance(one, str) else one for one in (pairs[0][0], pairs[1][0]))
         for x, y, factor in zip(a, b, factors):
             if factor:
                 scale = abs(factor * float(y))
-                near(f"{name}: told {x}", float(x), factor * float(y), 2e-3 * scale + 0.1 * turns * (factor == turns))
+                near(f"{name}: reported {x}", float(x), factor * float(y), 2e-3 * scale + 0.1 * turns * (factor == turns))
 
 
 def compare_ratios(name, turns, runs, found):
-    """The same machine in both words: roundings of the ratios are 1e-16 of the angles, of the loads by orders 1e-13."""
+    """Compares the same machine with both kinds of ratios. Rounding of the ratios is 1e-16 of the angles, of the loads by
+    orders 1e-13."""
     rho = [sorted(abs(complex(float(row["re"]), float(row["im"]))) for row in one["multipliers"]) for one in found]
     near(f"{name}: multipliers", max(abs(a - b) for a, b in zip(*rho)), 0, 1e-11)
     for a, b in zip(found[0]["quantities"], found[1]["quantities"]):

@@ -1,4 +1,4 @@
-"""Faults of the system: every call that writes fails once, full disks, closed streams, kills, small stacks, odd names."""
+"""Faults of the system: every writing call fails once, full disks, closed streams, kills, small stacks, odd names."""
 
 import errno
 import os
@@ -67,7 +67,7 @@ class Library:
 
 
 def faulty(folder, arguments, output, path="", **faults):
-    """A run with faults below `output`."""
+    """A run with injected faults below `output`."""
     environment = {"LD_PRELOAD": Library.path, "FAULT_PROGRAM": os.path.basename(Run.program), "FAULT_FOLDER": output}
     environment |= {f"FAULT_{name.upper()}": str(value) for name, value in faults.items()}
     if path:
@@ -76,7 +76,7 @@ def faulty(folder, arguments, output, path="", **faults):
 
 
 def contents(folder):
-    """The files in a folder with their bytes, and what else is there."""
+    """The files in a folder with their bytes, and the names of its other entries."""
     if not folder.is_dir():
         return {}, []
     there = {path.name: path for path in folder.iterdir()}
@@ -122,7 +122,7 @@ class Scene:
     def judge(self, what, run, kept=()):
         """The exit code and one line; all old or all new files, and nothing else but what is `kept`."""
         found, others = contents(self.folder / "out")
-        # where nothing works any more what has been renamed cannot be brought back, which is told
+        # if every further call fails, renamed files cannot be restored, and the message says so
         good = found == (self.new if run.code == 0 else self.old) or "have already replaced older files" in run.err
         wrong = [name for name in sorted(found.keys() | self.old.keys()) if found.get(name) not in (self.old.get(name),
                                                                                                   self.new.get(name))]
@@ -254,9 +254,9 @@ def test_limits():
             run = Run(folder, "-q", "input.nml", "-o", name)
             check("a long path", run.code == 1 and run.err.count("\n") == 1 and len(run.err) < 1300 and "File name too long" in run.err,
                   "a short line", (run.code, len(run.err), run.err[:300]))
-        # nothing is computed for a folder that cannot be: this would take years
+        # the folder is checked before anything is computed: this sweep would take years
         run = Run(folder, "--set", "case.tasks=sweep", "--set", "sweep.count=100000000", "sweep.nml", "-o", "input.nml/x")
-        check("the folder is told first", (run.code, run.out) == (1, "") and "cannot be created: Not a directory" in run.err, 1, run.err)
+        check("the folder is checked first", (run.code, run.out) == (1, "") and "cannot be created: Not a directory" in run.err, 1, run.err)
         Run(folder, "-q", "input.nml", "-o", "o", preexec_fn=limited(resource.RLIMIT_STACK, 256 * 1024)).done("a small stack")
         for name in ("input.nml", "sweep.nml"):
             Run(folder, "-q", name, "-o", "o", environment={"OMP_NUM_THREADS": "2", "OMP_STACKSIZE": "256k"}).done("small stacks")

@@ -1,4 +1,4 @@
-"""Nothing but result files is ever replaced: not the input, not what links point to, not folders that no run has made."""
+"""Only result files are ever replaced: not the input, not the targets of links, not folders that no run has created."""
 
 import os
 
@@ -21,7 +21,7 @@ SWEEP = SOUND.replace("'stability', 'response'", "'sweep'") + "&sweep parameter=
 
 
 def everything(folder):
-    """All files and links below a folder with what they hold."""
+    """All files and links below a folder with their contents."""
     return {str(path.relative_to(folder)): os.readlink(path) if path.is_symlink() else path.read_bytes()
             for path in sorted(folder.rglob("*")) if path.is_symlink() or path.is_file()}
 

@@ -1,4 +1,4 @@
-"""The joint `follower` by the command line: against a Scotch yoke, closed forms, and a table against its harmonics."""
+"""The joint `follower` against a Scotch yoke, closed forms, and a table against its harmonics."""
 
 import csv
 import math
@@ -23,7 +23,7 @@ MACHINE = """\
 &support position=0.4,-0.2, stiffness=2e5,2e5, damping=100.0,100.0 /
 """
 GUIDE = "guide_point=0.02,0.05, guide_angle=70.0"
-# The centre of a round cam lies 30 mm beside its shaft; the slot of the yoke passes it at a right angle to the guide.
+# The centre of a round cam lies 30 mm off its shaft; the slot of the yoke passes through it at a right angle to the guide.
 ORIGIN = -0.05 * math.sin(math.radians(70))
 YOKE = MACHINE.format(f"type='RPP', ends='A', slot_angle=90.0, {GUIDE}")
 ECCENTRIC = MACHINE.format(f"type='follower', cam='O','A', lift={ORIGIN!r},0.03,0.0, {GUIDE}")
@@ -44,7 +44,7 @@ def listed(numbers):
 
 
 def compute(what, text, *options):
-    """The result files of an input that is sound."""
+    """The result files of a valid input."""
     with Folder(input=text) as folder:
         if Run(folder, "-q", "input.nml", "-s", "accuracy.tolerance=1e-12", *options).done(what):
             return {**tables(folder / "input"), "power.csv": Table(folder / "input" / "power.csv")}
@@ -52,7 +52,7 @@ def compute(what, text, *options):
 
 
 def same(what, one, two, part):
-    """All columns of vibration and torque, to a part of their greatest number or of the greatest of their kind."""
+    """Compares all columns of vibration and torque, relative to the largest number of the column or of its kind."""
     equal(f"{what}: files", sorted(one), sorted(two))
     for name in ("response.csv", "power.csv") if one and two else ():
         for column in one[name].columns:

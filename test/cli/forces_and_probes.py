@@ -1,4 +1,4 @@
-"""Forces on the ground, probes, the drive, as a user meets them: files, report, what is refused."""
+"""Forces on the ground, probes and the drive, as a user runs them: files, report, refused input."""
 
 import csv
 import math
@@ -22,7 +22,7 @@ PARTS = [(name, unit) for names, unit in (("x y d", "m"), ("vx vy v", "m_s"), ("
 
 
 def table(path):
-    """Header and rows, with quotes taken off."""
+    """Header and rows, without quotes."""
     lines = [line for line in path.read_text().splitlines() if line[0] != "#"]
     header, *rows = csv.reader(lines)
     return header, [dict(zip(header, row)) for row in rows]
@@ -112,8 +112,8 @@ def test_guides():
         _, rows = table(folder / "input" / "supports.csv")
         equal("guide: places", [row["support"] for row in rows], [*PLACES[:-1], "guide", "total"])
         guide = rows[-2]
-        equal("guide: along what is free it does nothing", float(guide["fx_peak_N"]), 0.0)
-        check("guide: across it does", float(guide["fy_peak_N"]) > 1, "more than 1 N", guide["fy_peak_N"])
+        equal("guide: no force along free directions", float(guide["fx_peak_N"]), 0.0)
+        check("guide: force across free directions", float(guide["fy_peak_N"]) > 1, "more than 1 N", guide["fy_peak_N"])
         check("guide: report", "\n  guide  " in run.out and "FORCES ON THE GROUND" in run.out
               and "PERIODIC VIBRATION" not in run.out, "forces alone", run.out)
         Run(folder, "-q", "-s", "case.tasks='response','forces'", "-s", "frame.dof='xi','psi'", "-o", "both", "input.nml")
@@ -182,7 +182,7 @@ def test_units():
 
 
 def scaled(part):
-    """The list of numbers that `part` begins with, times 1000."""
+    """The list of numbers at the beginning of `part`, times 1000."""
     words = part.split(" ")
     numbers = words[0].rstrip(",").split(",")
     ends = "," if words[0].endswith(",") else ""
@@ -207,7 +207,7 @@ def test_power():
         series("power is torque times speed", power["drive_W"], [speed * x for x in power["torque_Nm"]], 1e-13 * greatest)
         # The trapezoidal rule over the turn, exact for orders below 360.
         drive, dampers = (sum(power[name][:-1]) / 360 for name in ("drive_W", "dampers_W"))
-        near("power: what the drive gives the dampers take", drive, dampers, 1e-11 * greatest)
+        near("power: drive and dampers balance", drive, dampers, 1e-11 * greatest)
         near("power: none on a rigid frame", sum(power["rigid_torque_Nm"][:-1]) / 360, 0, 1e-13 * greatest)
         step = power["t_s"][1]
         e = power["energy_J"]

@@ -1,4 +1,4 @@
-"""What a user reads first: the verdict that counts, the mode that resonates, and warnings of slips of the hand."""
+"""The first lines that a user reads: the verdict, the resonating mode, and warnings of typical mistakes."""
 
 import json
 import math
@@ -58,7 +58,7 @@ CAM = """&case title='cam', tasks='response' /
 
 
 def multipliers(run):
-    """Frequency (Hz) and crank speeds of each multiplier, by the table of the report."""
+    """Frequency (Hz) of each multiplier and its multiple of the crank speed, from the table of the report."""
     found = {}
     for one, two, rest in re.findall(r"^  (\d+)(?:, (\d+))? +(\S.*)$", run.out.partition("MULTIPLIERS AND EXPONENTS")[2], re.M):
         numbers = rest.split()
@@ -229,7 +229,7 @@ def test_typical_mistakes():
                 ("kg for t", "frame.mass=0.018", ("the frame has 0.018 kg, the mechanism 1.35 kg",)),
                 # 19.35 kg on 784.532 N/m
                 ("N/m for N/mm", "support.stiffness=392.266", ("would sink by 0.242 m even along the stiffest axis of its mounts (1.01 Hz)",)),
-                # 2e5 N s/m beside 2 sqrt(784532 N/m 19.35 kg)
+                # 2e5 N s/m compared with 2 sqrt(784532 N/m 19.35 kg)
                 ("N s/m for N s/mm", "support.damping=1e5", ("at least 25.7 times the critical damping",)),
                 ("softer along one axis", "support(1).stiffness(1)=0.4", ()),
                 ("inertia", "frame.inertia=0.00078", ("the frame's radius of gyration is 0.00658 m",)),

@@ -1,4 +1,4 @@
-"""Who holds the speed: the report and the files, the flywheel's fluctuation, what is refused."""
+"""Who holds the speed: report and files, the flywheel's speed fluctuation, refused input."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""report.html: complete, self-contained, sound, and shown by a browser where there is one."""
+"""report.html is complete, self-contained, valid, and displayed by a browser if there is one."""
 
 import base64
 import html.parser
@@ -56,7 +56,7 @@ def read(folder):
 
 
 def shown(what, path, pictures):
-    """All pictures of the page come out in a browser that has no network."""
+    """Checks that a browser without network displays all pictures of the page."""
     if not BROWSER:
         print("skip  report.html in a browser: there is no chromium")
         return

@@ -1,4 +1,5 @@
-"""Work that is spread over threads: the same bytes by any number of them, and after any interruption."""
+"""Work that is distributed over threads: any number of threads writes the same bytes, and so does a run resumed after any
+interruption."""
 
 import os
 import random
@@ -43,7 +44,7 @@ def contents(folder):
 
 
 def journal(folder):
-    """What a run keeps while it goes on; it may end between a look and the next."""
+    """The journal that a run keeps while it goes on; it may disappear if the run ends."""
     try:
         return (folder / ".gestell-1" / "journal").read_bytes()
     except FileNotFoundError:
@@ -68,15 +69,15 @@ def test_threads():
 
 
 def killed(folder, output, more):
-    """Kills a run when it has kept so many bytes more than there were, unless it has come to its tables meanwhile, which it then
-    publishes; what its exit code was, and what was kept."""
+    """Kills a run as soon as its journal has grown by so many bytes, unless it has already written its tables. Returns the exit code,
+    the error output and the journal."""
     before = len(journal(folder / output))
     run = subprocess.Popen([Run.program, "-q", "input.nml", "-o", output], cwd=folder, stderr=subprocess.PIPE,
                            env={**os.environ, "OMP_NUM_THREADS": "2"})
     while run.poll() is None and len(journal(folder / output)) < before + more:
         time.sleep(0.001)
     if run.poll() is None:
-        # while it stands still nothing changes between the look and the end
+        # the run is stopped, so that nothing changes between reading the journal and the kill
         run.send_signal(signal.SIGSTOP)
         keeping = len(journal(folder / output)) >= before + more and files(folder / output) == [".gestell-1"]
         run.send_signal(signal.SIGKILL if keeping else signal.SIGCONT)
@@ -85,7 +86,7 @@ def killed(folder, output, more):
 
 
 def kept_of(what, folder, least):
-    """What a killed run has kept, at least so many bytes; one that ends before it is seen is done again."""
+    """The results kept by a killed run, at least so many bytes. A run that ends before it can be killed is repeated."""
     code, kept = 0, b""
     for _ in range(20):
         shutil.rmtree(folder / "out", ignore_errors=True)
@@ -112,7 +113,7 @@ def test_killed():
                 if code != -signal.SIGKILL:
                     break
                 equal(f"{what}: nothing is published", files(folder / "out"), [".gestell-1"])
-                check(f"{what}: what was kept is there", now.startswith(kept), f"the {len(kept)} bytes and more", len(now))
+                check(f"{what}: kept results are used", now.startswith(kept), f"the {len(kept)} bytes and more", len(now))
                 kept = now[:now.rfind(MAGIC)]
             check(f"{what}: runs were killed", kills > 0, "at least once", kills)
             equal(f"{what}: files after {kills} kills", contents(folder / "out") == right, True)
@@ -143,7 +144,7 @@ def test_pieces_are_read():
 
 
 def checksum(data):
-    """As src/base/hash.f90 has it."""
+    """The checksum of src/base/hash.f90."""
     value = 0x4BF29CE484222325
     for i in range(0, len(data), 8):
         value = (value ^ int.from_bytes(data[i:i + 8], "little")) * (2**40 + 435) % 2**64

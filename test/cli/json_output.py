@@ -1,4 +1,4 @@
-"""--json: everything a run found, as doc/output.md describes it, held against the tables."""
+"""--json: all results of a run, as doc/output.md describes them, compared with the tables."""
 
 import csv
 import json
@@ -20,14 +20,14 @@ def cells(path):
 
 
 def same(value, cell):
-    """Whether a value of the object is what the cell holds: words the same, NaN as null, numbers to the last bit."""
+    """True if a value of the object equals the cell: words, NaN as null, numbers to the last bit."""
     if value is None:
         return math.isnan(float(cell))
     return value == cell if isinstance(value, str) else value == float(cell)
 
 
 def same_as_tables(what, found, folder):
-    """Names, columns and cells of the object are those of the CSV files."""
+    """Checks that names, columns and cells of the object are those of the CSV files."""
     equal(f"{what}: tables", sorted(found["tables"]), sorted(name[:-4] for name in files(folder) if name.endswith(".csv")))
     for name, table in found["tables"].items():
         header, rows = cells(folder / f"{name}.csv")

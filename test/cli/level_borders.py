@@ -1,4 +1,4 @@
-"""Borders of a level of a quantity: against a rotor's closed form, and against single runs of the exact frame."""
+"""Borders where a quantity crosses a level: against a rotor's closed form, and against single runs of the exact frame."""
 
 import math
 import re
@@ -20,7 +20,7 @@ def force(rpm, stiffness=STIFFNESS, damping=DAMPING):
 
 
 def bisected(function, level, a, b):
-    """Where a function that crosses its level once between a and b does so."""
+    """The place between a and b where a function crosses its level once, by bisection."""
     rises = function(a) < level
     for _ in range(200):
         middle = (a + b) / 2
@@ -32,7 +32,7 @@ def bisected(function, level, a, b):
 
 
 def top(function, a, b):
-    """Where a function with one maximum between a and b has it."""
+    """The place between a and b of a function's only maximum."""
     for _ in range(200):
         c, d = a + (b - a) / 3, b - (b - a) / 3
         a, b = (c, b) if function(c) < function(d) else (a, d)
@@ -45,7 +45,7 @@ def rows(folder, name="boundary"):
 
 
 def as_bisected(what, folder, function, level, a, b, path, downward=False):
-    """Two crossings, on both sides of the maximum between a and b, each within its error."""
+    """Checks two crossings, on both sides of the maximum between a and b, each within its error."""
     header, table = rows(folder)
     equal(f"{what}, header", header, f"curve,{path},kind,{path}_error,below,above,state")
     equal(f"{what}, words", [(row[0], row[2], *row[4:]) for row in table],
@@ -54,7 +54,7 @@ def as_bisected(what, folder, function, level, a, b, path, downward=False):
     middle = top(function, a, b)
     right = [bisected(function, level, a, middle), bisected(function, level, middle, b)]
     for row, value in zip(table, reversed(right) if downward else right):
-        # the closed form's own roundings beside the error that is told
+        # the reported error, plus rounding of the closed form
         near(f"{what}, crossing", float(row[1]), value, float(row[3]) + 1e-12 * value)
         check(f"{what}, error", 0 < float(row[3]) < 1e-8 * value, "small", row[3])
 
@@ -101,13 +101,13 @@ def test_between_points():
         run = Run(folder, "input.nml", "-s", "boundary.level=1e7", "-o", "high")
         check("a level that is not reached", "not crossed in the range" in run.out and rows(folder / "high")[1] == [], "none", run.out)
         run = Run(folder, "-q", "input.nml", "-s", "support.damping=0,0", "-o", "none")
-        run.done("a resonance that nothing damps")
+        run.done("an undamped resonance")
         table = rows(folder / "none")[1]
-        equal("nothing damps, states", [row[6] for row in table], ["undamped"] * 2)
+        equal("undamped, states", [row[6] for row in table], ["undamped"] * 2)
         resonant = math.sqrt(STIFFNESS / MASS) * 60 / (2 * math.pi)
         for row, (a, b) in zip(table, ((300, resonant - 1e-9), (resonant + 1e-9, 900))):
             right = bisected(lambda n: force(n, damping=0), 2e5, a, b)
-            near("nothing damps, crossing", float(row[1]), right, float(row[3]) + 1e-12 * right)
+            near("undamped, crossing", float(row[1]), right, float(row[3]) + 1e-12 * right)
 
 
 def test_error_across():
@@ -183,19 +183,21 @@ MAP_HEADER = "curve,{0},{1},kind,{0}_error,{1}_error,state"
 
 
 def vertices_on(what, folder, paths, function, level):
-    """Rows of a map's boundary.csv; the curve passes within the error of each vertex: the square about it has both sides."""
+    """The rows of a map's boundary.csv. Checks that the curve passes within the error of each vertex: the square around it
+    has both sides."""
     header, table = rows(folder)
     equal(f"{what}, header", header, MAP_HEADER.format(*paths))
     for row in table:
         x, y, dx, dy = (float(row[i]) for i in (1, 2, 4, 5))
-        # the closed form's own roundings beside the errors, which lie along the line of the search
+        # rounding of the closed form, plus the errors, which lie along the line of the search
         corners = [function(x + i * (1.01 * dx + 1e-12 * x), y + j * (1.01 * dy + 1e-12 * y)) for i in (-1, 1) for j in (-1, 1)]
         check(f"{what}, vertex {x!r}, {y!r}", min(corners) <= level <= max(corners), level, corners)
     return table
 
 
 def follows(what, table, function, level, axes, deviation):
-    """On the ways between vertices: above the level on the left, within it on the right, at one and a half of the deviation."""
+    """Checks points next to the lines between vertices, at one and a half times the deviation: above the level on the left,
+    below on the right."""
     place = lambda value, a, b, log: math.log(value / a) / math.log(b / a) if log else (value - a) / (b - a)
     value = lambda u, a, b, log: a * (b / a) ** u if log else a + u * (b - a)
     # a range that descends turns the plane over: on the left where the first parameter points to the right, the second upward
@@ -278,9 +280,9 @@ def test_narrow_map():
                 faster = float(row[1]) > math.sqrt(float(row[2]) / MASS) * 60 / (2 * math.pi)
                 if row[0] == after[0]:
                     equal(f"ridge, damping {damping}, upward at {row}", float(after[2]) > float(row[2]), faster)
-            # where nothing damps the number has no value on the ridge
+            # without damping the quantity has no value on the ridge
             text = (folder / "input" / "boundary.csv").read_text()
-            equal(f"ridge, damping {damping}, open places are told", ("# open: " in text, "open: there may be a boundary" in run.out),
+            equal(f"ridge, damping {damping}, open places are reported", ("# open: " in text, "open: there may be a boundary" in run.out),
                   (state != "ok",) * 2)
 
 
@@ -335,7 +337,7 @@ def test_map_as_single_runs():
             x, y = float(row[1]), float(row[2])
             came = []
             for side in (-1, 1):
-                # along the speed, twice as far as the error tells, at least a billionth of the range
+                # along the speed, at twice the reported error, at least a billionth of the range
                 at = x + side * 2 * max(float(row[4]), 30e-9)
                 line = Run(folder, "--one-line", "-s", "case.tasks=response", "-s", f"{FIRST}={at!r}", "-s", f"{ALONG}={y!r}",
                            "input.nml")

@@ -1,4 +1,4 @@
-"""All joints, guides, units, mass functions and mountings by the command line, against numbers computed here."""
+"""All joints, guides, units, mass functions and mountings, against numbers computed here."""
 
 import cmath
 import math
@@ -11,7 +11,7 @@ FINE = ["-s", "accuracy.tolerance=1e-12"]
 
 
 def compute(what, text, *options):
-    """The result files of an input that is sound."""
+    """The result files of a valid input."""
     with Folder(input=text) as folder:
         if Run(folder, "-q", "input.nml", *options).done(what):
             return tables(folder / "input")
@@ -19,7 +19,7 @@ def compute(what, text, *options):
 
 
 def check_report(what, text, *options):
-    """What --check tells of an input; it writes nothing."""
+    """The report of --check on an input; checks that it writes nothing."""
     with Folder(input=text) as folder:
         run = Run(folder, "--check", "input.nml", *options)
         run.done(f"{what}, --check")
@@ -28,7 +28,7 @@ def check_report(what, text, *options):
 
 
 def tells(what, report, *words):
-    """The report has these words, however its lines are broken and its columns spaced."""
+    """Checks that the report contains these words, wherever its lines are broken and however its columns are spaced."""
     for word in words:
         check(f"{what}: '{word}'", " ".join(word.split()) in " ".join(report.split()), word, report)
 
@@ -40,7 +40,7 @@ def shaking(report):
 
 
 def shakes(what, report, column, expected):
-    """The amplitudes of a column to the 5 digits that are printed."""
+    """Compares the amplitudes of a column to the 5 printed digits."""
     came = [row[column] for row in shaking(report)]
     equal(f"{what}, rows of shaking forces", len(came), 8)
     for order, (one, other) in enumerate(zip(came, expected), 1):
@@ -48,7 +48,7 @@ def shakes(what, report, column, expected):
 
 
 def agree(what, one, other, tolerance):
-    """Multipliers and vibration of two runs, relative to the greatest value of each column."""
+    """Compares multipliers and vibration of two runs, relative to the largest value of each column."""
     equal(f"{what}, files", sorted(one), sorted(other))
     for name in ("re", "im"):
         series(f"{what}, multipliers, {name}", one["multipliers.csv"][name], other["multipliers.csv"][name], tolerance)
@@ -133,7 +133,7 @@ def test_slider_crank():
     tells("slider-crank", report, "0.15 to 0.25             0.1\n", "mobility 1 (4 links including the frame, 4 pairs)\n",
           f"smallest transmission angle {90 - swing:.1f} deg at joint 'B'",
           "nearest dead point: reached if a length of joint 'B' changes by 0.15 m", "translates")
-    # greatest acceleration where the slider is farthest out, r Omega^2 (1 + r/l); half of the turn each way
+    # the acceleration is largest at the outer dead centre, r Omega^2 (1 + r/l); half a turn each way
     row = re.search(r"^  B +0\.1 +\S+ +(\S+) +180\.00 +1$", report, re.MULTILINE)
     check("slider-crank, sliders", row, "stroke 0.1, 180.00 deg, ratio 1", report)
     if row:
@@ -368,7 +368,7 @@ def test_units():
             agree(unit, one, other, 1e-10)
 
 
-# Machines in which nothing else than the key that is set and zeros have that quantity.
+# Machines in which only the set key and zeros have that quantity.
 PLAIN = """\
 &drive speed_rpm=600.0 /
 &joint name='O', type='ground', position=0.0,0.0 /
@@ -439,7 +439,7 @@ def test_turned_supports():
         series("turned damping, fx", table["fx_N"], force, 1e-12 * max(map(abs, force)))
 
 
-# ---- what --check tells ----------------------------------------------------------------------------------------------
+# ---- the report of --check -------------------------------------------------------------------------------------------
 
 FOUR_BAR = """\
 &drive speed_rpm=100.0 /

@@ -1,4 +1,4 @@
-"""The frame's models: exact, first order, rest, as a user chooses them."""
+"""The models of the frame (exact, first order, rest) as a user chooses them."""
 
 import csv
 import math
@@ -57,7 +57,7 @@ def test_default():
             if not one.done(f"{what} in the tongue"):
                 return
             check(f"{what}, verdict", f"VERDICT  {verdict}" in one.out, verdict, one.out[:900])
-            equal(f"{what}, whether the verdict is missed", "  BUT frame='rest' is not accurate enough" in one.out, what == "rest")
+            equal(f"{what}, remark on accuracy", "  BUT frame='rest' is not accurate enough" in one.out, what == "rest")
             Run(folder, "-q", "--fail-if-unstable", *TONGUE_SPEED, *words, "-o", "code", "input.nml").done(f"{what}, exit code", code)
             line = Run(folder, "--one-line", *TONGUE_SPEED, *words, "input.nml")
             line.done(f"{what}, --one-line")
@@ -91,21 +91,21 @@ def test_named_model():
     sweep = "&sweep parameter='drive.speed_rpm', from=200.0, to=210.0, count=2 /\n"
     with Folder(input=TONGUE, sweep=TONGUE + sweep) as folder:
         told = re.search(r"BUT .* machine is (\w+), \|rho\| = ([0-9.]+);", run(folder, "rest", "rest").flat)
-        equal("rest in the tongue says that it misses the verdict", told and told[1], "unstable")
+        equal("rest in the tongue, remark on accuracy", told and told[1], "unstable")
         if told:
             # seven digits
-            near("rest, the multiplier that is told", float(told[2]), EXUDYN, 6e-7)
+            near("rest, reported multiplier", float(told[2]), EXUDYN, 6e-7)
         for what, settings in (("in no tongue", ["drive.speed_rpm=240", "model.frame='rest'"]), ("averaged", ["model.coefficients='averaged'"]),
                                ("exact", ["model.frame='exact'"])):
             words = [word for setting in settings for word in ("-s", setting)]
             other = Run(folder, *words, "-o", "other", "input.nml")
-            other.done(f"told, {what}")
-            equal(f"nothing is missed: {what}", "BUT" in other.out, False)
+            other.done(f"report, {what}")
+            equal(f"no remark on accuracy: {what}", "BUT" in other.out, False)
         check("exact, the head", re.search(r"^  model +exact", other.out, re.M), "the model", other.out[:900])
         other = Run(folder, "--verbose", "-s", "model.frame='exact'", "-o", "other", "input.nml")
         steps = re.search(r"Newton's method, relative steps ((?:\S+, )*\S+)", other.flat)
         steps = [float(word) for word in steps[1].split(",")] if steps else []
-        # about the square of the one before, times a factor of the size of one, down to what was ordered, 1e-9
+        # each about the square of the step before, times a factor of about one, down to the tolerance, 1e-9
         check("exact, Newton's steps", len(steps) > 1 and all(b < max(10 * a * a, 1e-9) for a, b in zip(steps, steps[1:])),
               "squares", steps)
         check("exact, the files", "# model: exact" in Table(folder / "other" / "multipliers.csv").preamble, "the model", "none")
@@ -250,7 +250,8 @@ def test_borders_of_several_vibrations():
 
 
 def tongue_width(folder, model, part, mounting):
-    """Of the widest tongue of the paper's frame, undamped, with this part of the links' masses, near twice its first frequency."""
+    """Width of the widest tongue of the paper's frame, undamped, near twice its first frequency, with this part of the links'
+    masses."""
     links = (("crank", "A0", "A", 0.5, 0.0035, 0.03), ("coupler", "A", "B", 0.6, 0.007, 0.18), ("rocker", "B0", "B", 0.25, 0.006, 0.08))
     lines = [line for line in SOUND.splitlines() if line.startswith(("&joint", "&frame"))]
     lines += [f"&link name='{name}', from='{start}', to='{end}', mass={part * mass!r}, inertia={part * inertia!r}, center={x},0.0 /"
@@ -272,7 +273,7 @@ def test_tongue_width():
     that.
     """
     stiffness = 4 * 196133.0
-    # The same matrix: all springs 0.2 m below F, two 0.3 m and two 0.1 m beside it.
+    # The same matrix: all springs 0.2 m below F, at horizontal distances of 0.3 m and 0.1 m, two each.
     matrix = (stiffness, 0.0, 0.2 * stiffness, 0.0, stiffness, 0.0, 0.2 * stiffness, 0.0, (0.04 + 0.05) * stiffness)
     quadratic = "&foundation stiffness=" + ",".join(map(repr, matrix)) + " /"
     springs = "\n".join(f"&support position={x},-0.2, stiffness=196133.0,196133.0 /" for x in (-0.3, -0.1, 0.1, 0.3))
@@ -324,20 +325,20 @@ def test_several_vibrations():
             if not run.done(f"several vibrations, {name}"):
                 return
             verdict = re.search("VERDICT (.*?)(?: LARGE MOTIONS.*?)? largest multiplier", run.flat)[1]
-            equal(f"{name}, several are told", verdict.partition("; ")[2],
+            equal(f"{name}, several are reported", verdict.partition("; ")[2],
                   f"one of {len(expected)} periodic vibrations" + ", another one is also STABLE" * (name == "all"))
             # its 1e-8 and those of the differences of the map
             near(f"{name}, rho", float(re.search(r"\|rho\| = ([0-9.]+)", run.out)[1]), 0.993673277, 1e-7)
             with open(folder / name / "vibrations.csv") as lines:
                 rows = list(csv.DictReader(line for line in lines if line[0] != "#"))
             equal(f"{name}, verdicts", [row["verdict"] for row in rows], ["stable" if rho < 1 else "unstable" for rho in expected])
-            equal(f"{name}, told", [row["told"] for row in rows], ["0"] * (len(expected) - 1) + ["1"])
+            equal(f"{name}, reported", [row["told"] for row in rows], ["0"] * (len(expected) - 1) + ["1"])
             for row, rho in zip(rows, expected):
                 near(f"{name}, rho of vibration {row['index']}", float(row["rho_max"]), rho, 1e-7)
             equal(f"{name}, one is missing", "at least 1 vibration was not found" in run.out, name == "one")
             peak = max(map(abs, Table(folder / name / "response.csv")["psi_rad"]))
             # rows of a degree
-            near(f"{name}, the peak of the one that is told", float(rows[-1]["psi_peak_rad"]), peak, 2e-4)
+            near(f"{name}, peak of the reported one", float(rows[-1]["psi_peak_rad"]), peak, 2e-4)
         line = Run(folder, "--one-line", "-s", "drive.speed_rpm=1138.6", "all.nml")
         names, values = (row.split(",") for row in line.out.splitlines())
         equal("vibrations on a line", float(dict(zip(names, values))["vibrations"]), 3)

@@ -1,4 +1,4 @@
-"""The moment on the ground in space: with any guides it is what the angular momentum about F at rest loses."""
+"""The moment on the ground in space: for any guides it equals the loss of angular momentum about F at rest."""
 
 import cmath
 import csv
@@ -7,7 +7,7 @@ import math
 from harness import Folder, Run, check
 
 POINTS, PERIOD = 96, 60 / 500
-# A crank with a point mass beside the frame's plane; the frame turns by up to 3 deg, so that guides of single rotations do not hold
+# A crank with a point mass outside the frame's plane; the frame turns by up to 3 deg, so that guides of single rotations do not hold
 # axes that stay in space.
 MACHINE = """&case tasks='response','forces' /
 &drive speed_rpm=500 /
@@ -26,7 +26,7 @@ WAVES = [cmath.exp(2j * math.pi * k / POINTS) for k in range(POINTS)]
 
 
 def derivative(values):
-    """Of a trigonometric polynomial through equidistant samples over the period."""
+    """The derivative of the trigonometric polynomial through equidistant samples over the period."""
     slope = [0.0] * POINTS
     for k in range(1, POINTS // 2):
         c = sum(f * WAVES[-k * i % POINTS] for i, f in enumerate(values)) * 2 / POINTS * 2j * math.pi * k / PERIOD
@@ -97,7 +97,7 @@ def test_moments():
             largest = max(abs(x) for vector in right for x in vector)
             off = max(abs(x - y) for a, b in zip(came, right) for x, y in zip(a, b))
             # the motion is good to some 1e-12 of itself, two derivatives of up to 48 orders take three digits
-            check(f"{dofs}: the moment on the ground is what the angular momentum loses", off < 1e-8 * largest,
+            check(f"{dofs}: moment on the ground and loss of angular momentum", off < 1e-8 * largest,
                   f"less than 1e-8 of {largest}", off)
 
 

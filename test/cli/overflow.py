@@ -1,4 +1,4 @@
-"""Results beyond what double precision holds: told in words or refused, never NaN or Infinity without a word."""
+"""Results that overflow double precision are reported in words or refused, never as an unexplained NaN or Infinity."""
 
 import csv
 import re
@@ -168,7 +168,7 @@ def test_balanced():
         check("a balanced crank, forces", force < 1e-13 * 30, "rounding of 30 N", force)
 
 
-# No damping, and nothing holds the frame in one direction: its multipliers cannot be told by gauss3.
+# No damping, and the frame is not held in one direction: gauss3 cannot compute its multipliers.
 UNDAMPED = """\
 &case tasks='modes', title='A title' /
 &accuracy tolerance=0.299412E-4, method='gauss3', /
@@ -299,8 +299,8 @@ def test_all_vibrations():
     """If one vibration cannot be computed, none is listed."""
     with Folder(input=UNDAMPED) as folder:
         run = Run(folder, "input.nml")
-        run.refused("vibrations that cannot be told", 4, re.compile(r"the periodic vibration cannot be computed: .*"))
-        check("vibrations that cannot be told, report", "VERDICT" in run.out and "VIBRATIONS at" not in run.out, "no list", run.out[-900:])
+        run.refused("vibrations that cannot be computed", 4, re.compile(r"the periodic vibration cannot be computed: .*"))
+        check("vibrations that cannot be computed, report", "VERDICT" in run.out and "VIBRATIONS at" not in run.out, "no list", run.out[-900:])
 
 
 def test_growing():

@@ -1,4 +1,4 @@
-"""Pictures: the scripts beside the tables, and what gnuplot makes of them."""
+"""Pictures: the scripts next to the tables, and what gnuplot makes of them."""
 
 import math
 import os
@@ -39,7 +39,7 @@ def bare(folder):
 
 
 def sound_picture(what, path):
-    """A picture of either format, its texts where it is an SVG."""
+    """Checks that a picture of either format is valid; returns its texts if it is an SVG."""
     data = path.read_bytes() if path.exists() else b""
     if path.suffix == ".png":
         check(f"{what}, {path.name}", data.startswith(b"\x89PNG\r\n\x1a\n") and len(data) > 3000, "a PNG", data[:20])
@@ -55,7 +55,7 @@ def sound_picture(what, path):
 
 
 def drawn(what, folder):
-    """Every table has its script, which runs without a word; the texts of the pictures by name."""
+    """Checks that every table has a script that runs without output; returns the texts of the pictures by name."""
     texts = {}
     tables = {path.stem for path in folder.glob("*.csv")}
     equal(f"{what}, scripts", sorted(path.stem for path in folder.glob("*.gp")), sorted(tables))

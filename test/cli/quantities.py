@@ -1,4 +1,4 @@
-"""Quantities by their names as columns of sweeps and on one line, against a rotor's closed form and the task resonance."""
+"""Quantities by name, as columns of sweeps and on one line, against a rotor's closed form and the task resonance."""
 
 import cmath
 import csv
@@ -25,7 +25,7 @@ NAMES = ("fx", "xi", "probe(foot).vx", "probe(foot).v", "guide.fy", "f")
 
 
 def rotor(rpm, stiffness=STIFFNESS):
-    """Peak of each quantity, and of its band (mm/s)."""
+    """Peak of each quantity, and of its band (mm/s), in closed form."""
     w = rpm * 2 * math.pi / 60
     load = UNBALANCE * w * w
     xi = load / abs(stiffness - MASS * w * w + 1j * DAMPING * w)
@@ -55,7 +55,7 @@ def columns_of(names, measures):
 
 
 def as_rotor(what, table, i, rpm, measures, stiffness=STIFFNESS):
-    """Row `i` within its own errors, which are small."""
+    """Compares row `i` with the closed form within its own errors, which must be small."""
     peaks, rms, band = rotor(rpm, stiffness)
     for name in NAMES:
         for measure, right in (("peak", peaks[name]), ("rms", rms[name]), ("band", band)):
@@ -64,7 +64,7 @@ def as_rotor(what, table, i, rpm, measures, stiffness=STIFFNESS):
                 continue
             came = table.column(f"{name}_{measure}_{unit}")[i]
             error = table.column(f"{name}_{measure}_error_{unit}")[i]
-            # the closed form's own roundings beside the bound
+            # the bound, plus rounding of the closed form
             near(f"{what}, {name} {measure} at {rpm}", came, right, error + 1e-12 * abs(right))
             check(f"{what}, error of {name} {measure} at {rpm}", 0 <= error < 1e-6 * max(peaks[name], 1e-3 * band), "small", error)
 
@@ -129,7 +129,7 @@ def test_no_vibration():
     """
     with Folder(input=ROTOR.replace(f"damping={DAMPING}", "damping=0")
                 + axis(FIRST, 300, 900, 3, ", columns='fx','probe(foot).vx'")) as folder:
-        # the natural frequency, to the last digit that is typed
+        # the natural frequency, to the last typed digit
         resonant = repr(math.sqrt(STIFFNESS / MASS) * 60 / (2 * math.pi))
         Run(folder, "-q", "input.nml", "-s", f"sweep.from={resonant}", "-s", "sweep.to=900", "-s", "sweep.count=2").done("resonance")
         table = points(folder / "input")

@@ -1,5 +1,5 @@
-"""Shafts whose ratio to the drive is not whole, in all tasks: against the same machine with a drive that turns as slowly as all
-come round together, whose ratios are whole; who holds the speed against d'Alembert's principle, and a flywheel in closed form."""
+"""Shafts with fractional ratios to the drive, in all tasks, against the same machine with a drive so slow that all ratios are
+integers. Who holds the speed is compared with d'Alembert's principle, a flywheel with its closed form."""
 
 import math
 import re
@@ -20,12 +20,12 @@ ALONE = ("0.5", 2, None)
 
 
 def excited(k, turns, shaft):
-    """Whether k is a multiple of the turns of the drive in the period, or of the shaft's."""
+    """True if k is a multiple of the number of turns of the drive, or of the shaft, in the period."""
     return k % turns == 0 or k % abs(shaft or 1) == 0
 
 
 def both(text, rpm, place, ratio):
-    """The machine in both words; alone: all of it turns at the ratio."""
+    """The machine with fractional ratios and with integer ratios. With `alone` all of it turns at the ratio."""
     typed, turns, shaft = ratio
     if shaft is None:
         return text.format(rpm, typed), text.format(repr(rpm / turns), 1)
@@ -46,7 +46,7 @@ def each(head, fill, plane=(HALF, BACKWARD, ALONE), space=(HALF,)):
 
 
 def factor_of(key, turns):
-    """What the number of the slow drive is to be multiplied by."""
+    """The factor between a number of the machine with a slow drive and that of the other one."""
     if key.endswith("_rpm"):
         return turns
     if key == "order" or key.endswith("strongest_order") or key.endswith("torque_Nm"):
@@ -55,8 +55,8 @@ def factor_of(key, turns):
 
 
 def alike(name, folder, table, ratio, tolerance):
-    """A table of both, number by number, relative to the greatest of the column; without bounds on errors. Of the slow drive's
-    orders the machine tells those of its shafts."""
+    """Compares a table of both machines number by number, relative to the largest of the column, except bounds on errors. Of
+    the slow drive's orders only those of the shafts appear."""
     _, turns, shaft = ratio
     a, b = (rows(folder / which / f"{table}.csv") for which in ("one", "other"))
     if table in ("crossings", "critical", "separation"):
@@ -164,7 +164,7 @@ def study_tests():
 
 # validation/space/twin_balance_shaft.nml with ratio=-1,2 at 625 rpm by validation/space/newton_euler.py, in space and with
 # dof='xi','eta','psi' in the plane: greatest abs(rho) over both turns, rms of the coordinates, greatest torque of 400 rows of the
-# period, which of the exact model beside a flywheel are not told from the same begin of time.
+# period. For the exact model with a flywheel these rows start at another time, so there is no number.
 HELD = {
     ("space", "'outside'"): {
         "rest": (0.785660366347, (2.3786887982496e-05, 5.4150211095047e-05, 6.7454018076788e-05, 1.6485550178275e-04,
@@ -235,7 +235,7 @@ def flywheel_tests():
         if told:
             change = speed * 30 / math.pi
             for came, value in zip(told.groups(), (rpm - change, rpm + change, 2 * change / rpm)):
-                near("ratio 0.5, flywheel: told", float(came), value, 1e-3 * value)
+                near("ratio 0.5, flywheel: reported", float(came), value, 1e-3 * value)
 
 
 def word_tests():

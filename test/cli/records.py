@@ -1,8 +1,8 @@
-"""Whole runs of every task, as they were when somebody last read them: reports, tables with their heads, pictures' scripts, the page.
+"""Whole runs of every task against stored records that a developer has reviewed: reports, tables, pictures' scripts, the page.
 
-A record is no proof that a number is right; other tests are. It guards what nothing else asks for: words, columns, units, remarks,
-which curve a picture draws, that bounds are neither lost nor much smaller or larger than they were. After a change that is meant,
-`run.py PROGRAM records --write-golden` writes the records anew; read what differs.
+A record does not prove that a number is right; other tests do. It protects what no other test checks: words, columns, units, remarks,
+which curve a picture draws, and that bounds are still there and of the same size. After an intended change,
+`run.py PROGRAM records --write-golden` replaces the records; review the differences.
 """
 
 import json
@@ -93,7 +93,7 @@ NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?(?![\w(])")
 
 
 def recorded(what, folder):
-    """Lines of the record: the report, each table's head, columns, middle and last row, each script from its heading on."""
+    """Lines of the record: the report, each table's heading, columns, middle and last row, each script from its heading on."""
     run = Run(folder, "--verbose", "--json", "-o", "out", "-s", "case.tasks=" + ",".join(f"'{task}'" for task in RUNS[what][1].split()),
               "input.nml")
     equal(f"record {what}", (run.code, run.err), (0, ""))
@@ -126,14 +126,14 @@ def write_records():
 
 
 def rounded(line):
-    """Rows have five digits in the record."""
+    """A row rounded to five digits, as in the record."""
     if not line.startswith("row ["):
         return line
     return re.sub(r"(?<![\d.])[-+]?\d+\.\d{9,}(?:[eE][-+]?\d+)?", lambda m: f"{float(m[0]):.5g}", line)
 
 
 def alike(came, right):
-    """Numbers of a report: three digits; defects and bounds at the size of rounding errors, by a factor of 3."""
+    """True if numbers of a report agree to three digits; defects and bounds as small as rounding errors within a factor of 3."""
     came, right = abs(float(came)), abs(float(right))
     if max(came, right) < 1e-6:
         return max(came, right) < 1e-13 or max(came, right) <= 3.5 * min(came, right)
@@ -165,8 +165,8 @@ def test_records():
 
 
 def compare_rows(what, came, right, keys, errors):
-    """A row against the recorded one: bounds by a factor of 3, what they bound and all else within a thousandth of the row's greatest
-    number in that unit; phases of amplitudes that are next to nothing are left out."""
+    """Compares a row with the recorded one: bounds within a factor of 3; bounded values and all others within a thousandth of
+    the row's largest number in that unit. Phases of negligible amplitudes are skipped."""
     equal(f"{what}: width", len(came), len(right))
     for i, (key, one, two) in enumerate(zip(keys, came, right)):
         if "phase" in key or not isinstance(two, (int, float)) or isinstance(one, str):

@@ -1,4 +1,4 @@
-"""What the report says agrees with itself, and names things as what they are."""
+"""The numbers of the report agree with each other and with the tables."""
 
 import math
 import re
@@ -17,7 +17,7 @@ DISC = """&case title='Disc', tasks='stability','response','forces' /
 &support position=-0.3,0, stiffness=1e5,1e5, damping=100,100 /
 &support position= 0.3,0, stiffness=1e5,1e5, damping=100,100 /
 """
-# A yoke that moves up and down, in the middle of a symmetrical machine: nothing moves sideways, nothing turns.
+# A yoke that moves up and down in the middle of a symmetrical machine, which neither moves sideways nor rotates.
 YOKE = """&case title='Yoke', tasks='response','forces','power' /
 &drive speed_rpm=600 /
 &joint name='O', type='ground', position=0,0 /
@@ -41,7 +41,7 @@ TRIAD = """&case title = 'Three links that hold each other' /
 
 
 def multipliers(report):
-    """Frequency (Hz), multiple of the crank speed, and what else is said, by multiplier; a pair has one row."""
+    """Frequency (Hz), multiple of the crank speed, and remark of each multiplier; a pair has one row."""
     lines = re.search(r"MULTIPLIERS AND EXPONENTS\n.*\n.*\n((?:  \d.*\n)+)", report)[1].splitlines()
     words = [line.replace(", ", ",").split() for line in lines]
     return [(row[4], row[5], " ".join(row[6:])) for row in words for _ in row[0].split(",")]
@@ -63,7 +63,7 @@ def test_frequencies():
             for k, (frequency, multiple, words) in enumerate(multipliers(run.out)):
                 what = f"multiplier {k + 1} at {speed}"
                 if words == "not identified":
-                    check(f"{what} can be told", False, "a frequency", words)
+                    check(f"{what} is known", False, "a frequency", words)
                     continue
                 frequency = 2 * math.pi * float(frequency)
                 nearest = min(naturals(run.out), key=lambda natural: abs(natural - frequency))
@@ -102,7 +102,7 @@ def test_orders():
             order = max(range(1, len(amplitudes)), key=lambda k: amplitudes[k])
             square = amplitudes[0] ** 2 + sum(value ** 2 for value in amplitudes[1:]) / 2
             told = re.search(rf"^  {name} .* (\d+) \(([\d.]+) %\)$", run.out, re.M)
-            equal(f"orders, {name}: told", bool(told), True)
+            equal(f"orders, {name}: reported", bool(told), True)
             if told:
                 equal(f"orders, {name}: which", int(told[1]), order)
                 # three digits; twenty orders hold the whole to 1e-6
@@ -133,7 +133,7 @@ def test_motor():
     with Folder() as folder:
         for options in ([], ["--check"]):
             run = Run(folder, *options, "input.nml")
-            check("where the motor stands", "  motor      on the frame: relative speed constant, torque acts on the frame" in run.out, "it", run.out)
+            check("place of the motor", "  motor      on the frame: relative speed constant, torque acts on the frame" in run.out, "it", run.out)
 
 
 def test_units():

@@ -1,4 +1,4 @@
-"""The report as a reader sees it: its width, its first and last words, and what only --verbose tells."""
+"""The layout of the report: its width, its first and last words, and what only --verbose adds."""
 
 import json
 import re
@@ -18,7 +18,7 @@ WIDEST = 80
 
 
 def narrow(what, report):
-    """No line is wider than a terminal."""
+    """Checks that no line is wider than a terminal."""
     wide = [line for line in report.splitlines() if len(line) > WIDEST]
     check(f"{what}: at most {WIDEST} columns", not wide, WIDEST, "\n".join(f"{len(line)}: {line}" for line in wide))
 
@@ -29,7 +29,7 @@ def test_width():
         settings = [word for setting in (FEWER.get(path.stem), EVERY.get(path.stem)) if setting for word in ("-s", setting)]
         with Folder() as folder:
             shutil.copy(path, folder)
-            # --verbose leaves nothing out (test_verbose)
+            # --verbose prints everything (test_verbose)
             for option in ("--verbose", "--check"):
                 run = Run(folder, option, *settings, path.name)
                 what = f"{path.name} {option}"

@@ -1,4 +1,4 @@
-"""The task `resonance` as a user meets it: resonance.csv, peaks.csv, the report, what is refused."""
+"""The task `resonance` as a user runs it: resonance.csv, peaks.csv, the report, refused input."""
 
 import csv
 import json
@@ -13,7 +13,7 @@ ORDERED = "&probe name='desk, left', position=0.3,0.2 /\n&resonance quantities='
 
 
 def rows(folder, name):
-    """Header and rows, words as they are."""
+    """Header and rows as words."""
     lines = [line for line in (folder / name).read_text().splitlines() if line[0] != "#"]
     header, *table = csv.reader(lines)
     return header, table
@@ -115,7 +115,7 @@ FOLD = """\
 &resonance quantities='psi','f' /
 &sweep parameter='drive.speed_rpm', from=486.9314, to=486.94, count=2 /
 """
-# The greatest psi (rad) of a program of its own at multiples of 5 degrees, at both ends of the range.
+# The maximum of psi (rad) at multiples of 5 degrees by an independent program, at both ends of the range.
 FOLD_PSI = (0.688158, 0.865882)
 
 
@@ -133,7 +133,7 @@ def test_fold():
             check(f"fold: psi of {sampled} at samples", 0 <= value / sampled - 1 < 4e-3, sampled, value)
         header, peaks = rows(folder / "input", "peaks.csv")
         equal("fold: rows", [(row[0], row[7]) for row in peaks], [("psi", "jump"), ("f", "jump")])
-        # what lies across the jump is another vibration: half of the power of this one is nowhere there
+        # beyond the jump the vibration is another one, without a point at half the power of this one
         equal("fold: no width", [row[header.index("width_rpm")] for row in peaks], ["NaN", "NaN"])
         check("fold: finite", all(math.isfinite(float(row[3])) for row in peaks), "finite", peaks)
         at, value, other = (float(peaks[0][header.index(name)]) for name in ("speed_rpm", "value", "other_side"))

@@ -122,14 +122,14 @@ def against_golden(what, found, golden, rate):
     """The golden numbers were found with a tolerance of 1e-13; these with the default, 1e-9."""
     came, right = found["multipliers.csv"], golden["multipliers.csv"]
     for k, bound in enumerate(came["error"]):
-        # the claimed bound must hold; 1e-11 for what the golden numbers lack
+        # the claimed bound must hold; 1e-11 is the error of the golden numbers
         allowed = (bound + 1e-11) * came["abs"][k]
         for name in ("re", "im", "abs"):
             near(f"{what}, multiplier {k + 1}, {name}", came[name][k], right[name][k], allowed)
         for name, scale in (("log_abs", 1.0), ("arg_rad", 1.0), ("exponent_re_per_s", rate),
                             ("exponent_im_rad_per_s", rate)):
             near(f"{what}, multiplier {k + 1}, {name}", came[name][k], right[name][k], 1.1 * (bound + 1e-11) * scale)
-        # a bound that is worthless is wrong too: condition 2, 6 discs, some reserve
+        # the bound must not be too wide either: condition 2, 6 discs, some reserve
         check(f"{what}, multiplier {k + 1}, error", 0 < bound < 1e-7, "0 < error < 1e-7", bound)
     for name in MODES[1:]:
         # error of Phi over the distance of the multipliers (0.03 and more), some reserve; the vectors have unit norm
@@ -146,7 +146,7 @@ def against_golden(what, found, golden, rate):
         greatest = max(map(abs, amplitudes), default=0.0)
         series(f"{what}, harmonics.csv, {name}_amplitude", came[name + "_amplitude"], amplitudes, 1e-7 * greatest)
         for order, amplitude in enumerate(amplitudes):
-            # the phase of an amplitude that is nothing but rounding means nothing
+            # an amplitude that is only rounding has no meaningful phase
             if amplitude > 1e-6 * greatest:
                 turn = came[name + "_phase_rad"][order] - phases[order]
                 near(f"{what}, harmonics.csv, {name}_phase_rad, order {order}", math.remainder(turn, 2 * math.pi), 0.0,
@@ -216,7 +216,7 @@ def harmonics_agree(what, table, response, period, count):
         turns = [cmath.exp(-2j * math.pi * i / n) for i in range(n)]
         values = [sum(f * turns[k * i % n] for i, f in enumerate(samples)) / n for k in range(count + 1)]
         greatest = max(map(abs, samples))
-        # 360 samples resolve the vibration: what they alias lies below 1e-12
+        # 360 samples resolve the vibration: aliasing is below 1e-12
         amplitudes, phases = table[name + "_amplitude"], table[name + "_phase_rad"]
         near(f"{what}, {name}, mean", amplitudes[0], values[0].real, 1e-12 * greatest)
         for k in range(1, count + 1):
@@ -546,7 +546,7 @@ def test_freedoms():
                 equal(f"dof {free}, {column} moves", moves, name in free)
 
 
-# ---- what cannot be written ------------------------------------------------------------------------------------------
+# ---- results that cannot be written ----------------------------------------------------------------------------------
 
 
 def test_unwritable():

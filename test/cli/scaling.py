@@ -1,6 +1,6 @@
-"""Machines of other size, mass and speed: by dimensions every number of every table follows from that of the first, bounds too.
+"""Machines of other size, mass and speed: every number of every table, bounds included, follows from the first by its dimension.
 
-Factors are powers of two, so that the arithmetic is the same to the last bit but where a constant has a dimension.
+Factors are powers of two, so that the arithmetic is the same to the last bit except where a constant has a dimension.
 """
 
 import json
@@ -39,7 +39,7 @@ def exponent(unit, scale):
 
 
 def scaled(text, scale):
-    """The input with all its numbers that have a dimension multiplied."""
+    """The input with all its dimensional numbers multiplied."""
     def numbers(found):
         factor = 2.0 ** exponent(KEYS[found[1]], scale)
         return found[1] + found[2] + re.sub(r"-?\d[\d.]*(?:[eE]-?\d+)?", lambda one: repr(float(one[0]) * factor), found[3])
@@ -68,13 +68,13 @@ def test_scaling():
 
 
 def compare(what, one, two, scale):
-    """Numbers by 1e-9 of the greatest of their column. Bounds rest on norms in which metres stand beside radians and m/s: they follow
-    the mass alone."""
+    """Compares numbers within 1e-9 of the largest of their column. Bounds follow the mass alone, because their norms combine
+    metres, radians and m/s."""
     equal(f"{what}: rows", len(two["rows"]), len(one["rows"]))
     bounds = {column["error"] for column in one["columns"]}
     for k, column in enumerate(one["columns"]):
         mixed = column["key"] in bounds
-        # Mode shapes have a norm of their own in every table; a force that is opposite half a turn later has two peaks.
+        # Mode shapes are normalised separately in every table. A force that reverses after half a turn has two equal peaks.
         free = column["key"].endswith(("_re", "_im")) or "phase" in column["key"] or "engine" in what and "crank_deg" in column["key"]
         pairs = [(a[k], b[k]) for a, b in zip(one["rows"], two["rows"]) if (a[k], b[k]) != (None, None)]
         if any(not isinstance(x, (int, float)) for pair in pairs for x in pair):

@@ -1,4 +1,4 @@
-"""The task `sensitivity` as a user meets it: sensitivity.csv, the report, what is refused."""
+"""The task `sensitivity` as a user runs it: sensitivity.csv, the report, refused input."""
 
 import csv
 import math
@@ -74,7 +74,7 @@ def test_as_changed():
                 names, values = (line.split(",") for line in run.out.splitlines()[:2])
                 peaks.append(float(dict(zip(names, values))["xi_peak_m"]))
             change = math.log(peaks[0] / peaks[1]) / math.log(1.0001 / 0.9999)
-            # what the step of 1e-4 leaves: its square times a third derivative, of the order of (240 / 3 rpm off)^3
+            # error of the step of 1e-4: its square times a third derivative, of the order of (240 / 3 rpm off)^3
             near(f"sensitivity to {row[2]}", float(row[4]), change, 1e-3 * max(1.0, abs(change)))
 
 

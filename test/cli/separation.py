@@ -1,4 +1,4 @@
-"""The task `separation` against closed forms: separation.csv, the report, what is refused."""
+"""The task `separation` against closed forms: separation.csv, the report, refused input."""
 
 import csv
 import math
@@ -32,7 +32,7 @@ def rows(folder):
 
 
 def compare(what, found, speed, modes, orders=4, margin=20.0):
-    """Rows at one speed against frequencies (Hz) with their energies."""
+    """Compares rows at one speed with frequencies (Hz) and their energies."""
     equal(f"{what}: rows", [(int(row["mode"]), int(row["order"])) for row in found],
           [(mode + 1, order + 1) for mode in range(len(modes)) for order in range(orders)])
     for row in found:
@@ -100,7 +100,7 @@ def test_coupled():
         if Run(folder, "-q", "input.nml").done("separation, coupled"):
             compare("separation, coupled", rows(folder / "input")[1], 750.0, modes)
             energies = [energy for _, mode in modes for energy in mode]
-            check("separation, coupled: the energy is mixed", any(0.02 < energy < 0.98 for energy in energies), "mixed", energies)
+            check("separation, coupled: shares of the energy", any(0.02 < energy < 0.98 for energy in energies), "mixed", energies)
 
 
 def test_range():
@@ -124,7 +124,7 @@ def test_range():
             equal(f"range: mode {mode}, order {order}, state", row["state"], "pass" if distance >= 20 else "fail")
         check("range: a resonance lies in it", any(float(row["distance_percent"]) == 0 for row in found.values()), "zero", found)
         check("range: report", "at 750 to 900 rpm" in run.out, "its ends", run.out)
-        # beside another parameter it is the operating speed that counts, as without a sweep
+        # with another swept parameter the operating speed is used, as without a sweep
         Run(folder, "-q", "input.nml", "-s", "sweep.parameter='frame.mass'", "-o", "mass").done("separation, other sweep")
         equal("separation, other sweep", {row["speed_rpm"] for row in rows(folder / "mass")[1]}, {"7.5000000000000000E+002"})
 

@@ -1,4 +1,5 @@
-"""Several mechanisms on one frame: engines in closed form, machines that stand elsewhere or turn otherwise against others."""
+"""Several mechanisms on one frame: engines against closed forms, and displaced or otherwise turning mechanisms against other
+descriptions of them."""
 
 import cmath
 import csv
@@ -25,7 +26,7 @@ ENGINE = (f"&case tasks='response' /\n&model frame='rest' /\n&drive speed_rpm={S
 
 
 def rows(path):
-    """Rows of a table."""
+    """The rows of a table."""
     return list(csv.DictReader(line for line in path.read_text().splitlines() if line[0] != "#"))
 
 
@@ -35,7 +36,8 @@ def own(text, name):
 
 
 def lift_orders(highest):
-    """Cosine coefficients of a piston's way r cos(phi) + sqrt(l^2 - r^2 sin^2 phi), the angle from the upper dead centre."""
+    """Cosine coefficients of a piston's position r cos(phi) + sqrt(l^2 - r^2 sin^2 phi), the angle from the upper dead
+    centre."""
     n = 256
     ways = [RADIUS * math.cos(2 * math.pi * k / n) + math.sqrt(ROD**2 - (RADIUS * math.sin(2 * math.pi * k / n))**2)
             for k in range(n)]
@@ -43,7 +45,8 @@ def lift_orders(highest):
 
 
 def engine(cylinders):
-    """Cylinders by the phases of their cranks from the upper dead centre and the angles of their banks, deg."""
+    """Input of an engine: cylinders by the phases of their cranks from the upper dead centre and the angles of their banks,
+    deg."""
     text = "&mechanism name='one', phase={}, angle={} /\n".format(90 + cylinders[0][0], cylinders[0][1]) + own(CYLINDER, "one")
     for k, (phase, angle) in enumerate(cylinders[1:]):
         text += f"&repeat of='one', name='c{k + 2}', phase={90 + phase}, angle={angle} /\n"
@@ -51,7 +54,7 @@ def engine(cylinders):
 
 
 def amplitude(cylinders, order, axis, moving):
-    """Of xi or eta: the pistons' forces, one mass on springs and dampers along each axis."""
+    """Amplitude of xi or eta: the pistons' forces on one mass with springs and dampers along each axis."""
     w = SPEED * math.pi / 30
     force = sum(cmath.exp(1j * order * math.radians(phase)) * (math.cos, math.sin)[axis](math.radians(angle + 90))
                 for phase, angle in cylinders) * PISTON * lift_orders(order)[order] * (order * w)**2
@@ -129,7 +132,7 @@ TASKS = ("&case tasks='stability','response','power' /\n&model frame='{}' /\n&dr
 
 
 def solve(name, text, model="rest", speed=240, held_by="motor"):
-    """Multipliers, rms and peaks, power by the drive over the turn."""
+    """Multipliers, rms and peaks, mean power of the drive over the turn."""
     with Folder(input=TASKS.format(model, speed, held_by) + text + FRAME) as folder:
         if not Run(folder, "-q", "input.nml").done(name):
             return None
@@ -140,7 +143,7 @@ def solve(name, text, model="rest", speed=240, held_by="motor"):
 
 
 def same(name, one, other, tolerance=1e-9):
-    """Both solutions agree."""
+    """Checks that both solutions agree."""
     if not (one and other):
         return
     for k, (a, b) in enumerate(zip(one[0], other[0])):
@@ -185,7 +188,7 @@ def placed_tests():
     # a crank's own ratio is that of its mechanism
     same("several, crank's ratio", solve("several, ratio of a crank", text.replace("phase=20", "phase=20, ratio=3"), "exact", 80),
          solve("several, ratio of its mechanism", "&mechanism name='m', ratio=3 /\n" + text, "exact", 80))
-    # a copy is what stands twice; the joints of a copy have names of their own
+    # a repeated mechanism is a copy; the joints of a copy have names of their own
     pair = "&mechanism name='m' /\n" + own(text, "m") + "&repeat of='m', name='n', phase=180, origin=0.1,0.2 /\n"
     second = own(text, "n").replace("='A'", "='nA'").replace("'A0'", "'nA0'").replace("'B0'", "'nB0'").replace("='B'", "='nB'") \
         .replace("='C'", "='nC'").replace("'A',", "'nA',").replace("name='", "name='n").replace("='nn", "='n")

@@ -1,4 +1,5 @@
-"""The ways to a solution as a user meets them: reduction, factors, methods by name, parts apart, resonance, the trade."""
+"""The methods of solution as a user sees them: reduction, factors, methods by name, separate parts, resonance, the comparison
+of methods."""
 
 import csv
 import math
@@ -13,7 +14,7 @@ DATA = Path(__file__).resolve().parents[2] / "data"
 
 # ln rho of the upper half plane and the real axis (modulus, argument) and x0, in quadruple precision: the rows
 # 'speed: 0.01 rpm', 'speed: 1 rpm', 'stiffness: springs 1e15', 'damping: dampers times 20000' and
-# 'damping: dampers times 5000' of validation/extremes/references.dat, and the way that the report tells.
+# 'damping: dampers times 5000' of validation/extremes/references.dat, and the method that the report states.
 REFERENCES = {
     "drive.speed_rpm=0.01": (
         r"by reduction on \d+ angles",
@@ -49,7 +50,7 @@ REFERENCES = {
 
 
 def upper_half(table):
-    """The multipliers on and above the real axis; those below have to follow theirs."""
+    """The multipliers on and above the real axis. Checks that each is followed by its conjugate."""
     chosen = []
     for k in range(len(table.rows)):
         if table["im"][k] < 0:
@@ -77,9 +78,9 @@ def test_references():
             equal(f"{setting}, multipliers", len(chosen), len(logarithms))
             for k, (log_abs, arg) in zip(chosen, logarithms):
                 bound = table["error"][k]
-                # what 1e15 times stiffer springs leave of a phase of 1e9 rad: 1e-5
+                # with springs 1e15 times as stiff a phase of 1e9 rad is accurate to 1e-5
                 check(f"{setting}, multiplier {k + 1}, error", 0 < bound < 2e-5, "0 < error < 2e-5", bound)
-                # the bound that is claimed; the modulus is far better than the phase
+                # the claimed bound; the modulus is far more accurate than the phase
                 near(f"{setting}, multiplier {k + 1}, log_abs", table["log_abs"][k], log_abs, min(bound, 1e-10 * abs(log_abs)))
                 near(f"{setting}, multiplier {k + 1}, arg", math.remainder(table["arg_rad"][k] - arg, 2 * math.pi), 0, bound)
             response = Table(folder / "input" / "response.csv")
@@ -102,7 +103,7 @@ def test_methods():
             table = Table(folder / "input" / "multipliers.csv")
             for k, bound in enumerate(table["error"]):
                 check(f"{method}, multiplier {k + 1}, error", 0 < bound < 1e-8, "0 < error < 1e-8", bound)
-                # 1e-11 for what the golden numbers lack
+                # 1e-11 is the error of the golden numbers
                 for name in ("re", "im"):
                     near(f"{method}, multiplier {k + 1}, {name}", table[name][k], golden[name][k], bound + 1e-11)
 
@@ -184,7 +185,7 @@ def test_trade():
             reduced = [row for row in rows if row["method"] == "reduced"]
             equal(f"trade at {speed} rpm, reduced", len(reduced), expected)
             for row in reduced:
-                # claimed: 1e-10 of Phi(T); the converged solution that it is held against claims less than 1e-9
+                # it claims 1e-10 of Phi(T); the converged solution that it is compared with claims less than 1e-9
                 check("trade, reduced, errors", all(float(row[f"error_{name}"]) < 1e-9 for name in ("phi", "rho", "x0")),
                       "< 1e-9", row)
                 check("trade, reduced, angles", row["order"] == "0" and 0 < int(row["steps"]) < 200, "order 0, < 200", row)
@@ -224,7 +225,7 @@ def test_overdamped():
             lines = run.out.split("PERIODIC VIBRATION")[1].splitlines()[3:6]
             peaks[method] = [[float(word) for word in re.findall(r"[-+.\de]*\d[-+.\de]*", line)[:2]] for line in lines]
         for auto, gauss in zip(peaks["auto"], peaks["gauss10"]):
-            # 1e-9 was ordered; the condition of the start is 7
+            # the tolerance is 1e-9; the condition of the start is 7
             check("overdamped, claimed error", auto[1] < 1e-6 * auto[0], "1e-6 of the peak", auto)
             near("overdamped, peak", auto[0], gauss[0], 1e-4 * gauss[0] + auto[1])
 
@@ -271,7 +272,7 @@ def test_mid_turn():
                 return
             rows[name] = Table(folder / name / "response.csv")
             lines = run.out.split("PERIODIC VIBRATION")[1].splitlines()[3:6]
-            # of xi, eta and psi, told in mm and mrad to one digit
+            # errors of xi, eta and psi, printed in mm and mrad with one digit
             rows[name + " error"] = [float(re.split(r"  +", line.strip())[2]) / 1000 for line in lines]
         for column, error in zip(QUANTITIES, rows["rough error"]):
             miss = max(abs(a - b) for a, b in zip(rows["rough"][column], rows["sharp"][column]))
@@ -300,7 +301,7 @@ def test_overdamped_probes():
                     if "_peak_error_" not in key:
                         continue
                     peak = float(row[key.replace("_peak_error_", "_peak_")])
-                    # 1e-9 was ordered; accelerations are worse than that by the fastest decay, 1e4 in a turn
+                    # the tolerance is 1e-9; accelerations are less accurate by the fastest decay, 1e4 per turn
                     check("overdamped compressor, claimed error", 0 < float(value) <= 1e-2 * peak, f"1e-2 of {peak}",
                           f"{key} = {value} with {settings}")
 

@@ -1,4 +1,5 @@
-"""The frame in space: machines against an independent reference, a planar machine in a tilted plane, a block on mounts, refusals."""
+"""The frame in space: machines against an independent reference, a planar machine in a tilted plane, a block on mounts,
+refused input."""
 
 import cmath
 import csv
@@ -43,10 +44,10 @@ REFERENCE = {
         "exact": (0.886374841744, (1.0475833999791e-06, 5.5774590740192e-05, 3.9145202988651e-06, 3.5527444038832e-05,
                                    1.4597077614008e-05, 2.9855620779367e-05))}),
 }
-# The same, exact, of validation/space/weighing.nml: greatest of 400 rows of the forces on the ground (N).
+# The same, exact, for validation/space/weighing.nml: maximum over 400 rows of the forces on the ground (N).
 WEIGHING_FORCES = {"1": 191.3662621696942, "2": 271.43213258391603, "total": 413.1929093651879}
-# The same of validation/space/holders.py for watt_beside at 209 1/min, who holds the speed; with the greatest torque at 64 phases, which
-# beside a flywheel are not told from the same begin of time: None.
+# The same from validation/space/holders.py for watt_beside at 209 1/min by who holds the speed, and the greatest torque at 64 phases.
+# None: with a flywheel these phases start at another time.
 HELD = {
     "'outside'": {
         "rest": (0.848852220676, (1.8290447725508e-02, 4.7213289703193e-04, 6.7306457775479e-04, 1.4217822693255e-03,
@@ -65,12 +66,12 @@ ENGINE = (336, 0.716992557639, (7.8441568718468e-06, 6.8979299597789e-06, 1.8997
 
 
 def rows(path):
-    """Rows of a table."""
+    """The rows of a table."""
     return list(csv.DictReader(line for line in path.read_text().splitlines() if line[0] != "#"))
 
 
 def rms(path, name):
-    """Of a coordinate, from its harmonics."""
+    """Rms of a coordinate, from its harmonics."""
     unit = "m" if name in DOF[:3] else "rad"
     sizes = [float(row[f"{name}_{unit}_amplitude"]) for row in rows(path)]
     return math.sqrt(sizes[0]**2 + sum(size**2 for size in sizes[1:]) / 2)
@@ -82,7 +83,8 @@ def greatest(path):
 
 
 def against_reference(folder, what, rho, sizes):
-    """The reference's integration leaves 1e-10 of the multipliers; 60 harmonics of the motion reach its 1e-9."""
+    """Compares with the reference, whose integration leaves errors of 1e-10 in the multipliers; 60 harmonics of the motion
+    are accurate to 1e-9."""
     near(f"space, {what}: rho", greatest(folder / "out" / "multipliers.csv"), rho, 1e-10)
     for name, size in zip(DOF, sizes):
         near(f"space, {what}: rms of {name}", rms(folder / "out" / "harmonics.csv", name), size, 1e-9 * max(sizes))
@@ -165,13 +167,14 @@ def tilted_tests():
 
 
 def block_of(matrix):
-    """A matrix twice, of displacements and rotations."""
+    """A matrix used for both displacements and rotations."""
     none = [0.0] * 3
     return [[*row, *none] for row in matrix] + [[*none, *row] for row in matrix]
 
 
 def tilted_machine(weighs=False):
-    """A planar machine, the same in a tilted plane in space, and the plane's axes; weighing also with axes that turn and a foundation."""
+    """A planar machine, the same in a tilted plane in space, and the plane's axes; with weights also with turning axes and a
+    foundation."""
     q = times(turned(2, 30), times(turned(1, -25), turned(0, 50)))
     tensor = times(times(q, [[0.5, 0, 0], [0, 0.6, 0], [0, 0, 0.78]]), [list(column) for column in zip(*q)])
     j = [tensor[0][0], tensor[1][1], tensor[2][2], tensor[0][1], tensor[0][2], tensor[1][2]]
@@ -211,8 +214,8 @@ def tilted_machine(weighs=False):
 
 
 def tilt(case, weighs):
-    """A planar machine whose plane is tilted: in the plane it moves as there, and not out of it; its multipliers are among all. The
-    drive's torque and power are those of the plane, whoever holds the speed."""
+    """Compares a planar machine with its tilted version. In its plane it moves the same way, and not out of it; its
+    multipliers are among those in space. Torque and power of the drive are the same, whoever holds the speed."""
     plane, space, q = tilted_machine(weighs)
     for model, holder in [(model, holder) for model in ("rest", "exact", "first_order") for holder in HOLDERS]:
         with Folder(plane=TASKS.format(model, holder) + plane, space=TASKS.format(model, holder) + space) as folder:
@@ -464,7 +467,7 @@ SHAFTS = {
               "z": ",0.16", "more": "&support position=0.15,-0.1,-0.2, stiffness=60e3,90e3,50e3, damping=60,90,60 /\n"},
 }
 SHAFTS["weighing"] = SHAFTS["space"] | {"more": SHAFTS["space"]["more"] + "&gravity direction=0.3,-1,0.2 /\n"}
-# Beside a load of this size that of roundings is small: m e W^2 beside those of J W^2 and m g.
+# Compared with a load of this size, rounding is small: m e W^2 compared with rounding of J W^2 and m g.
 LEAST_UNBALANCE = 1e-13
 
 

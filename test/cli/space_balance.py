@@ -1,5 +1,5 @@
-"""The task `balance` of a frame in space: a planar machine in a tilted plane against the plane, closed forms of engines, the machine that
-has the counterweights as links, the balance table of `--check` in its own table."""
+"""The task `balance` of a frame in space: a planar machine in a tilted plane against the plane, engines against closed forms,
+the machine with the printed counterweights, and the balance table of `--check`."""
 
 import cmath
 import math
@@ -47,17 +47,17 @@ def tilted_tests():
                         continue
                     top = max(abs(row[key]) for row in flat)
                     worst = max((abs(one[key] - other[key]), one["aim"], one["links"]) for one, other in zip(flat, tall))
-                    # counterweights are known to the root of what the mean square has, 1e-9 where a sum is flat
+                    # counterweights are accurate to the root of the mean square's error, 1e-9 where a sum is flat
                     near(f"{what}: {name}, {key} ({worst[1]}, {worst[2]})", worst[0], 0.0, 1e-9 * top + 1e-14)
 
 
 def found(folder, aim="found", order=1):
-    """The row of an order, of the variant for this aim."""
+    """The row of an order for the variant with this aim."""
     return next(row for row in balance_rows(folder, "balance_harmonics")[1] if (row["aim"], row["order"]) == (aim, str(order)))
 
 
 def expect(what, row, sizes):
-    """Force with and against, moment with and against."""
+    """Compares force with and against the crank, and moment with and against it."""
     for key, size in zip(TURNING, sizes):
         near(f"{what}: {key}", row[key], size, 1e-10 * PISTON * R * SPEED**2)
 
@@ -86,7 +86,8 @@ def cylinder_tests():
 
 
 def turning_sums(pins, places):
-    """The vectors of first order that turn with the crank, of forces over m r W^2/2 and of couples over that times the spacing."""
+    """The vectors of first order that turn with the crank: of forces over m r W^2/2, and of couples over that times the
+    spacing."""
     return [abs(sum(place**power * cmath.exp(1j * math.radians(pin)) for pin, place in zip(pins, places))) for power in (0, 1)]
 
 

@@ -1,5 +1,5 @@
-"""What is studied of a frame in space: sensitivities, borders, all vibrations, models, sweeps and designs, against a planar machine in
-a tilted plane, against single runs and their central differences."""
+"""Studies of a frame in space (sensitivities, borders, all vibrations, models, sweeps, designs) against a planar machine in a
+tilted plane, single runs and their central differences."""
 
 import math
 import re
@@ -93,7 +93,7 @@ def sweep_tests():
                 equal(f"sweep over {path}: columns", [key for key in table[0] if "peak" in key], names)
                 for row in (table[0], table[17], table[-1]):
                     single = one_line(folder, "single.nml", "-s", f"{path}={row[path]}")
-                    # the tolerance is 1e-9, of a peak beside a resonance more
+                    # the tolerance is 1e-9, more for a peak close to a resonance
                     near(f"sweep over {path}: rho", float(row["rho_max"]), float(single["rho_max"]), 2e-9)
                     for name in names:
                         size = float(single[name])
@@ -292,7 +292,7 @@ def design_tests():
         if single.done("the improved engine"):
             found = rows(folder / "single" / "quantities.csv")[0]
             # the input has nine digits of the numbers
-            near("design of the engine's mounts: as told", float(found["value"]), float(goal["after"]), 1e-6 * float(goal["after"]))
+            near("design of the engine's mounts: as reported", float(found["value"]), float(goal["after"]), 1e-6 * float(goal["after"]))
 
 
 SPACE_STUDIES_TESTS = [sensitivity_tests, sweep_tests, border_tests, map_tests, vibrations_tests, trade_tests, design_tests]

@@ -1,4 +1,4 @@
-"""The task `boundary` as a user meets it: boundary.csv, the report, the nearest stable machine, what is refused."""
+"""The task `boundary` as a user runs it: boundary.csv, the report, the nearest stable machine, refused input."""
 
 import math
 import re
@@ -15,7 +15,7 @@ BORDERS = (217.756724550, 245.981254672)
 
 
 def rows(folder):
-    """Header and rows of boundary.csv, words as they are."""
+    """Header and rows of boundary.csv as words."""
     lines = [line for line in (folder / "boundary.csv").read_text().splitlines() if line[0] != "#"]
     return lines[0], [line.split(",") for line in lines[1:]]
 
@@ -43,7 +43,7 @@ def test_one_parameter():
         check("borders: nearest", "drive.speed_rpm = 217.7567" in run.out and "(11.24" in run.out and " less)" in run.out, "it", run.out)
 
         again = Run(folder, "-s", "drive.speed_rpm=150", "input.nml")
-        check("borders: nothing to say of a stable machine", again.code == 0 and "nearest" not in again.out, "", again.out)
+        check("borders: no advice for a stable machine", again.code == 0 and "nearest" not in again.out, "", again.out)
         narrow = Run(folder, "-s", "sweep(1).from=225", "-s", "sweep(1).to=235", "input.nml")
         check("borders: none", "no boundary in the range" in narrow.out and "none in the range" in narrow.out, "",
               narrow.out)
@@ -101,7 +101,7 @@ TWIN = """\
 &support position=0.23,-0.24, stiffness=2.5e4,8.0e4, damping=1.0,2.5 /
 &model frame='exact' /
 """
-# By a program of its own in quadruple precision; the digits that it tells.
+# By an independent program in quadruple precision, with all its digits.
 TWIN_BORDERS = (342.3752, 345.2946, 1244.8146, 1251.0103)
 
 

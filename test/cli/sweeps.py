@@ -1,4 +1,4 @@
-"""Sweeps: points against single runs, bad inputs, parts, threads, and everything that can interrupt a run."""
+"""Sweeps: points against single runs, invalid input, parts, threads, and everything that can interrupt a run."""
 
 import ast
 import csv
@@ -39,7 +39,7 @@ class Points:
     def __init__(self, text):
         self.preamble = [line for line in text.splitlines() if line.startswith("#")]
         rows = list(csv.reader(line for line in text.splitlines() if not line.startswith("#")))
-        # numbers may have blanks before them, words none
+        # numbers may be preceded by blanks, words may not
         self.header = rows[0]
         self.rows = [[cell if name == "verdict" else cell.strip() for name, cell in zip(self.header, row)] for row in rows[1:]]
 
@@ -54,14 +54,14 @@ def points(folder):
 
 
 def same(name, came, expected, tolerance):
-    """Numbers of two lists, relative to the greatest; NaN only where NaN is expected."""
+    """Compares the numbers of two lists relative to the largest; NaN only where NaN is expected."""
     greatest = max((abs(value) for value in expected if value == value), default=0.0)
     wrong = [i for i, (one, two) in enumerate(zip(came, expected))
              if not (one != one and two != two or abs(one - two) <= tolerance * greatest)]
     check(name, not wrong and len(came) == len(expected), f"equal to {tolerance:g}", [(i, came[i]) for i in wrong[:3]])
 
 
-# ---- what a sweep gives ----------------------------------------------------------------------------------------------
+# ---- results of a sweep ----------------------------------------------------------------------------------------------
 
 
 def test_golden():
@@ -326,7 +326,7 @@ def test_concurrent_runs():
                 # one may also begin when the other has ended: then it goes through as well
                 name = "input.nml" if ends[0][1] == 0 else second
                 equal(f"together with {second}, one goes through", any(end == ("", 0) for end in ends), True)
-                check(f"together with {second}, the other is told", all(end in (("", 0), (gone, 4), (other, 1)) for end in ends),
+                check(f"together with {second}, the other reports it", all(end in (("", 0), (gone, 4), (other, 1)) for end in ends),
                       "one line", ends)
                 came = (folder / "both" / "sweep.csv").read_bytes()
                 good = came in tables.values() if ends[0][1] == ends[1][1] else came == tables[name]
@@ -342,7 +342,7 @@ MARK = 8 * (3 + 2 + 17 + 1)
 
 
 def marks_of(output):
-    """The marks of the tiles that are done, by number."""
+    """The marks of finished tiles, by number."""
     try:
         data = (output / "sweep.blocks" / "marks").read_bytes()
     except FileNotFoundError:
@@ -519,7 +519,7 @@ def test_foreign():
 
 
 def limited(size):
-    """A disk that is full at `size` bytes a file."""
+    """A limit of `size` bytes per file, like a full disk."""
     def limit():
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))

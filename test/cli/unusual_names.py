@@ -1,4 +1,4 @@
-"""Names of files, references and ends of lines as no one should write them: one line that is safe to show, each."""
+"""Unusual names of files, references and ends of lines: each yields one line that is safe to print."""
 
 import re
 import resource

@@ -1,4 +1,4 @@
-"""No vibration without the verdict of the machine that makes it, nor a great one without a word on linear equations.
+"""Every vibration comes with the verdict of the machine, and a large one with a remark on the linear equations.
 
 The sieve rocks on torsion springs; at 229 1/min, near twice its natural frequency of 114 1/min, parametric resonance makes the
 rocking grow, at 120 and 300 1/min it does not (Mathieu's first tongue).

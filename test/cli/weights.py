@@ -1,4 +1,4 @@
-"""Weights: static loads, feet that lift off, the torque that lifts the links, what is refused."""
+"""Weights: static loads, feet that lift off, the torque that lifts the links, refused input."""
 
 import math
 import re
@@ -18,7 +18,7 @@ def data(name):
 
 
 def places(folder):
-    """supports.csv by place."""
+    """The rows of supports.csv by place."""
     rows = [line.split(",") for line in (folder / "supports.csv").read_text().splitlines() if line[0] != "#"]
     return rows[0], {row[0]: dict(zip(rows[0], row)) for row in rows[1:]}
 
@@ -103,7 +103,7 @@ def test_units_and_paths():
         Run(folder, "-q", "-s", "case.tasks='sensitivity'", "-o", "sensitive", "degrees.nml").done("sensitivity to gravity")
         lines = [line.split(",") for line in (folder / "sweep" / "sweep.csv").read_text().splitlines() if line[0] != "#"]
         middle = float(lines[2][lines[0].index("psi_peak_rad")])
-        # the greatest of 361 rows of the history
+        # the maximum over 361 rows of the history
         near("sweep, its middle is -45 deg", middle / max(map(abs, peaks[0])), 1, 1e-3)
         low, high = float(lines[1][lines[0].index("psi_peak_rad")]), float(lines[3][lines[0].index("psi_peak_rad")])
         check("sweep, the direction matters", abs(low / high - 1) > 0.01, "different peaks", (low, high))
