@@ -1,4 +1,4 @@
-"""The documents against the program: commands run, excerpts are what the program prints, all keys are described.
+"""Checks the documents against the program: their commands run, their excerpts are its output, all keys are described.
 
 Run from the checkout: ./bootstrap python3 test/documents.py. The last line is "N passed, M failed".
 test/documents.py --write-tables GESTELL writes the tables of keys into doc/input.md.
@@ -38,12 +38,12 @@ def program(*arguments, where=ROOT):
 
 
 def run_commands():
-    """Shell blocks of the README, but for the tests, and of the installation, which CI runs as steps of their own."""
+    """Runs the shell blocks of the README and of the page on installation, except the tests, which are separate steps of CI."""
     for page in ("README.md", "doc/installation.md"):
         for block in blocks(page, "sh"):
             flags = re.search(r'fpm build .*--flag "(.*)"$', block.strip())
             if flags:
-                # a whole build only to see that the compiler takes the flags: one file and fpm's list do
+                # to check that the compiler accepts the flags, one file and fpm's list suffice
                 with tempfile.TemporaryDirectory() as folder:
                     done = program("gfortran", *flags[1].split(), "-c", ROOT / "src/base/kinds.f90", where=folder)
                 check(f"{page}: flags {flags[1]}", done.returncode == 0, done.stderr)
@@ -55,7 +55,7 @@ def run_commands():
 
 
 def but_for_rounding(report):
-    """Without the digits of defects and errors that are rounding alone: they depend on the compiler's order of operations."""
+    """The report without digits of numbers that are only rounding errors, which depend on the compiler."""
     return re.sub(r"\b\de-1[1-6]\b", "1e-1x", report)
 
 
@@ -73,10 +73,10 @@ def excerpts(gestell, folder):
     printed, plain = ((folder / name) for name in ("khang_four_bar_printed", "khang_four_bar"))
     for name in ("multipliers.csv", "response.csv", "harmonics.csv"):
         same = [[line for line in (place / name).read_text().splitlines() if line[0] != "#"] for place in (printed, plain)]
-        check(f"data as printed gives the same {name}", same[0] == same[1])
+        check(f"the mechanism with the printed data has the same {name}", same[0] == same[1])
     (block,) = blocks("README.md", "fortran")
     (folder / "readme.nml").write_text(block)
-    # The file in data/ orders the paper's equations.
+    # The file in data/ selects the paper's equations.
     program(gestell, "--set", "model.frame=rest", "readme.nml", where=folder)
     same = [
         [line for line in (folder / name / "response.csv").read_text().splitlines() if line[0] != "#"]
@@ -85,7 +85,7 @@ def excerpts(gestell, folder):
     check("README: the input is the one in data/", same[0] == same[1])
     (folder / "input.nml").write_text(block.replace("lengths", "lenghts"))
     typo = program(gestell, "input.nml", where=folder).stderr.strip()
-    check("README: the message", any(typo == block.strip() for block in blocks("README.md", "text")), typo)
+    check("README: the message on a typing error", any(typo == block.strip() for block in blocks("README.md", "text")), typo)
 
 
 def table(path):
@@ -95,20 +95,20 @@ def table(path):
 
 
 def critical_speeds(folder):
-    """The paper's machine: the critical speeds from the modes are the peaks of the resonance curve of the force, which is
-    refined without knowledge of them, one for one; and doc/validation.md has them."""
+    """Critical speeds of the paper's machine, found from its modes, agree one for one with the peaks of the resonance curve of
+    the force, which is computed independently. doc/validation.md lists them."""
     speeds = {}
     for row in table(folder / "khang_speeds/critical.csv"):
-        # Both lists have what stands out by 5 %; without a peak of the force there is NaN.
+        # Both lists contain peaks of 5 % prominence and more; NaN means that the force has no peak.
         if row["outcome"] == "peak" and float(row["force_prominence"]) > 1.05:
             speeds[float(row["force_speed_rpm"])] = row
     maxima = [row for row in table(folder / "khang_speeds/peaks.csv") if row["quantity"] == "f"]
-    check("critical speeds: as many as direct peaks", len(speeds) == len(maxima), (len(speeds), len(maxima)))
+    check("critical speeds: as many as peaks of the resonance curve", len(speeds) == len(maxima), (len(speeds), len(maxima)))
     for row in maxima:
         at = float(row["speed_rpm"])
         nearest = min(speeds, key=lambda speed: abs(speed - at))
         found = speeds[nearest]
-        # Both stop at 1e-6 of the speed; the sharpest peak is 0.03 rpm wide.
+        # Both are accurate to 1e-6 of the speed; the sharpest peak is 0.03 rpm wide.
         check(f"critical speed {at}", abs(nearest - at) < 1e-5 * at, nearest)
         check(f"force at {at}", abs(float(found["force_N"]) / float(row["value"]) - 1) < 1e-3, (found["force_N"], row["value"]))
         line = f"| {found['mode']} | {float(found['order']):g} | {float(found['crossing_rpm']):.3f} | {at:.3f} | {float(row['value']):.5g} |"
@@ -116,7 +116,7 @@ def critical_speeds(folder):
 
 
 def readme_pictures(gestell, folder):
-    """The script makes the pictures that the README shows."""
+    """Checks that the script draws exactly the pictures that the README shows."""
     if not shutil.which("gnuplot"):
         return
     (folder / "pictures").mkdir()
@@ -125,7 +125,7 @@ def readme_pictures(gestell, folder):
     shown = set(re.findall(r'src="doc/pictures/([\w.]+)"', text("README.md")))
     check("README: pictures", done.returncode == 0 and made == shown, (made, shown, done.stderr))
     for name in shown:
-        check(f"README: {name} is there", (ROOT / "doc/pictures" / name).exists())
+        check(f"README: {name} exists", (ROOT / "doc/pictures" / name).exists())
 
 
 def options(gestell):
@@ -135,7 +135,7 @@ def options(gestell):
 
 
 def keys(gestell):
-    """The tables of keys in doc/input.md are what the program's records give. With --write-tables they become that."""
+    """Checks that the tables of keys in doc/input.md agree with the program's records. --write-tables replaces them."""
     document = text("doc/input.md")
     sections = program(gestell, "--help", "tables").stdout.split("### ")[1:]
     described = len(re.findall(r"^### `&", document, re.M))
@@ -152,7 +152,7 @@ def keys(gestell):
             if found and "--write-tables" in sys.argv:
                 document = document[:start + found.start()] + table + "\n" + document[start + found.end():]
             elif found:
-                check(f"doc/input.md: {heading} is what the records give (test/documents.py --write-tables)",
+                check(f"doc/input.md: the table of {heading} agrees with the records (else run test/documents.py --write-tables)",
                       found[0].strip() == table, f"{found[0]}--- but\n{table}")
     if "--write-tables" in sys.argv:
         (ROOT / "doc/input.md").write_text(document, encoding="utf-8")
@@ -171,13 +171,13 @@ def columns(gestell, folder):
 
 
 # Pages whose every command is run. A page is one script of bash, in a folder that holds the checkout as `gestell`:
-# "```sh" is run, the text of "```text" below it must be what it printed ("..." stands for lines left out), and any other
-# block is a file if the line above it ends in "`NAME`:", one that grows if that line says "add".
+# "```sh" is run, the text of "```text" below it must be its output ("..." stands for omitted lines), and any other
+# block is the contents of a file if the line above it ends in "`NAME`:", and is appended to it if that line contains "add".
 PAGES = ["doc/tutorial.md", *sorted(str(page.relative_to(ROOT)) for page in (ROOT / "doc").glob("howto_*.md"))]
 
 
 def page_blocks(page):
-    """(language, text, name of the file or None, whether it is added to) of each block."""
+    """(language, text, name of the file or None, True to append to the file) for each block."""
     found = []
     for above, language, block in re.findall(r"^([^\n]*)\n+```(\w+)\n(.*?)^```$", text(page), re.M | re.S):
         file = re.search(r"`([\w./-]+)`:$", above.strip())
@@ -186,7 +186,7 @@ def page_blocks(page):
 
 
 def script_of(blocks, outputs):
-    """A script of bash: the page's files and commands, the output of command i in the file i."""
+    """A bash script that writes the page's files and runs its commands. The output of command i goes to the file i."""
     lines = ["set -e"]
     for i, (language, block, file, grows) in enumerate(blocks):
         if language == "sh":
@@ -199,7 +199,7 @@ def script_of(blocks, outputs):
 
 
 def printed(excerpt, output):
-    """Whether the parts of the excerpt between lines "..." stand in the output, in their order."""
+    """True if the output contains the parts of the excerpt between lines "..." in their order."""
     at, out = 0, re.sub(r" +$", "", but_for_rounding(output), flags=re.M)
     for part in re.split(r"^ *\.\.\.\n", but_for_rounding(excerpt), flags=re.M):
         at = out.find(part, at)
@@ -210,13 +210,13 @@ def printed(excerpt, output):
 
 
 def pictures(page, work):
-    """A picture of a page is one that its commands have made, pictures/PAGE/FOLDER/NAME.svg in FOLDER. With --write-pictures
-    they become those of the page."""
+    """Checks that the page's commands have drawn its pictures: pictures/PAGE/FOLDER/NAME.svg in FOLDER. --write-pictures copies
+    them to the page."""
     for folder, picture in re.findall(r"\((pictures/\w+)/([\w./]+\.svg)\)", text(page)):
         if not shutil.which("gnuplot"):
             continue
         made = [place / picture for place in (work, *work.iterdir()) if (place / picture).exists()]
-        check(f"{page}: {picture} is made", made)
+        check(f"{page}: {picture} was drawn", made)
         if made and "--write-pictures" in sys.argv:
             shutil.copyfile(made[0], ROOT / "doc" / folder / picture)
 
@@ -240,12 +240,12 @@ def run_page(page, folder):
             last = i == max((k for k, b in enumerate(blocks) if b[0] == "sh" and (outputs / str(k)).exists()), default=i)
             check(f"{page}: {block}", log.exists() and (done.returncode == 0 or not last), output + done.stderr)
         elif language == "text":
-            check(f"{page}: what is printed", block and printed(block, output), f"{block}--- but\n{output}")
+            check(f"{page}: printed output", block and printed(block, output), f"{block}--- but\n{output}")
     pictures(page, work)
 
 
 def one_line_columns(gestell, folder):
-    """What --one-line prints is described with the option, or as a column of sweep.csv."""
+    """Checks that every column of --one-line is described with the option or as a column of sweep.csv."""
     case = program(gestell, "--one-line", ROOT / "data/compressor.nml", where=folder)
     described = "".join(blocks("doc/input.md", "text"))
     for column in case.stdout.splitlines()[0].split(","):
@@ -254,7 +254,7 @@ def one_line_columns(gestell, folder):
 
 
 def library_calls(home):
-    """The calls in doc/library.md's table of joints are what the compiler knows."""
+    """Checks that the calls in doc/library.md's table of joints compile."""
     rows = re.findall(r"^\|[^|\n]*\| `((?:call |rail = |linkage%)[^`]*)` \|$", text("doc/library.md"), re.M)
     check("doc/library.md: the joints", len(rows) == 12, rows)
     calls = [row if row.startswith(("call", "rail")) else f"call {row}" for row in rows]
@@ -262,19 +262,19 @@ def library_calls(home):
     lines += ["type(error_type), allocatable :: error", *(call.replace(" ...)", " error=error)") for call in calls), "end"]
     (home / "joints.f90").write_text("\n".join(lines) + "\n")
     done = program("gfortran", "-fsyntax-only", f"-I{home}/.local/include", home / "joints.f90")
-    check("doc/library.md: the joints are compiled", done.returncode == 0, done.stderr)
+    check("doc/library.md: the calls compile", done.returncode == 0, done.stderr)
 
 
 def suites():
-    """The name of a suite that is none: the suites are listed, nothing is tested. """
+    """Checks that an unknown suite makes `fpm test` list the suites and test nothing."""
     names = re.findall(r"new_testsuite\(\"([\w-]+)\"", text("test/main.f90"))
     check("test/main.f90: suites", len(names) > 50, names)
     done = program("fpm", "test", "--", "no-such-suite")
     check("fpm test -- no-such-suite: code", done.returncode != 0, done.stdout[-2000:])
-    told = done.stdout + done.stderr
-    check("fpm test -- no-such-suite: told", "there is no suite 'no-such-suite'; the suites, beside 'all' and 'slow', are" in told, told[-2000:])
-    check("fpm test -- no-such-suite: listed", all(f"\n  {name}\n" in told for name in names), told[-2000:])
-    check("fpm test -- no-such-suite: nothing is tested", "PASSED" not in told, told[-2000:])
+    output = done.stdout + done.stderr
+    check("fpm test -- no-such-suite: message", "there is no suite 'no-such-suite'; besides 'all' and 'slow' there are" in output, output[-2000:])
+    check("fpm test -- no-such-suite: listed", all(f"\n  {name}\n" in output for name in names), output[-2000:])
+    check("fpm test -- no-such-suite: nothing is tested", "PASSED" not in output, output[-2000:])
 
 
 def links():
@@ -285,7 +285,7 @@ def links():
 
 
 def tables():
-    """Every table has a head, a row and a line below it, and rows of as many columns."""
+    """Checks that every table has a heading, a separator, and the same number of columns in all rows."""
     for document in [ROOT / "README.md", *sorted((ROOT / "doc").glob("*.md"))]:
         plain = re.sub(r"^```.*?^```$", "", document.read_text(encoding="utf-8"), flags=re.M | re.S)
         bad = []

@@ -237,7 +237,7 @@ program main
   one_suite = all(suite_name /= [character(len=4) :: "", "slow", "all"])
   if (one_suite) then
     if (.not. any([(suites(i)%name == suite_name, i = 1, size(suites))])) then
-      write (error_unit, "(a)") "there is no suite '" // suite_name // "'; the suites, beside 'all' and 'slow', are"
+      write (error_unit, "(a)") "there is no suite '" // suite_name // "'; besides 'all' and 'slow' there are"
       write (error_unit, "(2x, a)") (suites(i)%name, i = 1, size(suites))
       error stop 1, quiet=.true.
     end if
@@ -248,11 +248,11 @@ program main
     if (allocated(test_name)) then
       call run_selected(suites(i)%collect, test_name, error_unit, failed)
       total = total + 1
-      ! A test that is not there: its suite's are listed.
+      ! An unknown test: run_selected has listed the tests of its suite.
       if (failed < 0) failed = 1
     else
       call suites(i)%collect(tests)
-      ! One after the other: the reader of input files is for one thread, and random numbers stay the same.
+      ! Tests run one after the other, because the reader of input files is not thread-safe, and to keep random numbers the same.
       do k = 1, size(tests)
         if (merge(suite_name == "", suite_name == "slow", is_slow(tests(k)))) cycle
         write (error_unit, "(2x, a)") "Starting " // tests(k)%name
@@ -260,16 +260,16 @@ program main
         call run_selected(suites(i)%collect, tests(k)%name, error_unit, failed)
         call cpu_time(finish)
         if (finish - begin > long .and. .not. is_slow(tests(k))) then
-          write (error_unit, "(7x, f0.1, a)") finish - begin, " s of the processor: to be marked as slow"
+          write (error_unit, "(7x, f0.1, a)") finish - begin, " s of processor time: mark this test as slow"
         end if
         total = total + 1
       end do
       slow = slow + count([(is_slow(tests(k)), k = 1, size(tests))])
     end if
-    ! What a suite may have changed.
+    ! A suite may have changed the traps.
     call ieee_set_halting_mode(ieee_usual, halting)
   end do
-  if (suite_name == "") write (error_unit, "(i0, a)") slow, " slow tests are left out: fpm test -- all"
+  if (suite_name == "") write (error_unit, "(i0, a)") slow, " slow tests were skipped; to run them: fpm test -- all"
   flush (error_unit)
   write (output_unit, "(i0, a, i0, a)") total - failed, " passed, ", failed, " failed"
   if (failed > 0 .or. total == 0) error stop 1, quiet=.true.

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Uses the library as others do: ./bootstrap bash test/use_as_library.sh
+# Uses the library as other projects do: ./bootstrap bash test/use_as_library.sh
 # The last line is "N passed, M failed".
 
 set -u
@@ -11,7 +11,7 @@ temporary=$(mktemp -d) || exit 1
 trap 'rm -rf "$temporary"' EXIT
 passed=0 failed=0
 
-# check NAME COMMAND...: runs the command; where it fails, shows what it said.
+# check NAME COMMAND...: runs the command and shows its output if it fails.
 check() {
   local name=$1
   shift
@@ -25,7 +25,7 @@ check() {
   fi
 }
 
-# Another package beside the checkout. It does not need what only our tests need.
+# Another package that depends on the checkout. It must not fetch what only our tests need.
 dependent_package() {
   mkdir -p "$temporary/beside/user/app"
   ln -s "$home" "$temporary/beside/gestell"
@@ -37,7 +37,7 @@ dependent_package() {
 
 install_library() { fpm install --prefix "$temporary/installed"; }
 
-# link SOURCE PROGRAM FLAG...: by the compiler alone, against what was installed; from outside the checkout.
+# link SOURCE PROGRAM FLAG...: compiles and links against the installed library, without fpm and outside the checkout.
 link() {
   local source=$home/$1 program=$2
   shift 2
@@ -71,7 +71,7 @@ plain_mathieu() {
     [ "$(awk '$1 == "a" && $5 == "unstable" { print $3 }' <<<"$out" | xargs)" = '0.8 0.9 1.0 1.1' ]
 }
 
-# Known: converged values of the paper's example, x0(1:3) in m and rad to 9 decimals (printed times 1000), rho to 6.
+# Converged values of the paper's example are known: x0(1:3) in m and rad to 9 decimals (printed times 1000), rho to 6.
 plain_four_bar() {
   local out
   link example/four_bar.f90 four_bar || return
@@ -93,7 +93,7 @@ static_lengths() {
   ! nm -A "$temporary/installed/lib/libgestell.a" | grep -E 'src_(base|math|system|floquet|model|study)_.* b slen'
 }
 
-# Every Fortran block of the documentation stands word for word in an example.
+# Every Fortran block of the documentation is part of an example, word for word.
 documentation() {
   local block file found count=0
   rm -f "$temporary"/block-*
@@ -106,7 +106,7 @@ documentation() {
       [[ $(<"$file") != *"$(<"$block")"* ]] || found=$file
     done
     if [ -z "$found" ]; then
-      echo 'in no example:'
+      echo 'part of no example:'
       cat "$block"
       return 1
     fi
@@ -114,13 +114,13 @@ documentation() {
   [ $count -gt 0 ] || { echo 'no Fortran in doc/library.md'; return 1; }
 }
 
-check 'a package that depends on ours' dependent_package
-check 'fpm install' install_library
-check 'plain compiler: Mathieu' plain_mathieu
-check 'plain compiler: four-bar' plain_four_bar
-check 'threads change no bit' threads
-check 'no lengths of texts in static memory' static_lengths
-check 'code in doc/library.md' documentation
+check 'a package that depends on the library builds and runs' dependent_package
+check 'fpm install installs the library' install_library
+check 'the Mathieu example, built without fpm, prints the known exponent' plain_mathieu
+check 'the four-bar example, built without fpm, prints the known vibration' plain_four_bar
+check 'four threads obtain the same bits as one' threads
+check 'no function keeps the length of a text in static memory' static_lengths
+check 'all code in doc/library.md is part of an example' documentation
 
 printf '%d passed, %d failed\n' $passed $failed
 [ $failed = 0 ]
