@@ -10,7 +10,7 @@
 !> alpha = 0, pi/2 and pi yield f_0, f_1, f_2. In complex form the counterweight adds u (exp(i theta))'' + m P'' to S''; at a pivot
 !> P'' = 0 (doc/theory.md, equations 55 and 56).
 !>
-!> On a frame in space the force S'' and the moment H' have three rows each (gestell_model_space). Weights are left out. Who holds
+!> On a frame in space the force S'' and the moment H' have three rows each (gestell_model_space). Weights are omitted. Who holds
 !> the speed decides which part of the moment acts on the frame. A counterweight keeps the z of its link, and a body has one
 !> counterweight in every plane in which it has links.
 module gestell_study_balance
