@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Times charts of stability, and what peers need for the same points; called by run.sh.
+"""Measures the time of stability charts, and of other programs for the same points; called by run.sh.
 
 usage: charts.py BUILD [--python PYTHON] [--rounds N] [--points N] [--ours-only]
 
-BUILD holds what run.sh has built. At points of the chart drawn at random peers compute Phi(T), each with its cheapest setting
-whose rho_max is near enough to the reference at all of them. Programs take turns. Markdown on standard output.
+BUILD contains the programs that run.sh has built. At random points of the chart the other programs compute Phi(T), each with
+its fastest setting whose rho_max is accurate enough at all of them, compared with the reference. Programs take turns. Markdown
+on standard output.
 """
 import argparse
 import json
@@ -128,7 +129,7 @@ def say(text):
 
 
 def cheapest(program, points, chart):
-    """The trial, of all methods, that takes the least time among those that are near enough, or none."""
+    """The fastest trial, of all methods, among those that are accurate enough; None if there is none."""
     found = []
     for method, kind in program.methods.items():
         ladder = [10.0 ** -k for k in range(3, 15)] if kind == TOLERANCE else [8 * 2 ** k for k in range(9)]
@@ -156,7 +157,7 @@ def cheapest(program, points, chart):
 
 
 def chosen_trials(programs, points, chart):
-    """One of each program. What is interpreted takes the setting of the same integrator where that is compiled."""
+    """One trial for each program. An interpreted program takes the setting of the same integrator in its compiled form."""
     trials = []
     for program in programs:
         say(f"looking for the setting of {program.name}")
@@ -174,7 +175,7 @@ def chosen_trials(programs, points, chart):
 
 
 def race(chart, settings, trials, rounds):
-    """Seconds for a point, median and shortest: of the chart, and of every trial."""
+    """Seconds per point, median and shortest: of the chart, and of every trial."""
     ours, medians, shortest = [], [[[] for _ in t.points] for t in trials], [[a.shortest for a in t.answers] for t in trials]
     for number in range(rounds):
         say(f"round {number + 1} of {rounds}")

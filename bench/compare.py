@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Times the library and its peers in turn on the same cases to the same true error; called by run.sh.
+"""Measures the time of the library and of other programs in turn on the same cases to the same true error; called by run.sh.
 
 usage: compare.py BUILD [--python PYTHON] [--rounds N] [--cases NAME:RPM,...] [--states N] [--accuracies E,...]
                   [--ours-only] [--csv FILE]
 
-BUILD holds what run.sh has built; what is not there is skipped. Every program keeps running and takes orders, a line each
-(bench/peers/serve.h). For each case and accuracy the cheapest setting of every method is sought whose true errors of
-Phi(T) and x0, relative and in balanced units, are both small enough; then programs run one after the other, round after
-round. Markdown on standard output.
+BUILD contains the programs that run.sh has built; missing ones are skipped. Every program keeps running and takes requests, a
+line each (bench/peers/serve.h). For each case and accuracy the fastest setting of every method is used whose true errors of
+Phi(T) and x0, relative and in balanced units, are both small enough; then programs run one after the other, round after round.
+Markdown on standard output.
 """
 import argparse
 import math
@@ -98,7 +98,7 @@ class Answer:
 
 
 class Program:
-    """A running program that answers orders, started anew after one that took too long."""
+    """A running program that answers requests; it is restarted after one that took too long."""
 
     def __init__(self, name, command, methods):
         self.name, self.command, self.methods, self.process = name, command, methods, None
@@ -193,8 +193,8 @@ def between(kind, coarse, fine):
 
 
 def explore(case, program, method, accuracies):
-    """Trials of a method, enough to find its cheapest setting for each accuracy. A whole solution is taken as ordered: with
-    the accuracy for its tolerance, or less where that does not do."""
+    """Trials of a method, enough to find its cheapest setting for each accuracy. A whole solution is requested with the accuracy as
+    tolerance, or with a smaller one if that is not accurate enough."""
     kind = program.methods[method]
     trials, worse = [], 0
     for setting in settings_of(kind, case, 8 if method in (*GAUSS, *PLAIN) else 1):
@@ -227,7 +227,7 @@ def explore(case, program, method, accuracies):
 
 
 def race(case, chosen, rounds):
-    """Median over the rounds of each one's median within a round, and the shortest time of all, both in seconds."""
+    """Median over the rounds of each program's median within a round, and its shortest time, both in seconds."""
     medians = [[] for _ in chosen]
     shortest = [trial.answer.shortest for trial in chosen]
     for number in range(rounds):
@@ -273,8 +273,8 @@ def reason(trials):
 
 
 def cheapest(good, accuracy):
-    """Of each method the trial with the fewest evaluations, which no clock disturbs, of them the fastest. A whole solution is
-    taken as ordered: with the accuracy for its tolerance, or the next smaller one that does."""
+    """For each method the trial with the fewest evaluations, which do not depend on the clock, and of these the fastest. A whole
+    solution is requested with the accuracy as tolerance, or with the next smaller one that is accurate enough."""
     least = {}
     for trial in good:
         if trial.method in WHOLE and trial.setting > 1.001 * accuracy:

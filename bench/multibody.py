@@ -1,14 +1,14 @@
-"""Times Gestell's models of the frame beside Exudyn, a general program of multibody dynamics, for the same answer: the vibration and
-the multipliers of its map of one turn. Prints a section of bench/RESULTS.md.
+"""Compares the time of Gestell's models of the frame with that of Exudyn, a general program of multibody dynamics, for the
+vibration and the multipliers of its map of one turn. Prints a section of bench/RESULTS.md.
 
     python bench/multibody.py GESTELL [MACHINE:RPM ...]
 
-needs numpy and Exudyn (pip install exudyn==1.13.6 numpy). The machines are built in Exudyn as validation/exudyn/compare.py does, and
-solved by its integrator in time, Newton's method for the fixed point of the map, from the vibration about rest, and central
-differences; of the numbers of steps 125, 250, ... the first counts by which all multipliers are within ERROR of those that Gestell
-computes to 1e-13, which Exudyn has been shown to tend to. Gestell is told 1e-9; what that leaves is told too. Times are the shortest
-of several runs, which the machine's other work disturbs least: of Gestell those of task `trade`, inside the program, and of the whole
-program with start and files; of Exudyn of the solution alone, the model built before.
+needs numpy and Exudyn (pip install exudyn==1.13.6 numpy). The machines are built in Exudyn as validation/exudyn/compare.py
+does, and solved by its integrator in time, Newton's method for the fixed point of the map, from the vibration about rest, and
+central differences. The time is that of the first of the numbers of steps 125, 250, ... for which all multipliers are within
+ERROR of those that Gestell computes to 1e-13, to which Exudyn converges. Gestell's tolerance is 1e-9; its error is printed too.
+Times are the shortest of several runs, which other work on the computer disturbs least: for Gestell those of task `trade`,
+inside the program, and of the whole program with start and files; for Exudyn of the solution alone, without building the model.
 """
 
 import math
@@ -33,7 +33,7 @@ RUNS, EXUDYN_RUNS = 15, 3
 
 
 def shortest(runs, work):
-    """The shortest time of several runs (s), and what the last one gave."""
+    """The shortest time of several runs (s), and the result of the last one."""
     best = math.inf
     for _ in range(runs):
         start = time.perf_counter()
@@ -67,7 +67,7 @@ def whole(program, file, speed):
 
 
 def multibody(machine, start, reference):
-    """Steps, error of the multipliers and shortest time (s) of Exudyn; None where no number of steps does."""
+    """Steps, error of the multipliers and shortest time (s) of Exudyn; None if no number of steps is accurate enough."""
     scale = compare.STEP * np.repeat([1.0, abs(machine.speed)], len(machine.free))
     model = compare.Model(machine)
 

@@ -1,7 +1,7 @@
-"""Sweeps by many ranks: the table is that of one process, whatever happens on the way.
+"""Sweeps by many ranks write the same table as one process, whatever happens in between.
 
     ./bootstrap python3 mpi/test.py                   builds gestell and gestell_mpi, then tests
-    python3 mpi/test.py GESTELL GESTELL_MPI           tests programs that are there
+    python3 mpi/test.py GESTELL GESTELL_MPI           tests existing programs
 
 Needs mpifort and mpirun of Open MPI. The last line is "N passed, M failed".
 """
@@ -22,15 +22,15 @@ sys.path.insert(0, str(CHECKOUT / "test" / "cli"))
 
 from broken_inputs import REST, SOUND  # noqa: E402
 from sweeps import MARK, marks_of  # noqa: E402
-from harness import Count, Folder, Run, check, equal, files  # noqa: E402
+from harness import Count, Folder, Run, check, equal, files, title_of  # noqa: E402
 
-# Ends what hangs; far more than any run takes on a busy computer.
+# Time limit of a run, far longer than any run takes on a busy computer; it ends runs that hang.
 SECONDS = 600
 # More ranks than cores, as root too, and ranks that wait leave the core to those that work.
 MPI = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1",
        "OMPI_MCA_mpi_yield_when_idle": "1", "OMPI_MCA_pml": "ob1", "OMPI_MCA_btl": "self,vader",
        "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-# How the points are shared out is the same of all models; about rest they are quick.
+# The distribution of points does not depend on the model; about rest they are quick.
 SWEEP = SOUND.replace("'stability', 'response'", "'sweep'") + REST + """\
 &sweep parameter='drive.speed_rpm', from=150, to=450, count=24, engine='direct' /
 &sweep parameter='support.stiffness', from=1e5, to=4e5, count=30 /
@@ -59,7 +59,7 @@ def table(folder):
 
 
 def complete(name, run, folder, expected):
-    """The run ended well, the table is right and nothing else is left."""
+    """Checks that the run succeeded, that the table is right and that nothing else is left."""
     run.done(name)
     check(f"{name}: table", table(folder) == expected, "the bytes of one process", f"others, or none: {files(folder)}")
     equal(f"{name}: files", files(folder), ["sweep.csv"])
@@ -72,6 +72,7 @@ def undisturbed(folder):
 
 
 def test_any_number_of_ranks():
+    """Any number of ranks writes the table of one process."""
     with Folder(input=SWEEP) as folder:
         expected = undisturbed(folder)
         for ranks in (1, 2, 3, 4):
@@ -84,6 +85,7 @@ def test_any_number_of_ranks():
 
 
 def test_more_ranks_than_tiles():
+    """More ranks than tiles do no harm."""
     line = SWEEP.replace("count=24", "count=1").replace("to=450", "to=150").replace("count=30", "count=9")
     with Folder(input=line) as folder:
         expected = undisturbed(folder)
@@ -91,6 +93,7 @@ def test_more_ranks_than_tiles():
 
 
 def test_report():
+    """Several ranks print the report of one process and their number."""
     with Folder(input=SWEEP) as folder:
         one, many = Run(folder, "-o", "n", "input.nml"), Ranks(folder, 2, "-o", "n", "input.nml")
         many.done("report")
@@ -98,6 +101,7 @@ def test_report():
 
 
 def test_parts():
+    """Parts computed by ranks and processes merge to one table."""
     with Folder(input=SWEEP) as folder:
         expected = undisturbed(folder)
         Ranks(folder, 2, "-q", "-o", "n", "--part", "2/3", "input.nml").done("part 2 of 3")
@@ -108,6 +112,7 @@ def test_parts():
 
 
 def test_refusals():
+    """Invalid input is refused with the message and exit code of gestell."""
     with Folder(input=SWEEP, typo=SWEEP.replace("lengths", "lenghts"), single=SOUND,
                 range=SWEEP.replace("from=150", "from=450")) as folder:
         for name in ("typo.nml", "range.nml", "none.nml"):
@@ -128,7 +133,7 @@ def test_refusals():
 
 
 def children(process):
-    """The processes that a process has started, and those that they have."""
+    """The processes that a process has started, and their children."""
     found = []
     for task in Path(f"/proc/{process}/task").glob("*/children"):
         for child in task.read_text().split():
@@ -137,7 +142,7 @@ def children(process):
 
 
 def interrupted(folder, output, ranks, wanted, victim):
-    """Begins a sweep and kills one rank, or mpirun, as soon as `wanted` tiles are done. Whether it came to that."""
+    """Begins a sweep and kills one rank, or mpirun, as soon as `wanted` tiles are done. Returns whether it was killed in time."""
     process = subprocess.Popen(command(ranks, "-q", "-o", output, "input.nml"), cwd=folder, env={**os.environ, **MPI},
                                stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     begin = time.monotonic()
@@ -155,6 +160,7 @@ def interrupted(folder, output, ranks, wanted, victim):
 
 
 def test_killed():
+    """A sweep whose ranks are killed resumes and writes the same table."""
     draw = random.Random(6)
     with Folder(input=SWEEP) as folder:
         expected = undisturbed(folder)
@@ -171,7 +177,7 @@ def test_killed():
 
 
 def limited(folder, name, expected, tile):
-    """A run by two ranks that can write no tile from number `tile` on, one of 5, ... 8: the files end before its last row."""
+    """A run by two ranks that can write no tile from number `tile` on, one of 5, ... 8: file sizes are limited before its last row."""
     head = expected.index(b"\n", expected.index(b"\ndrive.speed_rpm,") + 1) + 1
     width = (len(expected) - head) // (24 * 30)
     # tiles 5 to 8 lie beside each other, of 8 rows of the first axis, 9 to 16, and 7, 8, 7, 8 of the second
@@ -186,6 +192,7 @@ def limited(folder, name, expected, tile):
 
 
 def test_damaged_and_foreign():
+    """Damaged tiles are computed again, foreign ones are refused."""
     with Folder(input=SWEEP) as folder:
         expected = undisturbed(folder)
         Ranks(folder, 2, "-q", "-o", "n", "--part", "1/1", "input.nml").done("all, without the table")
@@ -207,6 +214,7 @@ def test_damaged_and_foreign():
 
 
 def test_first_error():
+    """The error of the lowest tile is reported and ends all ranks."""
     with Folder(input=SWEEP) as folder:
         expected = undisturbed(folder)
         # the first tile that cannot be written is now that of one rank, now that of the other
@@ -222,7 +230,7 @@ def test_first_error():
 
 
 def build(folder):
-    """The two programs, built alike."""
+    """Builds both programs with the same options."""
     for package, compiler in ((".", os.environ.get("FPM_FC", "gfortran")), ("mpi", "mpifort")):
         done = subprocess.run(["fpm", "install", "--profile", "release", "--directory", package, "--prefix", folder],
                               cwd=CHECKOUT, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
@@ -236,11 +244,12 @@ def build(folder):
 def main():
     for program in ("mpifort", "mpirun"):
         if not shutil.which(program):
-            sys.exit(f"no {program}: needed are the packages libopenmpi-dev and openmpi-bin")
+            sys.exit(f"no {program}: install the packages libopenmpi-dev and openmpi-bin")
     with tempfile.TemporaryDirectory() as folder:
         Run.program, Ranks.ranked = map(os.path.abspath, sys.argv[1:3] if len(sys.argv) > 2 else build(folder))
         for name, test in list(globals().items()):
             if name.startswith("test_"):
+                Count.title = title_of(test)
                 test()
     print(f"{Count.passed} passed, {Count.failed} failed")
     return Count.failed > 0

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Whether two builds of the program find the same: every CSV of every input in data/, cell by cell.
+"""Compares the results of two builds of the program: every CSV of every input in data/, cell by cell.
 
 usage: validation/same_digits.py BEFORE AFTER [input.nml ...]
 
-Words must be equal. Numbers may differ by the error that their table states for them: a column NAME_error, with the unit behind
-it or not, or `error` of the row, else 1e-9 of the greatest in the column (numbers that rounding alone decides). Seconds are
-not compared. A phase may differ by what turns its amplitude by the error of that.
-Columns may be added at the end. The last line counts tables with the same bytes, within the errors, and different.
+Words must be equal. Numbers may differ by the error that their table states for them: a column NAME_error, with or without its
+unit, or `error` of the row; without a stated error by 1e-9 of the largest in the column, which allows for rounding. Seconds are
+not compared. A phase may differ by the angle that corresponds to the error of its amplitude.
+Columns may be added at the end. The last line counts tables that are identical, that agree within errors, and that differ.
 """
 import csv
 import math
@@ -36,7 +36,7 @@ def number(cell):
 
 
 def error_of(names, row, k):
-    """The error that a row states for its column k; None where it states none."""
+    """The error that a row states for its column k; None if it states none."""
     whole = names[k]
     for name in [whole + "_error", "error_" + whole, *(whole[:i] + "_error" + whole[i:] for i, c in enumerate(whole) if c == "_"),
                  "error"]:
@@ -47,7 +47,7 @@ def error_of(names, row, k):
 
 
 def differences(before, after):
-    """What differs between two tables, in words."""
+    """Descriptions of the differences between two tables."""
     (head, names, rows), (new_head, new_names, new_rows) = read(before), read(after)
     if head != new_head:
         yield "preamble: " + "; ".join(line for line in head + new_head if (line in head) != (line in new_head))
@@ -76,7 +76,7 @@ def differences(before, after):
             allowed = max(error_of(names, row, k) or 0, error_of(names, new, k) or 0, FLOOR * greatest)
             if amplitude in names:
                 j = names.index(amplitude)
-                # beyond half a turn the phase is that of noise
+                # with a tolerance beyond half a turn the phase is arbitrary
                 turned = FLOOR * greatest_of(j) / max(abs(number(row[j])), 1e-300)
                 allowed = max(allowed, turned if turned < math.pi else math.inf)
                 a, b = 0, math.remainder(a - b, 2 * math.pi)
@@ -89,7 +89,7 @@ def differences(before, after):
 
 
 def main():
-    """Runs both programs on all inputs and tells what differs."""
+    """Runs both programs on all inputs and prints the differences."""
     programs = [Path(name).resolve() for name in sys.argv[1:3]]
     inputs = [Path(name).resolve() for name in sys.argv[3:]] or sorted((CHECKOUT / "data").glob("*.nml"))
     same = within = different = 0

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""How the cost of one run grows with what the input has, in instructions, which no other work on the machine disturbs.
+"""How the cost of one run grows with the size of the input, counted in instructions, which other work on the computer does not
+disturb.
 
 usage: growth.py PROGRAM [FAMILY ...]
 
-Each family doubles one number of the paper's machine (data/khang_four_bar.nml, about rest) three times or more; valgrind counts the
-instructions of the whole run, the start and the writing of its files included. The exponent is that of what the last two doublings
-add: 1 where twice as much costs twice as much. Markdown on standard output.
+Each family doubles one number of the paper's machine (data/khang_four_bar.nml, about rest) three times or more; valgrind counts
+the instructions of the whole run, including its start and the writing of files. The exponent is that of the instructions added
+by the last two doublings: 1 if twice the size costs twice as much. Markdown on standard output.
 """
 import math
 import re
@@ -18,7 +19,7 @@ DATA = (Path(__file__).resolve().parents[2] / "data" / "khang_four_bar.nml").rea
 
 
 def supports(n):
-    """n of them, as stiff together as the four."""
+    """n supports, together as stiff as the original four."""
     lines = "".join(f"&support position={-0.3 + 0.6 * k / (n - 1):.9f},-0.20, stiffness={4 * 196133 / n},{4 * 196133 / n} /\n"
                     for k in range(n))
     return re.sub(r"(&support.*\n)+", lines, DATA), []
@@ -29,7 +30,7 @@ def probes(n):
 
 
 def joints(n):
-    """n dyads behind the rocker, each a parallelogram with the one before."""
+    """n dyads behind the rocker, each forming a parallelogram with the one before."""
     text, last, x = DATA, "B", 0.40
     for k in range(n):
         text += (f"&joint name='G{k}', type='ground', position={x + 0.2 * (k + 1):.6f},0.0 /\n"
@@ -40,7 +41,7 @@ def joints(n):
 
 
 def mechanisms(n):
-    """n copies beside each other, one behind the other in phase."""
+    """n copies of the mechanism with staggered phases."""
     text = re.sub(r"(&joint name='A0')", r"&mechanism name='one' /\n\1", DATA, count=1)
     return text + "".join(f"&repeat of='one', name='m{k}', phase={360 * k / n:.6f} /\n" for k in range(1, n)), []
 

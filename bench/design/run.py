@@ -1,8 +1,8 @@
-"""A design by the program beside SciPy that drives the same library: python3 bench/design/run.py PROGRAM LIBRARY
+"""Compares a design by the program with one by SciPy with the same library: python3 bench/design/run.py PROGRAM LIBRARY
 
 The paper's machine with two counterweights, six parameters, the rms of the force on the ground, limits on mass and torque. SciPy's
 SLSQP has its own differences, and sees the torque at the angles of power.csv; it starts where the program does. Processor seconds,
-the least of three turns each. Needs scipy.
+the shortest of three runs each. Needs scipy.
 """
 import os
 import pathlib

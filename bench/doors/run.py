@@ -1,4 +1,4 @@
-"""What the Python package costs above the library: python3 bench/doors/run.py PROGRAM LIBRARY
+"""Measures the cost of the Python package in addition to the library: python3 bench/doors/run.py PROGRAM LIBRARY
 
 A call for one machine is timed on a library of the same functions that do nothing (nothing.c), so that all of it is the package's
 own time; a sweep of 1e5 machines through one call against the program with the same library, in turns. Needs cc and numpy.
@@ -31,7 +31,7 @@ print(time.perf_counter() - begin, len(table["rho_max"]))
 
 
 def nothing(folder):
-    """The library of functions that do nothing."""
+    """Builds the library of functions that do nothing."""
     names = set(re.findall(r"\b(gestell_\w+)\(", (ROOT / "include/gestell.h").read_text()))
     done = set(re.findall(r"\b(gestell_\w+)\(", (HERE / "nothing.c").read_text()))
     rest = folder / "rest.c"

@@ -1,4 +1,4 @@
-"""The same right-hand side as model.py as one writes it with numpy at first: vectors, and numpy.linalg for equations."""
+"""The right-hand side of model.py in plain numpy, as in a first version: vectors, and numpy.linalg for equations."""
 import numpy as np
 
 from model import MACHINES, mounting

@@ -1,10 +1,10 @@
-"""A sweep by many ranks, simulated from what its parts cost on one machine: python3 bench/scaling/simulate.py
+"""Simulates a sweep by many ranks from the costs of its parts on one computer: python3 bench/scaling/simulate.py
 
 Reads the costs-*.csv beside it and prints the tables that doc/scaling.md quotes. The same costs give the same tables.
 
-A rank asks for its next tile, computes the one it has, writes its rows, takes the answer. Measured are the costs of tiles,
-rows and queue; drawn at random among the measured ones are the tiles of a chart. ASSUMED are only the file system
-that many machines share and the start of many ranks.
+A rank requests its next tile, computes the one it has, writes its rows, receives the answer. The costs of tiles,
+rows and queue are measured; the tiles of a chart are drawn at random among the measured ones. Only the file system
+that many computers share and the start of many ranks are ASSUMED.
 """
 
 import csv
@@ -44,8 +44,8 @@ def simulate(ranks, tiles, block, roundtrip, called=False, ahead=True, start=0.0
     tiles: seconds of each. called: the queue moves only when rank 0 calls MPI, between its tiles. ahead: a rank asks before
     it works. creations: blocks per second that the file system takes."""
     taken, files_free = 0, 0.0
-    waiting = deque()                   # questions that rank 0 has not seen: (rank, time)
-    number = [None] * ranks             # answers that are there: (tile, time of arrival)
+    waiting = deque()                   # requests that rank 0 has not received: (rank, time)
+    number = [None] * ranks             # answers that have arrived: (tile, time of arrival)
     free = [start] * ranks              # when a rank has nothing more to do but take its answer
     asleep = [False] * ranks            # ranks that wait for an answer
     rank_0_ends = False
@@ -155,7 +155,7 @@ def least(what, number):
 
 
 def runs():
-    """Least seconds of the runs, and medians of what two threads or ranks take against half of the pair of their round."""
+    """Shortest times of the runs, and medians of the times of two threads or ranks relative to half of their pair in the round."""
     found = read_runs()
     pairs = found["pair", "2"]
     row("runs of the chart of 10^6 points", "seconds", "of all cores together", "efficiency against two programs at once")

@@ -1,8 +1,8 @@
-"""A frame in space beside one of the plane, the same machine: python3 bench/space/run.py PROGRAM
+"""Compares the time of the same machine in space and in the plane: python3 bench/space/run.py PROGRAM
 
 Sweeps of single solutions over a mount's stiffness by one thread, to 1e-9: Watt's six-bar beside the middle plane and the suspended
 compressor of validation/space, with six degrees of freedom and with the three of the plane. Processor microseconds a point, the
-least of five turns that alternate, less what a sweep of two points takes.
+shortest of five alternating runs, minus the time of a sweep of two points.
 """
 import os
 import pathlib
@@ -29,7 +29,7 @@ def inputs(name):
 
 
 def seconds(program, text, folder):
-    """Of the processor."""
+    """Processor time of a run in seconds."""
     (folder / "input.nml").write_text(text)
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run([program, "-q", "input.nml"], cwd=folder, check=True, env=os.environ | {"OMP_NUM_THREADS": "1"})

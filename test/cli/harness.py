@@ -1,6 +1,7 @@
 """Runs the program, reads its files as tables, and counts comparisons."""
 
 import functools
+import inspect
 import math
 import os
 import re
@@ -28,6 +29,12 @@ class Count:
 
     passed = failed = 0
     title = "no test"
+
+
+def title_of(test):
+    """What must hold: the first sentence of a test's docstring. Failures are printed below it."""
+    assert test.__doc__, f"{test.__name__} has no docstring that says what must hold"
+    return inspect.getdoc(test).partition("\n")[0].removesuffix(".")
 
 
 def check(name, good, expected, came):

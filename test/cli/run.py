@@ -38,7 +38,7 @@ from file_protection import FILE_PROTECTION_TESTS  # noqa: E402
 from follower import FOLLOWER_TESTS  # noqa: E402
 from forces_and_probes import FORCE_AND_PROBE_TESTS, write_findings_golden  # noqa: E402
 from harness import (HARMONICS, HEADERS, MODES, MULTIPLIERS, QUANTITIES, RESPONSE, STATES, Count, Folder, Run,  # noqa: E402
-                     Table, body, check, equal, files, near, printed, series, tables)
+                     Table, body, check, equal, files, near, printed, series, tables, title_of)
 from headlines import HEADLINE_TESTS  # noqa: E402
 from held_speed import HELD_SPEED_TESTS  # noqa: E402
 from html_report import HTML_REPORT_TESTS  # noqa: E402
@@ -635,12 +635,6 @@ def build(folder):
         print(done.stdout)
         sys.exit("the program could not be built")
     return os.path.join(folder, "bin", "gestell")
-
-
-def title_of(test):
-    """What must hold: the first sentence of a test's docstring. Failures are printed below it."""
-    assert test.__doc__, f"{test.__name__} has no docstring that says what must hold"
-    return inspect.getdoc(test).partition("\n")[0].removesuffix(".")
 
 
 def main():

@@ -5,11 +5,11 @@ usage: validation/designs/designs.py PROGRAM [COUNT [SEED]]
 
 COUNT machines (default 100), four-bars and slider-cranks on supports with little damping, with a disc and mounts as parameters,
 an objective and limits over a range of 3 to 21 speeds, by the exact frame or about rest, some with a scatter of speed,
-stiffness and damping of the mounting. Each design is judged by runs of its design.nml that know nothing of the design, at up to
-three corners of the scatter: the task `sweep` at 401 speeds; the task `resonance`, which looks for what a scan with equal steps
-misses; for the torque the task `power` at single speeds; for the separation the task `modes` with averaged coefficients,
-without damping. Prints a line for every design that is exceeded by more than its stated error, unstable though it is called
-stable, or worse than the machine that it began with, and how long the designs took. The last line is "N passed, M failed".
+stiffness and damping of the mounting. Each design is judged by independent runs of its design.nml, at up to three corners of
+the scatter: the task `sweep` at 401 speeds; the task `resonance`, which finds maxima that a scan with equal steps misses; for
+the torque the task `power` at single speeds; for the separation the task `modes` with averaged coefficients, without damping.
+Prints a line for every design whose reported values are exceeded by more than their stated error, that is unstable but called
+stable, or that is worse than the initial machine, and the time that designs took. The last line is "N passed, M failed".
 """
 import csv
 import itertools
@@ -63,7 +63,7 @@ MOST_CORNERS = 3
 
 
 def machine(draw):
-    """The text of a machine with its design, its goals, and the scatter."""
+    """The input of a machine with its design, its goals, and the scatter."""
     mechanism = draw.choice((FOUR_BAR, SLIDER)).format(m1=draw.uniform(0.3, 1.0), m2=draw.uniform(0.2, 0.8))
     mass = draw.uniform(12, 40)
     low = draw.uniform(150, 500)
@@ -105,16 +105,16 @@ def numbers(path, head):
 
 
 class Judge:
-    """Judges one machine, by other tasks than `design`."""
+    """Judges one machine by tasks other than `design`."""
 
     def __init__(self, program, folder, text):
-        """The text is that of an input whose range of speeds is to be judged."""
+        """`text` is an input whose range of speeds is to be judged."""
         self.program, self.folder, self.text = program, folder, text
         self.unstable = False
         self.low, self.high = (float(found) for found in re.search(r"from=([\d.]+), to=([\d.]+), count", text).groups())
 
     def run(self, tasks, *settings):
-        """Runs the program; returns the folder of its tables, and what it prints with --one-line."""
+        """Runs the program. Returns the folder of its tables and the output of --one-line."""
         (self.folder / "judged.nml").write_text(self.text)
         arguments = [self.program, "-q", "judged.nml", "-s", f"case.tasks='{tasks}'"]
         for setting in settings:
@@ -123,7 +123,7 @@ class Judge:
         return self.folder / "judged", done.stdout
 
     def motions(self, goals):
-        """The greatest values over the speeds of what sweeps and curves know, by goal."""
+        """The largest values over the speeds of the quantities that sweeps and curves compute, by goal."""
         found = {}
         for measure in sorted({measure for _, measure in goals}):
             names = [quantity for quantity, kind in goals if kind == measure]
@@ -141,7 +141,7 @@ class Judge:
         return {goal: max(values) for goal, values in found.items()}
 
     def torque(self, measure):
-        """The greatest torque: at equal steps and across each maximum of the forces."""
+        """The largest torque: at equal steps and across each maximum of the forces."""
         speeds = [self.low + (self.high - self.low) * k / (COARSE - 1) for k in range(COARSE)]
         text = self.text
         self.text += "&resonance quantities='f' /\n"
@@ -166,11 +166,11 @@ class Judge:
         return max(value for value in found if math.isfinite(value))
 
     def separation(self):
-        """The least distance of the averaged frame's natural frequencies from the first four orders over the range (per cent)."""
+        """The smallest distance of the averaged frame's natural frequencies from the first four orders over the range (per cent)."""
         text = self.text
         averaged = text.replace("&model ", "&model coefficients='averaged', ").replace("'exact'", "'rest'")
         self.text = re.sub(r"&sweep.*\n", "", averaged)
-        # exponents are known up to multiples of the speed: this lies above all natural frequencies, which do not depend on it here
+        # exponents are determined up to multiples of the speed; this speed lies above all natural frequencies, which do not depend on it here
         folder, _ = self.run("modes", "foundation.damping=0,0,0", "drive.speed_rpm=60000")
         self.text = text
         found = []
@@ -183,7 +183,7 @@ class Judge:
 
 
 def quoted(names):
-    """As a list in an input."""
+    """Words as a list in an input."""
     return ",".join(f"'{name}'" for name in names)
 
 
@@ -198,11 +198,11 @@ def corners(text, scatter):
 
 
 def scaled(text, stiffness, damping):
-    """The machine on a mounting that is stiffer and damped more."""
+    """The machine on a mounting with scaled stiffness and damping."""
     def times(factor):
         return lambda found: found[1] + ",".join(repr(float(one) * factor) for one in found[2].split(","))
 
-    # a design's comments say what the numbers were
+    # comments of a design contain the previous numbers
     text = re.sub("!.*", "", text)
     text = re.sub(r"(&support.*stiffness=)([\d.,e+]+)", times(stiffness), text)
     return re.sub(r"(&foundation damping=)([\d.,e+]+)", times(damping), text)
@@ -226,14 +226,14 @@ def worst_of(program, folder, text, goals, scatter):
 
 
 def is_exceeded(goal, row, found):
-    """Whether what is found is worse than what is told, by more than its error and the tolerance of both solutions, 1e-9."""
+    """True if the judge's value is worse than the reported one by more than its error and the tolerance of both solutions, 1e-9."""
     after, error = float(row["after"]), float(row["after_error"])
     allowed = error + 1e-8 * abs(after)
     return found < after - allowed if goal[0] == "separation" else found > after + allowed
 
 
 def judge_design(program, folder, number, seed):
-    """Makes a design and judges it; what is wrong with it, and how long it took (s)."""
+    """Makes a design and judges it. Returns the failures and the time it took (s)."""
     text, goals, scatter = machine(random.Random(1000 * seed + number))
     (folder / "input.nml").write_text(text)
     start = time.perf_counter()
@@ -253,7 +253,7 @@ def judge_design(program, folder, number, seed):
 
 
 def main():
-    """Runs them all."""
+    """Makes and judges all designs."""
     program = str(Path(sys.argv[1]).resolve())
     count = int(sys.argv[2]) if len(sys.argv) > 2 else 100
     seed = int(sys.argv[3]) if len(sys.argv) > 3 else 47

@@ -2,13 +2,13 @@
 
     python compare.py GESTELL INPUT [SPEED_RPM ...] ['&GROUP KEY=VALUE /' ...] [steps=N] [step=H] [from=RPM]
 
-needs numpy and Exudyn (pip install exudyn==1.13.6 numpy). The machine is built anew from the input, with the groups that are given
-beside it, as '&gravity /': every link a rigid body, joined by constraints, the frame on springs and dampers; nothing of Gestell is
-used for it. The map of one turn comes from integration in time (trapezoidal rule, extrapolated from two numbers of steps), its
-fixed point is the vibration, its central differences give the multipliers. From that vibration on the forces of supports and
-foundation on the ground are measured over a turn, and the torque of the drive: what energy and dampers take, by the crank speed.
-With from=RPM the fixed point is sought from Gestell's state at that speed, for machines with several vibrations. Links without mass
-are not built.
+needs numpy and Exudyn (pip install exudyn==1.13.6 numpy). The machine is built from the input and the groups given as
+arguments, such as '&gravity /': every link a rigid body, joined by constraints, the frame on springs and dampers; nothing of
+Gestell is used for it. The map of one turn comes from integration in time (trapezoidal rule, extrapolated from two numbers of
+steps), its fixed point is the vibration, its central differences give the multipliers. From that vibration on the forces of
+supports and foundation on the ground are measured over a turn, and the torque of the drive: the power of energy and dampers
+over the crank speed. With from=RPM the search for the fixed point starts from Gestell's state at that speed, for machines with
+several vibrations. Links without mass are not built.
 """
 
 import csv
@@ -57,7 +57,7 @@ class Machine(Linkage):
 
 
 def turning(support):
-    """Whether its axes turn with the frame."""
+    """True if the support's axes turn with the frame."""
     return support.get("axes") == ["frame"]
 
 
@@ -83,7 +83,7 @@ class Model:
         for mass, inertia, place in zip(self.masses, self.inertias, self.references):
             self.add_body(mass, inertia, place)
         self.add_mounting()
-        # Bodies that meet in a point turn about it.
+        # Bodies that share a point rotate about it.
         for name, bodies in points.items():
             for body in bodies[1:]:
                 mbs.AddObject(item.RevoluteJoint2D(markerNumbers=[self.marker(bodies[0], at[name]), self.marker(body, at[name])]))
@@ -102,7 +102,7 @@ class Model:
         pivot = machine.joints[crank]["pivot"][0]
         driven = next(k for k, link in enumerate(machine.links, 1) if link["from"] == [pivot] and link.get("to") == [crank])
         # The drive holds the crank's speed against the frame, or in space; a motor on the frame acts on that by its mean torque. A `free`
-        # crank is held by nothing but its own inertia.
+        # crank is driven by its inertia alone.
         self.even = machine.held_by != "motor"
         self.torque = torque
         markers = self.angles(0, driven)
@@ -170,8 +170,8 @@ class Model:
             mbs.AddObject(item.CoordinateConstraint(markerNumbers=markers))
 
     def add_slide(self, still, support, turn, sag):
-        """A support whose axes turn with the frame: a slide all but without mass is guided along the frame's first axis, and along the
-        second one by a point that stays in space. Whatever the springs and dampers between them exert comes from these joints."""
+        """Adds a support whose axes turn with the frame. An almost massless slide is guided along the frame's first axis, and along
+        the second one by a point fixed in space. These joints transmit the forces of the springs and dampers between them."""
         mbs, place = self.mbs, support["position"]
         node = mbs.AddNode(item.NodeRigidBody2D(referenceCoordinates=[*place, 0.0]))
         slide = mbs.AddObject(item.ObjectRigidBody2D(nodeNumber=node, mass=1e-9, inertia=1e-9))
@@ -273,7 +273,7 @@ class Model:
         return np.array(columns).T
 
     def periodic(self, state, scale):
-        """The vibration and the derivative of the turn there, taken anew where it has moved on."""
+        """The vibration and the derivative of the map of one turn there, computed again if the vibration has moved."""
         phi, taken = self.derivative(state, scale), state
         for _ in range(8):
             change = np.linalg.solve(np.eye(len(state)) - phi, self.turn(state) - state)
@@ -285,7 +285,8 @@ class Model:
         return state, phi
 
     def record(self, state, steps):
-        """Coordinates and velocities of all bodies, shape (rows, 2, bodies, 3), and the supports' forces on the ground, over a turn."""
+        """Coordinates and velocities of all bodies, shape (rows, 2, bodies, 3), and the supports' forces on the ground, over a
+        turn."""
         self.integrate(state, steps)
         data = np.array([[self.mbs.GetSensorStoredData(sensor) for sensor in pair] for pair in self.sensors])
         c, s = np.cos(data[0, 0, :, 3]), np.sin(data[0, 0, :, 3])
@@ -298,8 +299,8 @@ class Model:
         return data[..., 1:].transpose(2, 1, 0, 3), np.array(forces or np.zeros((0, data.shape[2], 2)))
 
     def history(self, state):
-        """Over a turn: forces on the ground by the motion of each support, of the foundation with its moment; the moment about F at
-        rest of all of them; the driving torque. And the supports' static forces."""
+        """Over a turn: forces on the ground due to the motion of each support, of the foundation with its moment; the moment of all
+        of them about F at rest; the driving torque. Also the supports' static forces."""
         (coarse, pull), (fine, tug) = (self.record(state, steps) for steps in (STEPS, 2 * STEPS))
         data, forces = fine + (fine - coarse) / 3, tug + (tug - pull) / 3
         if len(data) != ROWS + 1:
@@ -321,7 +322,7 @@ class Model:
             head = q[:, 0, :2] + np.array([c * x - s * y, s * x + c * y]).T
             speed = v[:, 0, :2] + v[:, 0, 2:] * np.array([-s * x - c * y, c * x - s * y]).T
             if turning(support):
-                # what the frame sees of its head's displacement
+                # displacement of the support's head in the frame's axes
                 moment += x * force[:, 1] - y * force[:, 0]
                 away, rate = head - [x, y], v[:, 0, 2]
                 speed = speed - np.array([-rate * away[:, 1], rate * away[:, 0]]).T
@@ -332,7 +333,7 @@ class Model:
                 head = head - [x, y] + arm @ self.sag
             energy += np.sum(head @ spring * head, axis=1) / 2
             lost += np.sum(speed @ damper * speed, axis=1)
-        # What is left at the end of the turn is no jump.
+        # The residual at the end of the turn is spread over the turn, so that it is no jump.
         drift = energy[-1] - energy[0]
         energy -= drift * np.linspace(0.0, 1.0, ROWS + 1)
         orders = np.fft.rfft(energy[:-1]) * 2j * math.pi / self.period * np.arange(ROWS // 2 + 1)
@@ -364,7 +365,7 @@ def gestell(program, file, speed, folder, *words):
 
 
 def off(ours, theirs):
-    """The greatest difference over the turn, relative to the peak."""
+    """The largest difference over the turn, relative to the peak."""
     return np.max(abs(theirs - ours)) / np.max(abs(ours)) if np.any(ours) else np.max(abs(theirs), initial=0.0)
 
 
@@ -392,7 +393,7 @@ def main():
         found, phi = model.periodic(start, scale)
         mean = 0.0
         for _ in range(3 if machine.held_by == "flywheel" else 0):
-            # What the dampers take is of second order in the vibration: its change by the motor's mean torque is small.
+            # The dampers' power is of second order in the vibration: its change by the motor's mean torque is small.
             mean = np.mean(Model(machine, recording=True, torque=mean).history(found)[1][:-1])
             model = Model(machine, torque=mean)
             found, phi = model.periodic(found, scale)
@@ -402,7 +403,7 @@ def main():
         recorder = Model(machine, recording=True, torque=mean)
         pulls, drive, load = recorder.history(found)
         if len(machine.free) < 3:
-            # The moment of all has that of the frame's guides in it.
+            # The total moment includes that of the frame's guides.
             forces, pulls = forces[:-1], pulls[:-1]
         pulled = max([off(mine, their) for mine, their in zip(forces, pulls)] + [off(static, load)])
         turned = off(torque, drive)

@@ -1,11 +1,11 @@
-"""A flywheel of finite inertia in Exudyn beside held_by='flywheel', for which it is heavy.
+"""A flywheel of finite inertia in Exudyn, compared with held_by='flywheel', which assumes a heavy one.
 
     python flywheel.py GESTELL INPUT [INERTIA ...]
 
-builds the machine as compare.py does, with a flywheel on the crank and a constant torque between crank and frame in place of a speed
-that is held. The fixed point of the map of one turn has the torque, the crank's speed at its phase and the frame's state as unknowns.
-Told are psi's orders, their greatest difference from Gestell's, which falls as the fluctuation of the speed, that is as 1/inertia,
-and the coefficient of irregularity beside Gestell's.
+builds the machine as compare.py does, with a flywheel on the crank and a constant torque between crank and frame instead of a
+held speed. The fixed point of the map of one turn has the torque, the crank's speed at its phase and the frame's state as
+unknowns. Printed are psi's orders, their largest difference from Gestell's, which falls as the fluctuation of the speed, that
+is as 1/inertia, and the coefficient of irregularity of both.
 """
 
 import csv
@@ -39,7 +39,8 @@ class Free(Model):
         return ends[1] + (ends[1] - ends[0]) / 3
 
     def periodic_free(self, x, scale):
-        """What is periodic: the state and the speed; the angle is a turn farther, which the torque sees to."""
+        """Finds the periodic solution: state and speed return after a turn; the torque is such that the angle has advanced by a
+        turn."""
         def miss(y):
             return self.turn_free(y) - np.array([*y[:7], 0.0])
 

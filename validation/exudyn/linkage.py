@@ -1,4 +1,5 @@
-"""Inputs as the validation reads them, and linkages of the plane: joints, links, what joins the bodies. Nothing of Gestell is used."""
+"""Reads inputs for the validation, and builds plane linkages: joints, links and the constraints between bodies. Nothing of Gestell
+is used."""
 
 import math
 import re
@@ -30,13 +31,13 @@ def groups(text):
 
 
 class Linkage:
-    """Joints and links of a plane mechanism whose joints on the frame are told from `origin`."""
+    """Joints and links of a plane mechanism; joints on the frame have coordinates from `origin`."""
 
     def __init__(self, joints, links, origin=(0.0, 0.0)):
         self.joints, self.links, self.origin = joints, links, np.array(origin)
 
     def points(self, turned):
-        """The joints in the axes of `origin` where the crank has turned by an angle from its phase."""
+        """The joints in the axes of `origin` when the crank has turned by an angle from its phase."""
         at = {}
         for name, joint in self.joints.items():
             kind = joint["type"][0]
@@ -94,9 +95,9 @@ class Linkage:
         return np.array([math.cos(angle), math.sin(angle)])
 
     def assemble(self):
-        """What joins the bodies, 0 the frame, 1, 2, ... the links, at the crank's phase: the bodies that each joint is a point of;
-        pairs that turn alike; joints that lie on a line of a body, with a point of it and its direction in the frame's axes. Of a link
-        that slides, the second joint lies on its axis."""
+        """The constraints between bodies at the crank's phase (0: the frame, 1, 2, ...: the links): the bodies to which each joint
+        belongs; pairs of bodies that rotate together; joints that lie on a line of a body, with a point and the direction of the
+        line in the frame's axes. The second joint of a sliding link lies on its axis."""
         at, *others = (self.points(0.7 * k) for k in range(6))
         order = list(self.joints)
         points, alike, lines, slots = {name: [] for name in order}, [], [], []

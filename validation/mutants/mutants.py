@@ -1,14 +1,14 @@
-"""Lines of src that no test guards: one line is changed, compiled alone and linked, and the tests that reach it must fail.
+"""Finds lines of src that no test protects: one line is changed, compiled and linked, and the tests that execute it must fail.
 
     python3 validation/mutants/mutants.py fixed                 thirty known mutants, each with the test that must find it
     python3 validation/mutants/mutants.py change [BASE [N]]     N (default 20) of the lines changed since BASE (default main)
     python3 validation/mutants/mutants.py draw N SEED           N of all lines: 500 take a night
 
-The last line is "N passed, M failed": a mutant passes when a test fails. Survivors are listed; whether one is equivalent, that is
-without any effect that a user could see, a reader must judge (doc/mutants.md). `fixed` runs the one test that each line names, and
-first without the mutant: it must pass then. The others run the quick tests of `fpm test` that reach the mutated procedure, the shortest
-first, then the files of test/cli that reach it; `draw` ends with 1 where fewer than 90 % die. build/mutants keeps the build, and which
-test reaches which procedure.
+The last line is "N passed, M failed": a mutant passes if a test fails. Survivors are listed; whether one is equivalent, that is
+without any effect for a user, a reader must judge (doc/mutants.md). `fixed` runs the one test that each line names, and first
+without the mutant, when it must pass. The others run the quick tests of `fpm test` that execute the mutated procedure, the
+shortest first, then the files of test/cli that execute it; `draw` ends with 1 if fewer than 90 % are found. build/mutants keeps
+the build, and which test executes which procedure.
 """
 import argparse
 import concurrent.futures
@@ -32,13 +32,13 @@ from reach import executed_procedures, procedures_of
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 HOME = ROOT / "build/mutants"
 FIXED = pathlib.Path(__file__).with_name("fixed.txt")
-# A test may take this many seconds, and this many times what it took without a mutant: of the processor, on the command line by the clock.
+# Time limit of a test in seconds, and as a multiple of its time without a mutant: processor time, on the command line wall time.
 SECONDS, TIMES = 10, 8
-# Bytes that it may take.
+# Limit of its memory in bytes.
 MEMORY = 6 * 1024**3
-# The share that must die of those drawn from all lines.
+# Share of the mutants drawn from all lines that tests must find.
 SHARE = 0.9
-# The test of a file in test/cli bears this name for a suite.
+# Suite name that stands for a file of test/cli.
 COMMAND_LINE = "command line"
 
 # ---- where a line may change, and how
@@ -49,7 +49,7 @@ _DECLARATION = re.compile(r"::|^\s*(use|implicit|import|private|public|interface
 
 
 def executable_lines(text):
-    """Numbers of the lines in bodies of procedures that a mutant may change: one statement each, no declaration, no text."""
+    """Numbers of the lines in procedure bodies that a mutant may change: one statement each, no declaration, no text."""
     lines, found = text.split("\n"), []
     inside = interface = continued = False
     for number, line in enumerate(lines):
@@ -114,7 +114,7 @@ OPERATORS = {"sign": _sign, "factor": _factor, "number": _number, "comparison": 
 
 
 class Mutant:
-    """A file of src, the number of a line in it from 0, and what stands there instead."""
+    """A file of src, the number of a line in it from 0, and the line that replaces it."""
 
     def __init__(self, path, number, new, kind=""):
         self.path, self.number, self.new, self.kind = path, number, new, kind
@@ -130,7 +130,7 @@ class Mutant:
 
 
 def draw(dice, places):
-    """A mutant on one of the places [(path, line)]; each kind of change that the line allows is as likely as any other."""
+    """A mutant on one of the places [(path, line)]; each kind of change that the line permits is equally likely."""
     while True:
         path, number = dice.choice(places)
         line = (ROOT / path).read_text().split("\n")[number]
@@ -144,7 +144,7 @@ def draw(dice, places):
 # ---- build, link, run
 
 class Build:
-    """What fpm has built for the tests in one folder: modules, and objects of src, of the tests and of test-drive."""
+    """A build of the tests by fpm in one folder: modules, and objects of src, of the tests and of test-drive."""
 
     def __init__(self, place):
         mains = list(place.glob("build/*/gestell/test_main.f90.o"))
@@ -158,7 +158,7 @@ class Build:
         return self.objects / (path.replace("/", "_") + ".o")
 
     def compile(self, mutant, folder):
-        """The mutant's object; None where it does not compile, or where it changes what other files see of its module."""
+        """The mutant's object; None if it does not compile, or if it changes what other files use of its module."""
         source = folder / pathlib.Path(mutant.path).name
         mutant.write(source)
         run = subprocess.run(["gfortran", "-c", "-O1", "-w", "-fPIC", "-fopenmp", "-fcheck=bounds", "-ffree-form", "-fimplicit-none",
@@ -170,7 +170,7 @@ class Build:
         return None if changed else folder / "mutant.o"
 
     def link(self, folder, main="test", mutant=None, counting=False):
-        """The tests, or by main="app" the program, in a folder; with the object of a mutant in place of its file's."""
+        """Links the tests, or by main="app" the program, in a folder, with a mutant's object in place of its file's."""
         program = folder / {"test": "tests", "app": "gestell"}[main]
         parts = [path for path in self.parts[main] if not mutant or path != self.object_of(mutant.path)]
         parts += [folder / "mutant.o"] * (mutant is not None)
@@ -182,13 +182,13 @@ class Build:
 
 
 def optimised_build():
-    """The tests of this checkout, built by fpm for speed: the mutants are linked with its objects."""
+    """The tests of this checkout, built by fpm for speed. Mutants are linked with its objects."""
     fpm_test(ROOT, "--profile release")
     return Build(ROOT)
 
 
 def counted_build():
-    """The tests, built by fpm in a folder of links to this checkout, so that they count what is executed."""
+    """The tests, built by fpm in a folder of links to this checkout, with counters of executed procedures."""
     copy = HOME / "checkout"
     copy.mkdir(parents=True, exist_ok=True)
     for name in os.listdir(ROOT):
@@ -208,7 +208,8 @@ def fpm_test(folder, options):
 
 
 def run_test(program, test, seconds, counters=None):
-    """Whether a test passes within its seconds, what the program says, and the seconds it took. `counters`: a folder for them."""
+    """Runs a test. Returns whether it passes within its seconds, its error output, and its seconds. `counters`: a folder for the
+    counters."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
     run = subprocess.run([str(program), *test], capture_output=True, text=True, errors="replace", cwd=ROOT, env=environment(program, counters),
                          preexec_fn=lambda: limit(seconds))
@@ -216,7 +217,7 @@ def run_test(program, test, seconds, counters=None):
 
 
 def run_file(program, name, seconds, counters=None):
-    """The same for a file of test/cli. It is ended when it says that a test has failed."""
+    """Runs a file of test/cli and ends it at the first failure. Returns whether it passes, its output, and its seconds."""
     begin = time.time()
     run = subprocess.Popen([sys.executable, str(ROOT / "test/cli/run.py"), str(program), name], stdout=subprocess.PIPE, text=True,
                            stderr=subprocess.DEVNULL, errors="replace", cwd=program.parent, env=environment(program, counters),
@@ -233,20 +234,20 @@ def run_file(program, name, seconds, counters=None):
 
 
 def environment(program, counters):
-    """One thread; what a test leaves behind goes away with the program."""
+    """The environment of a test: one thread, and temporary files that disappear with the program."""
     return dict(os.environ, OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1", TMPDIR=str(program.parent),
                 GCOV_PREFIX=str(counters or program.parent))
 
 
 def limit(seconds):
-    """A mutant may neither run for ever nor take all memory."""
+    """Limits processor time and memory, because a mutant may run for ever."""
     resource.setrlimit(resource.RLIMIT_CPU, (int(seconds) + 1, int(seconds) + 2))
     resource.setrlimit(resource.RLIMIT_DATA, (MEMORY, MEMORY))
 
 
 class Reach:
-    """For each quick test, and each file of test/cli, the seconds that it takes with one build, and the procedures of src that it
-    executes, which another build counts: {file: [(first line, last line)]}."""
+    """For each quick test, and each file of test/cli: its seconds with one build, and the procedures of src that it executes,
+    counted by another build: {file: [(first line, last line)]}."""
 
     def __init__(self, build, counted):
         file = HOME / "reach.json"
@@ -274,7 +275,7 @@ class Reach:
             if passed:
                 found.append([test, seconds, reached])
             else:
-                print(f"without any mutant {' | '.join(test)} fails; it is left out", flush=True)
+                print(f"{' | '.join(test)} fails without any mutant; it is skipped", flush=True)
 
         with tempfile.TemporaryDirectory() as folder:
             places = {which: pathlib.Path(folder) / which for which in ("counting", "timed")}
@@ -319,7 +320,7 @@ def examine(build, mutant, tests):
 # ---- the three ways
 
 def fixed(arguments):
-    """The mutants of fixed.txt: `path | old | new | suite | test` a line."""
+    """The mutants of fixed.txt: one line `path | old | new | suite | test` each."""
     build = Build(ROOT)
     lines = [line for line in FIXED.read_text().split("\n") if line and not line.startswith("#")]
     with tempfile.TemporaryDirectory() as folder:
@@ -345,14 +346,14 @@ def fixed(arguments):
 
 
 def drawn(arguments):
-    """Mutants of random lines, of all or of those that a change touches."""
+    """Mutants of random lines, of all lines or of those that a change touches."""
     if arguments.way == "change":
         places = changed_lines(arguments.base)
     else:
         places = [(str(path.relative_to(ROOT)), number) for path in sorted((ROOT / "src").rglob("*.f90"))
                   for number in executable_lines(path.read_text())]
     if not places:
-        sys.exit("there is no line to change")
+        sys.exit("no line can be changed")
     counted, build = counted_build(), optimised_build()
     reach = Reach(build, counted)
     dice, seen, survivors, killed = random.Random(arguments.seed), set(), [], 0
@@ -380,13 +381,13 @@ def drawn(arguments):
         print(" ", mutant)
     few = arguments.way == "draw" and killed < SHARE * (killed + len(survivors))
     if few:
-        print(f"fewer than {SHARE:.0%} die")
+        print(f"the tests found fewer than {SHARE:.0%} of the mutants")
     print(f"{killed} passed, {len(survivors)} failed")
     return few
 
 
 def changed_lines(base):
-    """The lines that may change among those that stand in src and not in `base`."""
+    """The mutable lines that are in src and not in `base`."""
     told = subprocess.run(["git", "diff", "-U0", base, "--", "src"], capture_output=True, text=True, cwd=ROOT, check=True).stdout
     places, path = [], None
     for line in told.split("\n"):

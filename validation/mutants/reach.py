@@ -1,4 +1,5 @@
-"""Which procedures a program has executed, from the files that gcc's --coverage leaves (gcc/gcov-io.h: a tag, a length in bytes, data)."""
+"""Finds the procedures that a program has executed, from the files that gcc's --coverage writes (gcc/gcov-io.h: a tag, a length in
+bytes, data)."""
 import struct
 
 _FUNCTION, _COUNTERS = 0x01000000, 0x01a10000

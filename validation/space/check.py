@@ -3,10 +3,10 @@
     python check.py INPUT ...                   the loads of inertia, by three ways
     python check.py GESTELL INPUT [SPEED_RPM]   plane machines: beside Gestell, in the plane and in one that is tilted
 
-The loads of inertia of random motions, summed link by link (newton_euler.py), are compared with sums S, J, H over the masses, and with
-derivatives of momentum and angular momentum from nothing but places and attitudes in space along an analytic motion. A plane machine
-has to have Gestell's numbers, and the same in a plane that is tilted against all axes, with six freedoms. (About rest the torques differ
-in third order: here they are those of the exact kinematics along that vibration.)
+The inertia forces of random motions, summed link by link (newton_euler.py), are compared with sums S, J, H over the masses, and
+with derivatives of momentum and angular momentum, computed only from positions and attitudes in space along an analytic motion.
+A plane machine must have Gestell's results, and the same in a plane that is tilted against all axes, with six degrees of
+freedom. (About rest the torques differ in third order: here they are computed from the exact kinematics along that vibration.)
 """
 
 import csv
@@ -45,7 +45,7 @@ def by_sums(reference, phi, q, v, a):
 
 
 def by_places(reference, phi, q, v, a, points=96, radius=0.4):
-    """The same by derivatives over time of places and attitudes in space, by Cauchy's integral on a circle about the time."""
+    """The same from derivatives over time of positions and attitudes in space, by Cauchy's integral on a circle about the time."""
     machine, m, speed = reference.machine, reference.links.masses, reference.machine.speed
     radius /= abs(speed)
     circle = np.exp(2j * math.pi * np.arange(points) / points)
@@ -76,7 +76,7 @@ def by_places(reference, phi, q, v, a, points=96, radius=0.4):
 
 
 def derivation(file):
-    """The greatest differences of both from the sum over the links, relative to the load's size."""
+    """The largest differences of both from the sum over the links, relative to the load's size."""
     reference = Reference(Machine(Path(file).read_text()))
     chance, worst = np.random.default_rng(1), np.zeros(2)
     speed = abs(reference.machine.speed)
@@ -92,7 +92,7 @@ def derivation(file):
 
 
 def tilted(machine, turned):
-    """The machine of a plane with all that is in it turned in space, and six freedoms; supports hold it across the plane too."""
+    """A plane machine rotated in space as a whole, with six degrees of freedom; supports also hold it across its plane."""
     other = Machine.__new__(Machine)
     other.__dict__.update(machine.__dict__)
     other.free = list(range(6))
@@ -107,7 +107,7 @@ def tilted(machine, turned):
     other.mechanisms = mechanisms
     mounts = [(turned @ place, turned @ axes, np.array([*k[:2], k[0]]), np.array([*b[:2], b[0]]), turning)
               for place, axes, k, b, turning in machine.mounts()]
-    # Nothing holds the frame about the line of two mounts: one more beside it, across the plane only.
+    # Two mounts do not hold the frame about the line between them: one more is added away from it, acting across the plane only.
     mounts += [(turned @ np.array([0.0, 0.3, 0.0]), turned, np.array([0.0, 0.0, mounts[0][2][2]]), np.zeros(3), False)]
     other.mounts = lambda: mounts
     grounds = {key: machine.grounding(key) for key in ("stiffness", "damping")}
@@ -137,7 +137,7 @@ def off(ours, theirs):
 
 
 def beside_gestell(program, file, speed):
-    """A plane machine, flat and tilted, beside Gestell."""
+    """Compares a plane machine, flat and tilted, with Gestell."""
     text, worst = Path(file).read_text(), 0.0
     machine = Machine(text).driven_by_motor()
     machine.speed = (float(speed) if speed else machine.speed * 30 / math.pi) * math.pi / 30

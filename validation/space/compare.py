@@ -1,14 +1,15 @@
-"""The frame in space against Exudyn, a general program of multibody dynamics, beside the reference of newton_euler.py.
+"""Compares the frame in space by Exudyn, a general program of multibody dynamics, with the reference of newton_euler.py.
 
     python compare.py INPUT [SPEED_RPM ...] ['&GROUP KEY=VALUE /' ...] [steps=N] [step=H] [scale=FACTOR] [damping=FACTOR]
 
-needs numpy, SciPy and Exudyn (pip install exudyn==1.13.6 numpy scipy). The machine is built anew from the input: the frame and all links
-are rigid bodies, joined by revolute and prismatic joints to a tree, by constraints where loops close; supports are springs and dampers
-with axes that stay in space; the cranks are driven by constraints. Nothing of Gestell or of the reference is used for it but the state
-from which the fixed point is sought. The map of one period comes from integration in time (trapezoidal rule, extrapolated from three
-numbers of steps), its fixed point is the vibration, its central differences give the multipliers. From that vibration on six coordinates,
-forces of supports and torque of the drive are measured over the period. With scale= the masses of all links are multiplied: the model
-about rest then differs by the square of it. With damping= all dampers are.
+needs numpy, SciPy and Exudyn (pip install exudyn==1.13.6 numpy scipy). The machine is built from the input: the frame and all
+links are rigid bodies, joined by revolute and prismatic joints to a tree, by constraints where loops close; supports are
+springs and dampers with axes fixed in space; the cranks are driven by constraints. Of Gestell and the reference only the state
+is used from which the search for the fixed point starts. The map of one period comes from integration in time (trapezoidal
+rule, extrapolated from three numbers of steps), its fixed point is the vibration, its central differences give the multipliers.
+From that vibration on six coordinates, forces of supports and torque of the drive are measured over the period. With scale= the
+masses of all links are multiplied: the model about rest then differs by the square of it. With damping= all dampers are
+multiplied.
 """
 
 import math
@@ -54,7 +55,7 @@ def gimbal(angles):
 
 
 def extrapolated(found):
-    """To steps of no length, from three lengths of which each is half of the one before; errors have even powers only."""
+    """Extrapolates to steps of zero length from three step lengths, each half of the one before; errors have even powers only."""
     first, second, third = found
     first, second = second + (second - first) / 3, third + (third - second) / 3
     return second + (second - first) / 15
@@ -68,7 +69,7 @@ class Body:
         self.mass, self.center, self.inertia = 0.0, np.zeros(3), np.zeros((3, 3))
 
     def add(self, mass, center, inertia):
-        """Takes another mass, its inertia about its own centre."""
+        """Adds another mass with its inertia about its own centre."""
         whole = self.mass + mass
         if whole == 0.0:
             self.inertia = self.inertia + inertia
@@ -218,7 +219,7 @@ class Model:
             linkCOMs=exu.Vector3DList([body.center for body in tree]), linkInertiasCOM=exu.Matrix3DList([body.inertia for body in tree])))
         still = mbs.AddObject(item.ObjectGround())
         self.springs = []
-        # Springs are set so that they carry the weights where the frame is drawn.
+        # Springs carry the weights in the position in which the frame is drawn.
         self.static = Reference(machine).held
         for (place, axes, stiffness, damping, _), static in zip(machine.mounts(), self.static):
             ends = [mbs.AddMarker(item.MarkerBodyRigid(bodyNumber=still, localHT=exu.HT(rotation=axes, translation=place))),
@@ -277,7 +278,7 @@ class Model:
                 np.concatenate([v[:3], rates, *(part[1] for part in parts)]))
 
     def frame(self, q, v):
-        """Six coordinates and velocities by those of the tree."""
+        """Six coordinates and velocities from those of the tree."""
         turned = about(0, q[3]) @ about(1, q[4]) @ about(2, q[5])
         theta = Rotation.from_matrix(turned).as_rotvec()
         rate = np.linalg.solve(spin(theta, None), gimbal(q[3:6]) @ v[3:6])
@@ -313,7 +314,7 @@ class Model:
         return np.array(columns).T
 
     def periodic(self, state):
-        """The vibration and the derivative of the map there, taken anew where it has moved on."""
+        """The vibration and the derivative of the map there, computed again if the vibration has moved."""
         map_, taken = self.derivative(state), state
         for _ in range(8):
             change = np.linalg.solve(np.eye(len(state)) - map_, self.turn(state) - state)
@@ -361,10 +362,11 @@ class Model:
         return kinetic + potential, lost
 
     def history(self, state):
-        """Six coordinates, forces on the ground of every support, torque, over a period: what energy and dampers take."""
+        """Six coordinates, forces on the ground of every support, and the torque from the power of energy and dampers, over a
+        period."""
         found = [self.record(state, k * STEPS * self.machine.turns) for k in (1, 2, 4)]
         q, forces, energy, lost = (extrapolated(values) for values in zip(*found))
-        # What is left at the end of the period is no jump.
+        # The residual at the end of the period is spread over the period, so that it is no jump.
         drift = energy[-1] - energy[0]
         orders = np.fft.rfft(energy[:-1] - drift * np.arange(ROWS) / ROWS) * 2j * math.pi / self.machine.period * np.arange(ROWS // 2 + 1)
         orders[-1] = 0.0
@@ -373,12 +375,12 @@ class Model:
 
 
 def off(ours, theirs):
-    """The greatest difference over the period, relative to the peak."""
+    """The largest difference over the period, relative to the peak."""
     return np.max(abs(theirs - ours)) / np.max(abs(ours))
 
 
 def moved(ours, theirs):
-    """The greatest difference of places, relative to their peak, or of rotations to theirs."""
+    """The largest change of positions, relative to their peak, or of rotations relative to theirs."""
     return max(off(ours[:, k], theirs[:, k]) for k in (slice(0, 3), slice(3, 6)))
 
 

@@ -1,9 +1,9 @@
-"""The reference of a frame in space whose speed a flywheel holds, or a drive that stands beside (newton_euler.py).
+"""The reference of a frame in space whose speed is held by a flywheel, or by a drive outside the frame (newton_euler.py).
 
-`outside`: the shaft's axis comes where it is the shortest way from where it was, about it the shaft has turned evenly. That is a
-function of the rotation vector, whose gradient the torque acts along. `flywheel`: the spin of the shaft about its axis is constant. Its
-angle in the frame is one more state, whose multiplier is 1 and left out; the mean rate of the frame about the axis and the motor's
-torque, the mean of the drive's, are found with the vibration.
+`outside`: the shaft's axis moves by the shortest rotation from its original direction; about this axis the shaft turns evenly.
+The angle is a function of the rotation vector; the torque acts along its gradient. `flywheel`: the spin of the shaft about its
+axis is constant. Its angle in the frame is an additional state, whose multiplier 1 is omitted; the mean rate of the frame about
+the axis and the motor's torque, the mean of the drive's, are computed together with the vibration.
 """
 
 import math
@@ -38,7 +38,7 @@ def twist(n, theta, rate=None, gain=None):
 
 
 class Held(Reference):
-    """As `Reference`. `chi`, `drift` and `motor`, along leading axes: the flywheel's states while the loads are summed."""
+    """Like `Reference`. `chi`, `drift` and `motor`, along leading axes, are the flywheel's states while the loads are summed."""
 
     def __init__(self, machine, model="exact"):
         super().__init__(machine, model)
@@ -96,7 +96,8 @@ class Held(Reference):
         return np.concatenate([left[..., :3], left[..., 3:] + moment], axis=-1)
 
     def rates(self, phi, state, tangents):
-        """Of a flywheel the exact model's state is (q, q'/speed, chi, sum of the torque, mean rate, motor's torque)."""
+        """Derivatives of the state. With a flywheel the exact model's state is (q, q'/speed, chi, sum of the torque, mean rate,
+        motor's torque)."""
         if not self.wheel or self.model == "rest":
             self.chi = None
             return super().rates(phi, state, tangents)
@@ -137,7 +138,7 @@ class Held(Reference):
 
 
 class HeldVibration(Vibration):
-    """As `Vibration`, beside a flywheel."""
+    """Like `Vibration`, with a flywheel."""
 
     def __init__(self, reference, state, map_, states):
         self.wheel = states[:, 2 * len(reference.free):]

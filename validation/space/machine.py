@@ -1,4 +1,4 @@
-"""A frame in space that carries plane mechanisms, as inputs tell it: places, axes, speeds, mounts. Nothing of Gestell is used.
+"""Reads a frame in space that carries plane mechanisms from an input: positions, axes, speeds, mounts. Nothing of Gestell is used.
 
 `Machine(text)` reads the groups; a `Mechanism` is a linkage of the plane with its place on the frame.
 """
@@ -32,7 +32,7 @@ def turn(axis, angle):
 
 
 def in_space(values, rest=0.0):
-    """Three values of two or three."""
+    """Extends two values to three."""
     return np.array([*values, rest][:3], dtype=float)
 
 
@@ -61,7 +61,7 @@ class Mechanism(Linkage):
         self.ratio = Fraction(*(int(word) for word in keys.get("ratio", [1.0])))
 
     def crank(self, phi):
-        """The angle that its crank has turned, less the crank's own phase, at the drive's angle phi."""
+        """The angle by which its crank has turned, without its own phase, at the drive's angle phi."""
         return self.phase + float(self.ratio) * phi
 
 
@@ -72,7 +72,7 @@ def inertias(link):
 
 
 class Machine:
-    """An input: frame, mounts, mechanisms. `free`: the numbers of the freedoms that are not held."""
+    """An input: frame, mounts, mechanisms. `free`: the numbers of the free degrees of freedom."""
 
     def __init__(self, text):
         self.supports, self.foundation, self.gravity, found, repeats = [], {}, None, {}, []
@@ -115,13 +115,13 @@ class Machine:
         self.turns = math.lcm(*(mechanism.ratio.denominator for mechanism in self.mechanisms))
 
     def driven_by_motor(self):
-        """Itself, where the motor's drive is all that is built."""
+        """The machine itself; fails unless a motor on the frame drives it."""
         if self.held_by != "motor":
             raise SystemExit("held_by: only the motor's drive is built here")
         return self
 
     def changed(self, links=1.0, damping=1.0):
-        """With the masses of all links and the dampers of all supports multiplied."""
+        """The machine with the masses of all links and the dampers of all supports multiplied."""
         moving = {id(link): link for mechanism in self.mechanisms for link in mechanism.links}
         for parts, keys, factor in ((self.supports, ("damping",), damping), (moving.values(), ("mass", "inertia"), links)):
             for part in parts:

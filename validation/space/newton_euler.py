@@ -3,12 +3,12 @@
     python newton_euler.py INPUT [SPEED_RPM ...] [model=exact|rest] [scale=FACTOR] [damping=FACTOR] ['&GROUP KEY=VALUE /' ...]
                            [out=FILE.csv]
 
-needs numpy and SciPy. The loads of inertia are summed link by link, from place, velocity, acceleration, angular velocity and angular
-acceleration of each; these come from Fourier series of its place and angle, which end where their terms vanish, and so are exact.
-There are no sums over the masses as functions of the crank angle in it. The map over a period and its derivative are integrated by
-DOP853; complex steps of 1e-30 give derivatives without a loss of digits. `exact`: the fixed point of the map, and its derivative there.
-`rest`: the same equations, those of forces in space and those of moments in the frame's axes, linear in displacements and rotation
-vector about rest.
+needs numpy and SciPy. Inertia forces are summed link by link, from position, velocity, acceleration, angular velocity and
+angular acceleration of each; these come from Fourier series of its position and angle, which are exact because they end where
+their terms vanish. It does not use sums over the masses as functions of the crank angle. The map over a period and its
+derivative are integrated by DOP853; complex steps of 1e-30 yield derivatives without loss of digits. `exact`: the fixed point
+of the map, and its derivative there. `rest`: the same equations, those of forces in space and those of moments in the frame's
+axes, linear in displacements and rotation vector about rest.
 """
 
 import csv
@@ -68,7 +68,7 @@ def spin_rate(theta, rate):
 
 
 class Series:
-    """Functions of period 2 pi with a linear part, by Fourier series as long as their terms matter."""
+    """Functions of period 2 pi plus a linear part, by Fourier series up to negligible terms."""
 
     def __init__(self, function):
         size = 128
@@ -81,7 +81,7 @@ class Series:
             heights = np.max(abs(terms), axis=1) / np.max(abs(terms))
             if np.all(heights[size // 4:] < 1e-15) or size >= 8192:
                 break
-        # Where the terms have come down to the rounding they end.
+        # The series end where the terms are as small as rounding errors.
         last = min(np.nonzero(heights > 1e-16)[0][-1], 5 * np.nonzero(heights > 1e-14)[0][-1] // 4 + 3, size // 2 - 1)
         terms = 2 * terms[:last + 1].T
         terms[:, 0] /= 2
@@ -136,8 +136,8 @@ class Links:
         self.principal = np.array([inertias(link) for link in links]).reshape(-1, 3)
 
     def at(self, phi):
-        """At the drive's angle phi, speed 1: places, their first and second derivatives, attitudes, angular velocities and angular
-        accelerations, all in the frame's axes."""
+        """At the drive's angle phi, for speed 1: positions with first and second derivatives, attitudes, angular velocities and
+        angular accelerations, all in the frame's axes."""
         places, attitudes = [], []
         for mechanism, series in zip(self.mechanisms, self.series):
             ratio, axes = float(mechanism.ratio), mechanism.axes
@@ -156,7 +156,7 @@ class Links:
 
 
     def third(self, phi):
-        """Third derivatives of the places, second ones of the angular velocities."""
+        """Third derivatives of the positions, second derivatives of the angular velocities."""
         places, spins = [np.zeros((0, 3))], [np.zeros((0, 3))]
         for mechanism, series in zip(self.mechanisms, self.series):
             values = series(mechanism.crank(phi))[3].reshape(-1, 3) * float(mechanism.ratio) ** 3
@@ -187,7 +187,8 @@ class Reference:
         self.static()
 
     def static(self):
-        """What carries the weights at rest, with the mean of their moment: the supports' static forces and the foundation's."""
+        """Finds the static forces of supports and foundation that carry the weights at rest, with the mean of the weights' moment
+        over the turn."""
         machine, self.sag, load = self.machine, np.zeros(6), np.zeros(6)
         whole = self.stiffness.copy()
         arms = [np.hstack([np.eye(3), -cross_matrix(p)]) for p in self.place]
@@ -199,7 +200,7 @@ class Reference:
             load[:] = np.concatenate([(machine.mass + sum(self.links.masses)) * self.g, np.cross(mean, self.g)])
             free = np.ix_(self.free, self.free)
             self.sag[self.free] = np.linalg.lstsq(whole[free], load[self.free], rcond=1e-12)[0]
-        # Forces on the frame; what supports leave, the foundation and guides carry.
+        # Forces on the frame; foundation and guides carry the rest.
         self.held = np.array([-spring @ arm @ self.sag for spring, arm in zip(self.springs, arms)]).reshape(-1, 3)
         self.held_ground = -load - sum((arm.T @ force for arm, force in zip(arms, self.held)), np.zeros(6))
 
@@ -255,7 +256,7 @@ class Reference:
         return forces, arms, ground, turned, matrix
 
     def missing(self, phi, q, v, a):
-        """What is left of forces (space) and moments (frame's axes): zero along a motion."""
+        """Residuals of the forces (space) and moments (frame's axes): zero along a motion."""
         force, moment, _ = self.loads(phi, q, v, a)
         forces, heads, ground, turned, matrix = self.mounting(q, v)
         ground = ground + self.held_ground
@@ -267,7 +268,7 @@ class Reference:
         return np.concatenate([force, moment], axis=-1)
 
     def guides(self, q, v, phi, a):
-        """Generalised forces of what is left: of the guides, where coordinates are held."""
+        """Generalised forces of the guides, from the residuals of the held coordinates."""
         left = self.missing(phi, q, v, a)
         matrix = spin_matrix(q[..., 3:])
         return np.concatenate([left[..., :3], times(np.swapaxes(matrix, -1, -2), left[..., 3:])], axis=-1)
@@ -325,7 +326,7 @@ class Reference:
         return last[:size], last[size:].reshape(size, size).T
 
     def history(self, state, rows, tolerance=TOLERANCE):
-        """The states at `rows` phases of a period and at its end. The steps are so short that interpolation does not count."""
+        """The states at `rows` phases of a period and at its end. The steps are so short that interpolation errors are negligible."""
         end = 2 * math.pi * self.machine.turns * math.copysign(1.0, self.machine.speed)
         none = np.zeros((len(state), 0))
         return integrate(lambda phi, y: self.rates(phi, y, none)[0], end, state, np.max(abs(state)) * tolerance * 1e-2, tolerance,
@@ -394,7 +395,7 @@ class Vibration:
 
 
 def write(file, vibration):
-    """The time history, a row a phase."""
+    """Writes the time history, one row per phase."""
     places = [*(str(k + 1) for k in range(vibration.forces.shape[1] - 1)), "total"]
     with open(file, "w", newline="") as lines:
         table = csv.writer(lines)
