@@ -7,14 +7,14 @@ installed=$logs/installed
 program=$installed/bin/gestell
 # The library is built many times, as its users would build it, but a file of it is compiled once for each set of flags.
 export FPM_FC=$PWD/.ci/gfortran GESTELL_OBJECTS=$logs/objects
-# Threads that wait leave the core to the other step.
+# Waiting threads leave the core to the other step.
 export OMP_WAIT_POLICY=passive
 
-# ---- what builds
+# ---- steps that build
 
 bootstrap() {
-  # What is optional to users is wanted where everything is checked; without it the checks of pictures and of the page in a
-  # browser say that they are left out.
+  # Packages that are optional for users are needed to check everything. Without them the checks of pictures and of the page in a
+  # browser print that they are skipped.
   if [ "${CI:-}" = true ] && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
     ./bootstrap --with gnuplot || echo 'no gnuplot'
     command -v chromium >/dev/null || { apt-get update && apt-get install -y --no-install-recommends chromium; } || echo 'no chromium'
@@ -24,7 +24,7 @@ bootstrap() {
 
 install() { ./bootstrap fpm install --profile release --prefix "$installed"; }
 
-# Packages that use the library, with the optimised one that is installed in place of its sources. The tests are one of their programs.
+# Packages that use the library are linked with the installed, optimised one instead of its sources. The tests are one of their programs.
 linked=$logs/linked
 packages() {
   local package name modules
@@ -62,12 +62,12 @@ counted() {
   [ $code = 0 ] && grep -Eq '^[0-9]+ passed, 0 failed$' <<<"$log"
 }
 
-# A newcomer's second command: all run-time checks, with warnings as errors
+# The second command of a new user: all run-time checks, with warnings as errors
 strict-tests() { GESTELL_TRAPS=yes counted ./bootstrap fpm test; }
-# With the optimised library, whose vectors may hold numbers that nobody uses: without traps
+# With the optimised library, without traps, because its vectors may contain unused numbers
 slow-tests() { counted run_linked . check slow; }
 
-# They count where they are strict.
+# The same tests as strict-tests, which counts them; they are not counted again.
 optimised-tests() {
   counted run_linked . check | sed 's/\[PASSED\]/[passed]/; s/ passed, 0 failed$/&, counted once/'
   return "${PIPESTATUS[0]}"
@@ -75,9 +75,9 @@ optimised-tests() {
 
 mutants() { ./bootstrap python3 validation/mutants/mutants.py --jobs 1 fixed; }
 
-# ---- as users and newcomers do
+# ---- commands of users
 
-# No words of the run-time library stand between a newcomer and the report, in any task about one machine.
+# No warning of the run-time library disturbs the report of a first run, in any task about one machine.
 first-command() {
   local tasks=drawing,stability,modes,response,forces,power,trade,balance,sensitivity,separation
   ./bootstrap fpm run -- data/khang_four_bar.nml >"$logs/first" 2>&1 &&
@@ -86,13 +86,13 @@ first-command() {
   ! grep 'runtime warning' "$logs/first" && only_the_report
 }
 
-# Standard output of the first command has the report's lines and no other, however much is built; the exit code is the program's.
+# Standard output of the first command contains only the report's lines, however much is built; the exit code is the program's.
 only_the_report() {
   local code=0
   rm -f build/gfortran_*/app/gestell
   ./bootstrap fpm run -- data/khang_four_bar.nml >"$logs/report" 2>"$logs/building" || return
   diff <(sed 's/[0-9].*//' "$logs/report") <("$program" data/khang_four_bar.nml | sed 's/[0-9].*//') || return
-  grep -q '100%' "$logs/building" || { echo 'nothing says that it builds'; return 1; }
+  grep -q '100%' "$logs/building" || { echo 'no progress of the build is shown'; return 1; }
   ./bootstrap fpm run -- no/such/file.nml >"$logs/report" 2>"$logs/building" || code=$?
   [ $code = 2 ] && [ ! -s "$logs/report" ] && grep -q 'there is no such file' "$logs/building"
 }
@@ -109,17 +109,17 @@ use-as-library() { ./bootstrap bash test/use_as_library.sh; }
 command-line() { ./bootstrap python3 test/cli/run.py "$program"; }
 doors() { ./bootstrap bash doors/test.sh; }
 
-# The shell's way to sweeps, in small
+# Sweeps by a shell script, with few points
 shell-sweeps() {
   local folder=$logs/sweeps
   GESTELL=$program bash example/sweep.sh "$folder" &&
     [ "$(wc -l <"$folder/loop.csv")" = 4 ] && [ "$(grep -vc '^#' "$folder/chart/sweep.csv")" = 1601 ]
 }
 
-# The program of many ranks, of the objects of gestell; by its own manifest it is listed only.
+# The MPI program, built from the objects of gestell; its own manifest is only listed.
 ranks() (
   if ! command -v mpifort >/dev/null || ! command -v mpirun >/dev/null; then
-    echo 'left out: there is no mpifort or no mpirun (apt-get install libopenmpi-dev openmpi-bin)'
+    echo 'skipped: mpifort or mpirun is missing (apt-get install libopenmpi-dev openmpi-bin)'
     return
   fi
   export FPM_FC=mpifort
@@ -127,7 +127,7 @@ ranks() (
     build_linked mpi && python3 mpi/test.py "$program" "$linked/bin/gestell_mpi"
 )
 
-# An fpm of another kind or version is not taken; a package that has not the hash expected is refused.
+# An fpm of another kind or version is not used; a package with an unexpected hash is refused.
 set-up() {
   local other=$logs/other copy=$logs/set-up said
   mkdir -p "$other" "$copy/.ci" && cp bootstrap fpm.toml "$copy" && cp -R .ci/pinned "$copy/.ci" || return
@@ -141,7 +141,7 @@ set-up() {
 
 # ---- random inputs and machines
 
-# Planted faults are found, and none in random inputs.
+# The fuzzer finds planted faults, and no fault in random inputs.
 fuzzer() { run_linked validation/fuzz fuzz self-test && run_linked validation/fuzz fuzz 10000; }
 population() { run_linked validation population 150 5001; }
 population-exact() { run_linked validation population 21 306 exact; }
@@ -149,7 +149,7 @@ designs() { python3 validation/designs/designs.py "$program" 6 4711; }
 borders() { run_linked validation symmetric_borders 4 1 100; }
 extremes() { run_linked validation extremes; }
 
-# ---- the text of the sources
+# ---- checks of the sources' text
 
 layers() { python3 .ci/layers; }
 layers-self-test() { python3 .ci/layers --self-test; }
@@ -168,7 +168,7 @@ mkdir -p "$logs"
 { time "$name" >"$log" 2>&1; } 2>"$log.time" || code=$?
 seconds=$((SECONDS - begin))
 
-# Within a step counts a last line "N passed, M failed" or, without it, the lines of test-drive.
+# The count of a step is its last line "N passed, M failed" or, without it, the lines of test-drive.
 good=$(grep -c '^ *\.\.\. .*\[PASSED\]' "$log")
 bad=$(grep -c '^ *\.\.\. .*\[FAILED\]' "$log")
 if [[ $(tail -n 1 "$log") =~ ^([0-9]+)\ passed,\ ([0-9]+)\ failed$ ]]; then
