@@ -11,9 +11,9 @@ module checks
 
   public :: check_that, check_success, check_failure
 
-  !> call check_that(error, found, relation, wanted [, what]): fails unless `found` stands in the relation to `wanted`, that is
-  !> <, <=, >, >=, == or /=; texts and logicals can only be equal or not, and a text can 'contain' another. Every element of a
-  !> list, with the one value or its own; NaN never does.
+  !> call check_that(error, found, relation, wanted [, what]) fails unless `found` has the relation to `wanted`: <, <=, >, >=, ==
+  !> or /=. Texts and logicals know only == and /=, and a text may 'contain' another. In a list every element must have the
+  !> relation to the one wanted value, or to its own. NaN has no relation to any number. `what` begins the failure text.
   interface check_that
     module procedure :: compare_integer, compare_integers, compare_integer_lists
     module procedure :: compare_real, compare_reals, compare_real_lists
@@ -22,7 +22,7 @@ module checks
   end interface check_that
 
   !> Maximum number of list elements that a failure text shows.
-  integer, parameter :: told = 4
+  integer, parameter :: most_shown = 4
 
 contains
 
@@ -113,7 +113,7 @@ contains
     character(len=*), intent(in), optional :: what
 
     if (allocated(error) .or. text_holds(found, relation, wanted)) return
-    call tell(error, what, "'" // found // "'" // wish(relation, "'" // wanted // "'"))
+    call fail_with(error, what, "'" // found // "'" // wanted_text(relation, "'" // wanted // "'"))
   end subroutine compare_text
 
   subroutine compare_texts(error, found, relation, wanted, what)
@@ -146,7 +146,7 @@ contains
     if (allocated(error)) return
     holds = size(found) == size(wanted)
     if (holds) holds = all((found .eqv. wanted) .eqv. text_holds("", relation, ""))
-    if (.not. holds) call tell(error, what, letters(found) // wish(relation, letters(wanted)))
+    if (.not. holds) call fail_with(error, what, letters(found) // wanted_text(relation, letters(wanted)))
   end subroutine compare_logicals
 
   pure function letters(list)
@@ -159,17 +159,17 @@ contains
     end do
   end function letters
 
-  !> Fails with the library's message where it reports a failure.
+  !> Fails with the library's message if it reports a failure.
   subroutine check_success(error, failure, what)
     type(error_type), allocatable, intent(inout) :: error
     type(gestell_error), allocatable, intent(in) :: failure
     character(len=*), intent(in), optional :: what
 
     if (allocated(error) .or. .not. allocated(failure)) return
-    call tell(error, what, "'" // failure%message // "', wanted no failure")
+    call fail_with(error, what, "'" // failure%message // "', wanted no failure")
   end subroutine check_success
 
-  !> Fails where the library reports no failure, or one that has not the `words` in its message or another `code`.
+  !> Fails if the library reports no failure, or one whose message does not contain `words`, or with another `code`.
   subroutine check_failure(error, failure, words, code, what)
     type(error_type), allocatable, intent(inout) :: error
     type(gestell_error), allocatable, intent(in) :: failure
@@ -178,7 +178,7 @@ contains
 
     if (allocated(error)) return
     if (.not. allocated(failure)) then
-      call tell(error, what, "no failure, wanted one")
+      call fail_with(error, what, "no failure, wanted one")
       return
     end if
     if (present(words)) call compare_text(error, failure%message, "contains", words, what)
@@ -199,32 +199,32 @@ contains
     if (allocated(error)) return
     if (size(found) /= size(wanted)) then
       write (part, "(2(i0, a))") size(found), " elements, wanted ", size(wanted)
-      call tell(error, what, trim(part))
+      call fail_with(error, what, trim(part))
       return
     end if
     wrong = .not. holds(found, relation, wanted)
     if (.not. any(wrong)) return
     if (size(found) == 1) then
-      call tell(error, what, trim(number(found(1), whole)) // wish(relation, trim(number(wanted(1), whole))))
+      call fail_with(error, what, trim(number(found(1), whole)) // wanted_text(relation, trim(number(wanted(1), whole))))
       return
     end if
     write (part, "(i0, a, i0)") count(wrong), " wrong of ", size(found)
     text = trim(part)
     shown = 0
     do i = 1, size(found)
-      if (.not. wrong(i) .or. shown == told) cycle
+      if (.not. wrong(i) .or. shown == most_shown) cycle
       shown = shown + 1
       write (part, "(a, i0, a)") "; at ", i, ": "
-      text = text // trim(part) // " " // trim(number(found(i), whole)) // wish(relation, trim(number(wanted(i), whole)))
+      text = text // trim(part) // " " // trim(number(found(i), whole)) // wanted_text(relation, trim(number(wanted(i), whole)))
     end do
-    call tell(error, what, text)
+    call fail_with(error, what, text)
   end subroutine compare_numbers
 
   elemental logical function holds(found, relation, wanted)
     real(qp), intent(in) :: found, wanted
     character(len=*), intent(in) :: relation
 
-    ! To compare a NaN is an invalid operation.
+    ! Comparing NaN would raise an invalid operation.
     holds = .false.
     if (ieee_is_nan(found) .or. ieee_is_nan(wanted)) return
     select case (relation)
@@ -273,14 +273,14 @@ contains
     end if
   end function number
 
-  pure function wish(relation, wanted)
+  pure function wanted_text(relation, wanted)
     character(len=*), intent(in) :: relation, wanted
-    character(len=len(", wanted ") + len(relation) + 1 + len(wanted)) :: wish
+    character(len=len(", wanted ") + len(relation) + 1 + len(wanted)) :: wanted_text
 
-    wish = ", wanted " // relation // " " // wanted
-  end function wish
+    wanted_text = ", wanted " // relation // " " // wanted
+  end function wanted_text
 
-  subroutine tell(error, what, text)
+  subroutine fail_with(error, what, text)
     type(error_type), allocatable, intent(inout) :: error
     character(len=*), intent(in), optional :: what
     character(len=*), intent(in) :: text
@@ -290,6 +290,6 @@ contains
     else
       call test_failed(error, text)
     end if
-  end subroutine tell
+  end subroutine fail_with
 
 end module checks
