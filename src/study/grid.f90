@@ -11,9 +11,10 @@ module gestell_study_grid
   public :: check_axis, check_grid, check_tile, new_axis, new_grid
 
   !> Equidistant values of one parameter, on a linear or a logarithmic scale.
-  !> First value, last value and number of values
   type, public :: axis_type
+    !> First and last value
     real(dp) :: from = 0, to = 0
+    !> Number of values
     integer :: count = 1
     !> True if consecutive values have a constant ratio instead of a constant difference
     logical :: logarithmic = .false.
@@ -21,10 +22,10 @@ module gestell_study_grid
     procedure :: value => value_of_axis
   end type axis_type
 
-  !> A grid of points (i, j). The index i of the first axis varies slowly, j of the second axis fast; with one axis j = 1.
+  !> A grid of points (i, j) over one or two axes. The index j of the second axis varies fastest; with one axis j = 1.
   type, public :: grid_type
     type(axis_type), allocatable :: axes(:)
-    !> True if points are solved one by one; then tiles are smaller
+    !> True if points are solved one by one, without expansions; then tiles are smaller
     logical :: one_by_one = .false.
   contains
     procedure :: points
@@ -33,16 +34,16 @@ module gestell_study_grid
     procedure :: parameters
   end type grid_type
 
-  !> Points first(1) ... last(1) of the first axis combined with first(2) ... last(2) of the second.
+  !> A tile: points first(1) ... last(1) of the first axis combined with points first(2) ... last(2) of the second axis.
   type, public :: tile_type
     integer :: number = 0, first(2) = 1, last(2) = 1
   end type tile_type
 
-  !> Maximum number of values of a tile along an axis. `most_of_two`: with two axes. `most_one_by_one`: with two axes if points are
-  !> solved one by one. `most_of_one`: with one axis.
+  !> Maximum number of points of a tile along an axis. `most_of_two`: in a grid with two axes. `most_one_by_one`: in such a grid if
+  !> points are solved one by one. `most_of_one`: in a grid with one axis.
   integer, parameter :: most_of_two = 500, most_one_by_one = 250, most_of_one = 4000
-  !> `usual_tiles`: minimum number of tiles along an axis, so that several threads have work. `least_of_tile`: such tiles have at
-  !> least so many points along the axis. Large grids that are expanded have no minimum number of tiles.
+  !> `usual_tiles`: minimum number of tiles along an axis, so that several threads have work. Short axes have fewer tiles: one for
+  !> every `least_of_tile` points. Large grids that are solved by expansions have no minimum.
   integer, parameter :: usual_tiles = 4, least_of_tile = 8
 
 contains
@@ -85,7 +86,7 @@ contains
     end associate
   end subroutine check_axis
 
-  !> Value number `i` of 1 ... count. The end values are returned exactly as given.
+  !> Value number `i`, from 1 to `count`. The end values are returned exactly as given.
   elemental real(dp) function value_of_axis(self, i) result(value)
     class(axis_type), intent(in) :: self
     integer, intent(in) :: i
@@ -134,7 +135,7 @@ contains
     end do
   end subroutine check_grid
 
-  !> Fails if the tile is not a tile of the grid.
+  !> Fails if the tile is not one of the grid's tiles.
   pure subroutine check_tile(grid, tile, error)
     type(grid_type), intent(in) :: grid
     type(tile_type), intent(in) :: tile
@@ -166,7 +167,7 @@ contains
     tiles = product(along)
   end function tiles
 
-  !> Tile `number` of 1 ... tiles. For any other number an empty tile with number 0.
+  !> Tile number `number`, from 1 to `tiles`. For any other number an empty tile with number 0.
   pure type(tile_type) function tile(self, number)
     class(grid_type), intent(in) :: self
     integer, intent(in) :: number

@@ -1,5 +1,5 @@
-!> Reduces a quantity of the vibration to one number: its peak or rms over the turn, or the rms that a vibration meter shows, with
-!> the orders in the frequency band of a probe.
+!> Reduces a quantity of the vibration to one number: its peak over the turn, its rms over the turn, or its rms within the frequency
+!> band of a probe, as a vibration meter shows it.
 module gestell_study_measure
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -22,8 +22,9 @@ module gestell_study_measure
 
   !> A quantity of the vibration and the number to which it is reduced.
   type, public :: measure_type
-    !> The user's name of the quantity (gestell_model_quantity); `kind`: `peak_measure`, `rms_measure` or `band_measure`
+    !> The user's name of the quantity (gestell_model_quantity)
     character(len=word_length) :: quantity = ""
+    !> One of `peak_measure`, `rms_measure` and `band_measure`
     integer :: kind = peak_measure
     !> Unit of the number
     character(len=8) :: unit = ""
@@ -57,7 +58,7 @@ contains
     meaning = meanings(self%kind)
   end function meaning
 
-  !> True if the quantity can be measured in a band: it is the velocity of a probe.
+  !> True if the quantity is a velocity of a probe: only these are measured in a frequency band.
   pure logical function has_band(quantity)
     character(len=*), intent(in) :: quantity
     integer :: dot
@@ -66,11 +67,12 @@ contains
     has_band = index(quantity, "probe(") == 1 .and. any(quantity(dot + 2:) == [character(len=2) :: "v", "vx", "vy", "vz"])
   end function has_band
 
-  !> Makes a measure of the quantity `name`. The frame's mechanism need not turn.
-  !> Fails if the quantity does not exist or cannot be measured in a band.
+  !> Makes a measure of the quantity `name`. Does not check that the frame's mechanism can turn. Fails if the quantity does not
+  !> exist or cannot be measured in a band.
   pure subroutine new_measure(frame, probes, name, kind, measure, error)
-    !> The frame and the probes that `name` may refer to
+    !> The frame to which the quantity belongs
     class(frame_type), intent(in) :: frame
+    !> Probes that `name` may refer to
     type(probe_type), intent(in) :: probes(:)
     character(len=*), intent(in) :: name
     !> `peak_measure`, `rms_measure` or `band_measure`
@@ -96,7 +98,7 @@ contains
     end do
   end subroutine new_measure
 
-  !> Number of rows of the motion that the measures need (gestell_model_quantity_rows). Fails in the same cases as `new_measure`.
+  !> Number of rows of the motion (gestell_model_quantity_rows) that the measures need. Fails in the same cases as `new_measure`.
   pure subroutine rows_of(frame, probes, measures, rows, error)
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)
@@ -114,17 +116,17 @@ contains
     end do
   end subroutine rows_of
 
-  !> Solves the vibration of `system`, a frame or the averaged model of one, and measures it.
-  !> Fails as `solve_vibration` or `take_measures` does.
+  !> Computes the vibration of `system`, which is a frame or its averaged model, and the measures of this vibration. Fails if
+  !> `solve_vibration` or `take_measures` fails.
   subroutine solve_measures(system, floquet, probes, measures, vibration, values, error, least_rows)
     class(periodic_system), intent(in), target :: system
     !> Floquet solution of `system` with its load
     type(floquet_type), intent(in) :: floquet
-    !> Probes that the measures may name
+    !> Probes that the measures may refer to
     type(probe_type), intent(in) :: probes(:)
     type(measure_type), intent(in) :: measures(:)
     type(vibration_type), intent(out) :: vibration
-    !> The measures and bounds on their errors, shape (2, measures); 0 if `system` is no frame
+    !> The measures and bounds on their errors, shape (2, measures); 0 if `system` is neither a frame nor its averaged model
     real(dp), intent(out) :: values(:, :)
     type(error_type), allocatable, intent(out) :: error
     !> Minimum number of rows of the motion that `vibration` must hold
@@ -145,8 +147,8 @@ contains
     if (.not. allocated(error)) call take_measures(frame, probes, vibration, measures, values, error)
   end subroutine solve_measures
 
-  !> Computes each measure of a vibration of the frame and a bound on its error, in the unit of the measure, shape (2, measures).
-  !> Fails if a quantity does not exist, or if the vibration does not hold the rows of the motion that the measures need.
+  !> Computes each measure of a vibration of the frame and a bound on its error, in the unit of the measure; shape (2, measures).
+  !> Fails if a quantity does not exist, or if the vibration lacks rows of the motion that the measures need.
   subroutine take_measures(frame, probes, vibration, measures, values, error)
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)

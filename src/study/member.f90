@@ -11,11 +11,11 @@ module gestell_study_member
   implicit none (type, external)
   private
 
-  !> A member of a family, what has been computed of it, and the reason if a computation failed.
+  !> A machine of a family with its results, and the reason if a computation failed.
   type, public :: member_type
-    !> `not_judged` while everything requested has been computed, otherwise `impossible` or `failed`
+    !> `not_judged` as long as no computation has failed, then `impossible` or `failed`
     type(verdict_type) :: state = failed
-    !> The error behind the state `impossible` or `failed`
+    !> The error that led to the state `impossible` or `failed`
     type(error_type), allocatable :: reason
     class(periodic_system), allocatable :: system
     type(floquet_type) :: floquet
@@ -29,7 +29,7 @@ module gestell_study_member
 
 contains
 
-  !> True if everything requested so far has been computed.
+  !> True if no computation for this member has failed so far.
   pure logical function is_sound(self)
     class(member_type), intent(in) :: self
 
@@ -49,7 +49,8 @@ contains
     call self%take_failure(failure, error)
   end subroutine make
 
-  !> Computes the Floquet solution of a sound member; `forced`: with the periodic solution. Fails in the same cases as `make`.
+  !> Computes the Floquet solution, and if `forced` also the periodic solution. Does nothing if an earlier computation failed. Fails
+  !> if the input is invalid; other failures are recorded in `state`.
   subroutine solve(self, accuracy, forced, error)
     class(member_type), intent(inout) :: self
     type(accuracy_type), intent(in) :: accuracy
@@ -62,7 +63,8 @@ contains
     call self%take_failure(failure, error)
   end subroutine solve
 
-  !> Computes the multipliers of a sound member with a Floquet solution; `vectors`: with eigenvectors. Fails as `make` does.
+  !> Computes the multipliers, and if `vectors` also the eigenvectors, from the Floquet solution. Does nothing if an earlier
+  !> computation failed. Fails if the input is invalid; other failures are recorded in `state`.
   subroutine multipliers_of_member(self, vectors, multipliers, error)
     class(member_type), intent(inout) :: self
     logical, intent(in) :: vectors

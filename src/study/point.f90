@@ -17,21 +17,22 @@ module gestell_study_point
 
   public :: peak_limit, solve_point
 
-  !> Results that a sweep computes at every point, and the methods that it uses.
+  !> Options of a sweep: the results at every point and how to compute them.
   type, public :: sweep_options
     type(accuracy_type) :: accuracy
-    !> True for each requested column; the default is all columns of a frame in the plane
+    !> True for each requested column; by default all columns of a frame in the plane
     logical :: columns(sweep_columns) = [.true., .true., .true., .true., .true., .true., .true., .false., .false., .false.]
-    !> True if the verdict comes after the peaks, which is so if the input names peaks and no verdict
+    !> True if the verdict follows the peaks in the table. This is so if the input requests peaks but no verdict
     logical :: verdict_last = .false.
-    !> Measures of the vibration, each with its error, written behind these columns; probes that the measures name
+    !> Measures of the vibration; each is written with its error bound, after the columns above
     type(measure_type), allocatable :: measures(:)
+    !> Probes to which the measures refer
     type(probe_type), allocatable :: probes(:)
-    !> 'auto', 'expansion' or 'direct'
+    !> How points are solved: 'auto', 'expansion' or 'direct'
     character(len=9) :: engine = "auto"
-    !> Model of the frame by which members are solved (gestell_study_frame_model)
+    !> Model of the frame with which every point is solved (gestell_study_frame_model)
     character(len=11) :: model = "exact"
-    !> True if the input names the columns; then pictures show all of them
+    !> True if the input lists the columns; then pictures show all of them
     logical :: names_columns = .false.
   contains
     procedure :: ordered
@@ -60,7 +61,8 @@ contains
     if (allocated(self%measures)) measured = size(self%measures)
   end function measured
 
-  !> True if every point must be solved directly, because the engine, the accuracy, the model or a measure requires it.
+  !> True if every point must be solved directly. This is so if `engine` is 'direct', if the number of steps is given, for the
+  !> averaged model, and if measures are requested.
   pure logical function one_by_one(self)
     class(sweep_options), intent(in) :: self
 
@@ -77,7 +79,7 @@ contains
   !> Computes all columns of one point. Columns that are not requested or have no value are NaN.
   !> Fails if the parameters or a measure are invalid; other failures are recorded as the verdict.
   subroutine solve_point(family, parameters, options, values, error, measures)
-    !> The machines of the sweep
+    !> The family of the machines of the sweep
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: parameters(:)
     type(sweep_options), intent(in) :: options
@@ -114,8 +116,8 @@ contains
     if (forced) call set_vibration(member, options, values, error, measures)
   end subroutine solve_point
 
-  !> Relative error of the vibration, in the norm of balanced units, that is accepted if peaks come from an expansion.
-  !> Near a resonance the error of the vibration is many times that of Phi.
+  !> Maximum accepted error of a vibration from an expansion, relative, in the norm of balanced units. It exceeds the tolerance:
+  !> near a resonance the error of the vibration is many times that of Phi.
   pure real(dp) function peak_limit(options)
     type(sweep_options), intent(in) :: options
 

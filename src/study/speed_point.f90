@@ -1,5 +1,5 @@
-!> Solves a machine at one speed for a resonance curve: peaks, rms values, orders, and the frequencies of the free vibrations
-!> relative to the period.
+!> Solves a machine at one speed, for a resonance curve: peaks, rms values, orders, and the frequencies of the free vibrations
+!> relative to the frequency of the period.
 module gestell_study_speed_point
   use gestell_base_error, only: error_type, fatal_error, invalid_input, resonance
   use gestell_base_kinds, only: dp, pi
@@ -27,12 +27,14 @@ module gestell_study_speed_point
 
   !> Results requested at every speed.
   type, public :: speed_options
-    !> Quantities by the user's names (gestell_model_quantity), and the probes that they name
+    !> Quantities by the user's names (gestell_model_quantity)
     character(len=word_length), allocatable :: names(:)
+    !> Probes to which the quantities and measures refer
     type(probe_type), allocatable :: probes(:)
-    !> Harmonics of the period whose amplitudes are reported: 1 ... `orders`, or the list `harmonics` if it is allocated.
-    !> If the crank turns once in the period they are orders of the crank.
+    !> Number of harmonics of the period whose amplitudes are reported. If the crank turns once in the period they are orders of the
+    !> crank
     integer :: orders = 6
+    !> If allocated, the amplitudes of these harmonics are reported instead of 1 ... `orders`
     integer, allocatable :: harmonics(:)
     type(accuracy_type) :: accuracy
     !> Further measures of these quantities
@@ -43,33 +45,35 @@ module gestell_study_speed_point
 
   !> Results at one speed.
   type, public :: speed_point_type
-    !> The family's parameter
+    !> The speed, which is the parameter of the family
     real(dp) :: speed = 0
     !> The verdict on the vibration, or the reason why there is none
     type(verdict_type) :: state = failed
-    !> `values`: peak, bound on its error, rms and amplitudes of the harmonics of each quantity, shape (3 + harmonics, quantities);
-    !> NaN if there is no vibration. `strongest`: number of the strongest of all harmonics, shape (quantities)
+    !> Peak, bound on its error, rms and amplitudes of the harmonics of each quantity, shape (3 + harmonics, quantities); NaN if
+    !> there is no vibration
     real(dp), allocatable :: values(:, :)
+    !> Number of the strongest of all harmonics, shape (quantities)
     integer, allocatable :: strongest(:)
     !> Each requested measure and a bound on its error, shape (2, measures)
     real(dp), allocatable :: measured(:, :)
-    !> `turns`: turns of each free vibration within the period, reduced to (-1/2, 1/2]. `growth`: logarithm of its growth within the
-    !> period. `averaged_turns`: natural frequencies of the averaged frame times the period over 2 pi, ascending. Shapes (modes).
-    !> `turns` and `growth` are not allocated if there are no multipliers
+    !> Free vibrations, shapes (modes). `turns`: phase advance over the period in turns, reduced to (-1/2, 1/2]. `growth`: logarithm
+    !> of the growth over the period. Both are unallocated without multipliers. `averaged_turns`: natural frequencies of the
+    !> averaged frame in cycles per period, ascending
     real(dp), allocatable :: turns(:), growth(:), averaged_turns(:)
-    !> `crank`: 2 pi over the period (rad/s). `drive_turns`: number of turns of the drive in the period
+    !> 2 pi divided by the period (rad/s)
     real(dp) :: crank = 0
+    !> Number of turns of the drive in the period
     integer :: drive_turns = 1
-    !> Distances by which the frame moves; 0 if there is no vibration
+    !> Largest displacement and rotation of the frame; 0 if there is no vibration
     type(moved_type) :: moved
-    !> True if the equations are linear. Only then can the vibration grow without bounds. A vibration of the exact frame stays
-    !> finite, but may be one of several
+    !> True if the equations are linear; only then can the vibration grow without bounds. A vibration of the exact frame stays
+    !> finite, but it may be one of several
     logical :: linear = .true.
     !> Distance of the nearest multiplier from 1, where a vibration of the exact frame ceases to exist
     real(dp) :: from_fold = huge(1.0_dp)
   end type speed_point_type
 
-  !> `history`: intervals of the history requested from `solve_vibration`. `harmonics`: minimum number of harmonics requested.
+  !> `history`: number of intervals of the history. `harmonics`: minimum number of harmonics. `solve_vibration` receives both.
   integer, parameter :: history = 64, harmonics = 20
 
 contains
@@ -120,7 +124,7 @@ contains
     end if
   end function split_off
 
-  !> Solves the member of `family` at any parameters; `point%speed` is left for the caller. Fails as `solve_speed_point` does.
+  !> Solves the member of `family` at any parameters; the caller sets `point%speed`. Fails as `solve_speed_point` does.
   subroutine solve_response(family, parameters, options, point, error)
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: parameters(:)
@@ -190,12 +194,14 @@ contains
     call take_measures(frame, probes, vibration, options%measures, point%measured, error)
   end subroutine solve_response
 
-  !> Computes by how much each free vibration turns within the period. Of two conjugate multipliers one belongs to the rotation
-  !> q = exp(i w t) with w > 0; its eigenvector satisfies Im(q* M q') > 0. Real multipliers come in pairs too.
+  !> Computes the phase by which each free vibration advances over the period. Conjugate multipliers describe one vibration and
+  !> differ in the sign of this phase. The sign of Im(q* M q'), q the eigenvector, decides: it is positive for the multiplier of
+  !> exp(i w t) with w > 0. Two equal real multipliers count once.
   subroutine take_turns(frame, arg, log_abs, vectors, point)
     class(frame_type), intent(in) :: frame
-    !> Imaginary and real parts of ln(rho) of all multipliers, shapes (states); their eigenvectors, shape (states, states)
+    !> Imaginary and real parts of ln(rho) of all multipliers, shapes (states)
     real(dp), intent(in) :: arg(:), log_abs(:)
+    !> Eigenvectors of the multipliers, shape (states, states)
     complex(dp), intent(in) :: vectors(:, :)
     type(speed_point_type), intent(inout) :: point
     type(error_type), allocatable :: none

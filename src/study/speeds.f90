@@ -13,7 +13,7 @@ module gestell_study_speeds
 
 contains
 
-  !> Fails unless `speeds` (1/min) are finite, of one sign and strictly ascending or descending, at least one.
+  !> Fails unless there is at least one speed (1/min) and all are finite, of one sign and strictly ascending or descending.
   pure subroutine check_speeds(speeds, error)
     real(dp), intent(in) :: speeds(:)
     type(error_type), allocatable, intent(out) :: error

@@ -1,4 +1,4 @@
-!> Shares one table of the mechanism among many cases of a frame.
+!> Shares one table of the mechanism among many variants of a frame.
 module gestell_study_table
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_period_map, only: end_of_block
@@ -12,8 +12,8 @@ module gestell_study_table
 
 contains
 
-  !> Tabulates the frame's mechanism where `method` samples it between `nodes` (gestell_floquet_integrator_mesh) in `period_map`.
-  !> Afterwards the frame can be solved with these nodes without evaluating its mechanism again, for any mass, inertia, origin,
+  !> Tabulates the frame's mechanism at the phases at which `method` evaluates it between `nodes` (gestell_floquet_integrator_mesh).
+  !> The frame can then be solved with these nodes without evaluating its mechanism again. This holds for any mass, inertia, origin,
   !> stiffness and damping and any speed of the same sign.
   subroutine remember_mechanism(frame, method, nodes)
     type(frame_type), intent(inout) :: frame
@@ -29,7 +29,7 @@ contains
     end do
   end subroutine remember_mechanism
 
-  !> Exchanges the mechanisms of two frames. They are equal except for their tables.
+  !> Exchanges the mechanisms of two frames, which must be equal except for their tables.
   pure subroutine exchange_mechanisms(one, other)
     class(frame_type), intent(inout) :: one, other
     class(mechanism_type), allocatable :: own

@@ -1,4 +1,4 @@
-!> The columns of a sweep, with one record for each column, and the results of one tile.
+!> Defines the columns of a sweep, with one record for each column, and the results of one tile.
 module gestell_study_tile_results
   use gestell_base_kinds, only: dp
   implicit none (type, external)
@@ -6,7 +6,7 @@ module gestell_study_tile_results
 
   public :: peaks_of
 
-  !> Numbers of the columns in the order of files; the peaks follow the order of the frame's degrees of freedom.
+  !> Numbers of the columns, in the order of the files. The peaks follow the order of the frame's degrees of freedom.
   integer, parameter, public :: rho_max = 1, log_rho_max = 2, rho_error = 3, verdict = 4, xi_peak = 5, eta_peak = 6, &
     & psi_peak = 7, last_peak = 10, sweep_columns = 10
 
@@ -14,12 +14,13 @@ module gestell_study_tile_results
   type, public :: sweep_column_type
     !> Name in the input and in files, ending with the unit
     character(len=16) :: name = ""
-    !> Unit of the values; symbol in pictures
+    !> Unit of the values
     character(len=3) :: unit = ""
+    !> Symbol of the column in pictures
     character(len=7) :: symbol = ""
     !> Name of the column with the error bound
     character(len=9) :: error = ""
-    !> True if values may be negative; then they take one more character
+    !> True if values may be negative; then they need one more character
     logical :: signed = .false.
   end type sweep_column_type
 
@@ -40,11 +41,11 @@ module gestell_study_tile_results
     !> Values of the requested columns, then measures with their errors; shape (values, points of axis 2, points of axis 1). NaN
     !> where a value does not exist; verdicts as their numbers (gestell_base_verdict)
     real(dp), allocatable :: values(:, :, :)
-    !> Number of solutions, both at points solved directly and for the support of expansions
+    !> Number of solutions that were computed: at points solved directly and at the support points of expansions
     integer :: solutions = 0
-    !> `checks`: number of points checked against direct solutions. `deviation`: largest deviation of Phi (and x_p), relative to its
-    !> size
+    !> Number of points at which an expansion was checked against a direct solution
     integer :: checks = 0
+    !> Largest deviation of Phi (and of x_p) found by these checks, relative to its size
     real(dp) :: deviation = 0
   end type tile_results_type
 

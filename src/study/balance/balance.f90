@@ -1,18 +1,18 @@
 !> Computes the shaking forces of a linkage on rigid ground and how counterweights on its links change them.
 !>
-!> A counterweight has the unbalance u = m c = rho exp(i alpha) at a given radius r = |c|, so its mass is m = rho / r (symbols
-!> as in gestell_study_balance_bodies). It adds to S'', the sum of m r'' over the masses, and to the moment A' - K'/2
-!> (gestell_model_mechanism_shaking; K'/2 only if the crank turns evenly in space)
+!> A counterweight has the unbalance u = m c = rho exp(i alpha). Its radius r = |c| is given, so its mass is m = rho / r (symbols as
+!> in gestell_study_balance_bodies). It changes the force S'', the sum of m r'' over the masses, and the moment A' - K'/2
+!> (gestell_model_mechanism_shaking) by
 !>
 !>     rho [f_0(phi) + f_1(phi) cos alpha + f_2(phi) sin alpha].
 !>
-!> The reason: at given m all terms are affine in c except m |c|^2, which is rho r for every alpha. The masses 1 / r at
-!> alpha = 0, pi/2 and pi yield f_0, f_1, f_2. In complex form the counterweight adds u (exp(i theta))'' + m P'' to S''; at a pivot
-!> P'' = 0 (doc/theory.md, equations 55 and 56).
+!> K'/2 acts only if the crank turns evenly in space. For given m all terms are affine in c except m |c|^2, which is rho r for every
+!> alpha. Therefore unit unbalances at alpha = 0, pi/2 and pi determine f_0, f_1, f_2. In complex form the counterweight adds u
+!> (exp(i theta))'' + m P'' to S''; at a pivot P'' = 0 (doc/theory.md, equations 55 and 56).
 !>
-!> On a frame in space the force S'' and the moment H' have three rows each (gestell_model_space). Weights are omitted. Who holds
-!> the speed decides which part of the moment acts on the frame. A counterweight keeps the z of its link, and a body has one
-!> counterweight in every plane in which it has links.
+!> On a frame in space the force S'' and the moment H' have three rows each (gestell_model_space). Gravity is omitted. What keeps
+!> the speed constant (motor, outside drive or flywheel) decides which part of the moment acts on the frame. A counterweight lies
+!> at the z of its link, and a body has one counterweight in every plane in which it has links.
 module gestell_study_balance
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -32,12 +32,13 @@ module gestell_study_balance
 
   public :: examine, measure_left, what_is_left
 
-  !> Kinds of the rows, 1 force, 2 moment. In the plane: force along x and y, moment. In space: forces and moments along three axes.
+  !> Kind of each row: 1 force, 2 moment. In the plane: force along x and along y, moment. In space: three forces, three moments.
   integer, parameter :: in_plane(3) = [1, 1, 2], in_space(6) = [1, 1, 1, 2, 2, 2]
 
   !> Shaking on rigid ground: of the linkage alone, and of unit counterweights on its bodies.
   type, public :: rigid_ground_type
-    !> Shaking of the linkage divided by -Omega^2, at equidistant crank angles from 0 on, shape (rows, angles): kg m, kg m^2
+    !> Shaking force (kg m) and moment (kg m^2) of the linkage, both divided by -Omega^2; shape (rows, equidistant crank angles from
+    !> 0)
     real(dp), allocatable :: found(:, :)
     !> The bodies that can carry counterweights, with their effects
     type(turning_body_type), allocatable :: bodies(:)
@@ -49,8 +50,9 @@ module gestell_study_balance
 
   !> Forces and moments that remain on rigid ground at a speed.
   type, public :: left_type
-    !> `series`: Fourier series of each row over the crank angle (N or N m). `kinds`: 1 for forces, 2 for moments; shapes (rows)
+    !> Fourier series of each row over the crank angle (N or N m), shape (rows)
     type(fourier_type), allocatable :: series(:)
+    !> Kind of each row: 1 force, 2 moment
     integer, allocatable :: kinds(:)
     !> Peak and rms of the magnitude of the force (N) and of the moment (N m)
     real(dp) :: peak(2) = 0, rms(2) = 0
@@ -71,22 +73,22 @@ contains
     if (size(self%found, 1) == size(in_space)) kinds = in_space
   end function kinds
 
-  !> Computes the shaking of a linkage on rigid ground and the effects of counterweights on its bodies.
-  !> The number of crank angles is doubled until both are resolved, up to 8192. Fails if `linkage%check` does.
+  !> Computes the shaking of a linkage on rigid ground and the effects of counterweights on its bodies. The number of crank angles
+  !> is doubled, up to 8192, until it resolves both. Fails if `linkage%check` does.
   subroutine examine(linkage, even_in_space, about, rigid, error, links, radii, space)
     !> The linkage, already prepared
     class(linkage_type), intent(in) :: linkage
-    !> True if the crank turns evenly in space; false if it turns evenly against the frame
+    !> True if the speed of the crank is constant in space; false if it is constant relative to the frame
     logical, intent(in) :: even_in_space
-    !> Point of reference of the moment (m): in the plane 2 values from the mechanism's origin, in space 3 values from F
+    !> Reference point of the moment (m): 2 coordinates from the mechanism's origin in the plane, 3 from F in space
     real(dp), intent(in) :: about(:)
     type(rigid_ground_type), intent(out) :: rigid
     type(error_type), allocatable, intent(out) :: error
-    !> Indices of links: if present, only bodies that carry one of them are kept
+    !> Indices of links. If present, bodies without any of these links are left out
     integer, intent(in), optional :: links(:)
     !> Radii of the counterweights (m), shape (1) or (size(links)); by default the lengths of the links
     real(dp), intent(in), optional :: radii(:)
-    !> If present, a frame in space whose drive turns
+    !> The frame, if it moves in space; its drive must turn
     type(space_type), intent(in), optional :: space
     integer, parameter :: most = 8192
     type(point_type), allocatable :: at(:, :)
@@ -126,7 +128,7 @@ contains
 
   contains
 
-    !> Computes f_0, f_1, f_2 of a counterweight on a body from unit unbalances at the angles 0, pi/2 and pi.
+    !> Computes f_0, f_1, f_2 of the body's counterweight from unit unbalances at the angles 0, pi/2 and pi.
     subroutine find_effect(body)
       type(turning_body_type), intent(inout) :: body
       real(dp) :: of(size(rigid%found, 1), n, 3)
@@ -154,7 +156,7 @@ contains
 
   end subroutine examine
 
-  !> Relative rounding error of sums over the links whose terms cancel; it grows near dead points.
+  !> Relative rounding error of sums over the links, in which large terms cancel. It grows near dead points.
   pure real(dp) function relative_rounding(linkage)
     class(linkage_type), intent(in) :: linkage
     real(dp), parameter :: least = 1.0e-12_dp, part = 100
@@ -197,7 +199,7 @@ contains
 
   end function resolved
 
-  !> Moves the moment from the origin to the point `about`: subtracts about x S''.
+  !> Moves the reference point of the moment from the origin to `about`: subtracts about x S''.
   pure subroutine move_moment(about, rows)
     real(dp), intent(in) :: about(2)
     real(dp), intent(inout) :: rows(:, :)
@@ -205,7 +207,7 @@ contains
     rows(3, :) = rows(3, :) - about(1) * rows(2, :) + about(2) * rows(1, :)
   end subroutine move_moment
 
-  !> Shaking of links in the plane, shape (3, angles). The crank angle falls back by `part` times psi.
+  !> Shaking of links in the plane, shape (3, angles). `part`: part of the frame's rotation psi by which the crank angle lags.
   function shaking_in_plane(links, at, part, about) result(rows)
     type(link_type), intent(in) :: links(:)
     type(point_type), intent(in) :: at(:, :)
@@ -224,8 +226,8 @@ contains
     call move_moment(about, rows)
   end function shaking_in_plane
 
-  !> Shaking of `planes` on the frame of `space` at rest, divided by -Omega^2, shape (6, angles): kg m and kg m^2.
-  !> `angles`: of the drive (rad). `about`: point of reference of the moments, from F (m).
+  !> Shaking of `planes` on the frame of `space` at rest, divided by -Omega^2, shape (6, angles): kg m and kg m^2. `angles`: drive
+  !> angles (rad). `about`: reference point of the moments, relative to F (m).
   pure function shaking_of_planes(space, planes, about, angles) result(rows)
     type(space_type), intent(in) :: space
     type(plane_type), intent(in) :: planes(:)
@@ -263,7 +265,7 @@ contains
     rows = shaking_of_planes(space, [plane], about, angles)
   end function shaking_of_link
 
-  !> Shaking with counterweights, divided by -Omega^2, shape (rows, angles).
+  !> Shaking that remains with counterweights, divided by -Omega^2, shape (rows, angles).
   pure function what_is_left(rigid, weights) result(rows)
     type(rigid_ground_type), intent(in) :: rigid
     type(counterweight_type), intent(in) :: weights(:)
@@ -278,7 +280,7 @@ contains
     end do
   end function what_is_left
 
-  !> Computes the shaking with counterweights at a speed (rad/s). Rows below their rounding error are set to zero.
+  !> Computes the shaking that remains with counterweights at a speed (rad/s). Rows below their rounding error are set to zero.
   pure subroutine measure_left(rigid, weights, speed, left)
     !> Shaking of the linkage and effects of counterweights
     type(rigid_ground_type), intent(in) :: rigid
@@ -337,8 +339,8 @@ contains
     end do
   end function amplitudes
 
-  !> In space: sizes of the vectors that turn with the crank and against it about the third of `axes`, of orders 1, 2, ...
-  !> Shape (orders, 4): force with and against (N), moment with and against (N m).
+  !> For a frame in space: magnitudes of the components that rotate about `axes(:, 3)` with and against the crank, orders 1, 2, ...
+  !> Shape (orders, 4): force with and against the crank (N), moment with and against the crank (N m).
   pure function turning(self, axes, orders) result(sizes)
     class(left_type), intent(in) :: self
     real(dp), intent(in) :: axes(3, 3)

@@ -1,8 +1,8 @@
-!> Finds the turning bodies of a linkage and places counterweights on them.
+!> Finds the rotating bodies of a linkage and places counterweights on them.
 !>
-!> A counterweight is a point mass m on a body that turns with exp(i theta(phi)), phi the crank angle. Its position is
-!> P + c exp(i theta), with c complex in the axes of the body. P(phi) is the body's pivot, a point of the body that rests. If no
-!> point of the body rests, P is the joint at the origin of its axes (doc/theory.md, "Balancing").
+!> A counterweight is a point mass m on a body that rotates by theta(phi), phi the crank angle. Its position is P + c exp(i theta),
+!> with c complex in the axes of the body. P(phi) is the body's pivot, a point of the body that rests. If no point of the body
+!> rests, P is the joint at the origin of its axes (doc/theory.md, "Balancing").
 module gestell_study_balance_bodies
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -14,25 +14,27 @@ module gestell_study_balance_bodies
 
   public :: find_bodies, point_on, with_counterweights
 
-  !> A body that turns by the angle theta against the frame.
+  !> A rigid body of the linkage that rotates relative to the frame.
   type, public :: turning_body_type
-    !> `link`: index of the first link on the body, which defines its axes. `length`: mean length of this link from joint to joint
-    !> (m)
+    !> Index of the first link on the body; this link defines the body's axes
     integer :: link = 0
+    !> Mean distance of the two joints of this link (m)
     real(dp) :: length = 0
-    !> `pivoted`: true if a point of the body rests. `pivot`: position of this point in the body's axes (m), otherwise 0
+    !> True if a point of the body rests
     logical :: pivoted = .false.
+    !> Position of the resting point in the body's axes (m); 0 if no point rests
     complex(dp) :: pivot = 0
     !> Distance of the counterweight from the pivot (m)
     real(dp) :: radius = 0
-    !> f_0, f_1, f_2 of `gestell_study_balance`, shape (rows, angles, 3): forces dimensionless, moments in m
+    !> The functions f_0, f_1, f_2 of gestell_study_balance, shape (rows, angles, 3): forces dimensionless, moments in m
     real(dp), allocatable :: effect(:, :, :)
   end type turning_body_type
 
-  !> A point mass on a body. `body`: index of the body. `unbalance`: rho (kg m) about the body's pivot. `angle`: alpha (rad) to the
-  !> body's axes.
+  !> A counterweight: a point mass on a body.
   type, public :: counterweight_type
+    !> Index of the body
     integer :: body = 0
+    !> Unbalance rho about the body's pivot (kg m) and angle alpha to the body's axes (rad)
     real(dp) :: unbalance = 0, angle = 0
   contains
     procedure :: mass
@@ -40,7 +42,7 @@ module gestell_study_balance_bodies
   end type counterweight_type
 
   complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
-  !> Relative tolerance below which two directions or lengths are equal. A body whose direction varies less does not turn.
+  !> Relative tolerance within which two directions or lengths are equal. A body whose direction varies less does not rotate.
   real(dp), parameter :: same = 1.0e-9_dp
 
 contains
@@ -66,17 +68,18 @@ contains
     where (abs(center) <= 4 * epsilon(1.0_dp) * body%radius) center = 0
   end function center
 
-  !> Finds the bodies that turn, each once. Links that turn alike and whose origins keep their distance form one body.
+  !> Finds the rotating bodies, each once. Links that rotate by the same angle and whose origins keep their distance form one body.
   subroutine find_bodies(linkage, at, by_place, bodies, links, radii)
-    !> The linkage, and the positions of its joints, shape (joints, angles)
+    !> The linkage whose bodies are sought
     class(linkage_type), intent(in) :: linkage
+    !> Positions of the joints, shape (joints, angles)
     type(point_type), intent(in) :: at(:, :)
     !> True: links form one body only if they also have the same z and the same plane
     logical, intent(in) :: by_place
     type(turning_body_type), allocatable, intent(out) :: bodies(:)
-    !> If present, only bodies that carry one of these links are kept
+    !> If present, bodies without any of these links are left out
     integer, intent(in), optional :: links(:)
-    !> Radii of the counterweights (m): one for all bodies, or one for each of `links`; by default the lengths of the bodies
+    !> Radii of the counterweights (m): one for all bodies, or one for each of `links`. The default is the length of each body
     real(dp), intent(in), optional :: radii(:)
     complex(dp) :: turn(size(at, 2)), origin(size(at, 2)), turns(size(at, 2), size(linkage%links)), &
       & origins(size(at, 2), size(linkage%links))
@@ -122,7 +125,8 @@ contains
     end if
   end subroutine find_bodies
 
-  !> True if the vectors are constant in axes that turn with `turn`, relative to `length`. Most pairs differ at the second angle.
+  !> True if `vectors` are constant in axes that rotate with `turn`. The tolerance is relative to `length`. Most vectors that are
+  !> not constant are recognised at the second angle.
   pure logical function turns_with(vectors, turn, length)
     complex(dp), intent(in) :: vectors(:), turn(:)
     real(dp), intent(in) :: length
@@ -137,7 +141,7 @@ contains
     turns_with = .true.
   end function turns_with
 
-  !> Finds the body's pivot c: the point origin + c turn that moves least in the mean square. It is a pivot if it rests.
+  !> Finds the body's pivot c: the point origin + c turn whose mean square motion is smallest. It is a pivot only if it rests.
   pure subroutine find_pivot(origin, turn, body)
     complex(dp), intent(in) :: origin(:), turn(:)
     type(turning_body_type), intent(inout) :: body
@@ -152,7 +156,7 @@ contains
     if (.not. body%pivoted .or. abs(body%pivot) <= same * body%length) body%pivot = 0
   end subroutine find_pivot
 
-  !> A point mass (kg) at a position in the axes of a link (m), in the link's plane.
+  !> Returns a link that is a point mass (kg) at a position in the axes of `link` (m), in the same plane.
   pure type(link_type) function point_on(link, mass, center) result(point)
     type(link_type), intent(in) :: link
     real(dp), intent(in) :: mass, center(2)
@@ -165,10 +169,11 @@ contains
     point%across = 0
   end function point_on
 
-  !> Copies the linkage and adds each counterweight as a link. Fails as `add_link` does.
+  !> Copies the linkage and adds each counterweight to it as a link. Fails if a link cannot be added.
   subroutine with_counterweights(linkage, bodies, weights, names, balanced, error)
-    !> The turning bodies of the linkage
+    !> The linkage, which is copied
     class(linkage_type), intent(in) :: linkage
+    !> The rotating bodies of the linkage
     type(turning_body_type), intent(in) :: bodies(:)
     !> Counterweights on these bodies
     type(counterweight_type), intent(in) :: weights(:)

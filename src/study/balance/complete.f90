@@ -1,15 +1,16 @@
-!> Finds counterweights on several bodies together that minimise the shaking force (doc/theory.md, "Balancing").
+!> Finds counterweights on several bodies that together minimise the shaking force (doc/theory.md, "Balancing").
 !>
-!> Each counterweight adds u (exp(i theta))'' + m P'' to S''. For bodies with a pivot P'' = 0, so the complex unbalances u are a
-!> linear least-squares problem. If a force above rounding remains, as with a slider-crank, floating bodies get counterweights too.
-!> Their term m P'' with m = |u| / r depends on |u| and is found by iteration, which converges in a few steps if P moves with
-!> other bodies. A body whose column depends on the columns of earlier bodies, such as a four-bar's coupler, gets no counterweight.
-!> Complete balance is possible if every link has a way to the ground over turning pairs alone (R. S. Berkof, G. G. Lowen, J. Eng.
-!> Ind. 91, 1969, 21-26; F. R. Tepper, G. G. Lowen, J. Eng. Ind. 94, 1972, 789-796).
+!> Each counterweight adds u (exp(i theta))'' + m P'' to S''. For bodies with a pivot P'' = 0, so the complex unbalances u solve a
+!> linear least-squares problem. If a force above rounding remains, as with a slider-crank, bodies without a pivot (floating bodies)
+!> get counterweights too. Their term m P'' with m = |u| / r depends on |u| and is found by iteration, which converges in a few
+!> steps if P moves with other bodies. In the least-squares problem each body has one column. A body whose column is a combination
+!> of earlier columns, such as a four-bar's coupler, gets no counterweight. Complete balance is possible if every link is connected
+!> to the ground by a chain of turning pairs (R. S. Berkof, G. G. Lowen, J. Eng. Ind. 91, 1969, 21-26; F. R. Tepper, G. G. Lowen, J.
+!> Eng. Ind. 94, 1972, 789-796).
 !>
-!> In space the bodies of one shaft stand side by side, and many sets of counterweights have the same effect on the force. Among
-!> these sets the one with the least moment is taken; if several remain, the one with the least sum of squared unbalances. So bodies
-!> share an unbalance, and the outermost planes take a couple.
+!> In space the bodies of one shaft lie side by side, and many sets of counterweights have the same effect on the force. Among these
+!> sets the one with the smallest moment is chosen; if several remain, the one with the smallest sum of squared unbalances. So
+!> bodies share an unbalance, and the outermost planes balance a couple.
 module gestell_study_balance_complete
   use gestell_base_kinds, only: dp
   use gestell_study_balance, only: rigid_ground_type, what_is_left
@@ -27,15 +28,15 @@ module gestell_study_balance_complete
 
 contains
 
-  !> Finds the counterweights that make the shaking force vanish. If none do, `weights` holds those on pivoted bodies that minimise
-  !> its mean square. In space the solution with the least moment is taken.
+  !> Finds the counterweights that make the shaking force vanish. If this is impossible, `weights` holds the counterweights on
+  !> pivoted bodies that minimise the mean square of the force. In space the solution with the smallest moment is chosen.
   subroutine balance_force(rigid, weights, state, pivoted)
     !> Shaking of the linkage and effects of counterweights
     type(rigid_ground_type), intent(in) :: rigid
     type(counterweight_type), allocatable, intent(out) :: weights(:)
     !> `balanced_already`, `balanced`, `not_balanced` or `no_pivots`
     integer, intent(out) :: state
-    !> If floating bodies have counterweights too: the best counterweights on pivoted bodies alone; otherwise empty
+    !> The best counterweights on pivoted bodies alone, if `weights` also uses floating bodies; otherwise empty
     type(counterweight_type), allocatable, intent(out), optional :: pivoted(:)
     type(counterweight_type), allocatable :: floating(:)
 
@@ -69,14 +70,14 @@ contains
     force_rms = norm2(rows(pack([(k, k = 1, size(rows, 1))], rigid%kinds() == 1), :)) / sqrt(real(size(rows, 2), dp))
   end function force_rms
 
-  !> True if moments have three components, which counterweights in different planes can change.
+  !> True if the moment has three components; counterweights in different planes then change it independently of the force.
   pure logical function in_space(rigid)
     type(rigid_ground_type), intent(in) :: rigid
 
     in_space = count(rigid%kinds() == 2) > 1
   end function in_space
 
-  !> Solves for counterweights on pivoted bodies and, if `all` is true, on floating bodies listed after them.
+  !> Finds the counterweights on pivoted bodies and, if `all` is true, also on bodies without a pivot.
   pure subroutine solve(rigid, all, weights)
     type(rigid_ground_type), intent(in) :: rigid
     logical, intent(in) :: all
@@ -126,7 +127,7 @@ contains
 
   contains
 
-    !> Shaking with the masses of counterweights of these unbalances at the origins of their bodies' axes, shape (rows, angles).
+    !> Shaking plus the effects f_0 of counterweights, which do not depend on their angles; shape (rows, angles).
     pure function rows_with(unbalances) result(rows)
       real(dp), intent(in) :: unbalances(:)
       real(dp) :: rows(size(rigid%found, 1), size(rigid%found, 2))
@@ -138,7 +139,7 @@ contains
       end do
     end function rows_with
 
-    !> True if the counterweight changes some row by more than its rounding error.
+    !> True if the counterweight changes any row by more than the row's rounding error.
     pure logical function matters(effect, unbalance)
       real(dp), intent(in) :: effect(:, :), unbalance
       integer :: j
@@ -149,7 +150,7 @@ contains
 
   end subroutine solve
 
-  !> Force along x + i y.
+  !> Force in the plane as the complex number x + i y.
   pure function force_of(rows) result(force)
     real(dp), intent(in) :: rows(:, :)
     complex(dp) :: force(size(rows, 2))
@@ -157,7 +158,7 @@ contains
     force = cmplx(rows(1, :), rows(2, :), dp)
   end function force_of
 
-  !> Minimises the norm of columns u - `wanted` by Gram-Schmidt orthogonalisation, done twice for each column.
+  !> Finds the u that minimises the norm of columns u - `wanted`, by Gram-Schmidt orthogonalisation done twice for each column.
   !> Columns that depend on earlier ones get u = 0.
   pure subroutine least_squares(columns, wanted, u)
     complex(dp), intent(in) :: columns(:, :), wanted(:)

@@ -1,11 +1,11 @@
 !> Linear least squares in two stages, for problems with more counterweights than the force determines.
 !>
-!> x minimises the mean square of the forces A_1 x - b_1. Among all such x it minimises that of the moments A_2 x - b_2.
-!> Among the remaining x it has the least norm.
+!> First, x minimises the mean square of the forces A_1 x - b_1. Among all such x it minimises the mean square of the moments A_2 x
+!> - b_2. If several x remain, it is the one with the smallest norm.
 !>
-!> Rotations of two columns at a time give A V = W, where V is orthogonal and the columns of W are orthogonal to each other
-!> (M. R. Hestenes, J. SIAM 6, 1958, 51-90). Then x_1 is the sum of v (w . b_1)/(w . w) over all columns w that do not vanish. The
-!> columns v with vanishing w form the matrix N and do not change the force. The moment is minimised over N y in the same way;
+!> Rotations of two columns at a time give A V = W, where V is orthogonal and the columns of W are orthogonal to each other (M. R.
+!> Hestenes, J. SIAM 6, 1958, 51-90). Then x_1 is the sum of v (w . b_1)/(w . w) over all columns w that do not vanish. The columns
+!> v whose w vanishes form the matrix N; they do not change the force. The moment of x_1 + N y is minimised over y in the same way.
 !> x_1 and N y are orthogonal.
 module gestell_study_balance_least_squares
   use gestell_base_kinds, only: dp
@@ -13,7 +13,7 @@ module gestell_study_balance_least_squares
   implicit none (type, external)
   private
 
-  !> The factors of A V = W; `counts` is true for the columns of W that do not vanish.
+  !> The factors of A V = W. `counts` is true for the columns of W that do not vanish.
   type :: singular_type
     real(dp), allocatable :: w(:, :), v(:, :)
     logical, allocatable :: counts(:)
@@ -22,11 +22,11 @@ module gestell_study_balance_least_squares
     procedure :: shortest
   end type singular_type
 
-  !> The force problem, and the moment problem in the unknowns that the force leaves free.
+  !> Factors of the force problem, and of the moment problem in the unknowns that the force does not determine.
   type, public :: least_squares_type
     private
     type(singular_type) :: force, moment
-    !> A_2 and N
+    !> `of_moment`: the matrix A_2. `free`: the matrix N
     real(dp), allocatable :: of_moment(:, :), free(:, :)
     !> Kind of each row: 1 force, 2 moment
     integer, allocatable :: kinds(:)
@@ -37,7 +37,7 @@ module gestell_study_balance_least_squares
 
 contains
 
-  !> Prepares the solution. `effects`: effects of the unknowns, shape (rows, angles, unknowns); `kinds`: 1 force, 2 moment.
+  !> Factors the matrices. `effects`: effects of the unknowns, shape (rows, angles, unknowns). `kinds`: 1 force, 2 moment.
   pure subroutine prepare(self, effects, kinds)
     class(least_squares_type), intent(inout) :: self
     real(dp), intent(in) :: effects(:, :, :)
@@ -51,7 +51,8 @@ contains
     call self%moment%decompose(matmul(self%of_moment, self%free), maxval(norm2(self%of_moment, dim=1)))
   end subroutine prepare
 
-  !> Solves for the unknowns, two by two as complex numbers. `wanted`: right-hand sides, shape (rows, angles).
+  !> Solves for the unknowns; each pair of unknowns becomes a complex number of `u`. `wanted`: right-hand sides, shape (rows,
+  !> angles).
   pure subroutine solve(self, wanted, u)
     class(least_squares_type), intent(in) :: self
     real(dp), intent(in) :: wanted(:, :)
@@ -63,7 +64,7 @@ contains
     u = cmplx(x(1::2), x(2::2), dp)
   end subroutine solve
 
-  !> Matrix of the effects on all rows of one kind at all angles, shape (rows of the kind * angles, unknowns).
+  !> Matrix of the effects on all rows of one kind at all angles, shape (rows of this kind * angles, unknowns).
   pure function columns_of(effects, kinds, kind) result(a)
     real(dp), intent(in) :: effects(:, :, :)
     integer, intent(in) :: kinds(:), kind
@@ -84,7 +85,7 @@ contains
     row = pack(values, spread(kinds == kind, 2, size(values, 2)))
   end function row_of
 
-  !> Computes V and W of A V = W. Columns of W count if they are not small against the longest column of A or `size_of_all`.
+  !> Computes V and W of A V = W. A column of W vanishes if it is below 1e-8 of `size_of_all`, by default the longest column of A.
   pure subroutine decompose(self, a, size_of_all)
     class(singular_type), intent(inout) :: self
     real(dp), intent(in) :: a(:, :)

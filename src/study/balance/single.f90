@@ -1,13 +1,15 @@
 !> Finds the best single counterweight on a body (doc/theory.md, "Balancing").
 !>
-!> The rows of the shaking force and moment are weighted by w. An unbalance rho at the angle alpha makes their mean square
+!> The rows of the shaking force and moment are multiplied by weights. With an unbalance rho at the angle alpha their mean square is
 !>
 !>     J = J_0 + 2 rho B(alpha) + rho^2 A(alpha),   B = b . v,   A = v . G v,   v = (1, cos alpha, sin alpha).
 !>
-!> b and G are means of products: of shaking and effects of the counterweight (b), of the effects with each other (G).
-!> At given alpha, rho = -B / A is best if B < 0; otherwise rho = 0 is. It reduces J by B^2 / A, which never exceeds J_0.
-!> The reduction is largest at a zero of 2 B' A - B A', a polynomial of third degree in cos alpha and sin alpha. At most three of
-!> its six zeros are maxima. Zeros are bracketed at angles half a degree apart. Pairs of zeros between two such angles are missed;
+!> b holds the means of the products of the shaking with the effects of the counterweight. G holds the means of the products of the
+!> effects with each other.
+!>
+!> At given alpha the best unbalance is rho = -B / A if B < 0, otherwise 0. It reduces J by B^2 / A, which never exceeds J_0. The
+!> reduction is largest at a zero of 2 B' A - B A', a polynomial of third degree in cos alpha and sin alpha. At most three of its
+!> six zeros are maxima. Zeros are bracketed between angles half a degree apart. A pair of zeros between two such angles is missed;
 !> B^2 / A hardly changes there.
 module gestell_study_balance_single
   use gestell_base_kinds, only: dp, pi
@@ -31,8 +33,8 @@ contains
     real(dp), intent(in) :: weights(:)
     type(counterweight_type), intent(out) :: best
     integer, parameter :: places = 720
-    !> `sharp`: tolerance of an angle (rad). `rounding`: relative rounding error of an effect. `nothing`: relative reduction of the
-    !> mean square below which a counterweight is useless.
+    !> `sharp`: tolerance of the angle (rad). `rounding`: relative rounding error of an effect. `nothing`: a counterweight is
+    !> useless if it reduces the mean square by a smaller fraction.
     real(dp), parameter :: sharp = 4.0e-15_dp, rounding = 1.0e-12_dp, nothing = 1.0e-13_dp
     type(root_search_type) :: search
     real(dp) :: b(3), g(3, 3), least, whole, greatest, alpha, taken, slope(0:places)
