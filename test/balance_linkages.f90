@@ -74,7 +74,7 @@ contains
     call check_success(error, failure, "linkage")
   end subroutine prepared
 
-  !> The bodies of a linkage about its origin, its crank turning against the frame.
+  !> The bodies of a linkage in axes at its origin, with its crank as seen from the frame.
   subroutine look_at(linkage, rigid, error, about)
     type(linkage_type), intent(in) :: linkage
     type(rigid_ground_type), intent(out) :: rigid

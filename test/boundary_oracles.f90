@@ -50,7 +50,7 @@ contains
     end do
   end function characteristic_values
 
-  !> Eigenvalues below `most` of the symmetric tridiagonal matrix with squares of the entries beside the diagonal.
+  !> Eigenvalues below `most` of the symmetric tridiagonal matrix, given the squares of its off-diagonal entries.
   function eigenvalues_below(diagonal, square, most) result(values)
     real(qp), intent(in) :: diagonal(:), square(:)
     real(dp), intent(in) :: most

@@ -1,4 +1,5 @@
-!> Input files as the reference's data, for the tests. Only reading is the library's; kinematics and equations are not.
+!> Input files as the reference's data, for the tests. The library only reads them; kinematics and equations are the
+!> reference's.
 module data_files
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp

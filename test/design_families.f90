@@ -21,7 +21,7 @@ module design_families
   public :: new_design, new_family
 
   character, parameter, public :: newline = new_line("a")
-  !> Small enough to swing far, with all that a gradient can depend on.
+  !> A small machine with all features that a gradient can depend on.
   character(len=*), parameter, public :: machine = &
     & "&drive speed_rpm=900 /" // newline // &
     & "&joint name='O', type='ground', position=0,0 /" // newline // &

@@ -7,7 +7,7 @@ module dofs_machines
   public :: critical_range, machine_of, names_of, orders_of, quantities_of, ranges_of
 
   character, parameter :: newline = new_line("a")
-  !> Orders of the task `critical`: in some sets the first order meets a mode.
+  !> Requested orders of the task `critical`: in some sets the first order meets a mode.
   character(len=*), parameter :: critical_range = "&sweep parameter='drive.speed_rpm', from=430, to=760, count=2 /" // newline &
     & // "&resonance orders=1 /" // newline
   !> A set of degrees of freedom is a number whose bits stand for `dof_names`. The first seven sets are those of the plane.
@@ -15,8 +15,8 @@ module dofs_machines
 
 contains
 
-  !> A slider-crank at 430 rpm on tilted mounts, one of which turns with the frame, with weights, a foundation and a probe. Every
-  !> seventh set has the exact frame, unless a `model` is asked for; holders of the speed take turns.
+  !> A slider-crank at 430 rpm on tilted mounts, one of which turns with the frame, with weights, a foundation and a probe.
+  !> Every seventh set has the exact frame, unless a `model` is given; holders of the speed take turns.
   function machine_of(set, model) result(text)
     integer, intent(in) :: set
     character(len=*), intent(in), optional :: model
@@ -61,7 +61,7 @@ contains
 
   end function machine_of
 
-  !> 'xi','zeta' of a set.
+  !> The degrees of freedom of a set as in an input: 'xi','zeta'.
   function names_of(set) result(names)
     integer, intent(in) :: set
     character(len=:), allocatable :: names
@@ -74,7 +74,7 @@ contains
     names = names(2:)
   end function names_of
 
-  !> Quantities of all kinds: 'xi_ddot','f',...
+  !> Quantities of all kinds as in an input: 'xi_ddot','f',...
   function quantities_of(set) result(names)
     integer, intent(in) :: set
     character(len=:), allocatable :: names
@@ -84,7 +84,7 @@ contains
     if (set > last_plane) names = names // ",'total.mx','total.fz'"
   end function quantities_of
 
-  !> Orders of tasks about one machine.
+  !> Groups of the input for tasks about one machine.
   function orders_of(set) result(text)
     integer, intent(in) :: set
     character(len=:), allocatable :: text
@@ -108,7 +108,7 @@ contains
 
   end function orders_of
 
-  !> Orders of tasks over a range.
+  !> Groups of the input for tasks over a range.
   function ranges_of(set) result(text)
     integer, intent(in) :: set
     character(len=:), allocatable :: text

@@ -18,18 +18,18 @@ module exact_check
     real(dp) :: claimed = 0, true = 0, bound = 0, used = 0
   end type finding_type
 
-  !> Numbers that were compared with their bounds. The oracle is too blunt for a number if its own error exceeds a quarter of the
-  !> bound: then a beaten bound may pass.
+  !> Numbers that were compared with their bounds. The oracle is too inaccurate for a number if its own error exceeds a quarter
+  !> of the bound: then an exceeded bound may remain undetected.
   type, public :: count_type
     integer :: numbers = 0, blunt = 0
   end type count_type
 
-  !> Error of the oracle by roundings, relative to the size of the quantity.
+  !> Rounding error of the oracle, relative to the size of the quantity.
   real(xp), parameter :: oracle_rounding = 1.0e-16_xp
 
 contains
 
-  !> All numbers.
+  !> Number of all compared numbers.
   subroutine compare(claims, frame, orbit, signals, findings, counts)
     type(claims_type), intent(in) :: claims
     type(frame_type), intent(in) :: frame
@@ -59,7 +59,7 @@ contains
     call compare_places(claims, frame, signals, relative, findings, counts)
   end subroutine compare
 
-  !> Every multiplier within its bound, in the pairing that keeps most of them there.
+  !> Checks every multiplier against its bound, in the pairing that keeps most of them within.
   subroutine compare_multipliers(claims, orbit, findings, counts)
     type(claims_type), intent(in) :: claims
     type(orbit_type), intent(in) :: orbit
@@ -86,7 +86,7 @@ contains
     end do
   end subroutine compare_multipliers
 
-  !> `relative`: error of the oracle by roundings, relative to the size of the quantity.
+  !> `relative`: rounding error of the oracle, relative to the size of the quantity.
   subroutine compare_signal(claim, signal, relative, findings, counts)
     type(claim_type), intent(in) :: claim
     real(xp), intent(in) :: relative
@@ -112,7 +112,7 @@ contains
     end do
   end subroutine compare_signal
 
-  !> Static forces to 1e-12 of the weight, for they have no bound of their own; least compressions.
+  !> Checks static forces to 1e-12 of the weight, because they have no bound of their own, and least compressions.
   subroutine compare_places(claims, frame, signals, relative, findings, counts)
     type(claims_type), intent(in) :: claims
     type(frame_type), intent(in) :: frame
@@ -160,7 +160,7 @@ contains
     counts%numbers = counts%numbers + 1
     if (.not. own <= bound / 4) counts%blunt = counts%blunt + 1
     used = real(max(abs(claimed - true) - own, 0.0_xp) / max(real(bound, xp), tiny(1.0_xp)), dp)
-    ! Neither program may answer with NaN or infinity.
+    ! Neither program may return NaN or infinity.
     if (.not. (abs(claimed) <= huge(claimed) .and. abs(true) <= huge(true) .and. own <= huge(own))) used = huge(used)
     if (used > noted) findings = [findings, finding_type(what, claimed, real(true, dp), bound, used)]
   end subroutine add
@@ -170,7 +170,7 @@ contains
   pure logical function verdict_is_wrong(claims, orbit) result(wrong)
     type(claims_type), intent(in) :: claims
     type(orbit_type), intent(in) :: orbit
-    !> Roundings of the oracle, and of pairs of multipliers on the unit circle, which are next to each other.
+    !> Rounding error of the oracle, and of close pairs of multipliers on the unit circle.
     real(qp), parameter :: rounding = 1.0e-16_qp, of_pairs = 1.0e-12_qp
     real(qp) :: excess
 

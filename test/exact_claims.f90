@@ -37,7 +37,7 @@ module exact_claims
   end type place_type
 
   type, public :: claims_type
-    !> Why there is no answer, or no vibration; empty where there is; its code.
+    !> Why there are no results, or no vibration; empty if there are; its code.
     character(len=:), allocatable :: refusal
     !> The mechanism cannot turn, or the input is refused.
     logical :: impossible = .false.
@@ -57,7 +57,7 @@ module exact_claims
 
 contains
 
-  !> Answers to the tasks of the input, and these quantities.
+  !> Runs the tasks of the input and returns their claims, including these quantities.
   subroutine solve_text(text, names, claims)
     character(len=*), intent(in) :: text, names(:)
     type(claims_type), intent(out) :: claims

@@ -132,7 +132,7 @@ contains
     call add_link(random, machine, 4, 5, mass, 0.6_dp * length)
   end subroutine add_geared
 
-  !> A follower of a cam on the crank, and what swings with it.
+  !> A follower of a cam on the crank, and a rocker driven by it.
   subroutine add_follower(random, length, mass, machine)
     type(random_type), intent(inout) :: random
     real(dp), intent(in) :: length, mass
@@ -149,7 +149,7 @@ contains
     call add_link(random, machine, 3, 0, mass, length)
   end subroutine add_follower
 
-  !> `turns`: of a crank in a period.
+  !> `turns`: number of turns of a crank in a period.
   subroutine add(machine, joint, turns)
     type(exact_machine), intent(inout) :: machine
     type(joint_data), intent(in) :: joint

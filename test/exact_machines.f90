@@ -88,7 +88,7 @@ contains
     machine%gravity = [0.0_dp, -9.80665_dp]
   end function swinging_yoke
 
-  !> A ram on weakly damped supports: Newton's method goes astray from its linear vibration, to motions that are ever rougher.
+  !> A ram on weakly damped supports: from its linear vibration Newton's method diverges to ever rougher motions.
   function ram() result(machine)
     type(machine_data) :: machine
 
@@ -120,8 +120,8 @@ contains
     machine%gravity = [0.0_dp, -9.80665_dp]
   end function ram
 
-  !> A slider-crank on two weakly damped supports, light against its links: at this speed from no linear vibration, nor over the
-  !> excitation, nor from other speeds within a tenth a path leads to its vibration.
+  !> A slider-crank on two weakly damped supports, lighter than its links. At this speed no path leads to its vibration: neither
+  !> from the linear one, nor over the excitation, nor from other speeds within a tenth.
   function light_slider() result(machine)
     type(machine_data) :: machine
 
@@ -232,7 +232,7 @@ contains
         if (allocated(error)) return
         phi = 0.3_qp + i
         call residual(machine, phi, step, around(system%motion, phi), torque, left, terms)
-        ! The motion is known to 1e-11, its accelerations to the square of the orders times that.
+        ! The motion is accurate to 1e-11, its accelerations to the square of the orders times that.
         call check(error, real(maxval(abs(left) / terms), dp), 0.0_dp, thr=1.0e-8_dp, more="residual")
       end do
     end select

@@ -1,6 +1,6 @@
-!> A population of random machines for the exact frame: linkages of all types of joints, gears, cams, mounts that stay in space
-!> or turn with the frame, weights, guides, every holder of the speed; and the input file that says the same. One number, one
-!> machine.
+!> A population of random machines for the exact frame: linkages of all types of joints, gears, cams, mounts with axes fixed in
+!> space or turning with the frame, weights, guides, every holder of the speed; and the equivalent input file. A number always
+!> yields the same machine.
 module exact_specimens
   use exact_linkages, only: draw_linkage, linkage_names
   use exact_text, only: brief

@@ -15,14 +15,14 @@ module exact_tally
   public :: examine, find_truth, text_of
 
   integer, parameter, public :: line_length = 240
-  !> No machine is to take longer (s).
+  !> Time limit of a machine (s).
   real(dp), parameter, public :: most_seconds = 5
 
   type, public :: exact_tally_type
     integer :: machines = 0, impossible = 0, vibrations = 0, failed = 0
     type(count_type) :: counts
-    !> Not found: by the library; of these by the oracle either, or by the oracle though. Beside the library's claim the oracle
-    !> finds none, or is not sharp enough.
+    !> Vibrations that the library did not find, split into those that the oracle did not find either and those that it found;
+    !> claimed vibrations that the oracle does not find, or for which it is not accurate enough.
     integer :: not_found = 0, nor_by_oracle = 0, oracle_lost = 0
     integer :: stable = 0, unstable = 0, undamped = 0, undecided = 0, undecided_off_border = 0
     !> Processor time of the library, in all and the longest (s), and of the oracle.
@@ -45,7 +45,7 @@ contains
     text = input_text(one%machine, trim(title), one%tolerance)
   end function text_of
 
-  !> Machine `number`.
+  !> Examines machine `number`.
   subroutine examine(number, tally)
     integer, intent(in) :: number
     type(exact_tally_type), intent(inout) :: tally
@@ -66,7 +66,7 @@ contains
     type(orbit_type) :: orbit
     type(signal_type), allocatable :: signals(:)
     character(len=name_length), allocatable :: names(:)
-    !> A frame that turns by more has fallen over: no search from rest is to find that.
+    !> A frame that turns by more has fallen over; a search from rest need not find such a vibration.
     real(dp), parameter :: far = 1.5_dp
     real(dp) :: before, after, turn
 
@@ -125,7 +125,8 @@ contains
     end associate
   end function greatest_turn
 
-  !> The vibration near the one that is claimed, or any where none is, and its quantities in as many samples as they need.
+  !> Finds the vibration near the claimed one, or any vibration if none is claimed, and its quantities with as many samples as
+  !> they need.
   subroutine find_truth(frame, claims, orbit, signals)
     type(frame_type), intent(in) :: frame
     type(claims_type), intent(in) :: claims
@@ -147,7 +148,7 @@ contains
         start(:, k) = start_of(frame, x(:3), x(4:))
       end associate
     end do
-    ! Beside a flywheel the motor delivers the mean of the torque on the crank.
+    ! With a flywheel the motor delivers the mean of the torque on the crank.
     motor = 0
     if (frame%machine%held_by == "flywheel" .and. allocated(claims%torque%history)) then
       motor = sum(real(claims%torque%history(2:), xp)) / (size(claims%torque%history) - 1)
@@ -164,7 +165,7 @@ contains
     do
       call find_signals(frame, orbit, samples, signals)
       unseen = maxval([(signals(k)%unknown / max(maxval(abs(signals(k)%samples)), tiny(unseen)), k = 1, size(signals))])
-      ! What more samples do not lessen is rounding.
+      ! An error that more samples do not reduce is rounding.
       if (unseen < seen .or. unseen > before / 4 .or. samples > 1000 * frame%machine%turns) exit
       before = unseen
       samples = 2 * samples

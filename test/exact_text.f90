@@ -1,4 +1,4 @@
-!> Machines of the exact population as input files.
+!> Input files of the machines of the exact population.
 module exact_text
   use oracle_machine, only: dp, exact_machine
   implicit none (type, external)
@@ -10,7 +10,7 @@ module exact_text
 
 contains
 
-  !> The number nearest to x that four digits can type.
+  !> The nearest number to x with four digits.
   real(dp) function brief(x)
     real(dp), intent(in) :: x
     character(len=12) :: digits
@@ -19,7 +19,7 @@ contains
     read (digits, *) brief
   end function brief
 
-  !> The input file, to be read back as the same numbers.
+  !> The input file; reading it yields the same numbers.
   function input_text(machine, title, tolerance) result(text)
     type(exact_machine), intent(in) :: machine
     character(len=*), intent(in) :: title
@@ -141,7 +141,7 @@ contains
     text = text(2:)
   end function free_text
 
-  !> j1, j2, ...
+  !> Names j1, j2, ...
   function name(letter, number)
     character, intent(in) :: letter
     integer, intent(in) :: number
@@ -152,7 +152,7 @@ contains
     name = letter // trim(digits)
   end function name
 
-  !> Four digits where they are enough, else with 17 digits.
+  !> A number with four digits if they suffice, otherwise with 17 digits.
   function numbers(values) result(text)
     real(dp), intent(in) :: values(:)
     character(len=:), allocatable :: text

@@ -14,7 +14,7 @@ module factor_sequences
 
   public :: solve, distances, random_matrix, hidden, reflected
 
-  !> All that comes out for one sequence of factors.
+  !> All results for one sequence of factors.
   type, public :: outcome_type
     complex(dp), allocatable :: q(:, :, :), r(:, :, :)
     type(eigenvectors_type) :: vectors
@@ -23,7 +23,7 @@ module factor_sequences
 
 contains
 
-  !> Runs everything; the residuals of the form must be roundoff.
+  !> Computes all results, and checks that the residuals of the form are rounding errors.
   subroutine solve(factors, outcome, error, errors)
     complex(dp), intent(in) :: factors(:, :, :)
     type(outcome_type), intent(out) :: outcome

@@ -11,8 +11,8 @@ module families
 
   public :: greatest_of_oscillator
 
-  !> y'' + d y' + a y = 0 over the period pi; parameters d and a, or a alone with the damping of the family. From `jump` on,
-  !> the damping is greater by 1; between `hole` there is no system.
+  !> y'' + d y' + a y = 0 over the period pi; parameters d and a, or a alone with the damping of the family. From `jump` on the
+  !> damping is greater by 1; within `hole` there is no system.
   type, extends(family_type), public :: oscillator_family
     real(dp) :: damping = 0.1_dp, jump = huge(1.0_dp), hole(2) = huge(1.0_dp)
   contains

@@ -8,7 +8,7 @@ module faulty_systems
 
   public :: answers, nan, infinite, refuse
 
-  !> Mathieu's equation for each degree of freedom, with a little damping, unless `fault` says otherwise.
+  !> Mathieu's equation for each degree of freedom, with a little damping, with the given `fault`.
   type, extends(second_order_system), public :: faulty_second_order
     character(len=16) :: fault = ""
     real(dp) :: a = 1, q = 0.1_dp
@@ -17,7 +17,7 @@ module faulty_systems
     procedure :: load
   end type faulty_second_order
 
-  !> The same as equations of first order.
+  !> Mathieu's equation in first order.
   type, extends(periodic_system), public :: faulty_first_order
     character(len=16) :: fault = ""
     !> Shape of `coupled` if it differs from that of the states.
@@ -28,7 +28,7 @@ module faulty_systems
     procedure :: coupled
   end type faulty_first_order
 
-  !> Mathieu's equation over a, or what `fault` says.
+  !> Mathieu's equation over a, with the given `fault`.
   type, extends(family_type), public :: faulty_family
     character(len=16) :: fault = ""
   contains
@@ -38,7 +38,7 @@ module faulty_systems
   !> Number of times that coefficients were evaluated.
   integer, public :: evaluations = 0
 
-  !> More than any call may ask for: 2**19 steps, three numbers of steps at least, ten stages.
+  !> Upper limit of evaluations for any call: 2**19 steps, at least three numbers of steps, ten stages.
   integer, parameter, public :: too_many = 2**25
 
 contains
@@ -220,7 +220,7 @@ contains
     evaluations = 0
   end subroutine refuse
 
-  !> Notes where a call neither succeeded nor failed in a way that is documented, or did more work than it may.
+  !> Adds a complaint if a call neither succeeded nor failed in a documented way, or did too much work.
   subroutine answers(failure, what, complaints)
     type(error_type), allocatable, intent(in) :: failure
     character(len=*), intent(in) :: what

@@ -1,4 +1,4 @@
-!> Bad arguments to the procedures that solve a periodic system.
+!> Invalid arguments to the procedures that solve a periodic system.
 module invalid_floquet_arguments
   use checks, only: check_that
   use gestell_door_numerics, only: accuracy_type, dp, error_type, evidence, evidence_type, floquet_type, follow, invalid_input, &
@@ -85,7 +85,7 @@ contains
     call check(error, complaints, "")
   end subroutine test_faults
 
-  !> Orders that make no sense.
+  !> Invalid accuracies and methods.
   subroutine test_accuracies(error)
     type(test_error), allocatable, intent(out) :: error
     character(len=*), parameter :: methods(6) = [character(len=16) :: "", "gauss0", "gauss11", "GAUSS6", "xxxxxxxxxxxxxxxx", &
@@ -236,7 +236,7 @@ contains
     call refuse(failure, invalid_input, "solve_monodromy: " // what, complaints)
   end subroutine never_so
 
-  !> Everything that can be asked of a system.
+  !> Requests all results of a system.
   subroutine solve(system, accuracy, what, complaints)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy

@@ -1,4 +1,4 @@
-!> Bad arguments to the procedures that make machines and look at their vibration.
+!> Invalid arguments to the procedures that build machines and evaluate their vibration.
 module invalid_machine_arguments
   use checks, only: check_that
   use gestell_door_numerics, only: accuracy_type, analyse, analysis_type, band_rms, diagnose, diagnosis_type, dp, drive_type, &
@@ -101,7 +101,7 @@ contains
     call check(error, complaints, "")
   end subroutine test_linkages
 
-  !> Frames and mechanisms by harmonics.
+  !> Frames, and mechanisms given by harmonics.
   subroutine test_frames(error)
     type(test_error), allocatable, intent(out) :: error
     type(linkage_type) :: linkage, empty, two_cranks, no_links
@@ -233,7 +233,7 @@ contains
     frame%states = 0
   end subroutine unset
 
-  !> Tasks, names, and frames that were changed by halves.
+  !> Tasks, names, and frames whose components were changed inconsistently.
   subroutine test_tasks_and_names(error)
     type(test_error), allocatable, intent(out) :: error
     type(analysis_options), parameter :: bad(9) = [analysis_options(points=0), analysis_options(points=-1), &

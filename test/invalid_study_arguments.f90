@@ -1,4 +1,4 @@
-!> Bad arguments to the procedures that solve families of systems.
+!> Invalid arguments to the procedures that study families of systems.
 module invalid_study_arguments
   use checks, only: check_that
   use gestell_door_numerics, only: accuracy_type, axis_type, border_accuracy, border_map_type, border_type, campbell_options, &
@@ -100,7 +100,7 @@ contains
     call check(error, complaints, "")
   end subroutine test_tiles
 
-  !> Families of systems that make no sense: an error of the family that is no impossible mechanism ends every study.
+  !> Families that return invalid systems: any error of the family other than an impossible mechanism ends every study.
   subroutine test_families(error)
     type(test_error), allocatable, intent(out) :: error
     character(len=*), parameter :: refused(5) = [character(len=16) :: "no states", "odd states", "negative period", &

@@ -23,7 +23,7 @@ module minimax_problems
     integer :: times = 1
     !> True: the order of the branches changes with every call.
     logical :: shuffled = .false.
-    !> Calls so far; the call that fails; the largest part that gradients are wrong by.
+    !> Calls so far; the call that fails; the largest relative error of gradients.
     integer :: calls = 0, fails_at = 0
     real(dp) :: wrong = 0
   contains
@@ -32,7 +32,7 @@ module minimax_problems
 
 contains
 
-  !> The problem and where it starts. Bounds that the source does not have are wide.
+  !> The problem and its starting point. Bounds that the source does not have are wide.
   subroutine problem_of(which, problem, start)
     integer, intent(in) :: which
     type(test_problem), intent(out) :: problem

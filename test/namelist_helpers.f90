@@ -20,12 +20,12 @@ module namelist_helpers
 
   character(len=*), parameter, public :: one_joint = "&joint name='O' type='ground'/"
 
-  !> A joint and a drive: with a frame, all that is required.
+  !> A joint and a drive: together with a frame, the minimum input.
   character(len=*), parameter, public :: rest = one_joint // "&drive speed_rpm=1/"
 
 contains
 
-  !> Reads a text and holds it against the schema.
+  !> Reads a text and checks it against the schema.
   subroutine read_checked(text, doc, failure)
     character(len=*), intent(in) :: text
     type(document_type), intent(out) :: doc
@@ -35,7 +35,7 @@ contains
     if (.not. allocated(failure)) call check_document(doc, input_schema(), failure)
   end subroutine read_checked
 
-  !> The record of a key as a test wants it, in a table of its own.
+  !> The record of a key with the properties that a test needs, in a table of its own.
   pure function key(name, rank, range, default, words)
     character(len=*), intent(in) :: name
     integer, intent(in), optional :: rank
@@ -51,7 +51,7 @@ contains
     if (present(words)) key%words = words
   end function key
 
-  !> A text must be refused with this message, or, given `part`, with one that has this in it.
+  !> Checks that a text is refused with this message, or, given `part`, with one that contains it.
   subroutine refused(error, text, message, part)
     type(test_error), allocatable, intent(inout) :: error
     character(len=*), intent(in) :: text, message

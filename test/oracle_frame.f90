@@ -36,14 +36,14 @@ module oracle_frame
     type(spring_type), allocatable :: springs(:)
     integer, allocatable :: free(:)
     real(xp) :: speed = 0, period = 0, mass = 0
-    !> 1 where the crank turns evenly in space.
+    !> 1 if the crank turns evenly in space, otherwise 0.
     real(xp) :: even = 0
     complex(xp) :: gravity = 0, mean_moment = 0
-    !> Which part of the load acts, where a vibration is sought on a path from rest.
+    !> The part of the load that acts while a vibration is sought on a path from rest.
     real(xp) :: part = 1
   end type frame_type
 
-  !> The equations at one time, M q'' + f = 0, the changes of f with q and q' and that of M with psi.
+  !> The equations at one time, M q'' + f = 0, the derivatives of f with respect to q and q', and that of M with respect to psi.
   type, public :: equations_type
     real(xp) :: m(3, 3) = 0, f(3) = 0, by_place(3, 3) = 0, by_speed(3, 3) = 0, m_turned(3, 3) = 0
     !> Energy that the dampers take (W), and its derivatives with respect to q and q'.
@@ -265,15 +265,15 @@ contains
     end associate
   end subroutine add_mounting
 
-  !> E - 1, whose digits the 1 would take.
+  !> E - 1, computed without cancellation.
   pure complex(xp) function turn_less_one(psi)
     real(xp), intent(in) :: psi
 
     turn_less_one = 2 * sin(psi / 2) * cmplx(-sin(psi / 2), cos(psi / 2), xp)
   end function turn_less_one
 
-  !> By how much a spring has become longer, with its first and second derivatives with respect to q; of the latter only those with
-  !> psi are not zero. `less_one`: E - 1.
+  !> Elongation of a spring with its first and second derivatives with respect to q; of the latter only those with psi are not
+  !> zero. `less_one`: E - 1.
   pure subroutine elongate(spring, q, less_one, longer, gradient, bend)
     type(spring_type), intent(in) :: spring
     real(xp), intent(in) :: q(3)
@@ -335,7 +335,7 @@ contains
         axis = cmplx(gradient(1), gradient(2), xp)     ! n, or E n
         force = force + axis * (spring%stiffness * longer + spring%damping * dot_product(gradient, v))
         if (spring%turns) force = force + less_one * spring%axis * spring%static
-        ! The head where it is now, or the place at rest along whose line the force acts.
+        ! The present position of the head, or the position at rest along whose line the force acts.
         arm = spring%place
         if (.not. spring%turns) arm = arm + cmplx(q(1), q(2), xp) + less_one * spring%place
       end associate

@@ -34,7 +34,7 @@ module oracle_kinematics
 
 contains
 
-  !> Directions from angles, once and for all.
+  !> Computes directions from angles once for all.
   pure subroutine prepare(machine)
     type(exact_machine), intent(inout) :: machine
     integer :: n

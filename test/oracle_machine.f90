@@ -13,12 +13,12 @@ module oracle_machine
   complex(xp), parameter, public :: i = (0.0_xp, 1.0_xp)
 
   type, extends(machine_data), public :: exact_machine
-    !> A period is so many turns of the drive; so often crank j turns in it, negative: against the drive. 0: it is no crank.
+    !> Turns of the drive in a period; turns of crank j in it, negative against the drive. 0: joint j is no crank.
     integer :: turns = 1
     integer, allocatable :: turns_of(:)
     !> Directions of the joints' phase, guide, second guide, slot, shape (4, joints), from their angles (oracle_kinematics).
     complex(xp), allocatable :: directions(:, :)
-    !> Instead of `gravity`: acceleration (m/s^2) and direction (deg), as they are typed.
+    !> Instead of `gravity`: acceleration (m/s^2) and direction (deg), as in the input.
     real(dp) :: acceleration = 0, direction_deg = -90
     !> Position of the probe (m, from F) and its band of frequencies (Hz).
     real(dp) :: probe(2) = 0, band(2) = [10.0_dp, 1000.0_dp]

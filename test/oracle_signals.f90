@@ -53,7 +53,7 @@ contains
     end do
   end subroutine find_signals
 
-  !> Names and room, in the order in which `take_sample` fills them.
+  !> Names of the quantities and room for them, in the order in which `take_sample` fills them.
   subroutine list_signals(frame, samples, signals)
     type(frame_type), intent(in) :: frame
     integer, intent(in) :: samples
@@ -164,7 +164,7 @@ contains
 
   contains
 
-    !> Along x and y, and the size, which may be that of another one.
+    !> Adds a vector along x and y and its size, which may be that of another vector.
     subroutine put_force(z, whole)
       complex(xp), intent(in) :: z
       complex(xp), intent(in), optional :: whole
@@ -200,7 +200,7 @@ contains
       c(:, k) = transformed(cmplx(signal%samples(:, k), kind=xp)) / n
     end do
     signal%unknown = 4 * sum(abs(c(n / 3:(n - 1) / 2, :)))
-    ! Roundings are no harmonics.
+    ! Rounding errors must not count as harmonics.
     rounding = maxval(square(c)) * (epsilon(1.0_xp) / 16)**2
     do k = (n - 1) / 2, 1, -1
       if (any(square(c(k, :)) > rounding)) exit
@@ -297,7 +297,7 @@ contains
 
     greatest = 0
     if (.not. maxval(abs(signal%samples)) > 0) return
-    ! Of the highest order that counts 16 points a period: between two of them a top loses 2 % of it.
+    ! 16 points per period of the highest relevant order: between two of them a maximum loses 2 %.
     n = size(signal%samples, 1)
     largest = maxval([0.0_xp, square(signal%c(1:, :))])
     do k = ubound(signal%c, 1), 1, -1

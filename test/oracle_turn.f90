@@ -67,7 +67,7 @@ contains
         turn%x(:, k - 1) = y(:n)
         call extrapolate(frame, motor, (k - 1) * h, h, n, size_of_motion, y, turn%unsettled)
         size_of_motion = max(size_of_motion, norm2(y(:n)))
-        ! Farther than that no machine moves: an iterate that has gone astray.
+        ! No machine moves farther than that: the iteration has diverged.
         if (.not. size_of_motion < 1.0e6_xp) then
           turn%broken = .true.
           return

@@ -21,11 +21,11 @@ module oracle_vibration
     real(xp), allocatable :: start(:, :)
     !> Torque of the motor that drives a flywheel (N m).
     real(xp) :: motor = 0
-    !> Phi(T), the product of the pieces' changes; its eigenvalues, and what roundings may do to them.
+    !> Phi(T), the product of the pieces' derivatives; its eigenvalues, and their rounding errors.
     real(qp), allocatable :: phi(:, :)
     complex(qp), allocatable :: rho(:)
     real(qp) :: noise = 0
-    !> Newton's step from here, of the motion's size: what roundings leave.
+    !> The last Newton step relative to the motion's size, an estimate of rounding errors.
     real(xp) :: last_step = 0
   end type orbit_type
 
@@ -41,7 +41,7 @@ contains
     x = [q(frame%free) / units(frame%free), v(frame%free) / (units(frame%free) * abs(frame%speed))]
   end function start_of
 
-  !> The vibration near the starts of the pieces, shape (states, pieces). `orbit%motor` is where the torque begins.
+  !> Finds the vibration near the starts of the pieces, shape (states, pieces). The motor's torque starts from `orbit%motor`.
   subroutine find_vibration(frame, start, steps, orbit)
     type(frame_type), intent(in) :: frame
     real(xp), intent(in) :: start(:, :)
@@ -87,7 +87,7 @@ contains
       motion = max(maxval(norm2(orbit%turn%x, dim=1)), tiny(1.0_xp))
       orbit%last_step = max(maxval(norm2(reshape(change(:last - 1), shape(x)), dim=1)), abs(change(last))) / motion
       if (.not. orbit%last_step < huge(1.0_xp)) return
-      ! The next one would be all rounding.
+      ! The next step would consist of rounding errors.
       if (orbit%last_step < 1000 * epsilon(1.0_xp) .or. (orbit%last_step < 1.0e-13_xp .and. orbit%last_step > before / 8)) exit
       ! If the steps grow far away from a vibration, none can be found from here.
       if (orbit%last_step > max(before, 1.0_xp) .and. step > 4) return
@@ -101,7 +101,8 @@ contains
     call find_multipliers(n, orbit)
   end subroutine find_vibration
 
-  !> Multipliers, and what roundings of each piece, of its own size but at least of that of its start, may do to Phi(T).
+  !> Finds the multipliers, and the effect on Phi(T) of rounding errors in each piece, relative to its size or at least that of
+  !> its start.
   subroutine find_multipliers(n, orbit)
     integer, intent(in) :: n
     type(orbit_type), intent(inout) :: orbit

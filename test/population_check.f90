@@ -32,7 +32,7 @@ module population_check
     logical :: verdict_wrong = .false.
   end type comparison_type
 
-  !> More than any use of a bound, or bound, of interest.
+  !> Larger than any ratio or bound of interest.
   real(dp), parameter :: hopeless = 1.0e30_dp
 
 contains
@@ -60,8 +60,8 @@ contains
     truth%turn = quantities_of(frame, period(machine), xp)
   end function truth_of
 
-  !> x0, unallocated where errors of Phi of 1e-22 change it by more than 1e-4: within the double precision of the library
-  !> it is then any vibration.
+  !> x0, unallocated if errors of Phi of 1e-22 change it by more than 1e-4: in the library's double precision it is then
+  !> arbitrary.
   subroutine find_start(phi, xp, x0)
     real(qp), intent(in) :: phi(:, :), xp(:)
     real(qp), allocatable, intent(out) :: x0(:)
@@ -115,7 +115,7 @@ contains
       comparison%phi_used = used(comparison%phi_error, comparison%phi_bound)
     end if
 
-    ! Of machines whose free vibrations grow by far the truth is a product that has lost the small multipliers.
+    ! If free vibrations grow by far, the truth is a product that has lost the small multipliers.
     if (allocated(claim%x0) .and. .not. allocated(truth%x0) .and. norm2(truth%phi) < 1.0e6_qp) comparison%x0_used = hopeless
     if (allocated(claim%x0) .and. allocated(truth%x0)) then
       associate (size_of_x0 => real(norm2(truth%x0 / claim%scale), dp), error => real(abs(claim%x0 - truth%x0), dp))
@@ -158,7 +158,7 @@ contains
     call extend(merge(beaten, cost, cost > 1), 1, 0.0_dp, now, best, least)
   end function partners
 
-  !> All pairings that go on from the first rows' partners `now`, unless they already cost more than the best.
+  !> Tries all pairings that continue the first rows' partners `now`, unless they already cost more than the best.
   pure recursive subroutine extend(cost, row, so_far, now, best, least)
     real(dp), intent(in) :: cost(:, :), so_far
     integer, intent(in) :: row

@@ -1,4 +1,4 @@
-!> The library's answer for a machine of the population: the one place that knows how it is asked.
+!> The library's results for a machine of the population. Only this module knows how the library is called.
 module population_library
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp

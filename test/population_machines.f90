@@ -36,7 +36,7 @@ module population_machines
     !> The requested tolerance, and two methods.
     real(dp) :: tolerance = 0
     character(len=name_length) :: methods(2) = ""
-    !> 0, or steps that are given.
+    !> Number of given steps; 0: automatic.
     integer :: steps = 0
   contains
     procedure :: undamped
@@ -109,7 +109,7 @@ contains
       & .and. all([(self%machine%supports(i)%damping <= 0, i = 1, size(self%machine%supports))])
   end function undamped
 
-  !> Most often auto, then another; RK4 only where it does not take forever.
+  !> Usually auto and another method; RK4 only where it is not too slow.
   function two_methods(random, tolerance) result(two)
     type(random_type), intent(inout) :: random
     real(dp), intent(in) :: tolerance
@@ -126,7 +126,7 @@ contains
     end do
   end function two_methods
 
-  !> A crank, a rod and a slider on a fixed guide anywhere, with the masses of the linkage that stood there.
+  !> Replaces the linkage by a crank, a rod and a slider on a fixed guide anywhere, with the same masses.
   subroutine set_slider_crank(random, machine)
     type(random_type), intent(inout) :: random
     type(machine_data), intent(inout) :: machine
@@ -195,7 +195,7 @@ contains
     if (trait == "border") call damp_to_border(machine, distance)
     if (trait == "tongue") call speed_to_border(machine, distance)
     if (trait == "twins") then
-      ! Half a turn, or more, of the free translations in a period. One draw a statement, and none that a compiler may leave out.
+      ! At least half a turn of the free translations in a period. One draw per statement, so that no compiler can omit one.
       if (random%chance(0.5_dp)) machine%speed_rpm = 60 * translation(machine) / (real(pi_qp, dp) * random%pick(6))
     end if
   end subroutine set_trait

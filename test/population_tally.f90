@@ -15,7 +15,7 @@ module population_tally
   !> Ratios of a bound to the true error, with the requested tolerance, if the true error is above rounding.
   type, public :: ratios_type
     real(dp), allocatable :: ratio(:), tolerance(:)
-    !> Errors at roundoff, which are not among the ratios.
+    !> Errors as small as rounding, which are not among the ratios.
     integer :: at_roundoff = 0
   end type ratios_type
 
@@ -28,8 +28,8 @@ module population_tally
     integer :: rows = 0, lost_rows = 0
     !> Number of multipliers, and of those whose modulus is unknown: their relative bound is above 1/2.
     integer :: multipliers = 0, lost = 0
-    !> Verdicts by the first method, and what becomes of the undecided at the least tolerance: decided; rho_max is 1 to
-    !> roundoff; it is closer to 1 than the bound there.
+    !> Verdicts by the first method, and the outcome of the undecided ones at the smallest tolerance: decided; rho_max is 1 to
+    !> rounding; it is closer to 1 than the bound there.
     integer :: stable = 0, unstable = 0, undecided = 0, decided_later = 0, on_border = 0, near_border = 0
     !> Liouville's defects, reciprocal pairs and pairs of methods that were compared with their bounds.
     integer :: liouville = 0, reciprocal = 0, agreement = 0
@@ -50,7 +50,7 @@ module population_tally
 
 contains
 
-  !> Machine `number` of the population by both of its methods.
+  !> Examines machine `number` of the population by both of its methods.
   subroutine examine(number, most_turns, tally, kind)
     integer, intent(in) :: number
     real(dp), intent(in) :: most_turns
@@ -81,7 +81,7 @@ contains
     call expect(disagreement(claims(1), claims(2)), one, one%methods(2), "two methods", tally)
   end subroutine examine
 
-  !> One claim against the truth and the theorems.
+  !> Checks one claim against the truth and the theorems.
   subroutine hold_against(truth, one, method, claim, tally)
     type(truth_type), intent(in) :: truth
     type(specimen_type), intent(in) :: one
@@ -153,7 +153,7 @@ contains
     case ("unstable")
       tally%unstable = tally%unstable + 1
     case ("undamped")
-      ! It lies on the border, as the truth must.
+      ! The machine lies on the border, so the truth must too.
       tally%undecided = tally%undecided + 1
       tally%on_border = tally%on_border + merge(1, 0, abs(truth%excess) < roundoff)
     case default

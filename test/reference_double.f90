@@ -1,5 +1,4 @@
-!> Double precision helpers of the reference: where iterations start, and what speeds them up. No digit of a result
-!> rests on them.
+!> Double precision helpers of the reference: starts of iterations and accelerations. No digit of a result depends on them.
 module reference_double
   use, intrinsic :: iso_fortran_env, only: dp => real64
   implicit none (type, external)

@@ -64,7 +64,7 @@ contains
     allocate (solution%log_rho(0))
     do i = 1, size(hill_levels)
       call sample(system, period, hill_levels(i), table)
-      ! What three levels do not find more angles will not either.
+      ! If three levels find no solution, more angles will not find one either.
       if (i <= 3 .or. (size(solution%log_rho) > 0 .and. solution%change_rho > enough)) then
         call find_exponents(table, route, finer, size_log)
         enough = max(wanted, rounding*size_log)

@@ -1,4 +1,4 @@
-!> Random numbers for the tests, the same everywhere for the same seed, as short decimals.
+!> Random numbers for the tests, as short decimals. A seed always yields the same numbers.
 module reference_random
   use reference_machine, only: dp
   use, intrinsic :: iso_fortran_env, only: int64

@@ -39,7 +39,7 @@ contains
     call check_success(error, failure)
   end subroutine solve_places
 
-  !> A frame of a machine that must be one.
+  !> The frame of a machine; fails the test if the machine is invalid.
   subroutine make(machine, frame, error)
     type(machine_data), intent(in) :: machine
     type(frame_type), intent(out) :: frame

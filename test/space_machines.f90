@@ -1,4 +1,4 @@
-!> Machines in space for tests: validation/space has them as inputs.
+!> Machines in space for tests; validation/space has the same machines as inputs.
 module space_machines
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi

@@ -23,7 +23,7 @@ module systems
     procedure :: matrix => meissner_matrix
   end type meissner_type
 
-  !> Vinograd's system: T = pi / 6, exponents +2 and -13, though P has the eigenvalues -1 and -10 at every time.
+  !> Vinograd's system: T = pi / 6, exponents +2 and -13, although P has the eigenvalues -1 and -10 at all times.
   type, extends(periodic_system), public :: vinograd_type
   contains
     procedure :: matrix => vinograd_matrix
@@ -82,7 +82,7 @@ module systems
     procedure :: load => again_load
   end type again_type
 
-  !> Another system through P and f alone: hides the second-order structure.
+  !> Another system through P and f alone, which hides its second-order structure.
   type, extends(periodic_system), public :: plain_type
     class(periodic_system), allocatable :: system
   contains

@@ -1,4 +1,4 @@
-!> Tables of the mass functions as they must be, for the tests.
+!> Reference tables of the mass functions, for the tests.
 module tables
   use gestell_base_kinds, only: dp
   use gestell_model_joints_path, only: batch
@@ -9,7 +9,7 @@ module tables
 
   public :: one_by_one, some_angles
 
-  !> More than two batches, both senses of turning, angles that are no neighbours.
+  !> More than two batches, both senses of rotation, angles that are not adjacent.
   integer, parameter, public :: many = 2 * batch + 7
 
 contains
@@ -23,7 +23,7 @@ contains
     angles = [(0.73_dp * k * (-1)**k, k = 1, count)]
   end function some_angles
 
-  !> The table as it must be, of single angles.
+  !> The reference table, computed angle by angle.
   subroutine one_by_one(mechanism, angles, table)
     class(mechanism_type), intent(in) :: mechanism
     real(dp), intent(in) :: angles(:)

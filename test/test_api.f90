@@ -52,7 +52,7 @@ contains
     call check(error, trim(solution%verdict()), "stable")
     if (allocated(error)) return
     amplitude = unbalance * speed**2 / abs(cmplx(k - m * speed**2, speed * c, dp))
-    ! to the tolerance, with room for what rounds
+    ! to the tolerance, plus rounding
     call check_that(error, abs(found%amplitudes(1) - amplitude), "<", 1.0e-10_dp * amplitude, "amplitude")
     call check_that(error, abs(found%peak - amplitude), "<", 1.0e-10_dp * amplitude, "peak")
     call check_that(error, abs(found%rms - amplitude / sqrt(2.0_dp)), "<", 1.0e-10_dp * amplitude, "rms")
@@ -86,7 +86,7 @@ contains
     call machine%set("support(3).stiffness", 7.0_dp, failure)
     call refused(error, failure, "numbered from 1 to 2")
     if (allocated(error)) return
-    ! a path that is set adds its group, and there is no room for another
+    ! setting a path adds its group, and the group may stand only once
     call machine%set("accuracy.tolerance", 1.0e-10_dp, failure)
     call check_success(error, failure)
     if (allocated(error)) return
@@ -104,8 +104,8 @@ contains
     call check_success(error, failure)
   end subroutine test_refused
 
-  !> Machines of their own in several threads: their numbers at 24 speeds, and the words of 4000 messages of many lengths, which
-  !> get into each other where two threads are at them at once.
+  !> Several threads with machines of their own: their results at 24 speeds, and the texts of 4000 messages of many lengths,
+  !> which mix if two threads use shared memory.
   subroutine test_threads(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: speeds = 24, messages = 4000
@@ -145,7 +145,7 @@ contains
     if (tells) tells = index(failure%message, "'" // key // "'") > 0
   end function tells
 
-  !> The peak of xi at the k-th speed; -1 where something fails.
+  !> The peak of xi at the k-th speed; -1 if anything fails.
   real(dp) function peak_at(k)
     integer, intent(in) :: k
     type(machine_type) :: machine
@@ -161,7 +161,7 @@ contains
     if (.not. allocated(failure)) peak_at = found%peak
   end function peak_at
 
-  !> A refusal with these words.
+  !> Checks that a call was refused with these words.
   subroutine refused(error, failure, words)
     type(error_type), allocatable, intent(out) :: error
     type(gestell_error), allocatable, intent(in) :: failure

@@ -83,7 +83,8 @@ contains
       & "ends are 0.2 m apart; lengths of 0.4 m and 0.2 m allow 0.2 m to 0.6 m")
   end subroutine test_change_point
 
-  !> 1e-6 of the length short of a change point it still turns, and the angle scale says how fine its motion is there.
+  !> With a length 1e-6 (relative) short of a change point the linkage still turns, and the angle scale reflects how fine its
+  !> motion is there.
   subroutine test_nearly_dead(error)
     type(error_type), allocatable, intent(out) :: error
     type(gestell_error), allocatable :: failure
@@ -92,8 +93,8 @@ contains
     call check_success(error, failure)
   end subroutine test_nearly_dead
 
-  !> The angle scale of the whole turn is the distance to the nearest dead point, real or complex. No bound: its size is what
-  !> counts for the number of steps, a factor of two is allowed.
+  !> The angle scale of the whole turn is the distance to the nearest dead point, real or complex. It is no bound: its size
+  !> determines the number of steps, and a factor of two is allowed.
   subroutine test_angle_scales(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: r = 0.2_dp, l = 0.35_dp, d = 0.4_dp, gaps(3) = [1.0e-2_dp, 1.0e-4_dp, 1.0e-6_dp]
@@ -167,7 +168,7 @@ contains
 
   end subroutine test_angle_scales
 
-  !> A dyad on the paper's rocker that cannot follow it.
+  !> A dyad on the paper's rocker that cannot follow the rocker.
   subroutine test_second_dyad(error)
     type(error_type), allocatable, intent(out) :: error
     type(linkage_type) :: linkage
@@ -262,7 +263,7 @@ contains
       if (allocated(error)) return
     end do
 
-    ! Steps resolve the mechanism's angle scale; beyond reason it is refused.
+    ! The number of steps resolves the mechanism's angle scale; an excessive number is refused.
     call linkage%prepare(failure)
     linkage%angle_scale = 0.01_dp
     call new_frame(frame, linkage, 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], zero, zero, 1.0_dp, failure)

@@ -158,7 +158,7 @@ contains
     system%c = diagonal([2.0e4_dp, 0.5625_dp])
     call solve(system, [0.0_dp], m, solution, x, failure)
     if (failed(failure, error)) return
-    ! In the order -3/4 (twice), -2, -1e4. A defective eigenvalue moves by the root of the roundings of the whole matrix.
+    ! In the order -3/4 (twice), -2, -1e4. A defective eigenvalue moves by the square root of the whole matrix's rounding error.
     call check_that(error, abs(m%log_abs(:2) + 0.75_dp), "<", m%error(:2), "defective, within the bound")
     call check_that(error, m%error(:2), "<", 0.1_dp, "defective, bound not too wide")
     if (allocated(error)) return
@@ -176,7 +176,7 @@ contains
     call check_that(error, maxval(abs(x)), "<=", 0.0_dp, "rest")
     if (allocated(error)) return
 
-    ! A negative spring: exp(1e3) is no number.
+    ! A negative spring: exp(1e3) overflows.
     system%b = 0
     system%c = diagonal([-1.0e6_dp, 4.0_dp])
     call solve(system, [0.0_dp], m, solution, x, failure)
@@ -185,7 +185,7 @@ contains
     if (allocated(error)) return
     call check(error, m%verdict(), "unstable")
     if (allocated(error)) return
-    ! Undamped: on the border. A period of 1e10: the bound exceeds the modulus beyond all numbers.
+    ! Undamped: on the border. With a period of 1e10 the bound exceeds the modulus by far.
     system%c = diagonal([1.0_dp, 4.0_dp])
     system%period = 1
     call solve(system, [0.0_dp], m, solution, x, failure)
@@ -197,7 +197,7 @@ contains
     call check(error, m%verdict(), "undecided", more="long period")
   end subroutine test_extremes
 
-  !> y'' + d y' + (a - 2 q cos 2 t) y = h cos 2 t averaged: y'' + d y' + a y = h cos 2 t, whatever q is.
+  !> y'' + d y' + (a - 2 q cos 2 t) y = h cos 2 t becomes by averaging y'' + d y' + a y = h cos 2 t, for any q.
   subroutine test_resonance(error)
     type(error_type), allocatable, intent(out) :: error
     type(mathieu_type) :: mathieu
@@ -239,7 +239,7 @@ contains
 
   contains
 
-    !> No periodic motion, but multipliers.
+    !> Checks that there is no periodic motion, but that there are multipliers.
     subroutine expect(words)
       character(len=*), intent(in) :: words
 
@@ -332,7 +332,7 @@ contains
       width(i) = maxval(m%error) / maxval(true_error)
       width_x(i) = maxval(solution%error) / maxval(x_error)
     end do
-    ! Half of the bounds are not wider than a thousand times the true error.
+    ! Half of the bounds are at most a thousand times the true error.
     call check_that(error, count(width < 1000), ">", machines / 2, "bounds of multipliers are not too wide")
     call check_that(error, count(width_x < 1000), ">", machines / 2, "bounds of the motion are not too wide")
   end subroutine test_bounds
@@ -368,7 +368,7 @@ contains
           & "vectors")
         if (allocated(error)) return
       end do
-      ! 8: the error of the start may grow on the way, as the scale of the modes has it.
+      ! Factor 8: the error of the start may grow during the turn, as the scale of the modes allows.
       call check_that(error, [abs(x - y)], "<=", &
         & [spread(solution%error + 8 * maxval(start%error / monodromy%scale) * monodromy%scale, 2, 4)], "motion")
       if (allocated(error)) return

@@ -79,8 +79,9 @@ contains
     call check_that(error, found%peak(4) / speed**2, "<", 1.0e-14_dp, "skew, no force")
   end subroutine test_four_bar
 
-  !> The rod has to carry its common centre with the piston in A: -(0.6 (0.065 + 0.02 i) + 0.5 0.2) kg m; the crank carries all in
-  !> A: -(2 0.01 + (0.6 + 0.5 + m) 0.05), m the rod's counterweight at its radius, that is its length 0.2 m.
+  !> The rod must carry its common centre with the piston in A: -(0.6 (0.065 + 0.02 i) + 0.5 0.2) kg m; the crank must carry
+  !> everything in A: -(2 0.01 + (0.6 + 0.5 + m) 0.05), where m is the rod's counterweight at its radius, the rod's length 0.2
+  !> m.
   subroutine test_slider_crank(error)
     type(error_type), allocatable, intent(out) :: error
     type(linkage_type) :: linkage
@@ -124,7 +125,7 @@ contains
     call check_that(error, state, "==", no_pivots, "by the rod alone")
   end subroutine test_slider_crank
 
-  !> A Watt six-bar: three for six links, as Lowen's and Tepper's theory has it.
+  !> A Watt six-bar needs three counterweights for six links, according to Lowen and Tepper.
   subroutine test_six_bar(error)
     type(error_type), allocatable, intent(out) :: error
     type(linkage_type) :: linkage
@@ -159,7 +160,7 @@ contains
     call check_that(error, found%peak(4) / before%peak(4), "<", 1.0e-13_dp, "no force")
   end subroutine test_six_bar
 
-  !> A yoke slides: its mass can be balanced by no turning link, but for half of it by the crank.
+  !> A yoke translates, so no rotating link can balance its mass; the crank can balance half of it.
   subroutine test_impossible_balance(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: yoke = 3, radius = 0.1_dp
@@ -183,7 +184,7 @@ contains
     call check_that(error, abs(weights(1)%unbalance - yoke * radius / 2), "<", 1.0e-14_dp, "half of the yoke's mass")
   end subroutine test_impossible_balance
 
-  !> Force and moment, by peaks and rms, of several counterweights together, with the crank's speed held by motor and flywheel.
+  !> Force and moment, as peak and rms, of several counterweights together, with the speed held by motor and flywheel.
   subroutine test_residual_forces(error)
     type(error_type), allocatable, intent(out) :: error
     type(linkage_type) :: linkage

@@ -108,7 +108,8 @@ contains
     end do
   end subroutine test_optimality
 
-  !> All places of a grid of unbalances and angles are no better; the best of them is nearly as good. Where none helps, none does.
+  !> No point of a grid of unbalances and angles is better, and the best of them is nearly as good. If no counterweight helps,
+  !> the grid contains none that does.
   subroutine test_search(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: angles = 36, sizes = 24

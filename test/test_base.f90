@@ -47,7 +47,7 @@ contains
     call fatal_error(failure, "a" // newline // "b" // achar(27) // "c: there is no such file", 2)
     call check_that(error, failure%message, "==", "a?b?c: there is no such file", "two lines")
     do i = 0, 3
-      ! é has two bytes: whatever stands before it moves the place where the text is cut
+      ! é has two bytes: the preceding text shifts the place where the text is cut
       call fatal_error(failure, repeat("x", i) // repeat("é", 50000) // repeat(" é", 50000), 2)
       call check_that(error, len(failure%message), "<=", longest, "a long message")
       call check_that(error, verify(failure%message, "xé. "), "==", 0, "no character is cut")
@@ -109,7 +109,7 @@ contains
       call compare()
       if (allocated(error)) return
     end do
-    ! Where the series are longest roundings differ in sign from angle to angle; a term that were missing would not.
+    ! Where the series are longest, rounding errors change sign from angle to angle; a missing term would not.
     angles = [(pi / 4 - k * 1.0e-5_dp / 3, k = 1, 101)]
     call cosine_sine(angles, c, s)
     defect = real(abs(sum(c - cos(real(angles, qp)))) + abs(sum(s - sin(real(angles, qp)))), dp) / 101
@@ -279,7 +279,7 @@ contains
     call check_that(error, series%peak(samples), "<=", maxval([(abs(value_at(2 * pi * i / 5000)), i = 1, 5000)]) + 1.0_dp / n, &
       & "pulse")
     if (allocated(error)) return
-    ! Alternating signs belong to no order below half their number: the sample counts.
+    ! Alternating signs belong to no order below half the number of samples, so the sample itself counts.
     samples = [(0.1_dp - (-1)**i * 0.5_dp, i = 1, n)]
     samples(2) = -1
     series = fourier_series(samples)

@@ -250,7 +250,8 @@ contains
     call check(error, borders(1)%below // borders(1)%above, "undecided unstable")
   end subroutine test_krein
 
-  !> Stable below 1.7 and unstable above 2.3; what lies between cannot be solved. No border is found, and the place is open.
+  !> Stable below 1.7 and unstable above 2.3; the systems in between cannot be solved. No border is found, and the range is
+  !> reported as open.
   subroutine test_unsolvable_range(error)
     type(error_type), allocatable, intent(out) :: error
     type(border_type), allocatable :: borders(:)

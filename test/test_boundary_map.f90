@@ -80,8 +80,8 @@ contains
     points = points(:, :n)
   end function along
 
-  !> Stable where the first parameter is below 1.7, unstable above 2.3; what lies between cannot be solved. Every line along the
-  !> first axis lists the strip as open, a line along the second axis lists all of itself if it lies in the strip.
+  !> Stable if the first parameter is below 1.7, unstable above 2.3; the systems in between cannot be solved. Every line along
+  !> the first axis lists the strip as open; a line along the second axis is open as a whole if it lies in the strip.
   subroutine test_unsolvable_strip(error)
     type(error_type), allocatable, intent(out) :: error
     type(axis_type), parameter :: axes(2) = [axis_type(0.0_dp, 4.0_dp, 5), axis_type(-1.0_dp, 3.0_dp, 4)]
@@ -267,7 +267,7 @@ contains
     end do
   end subroutine test_stripes
 
-  !> The circle where it has systems: one curve that ends at the hole, as near as cells are divided.
+  !> The circle outside the hole: one curve that ends at the hole, to the size of the divided cells.
   subroutine test_hole(error)
     type(error_type), allocatable, intent(out) :: error
     type(axis_type), parameter :: axis = axis_type(-2.0_dp, 2.0_dp, 9)

@@ -1,4 +1,4 @@
-!> Narrow tongues of parametric resonance: none is missed, whatever the search points are.
+!> Narrow tongues of parametric resonance are all found, for any search points.
 module test_boundary_tongues
   use boundary_families, only: machine_family, mathieu_family, new_machine_family
   use checks, only: check_success, check_that
@@ -112,9 +112,9 @@ contains
     end do
   end subroutine check_tongues
 
-  !> y'' + 1e-3 y' + (a - 0.2 cos 2t) y = 0 over a: multipliers meet at a = k**2, k = 1, ... 14, ever slower; only the tongue at 1
-  !> and that at 4 are there (that at 9 would begin at q**3 / 32 = 2 d sqrt(a), half of the width of a3 - b3). Of 14 places six are
-  !> looked at, those where phases part most slowly (none part within a tongue).
+  !> y'' + 1e-3 y' + (a - 0.2 cos 2t) y = 0 over a: multipliers meet at a = k**2, k = 1, ... 14, ever more slowly; only the
+  !> tongues at 1 and 4 exist (that at 9 would begin at q**3 / 32 = 2 d sqrt(a), half of the width of a3 - b3). Six of the 14
+  !> places are examined, those where the phases separate most slowly (within a tongue they do not separate).
   subroutine test_unexamined_meetings(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: looked_at = 6, all_places = 14
@@ -142,7 +142,7 @@ contains
         if (.not. allocated(error)) call check(error, size(search%borders), 4)
       else
         call check(error, search%meetings, looked_at)
-        ! What was not looked at is said to be open, or it is a tongue that was.
+        ! Places that were not examined are reported as open; the others are known tongues.
         do k = 1, all_places - looked_at
           if (allocated(error)) return
           associate (t => (k**2 - 0.5_dp) / 199.5_dp)

@@ -1,4 +1,4 @@
-!> Multipliers and periodic solutions, with their bounds, from monodromy matrices whose errors are chosen.
+!> Bounds of multipliers and periodic solutions, from monodromy matrices with prescribed errors.
 module test_bounds
   use checks, only: check_failure, check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
@@ -70,8 +70,8 @@ contains
     monodromy%error = phi_error
   end function claimed
 
-  !> Phi + E with |E| as claimed: its multipliers lie within the bounds of Phi's, and all of Phi's are used. Upper
-  !> triangles with a small gap make them sensitive, up to all but defective.
+  !> Phi + E with |E| as claimed has multipliers within the bounds of Phi's, and every bound is needed. Upper triangular
+  !> matrices with a small gap make them sensitive, almost defective.
   subroutine test_perturbed(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: n = 4
@@ -227,8 +227,8 @@ contains
 
   end subroutine test_verdicts
 
-  !> (E - Phi - e) x0 = x_p + e_p with errors as large as claimed that work together: e = u x0^T and e_p along u, for
-  !> directions u in plenty.
+  !> (E - Phi - e) x0 = x_p + e_p with errors as large as claimed that act together: e = u x0^T and e_p along u, for many
+  !> directions u.
   subroutine test_start(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: n = 3

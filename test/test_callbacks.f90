@@ -13,7 +13,7 @@ module test_callbacks
 
   public :: collect_callbacks
 
-  !> q'' + 0.1 q' + 2 q = cos(t) with period 2 pi, but for what `fault` says.
+  !> q'' + 0.1 q' + 2 q = cos(t) with period 2 pi, modified by `fault`.
   type, extends(second_order_system) :: faulty_type
     character(len=12) :: fault = ""
     integer, pointer :: calls => null()
@@ -99,7 +99,7 @@ contains
     if (.not. allocated(error)) call check(error, real(product(motion%multipliers), dp), exp(-0.2_dp * pi), thr=1.0e-11_dp)
   end subroutine test_smooth
 
-  !> A stiffness of order 1000, which the first look at it does not resolve, and 17 masses of 1e-20, whose product underflows.
+  !> A stiffness of order 1000, which the first check does not resolve, and 17 masses of 1e-20, whose product underflows.
   subroutine test_demanding_coefficients(error)
     type(error_type), allocatable, intent(out) :: error
     character(len=*), parameter :: kinds(2) = ["fast ", "light"]

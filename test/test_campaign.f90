@@ -53,8 +53,8 @@ contains
       & new_unittest("blocks replaced by those of another input do not enter the table", test_replaced)]
   end subroutine collect_campaign
 
-  !> Against the compiler's own writing: numbers of all sizes, whole numbers over powers of two, which are ties at the 17th
-  !> digit, powers of ten and their neighbours.
+  !> Comparison with the compiler's output: numbers of all sizes, integers over powers of two, which are ties at the 17th digit,
+  !> powers of ten and their neighbours.
   subroutine test_numbers(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: special(*) = [0.0_dp, -0.0_dp, 1.0_dp, 9.9999999999999999e22_dp, 1.0e300_dp, huge(1.0_dp), &
@@ -317,7 +317,7 @@ contains
     call clear_folder
   end subroutine test_foreign
 
-  !> Both found an empty folder; the one that comes second is refused.
+  !> Both runs found an empty folder; the second one is refused.
   subroutine test_two_inputs(error)
     type(error_type), allocatable, intent(out) :: error
     type(sweep_plan_type) :: plan
@@ -364,7 +364,7 @@ contains
     call clear_folder
   end subroutine test_finished_by_other_run
 
-  !> Blocks of another input are no part of the table, however they came there.
+  !> Blocks of another input do not enter the table, however they came into the folder.
   subroutine test_replaced(error)
     type(error_type), allocatable, intent(out) :: error
     type(sweep_plan_type) :: plan

@@ -67,7 +67,8 @@ contains
     speeds = [(from + (to - from) * (i - 1) / (count - 1), i = 1, count)]
   end function spaced
 
-  !> All of them, once each, by periodic and by averaged coefficients. The frequencies themselves are tested with the modes.
+  !> All crossings are found once each, with periodic and with averaged coefficients. The frequencies themselves are tested with
+  !> the modes.
   subroutine test_constant(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: orders = 5
@@ -104,14 +105,15 @@ contains
       end do
       call check(error, size(crossings), found, more="too many")
       if (allocated(error)) return
-      ! Crossings half way between two orders are sought too: a mode might lock there.
+      ! Crossings with half orders are sought too, because a mode might lock there.
       sought = count([((abs(w(mode) / k * 120 / (2 * pi) - 875) < 625, k = 1, 2 * orders), mode = 1, 3)])
       call check_that(error, campbell%solutions, "<=", 11 + most * sought, "solutions")
       if (allocated(error)) return
     end do
   end subroutine test_constant
 
-  !> The sieve, damped and not: at the ends two multipliers meet, trace^2 = 4 det of the reference's Phi(T).
+  !> The sieve, with and without damping: at the ends of a locked interval two multipliers meet, trace^2 = 4 det of the
+  !> reference's Phi(T).
   subroutine test_locked(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_data) :: machine
@@ -128,7 +130,8 @@ contains
       if (way == 2) machine%foundation_damping = 0
       call solve(machine, spaced(20.0_dp, 300.0_dp, 8), 2, campbell, crossings, error)
       if (allocated(error)) return
-      ! Half the speed, where the vibration grows; the speed; twice the speed. Undamped also 1.5, where it grows too.
+      ! Half the speed, where the vibration grows; the speed; twice the speed. Without damping also 1.5 times, where it grows
+      ! too.
       call check(error, size(crossings), merge(3, 4, way == 1), more="crossings")
       if (allocated(error)) return
       call check_that(error, abs(crossings(1)%order - 0.5_dp), "<=", 0.0_dp, "half the speed")

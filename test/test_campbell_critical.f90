@@ -94,7 +94,7 @@ contains
         call check_that(error, critical(2:)%outcome, "==", no_peak, "outcomes")
         if (allocated(error)) return
         associate (c => critical(1))
-          ! Within the error, and what noise of 1e-9 / D of the amplitude leaves of its flat top.
+          ! Within the error, plus the error of the maximum's place due to noise of 1e-9 / D in its flat top.
           call check_that(error, abs(c%speed(amplitude) - exact), "<=", c%error(amplitude) + sqrt(1.0e-9_dp / d) * c%half_width, &
             & "speed")
           call check_that(error, c%error(amplitude), "<", 0.01_dp * c%half_width, "the error bound is not too wide")
@@ -192,7 +192,7 @@ contains
     end do
   end subroutine test_sharp
 
-  !> The compressor: two crossings at 334 and 337 rpm, both with half widths that reach over the other, one peak of the force.
+  !> The compressor: two crossings at 334 and 337 rpm with half widths that overlap, and one peak of the force.
   subroutine test_peak_assignment(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_data) :: machine
@@ -225,7 +225,7 @@ contains
   end subroutine test_peak_assignment
 
   !> With forty times the damping every maximum of the whole vibration over a range is a critical speed, and every critical
-  !> speed whose order is most of the vibration is such a maximum.
+  !> speed whose order dominates the vibration is such a maximum.
   subroutine test_all(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: from = 225, to = 430, step = 0.5_dp

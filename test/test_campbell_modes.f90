@@ -77,7 +77,7 @@ contains
     call check_success(error, failure)
   end subroutine modes_of
 
-  !> The exponents are zeros of det(lambda^2 M + lambda B + C), the shapes its vectors; by both ways to them.
+  !> The exponents are zeros of det(lambda^2 M + lambda B + C), the shapes its vectors, by both methods.
   subroutine test_constant(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_data) :: machine
@@ -209,7 +209,7 @@ contains
         call check_that(error, mode%components, "==", 3, "components")
         call check_that(error, abs(mode%frequency() - exact), "<=", mode%error, "exponent")
         call check_that(error, abs(mode%growth + system%d), "<=", mode%error, "exponent")
-        ! As exact as Phi(t), 1e-9 and more of the slow crank's roundings.
+        ! As accurate as Phi(t), 1e-9, plus rounding for the slow crank.
         call check_that(error, abs(mode%share() - 1 / all), "<", 1.0e-8_dp, "share of the first")
         if (allocated(error)) return
         call check(error, all_close(mode%shares(2:3), depth**2 / 4 / all), more="shares of the side components")

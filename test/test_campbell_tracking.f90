@@ -1,4 +1,4 @@
-!> Which mode is which along the speeds.
+!> Modes keep their identity along the speeds.
 module test_campbell_tracking
   use checks, only: check_success, check_that
   use families, only: machine_family
@@ -37,7 +37,7 @@ module test_campbell_tracking
     procedure :: member => member_that_changes
   end type changing_family
 
-  !> Notes how many pieces it was given at once.
+  !> Records how many pieces of work it received at once.
   type, extends(executor_type) :: counting_executor
     integer :: pieces(8) = 0, calls = 0
   contains

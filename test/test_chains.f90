@@ -170,7 +170,7 @@ contains
     call linkage%link("coupler", "A", "B", 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], failure)
   end subroutine add_four_bar
 
-  !> All rockers stand farthest back where crank and coupler fold, there the last dyad stretches: cos of the rocker's angle is
+  !> All rockers are farthest back where crank and coupler fold; there the last dyad is stretched: cos of the rocker's angle is
   !> -(c^2 + d^2 - (b - a)^2) / (2 c d).
   subroutine test_far_dead_point(error)
     type(error_type), allocatable, intent(out) :: error
@@ -240,7 +240,7 @@ contains
     call check_that(error, turning, ">", 20, "chains that turn")
   end subroutine test_random
 
-  !> By how much (m) the ends of dyads keep from stretching and folding them, at the least; negative: somewhere they do not.
+  !> The smallest distance (m) of the dyads' ends from stretching and folding them; negative if they cannot be assembled.
   real(dp) function least_margin(pivots, lengths) result(margin)
     real(dp), intent(in) :: pivots(:, :), lengths(:, :)
     integer, parameter :: angles = 20000
@@ -271,8 +271,8 @@ contains
     here = one + l(1) * [cos(angle), sin(angle)]
   end function closed
 
-  !> Chains of equal members: their motion is no finer the longer they are. With bounds that know no directions 32 rockers take 65
-  !> times as many intervals, and 32 pins on rockers more than 3000 times.
+  !> Chains of equal members: their motion is no finer the longer they are. With bounds that ignore directions 32 rockers would
+  !> need 65 times as many intervals, and 32 pins on rockers more than 3000 times as many.
   subroutine test_intervals(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: counts(2) = [8, 64]

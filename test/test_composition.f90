@@ -74,7 +74,7 @@ contains
       associate (n => orders(i))
         do steps = 1, 70
           if (allocated(maps)) deallocate(maps, phi, xp)
-          ! Room for more steps is not looked at.
+          ! The room beyond the given steps is not used.
           allocate(maps(steps + 2, n, n + 1), phi(n, n), xp(n))
           call random_number(maps)
           call random_number(phi)

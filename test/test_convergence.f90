@@ -187,7 +187,7 @@ contains
         call check_claims(frame, accuracy_type(tolerance=tolerance(k)), phi, xp, x0, rho, tolerance(k), "gauss6", error)
         if (allocated(error)) return
       end do
-      ! Below what double precision can give: the claim is what holds.
+      ! A tolerance below the limit of double precision: only the claim must hold.
       call check_claims(frame, accuracy_type(tolerance=1e-15_dp), phi, xp, x0, rho, 1e-15_dp, "to the floor", error)
       if (allocated(error)) return
     end do
@@ -263,8 +263,8 @@ contains
     end do
   end subroutine test_random
 
-  !> Machines whose x_p is hit by chance with the second number of steps: the difference to the third is small, the error
-  !> of the third is not.
+  !> Machines whose x_p is accurate by coincidence with the second number of steps: its difference from the third is small, the
+  !> error of the third is not.
   subroutine test_by_chance(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_data) :: machine
@@ -313,7 +313,7 @@ contains
       ! The trace is off by at most sqrt(2) times the norm of the error.
       if (abs(monodromy%phi(1, 1) + monodromy%phi(2, 2) - trace) > sqrt(2.0_dp) * monodromy%error) wrong = wrong + 1
     end do
-    ! Where the jump falls within a step is a matter of chance: an estimate by three solutions can miss it now and then.
+    ! Whether the jump falls within a step is a matter of chance: an estimate from three solutions may miss it occasionally.
     call check_that(error, wrong, "<=", 3, "wrong estimates")
   end subroutine test_undeclared_jump
 

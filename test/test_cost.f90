@@ -70,7 +70,7 @@ contains
     type(machine_data) :: machine
     type(frame_type) :: frame
     type(gestell_error), allocatable :: failure
-    !> For all machines, of one and in sum.
+    !> Work for one machine, and in sum for all machines.
     real(dp) :: work(6), total(6)
     integer :: i, k
 
@@ -167,7 +167,7 @@ contains
     call check_that(error, abs(peaks(:, 1) - peaks(:, 2)), "<=", give * peaks(:, 2), "peaks of both")
   end subroutine test_stiff_support
 
-  !> Found at the first of their positions, also after the room has been doubled many times.
+  !> Each word is found at its first position, even after the room has been doubled many times.
   subroutine test_dictionary(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: many = 2000
@@ -197,7 +197,7 @@ contains
     call check(error, copy%position("joint") + copy%position("joint 07") + copy%position(repeat("long", 999)), 0, more="not there")
   end subroutine test_dictionary
 
-  !> The paper's four-bar with so many points more, all fixed to its coupler.
+  !> The paper's four-bar with n additional points, all fixed to its coupler.
   subroutine build_fan(more, linkage, error)
     integer, intent(in) :: more
     type(linkage_type), intent(out) :: linkage
@@ -290,7 +290,7 @@ contains
       call check_that(error, intervals(kind, 4) - intervals(kind, 1), "<=", 25 * (decades(4) - decades(1)), found)
       if (allocated(error)) return
     end do
-    ! The rod on the point that carries its guide stands across it, all but 4e-6 of its length, throughout.
+    ! The rod on the point that carries its guide is nearly perpendicular to it throughout, except for 4e-6 of its length.
     call start()
     call linkage%rrr("B", ["A", "D"], [0.6_dp, 0.5_dp], 1, failure)
     call linkage%moving_guide(["D", "B"], [0.0_dp, 0.1_dp], 0.0_dp, guide, failure)
@@ -300,7 +300,7 @@ contains
     call check_success(error, failure)
     if (allocated(error)) return
     write (found, "(a, i0)") "rod across, intervals ", linkage%intervals
-    ! Bounds that do not know that the point goes with the guide: the root of the gap's reciprocal, some times.
+    ! Bounds that ignore that the point moves with the guide would need a multiple of the root of the gap's reciprocal.
     call check_that(error, linkage%intervals, "<", 50000, found)
 
   contains
@@ -314,7 +314,7 @@ contains
 
   end subroutine test_dead_points
 
-  !> A joint that is only sure of itself within 1e-7 rad: that would take 30 million intervals.
+  !> A joint whose bounds hold only within 1e-7 rad: the proof would need 30 million intervals.
   subroutine test_bounded_proof(error)
     type(error_type), allocatable, intent(out) :: error
     type(linkage_type) :: linkage

@@ -1,4 +1,4 @@
-!> Every machine in data/, from the file to multipliers and periodic solution, against the reference.
+!> Every machine in data/, from the file to multipliers and periodic solution, is compared with the reference.
 module test_data
   use checks, only: check_failure, check_success, check_that
   use data_files, only: machine_of_file

@@ -20,8 +20,8 @@ module test_decoupling
 
   public :: collect_decoupling
 
-  !> Three states: x1' = -x1 / 2 + cos t and, woven around it as states 1 and 3, Vinograd's system with the period pi / 3
-  !> repeated six times: exponents 2 and -13.
+  !> Three states: x1' = -x1 / 2 + cos t is state 2; states 1 and 3 are Vinograd's system with the period pi / 3 repeated six
+  !> times, exponents 2 and -13.
   type, extends(periodic_system) :: woven_type
   contains
     procedure :: matrix => woven_matrix

@@ -94,7 +94,7 @@ contains
 
   end subroutine test_complete
 
-  !> Peak of the force, limited mass: the gap is small, and no point of a random cloud within the limit is better than it allows.
+  !> Peak of the force, limited mass: the gap is small, and no random point within the limit is better than the gap allows.
   subroutine test_proof(error)
     type(error_type), allocatable, intent(out) :: error
     character(len=*), parameter :: paths(6) = [character(len=20) :: places, "link(one).mass", "link(two).mass"]

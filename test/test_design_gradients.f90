@@ -77,7 +77,7 @@ contains
     call check_that(error, abs(optimum%bound_price - [0.0_dp, (prices(2) - prices(1)) * m]), "<=", rounded, "prices of the range")
   end subroutine test_moments
 
-  !> Every kind of parameter and goal, by all models and holders.
+  !> Every kind of parameter and goal, with all models and holders of the speed.
   subroutine compare_gradients(variants, error)
     character(len=*), intent(in) :: variants(:)
     type(error_type), allocatable, intent(out) :: error

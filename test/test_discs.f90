@@ -1,4 +1,4 @@
-!> Discs around eigenvalues, eight matrices side by side.
+!> Error discs around eigenvalues of eight matrices at once.
 module test_discs
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
@@ -31,9 +31,9 @@ contains
       & new_unittest("close conjugate pairs beside real eigenvalues keep correct discs and verdicts", test_pairs_near_real_values)]
   end subroutine collect_discs
 
-  !> LAPACK's eigenvalues of matrices that were changed along the eigenvectors of one of them lie in the discs, and reach their
-  !> borders. With a small coupling back eigenvectors are the worse the smaller it is; every second time the roots are found as well
-  !> as they can be.
+  !> LAPACK's eigenvalues of matrices perturbed along the eigenvectors of one of them lie in the discs, and reach their borders.
+  !> With a small coupling back, eigenvectors are the less accurate the smaller it is. Every second time the roots are found as
+  !> accurately as possible.
   subroutine test_perturbed(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: couplings(4) = [1.0_dp, 1.0e-3_dp, 1.0e-7_dp, 1.0e-11_dp]
@@ -101,7 +101,7 @@ contains
     call check_that(error, separate(:2), ">", 300, "lanes with discs")
   end subroutine test_perturbed
 
-  !> A root that is taken for another one; one that is not quite found.
+  !> A root that is found twice in place of another one; a root that is inaccurate.
   subroutine test_missed(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: found(lanes)
@@ -157,7 +157,7 @@ contains
     call check_that(error, displaced%separate + displaced%sharp, "<=", 0.0_dp, "displaced further")
     call check_that(error, abs(w_im(:, 2) - z_im(:, 2)), ">", 0.9e4_dp * displacement, "no step")
     if (allocated(error)) return
-    ! The second root is the first once more.
+    ! The first root is given again as second root.
     w_re = z_re
     w_im = z_im
     w_re(:, 2) = w_re(:, 1)

@@ -1,4 +1,5 @@
-!> Every task with every set of degrees of freedom, one to six: it runs, and a quantity has one value in all tasks that report it.
+!> Every task runs with every set of degrees of freedom, one to six, and a quantity has the same value in all tasks that report
+!> it.
 module test_dofs
   use checks, only: check_success, check_that
   use dofs_machines, only: critical_range, last_plane, last_space, machine_of, names_of, orders_of, ranges_of
@@ -84,7 +85,7 @@ contains
     own = ""
     others = ""
     do i = 1, size(tasks)
-      ! It solves each machine dozens of times: sets of all sizes, twice.
+      ! This study solves each machine dozens of times: only sets of all sizes, twice.
       if (tasks(i)%task%name == "trade" .and. .not. any(set == [1, 3, 7, 15, 31, 63, 32, 48, 56, 60, 62])) cycle
       if (any(tasks(i)%task%about == [all_machines, all_speeds])) then
         if (index(others, "'" // trim(tasks(i)%task%name) // "'") == 0) others = others // ",'" // trim(tasks(i)%task%name) // "'"
@@ -194,7 +195,7 @@ contains
     end select
   end subroutine collect
 
-  !> Adds the claim on `what` in the row `i` of a table, by its columns for the value and, where there is one, its error.
+  !> Adds the claim about `what` in row `i` of a table, by its columns for the value and, if there is one, its error.
   subroutine add(self, table, i, what, value, bound)
     class(claims_type), intent(inout) :: self
     type(table_type), intent(in) :: table
@@ -293,8 +294,8 @@ contains
     end do
   end subroutine agree
 
-  !> The force at a critical speed is the one that the task `forces` reports there; `count`: of sets that have one. Every fifth set
-  !> is searched.
+  !> The force at a critical speed agrees with the one that the task `forces` reports there; `count`: number of sets with a
+  !> critical speed. Every fifth set is searched.
   subroutine compare_critical(set, claims, count, what, error)
     integer, intent(in) :: set
     type(claims_type), intent(inout) :: claims

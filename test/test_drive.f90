@@ -89,7 +89,7 @@ contains
         miss(i) = real(abs(power(torque, 1) - exact), dp)
       end do
       do k = 1, 2
-        ! The next order, a tenth of that, may add or take a good part.
+        ! The next order, a tenth of that, may change it considerably.
         call check_that(error, miss(k + 1), "<", max(4.0e-3_dp * miss(k), 1.0e-13_dp * abs(power(torque, 1))), "third order")
         if (allocated(error)) return
       end do
@@ -121,7 +121,7 @@ contains
     motion(4:6, 1) = rate * motion(4:6, 1)
     motion(7:9, 1) = rate**2 * motion(7:9, 1)
     call drive_power(frame, [0.37_dp], motion, power, known)
-    ! the torque's own rounding comes with every error
+    ! every error comes with the torque's own rounding
     call drive_power(frame, [0.37_dp], motion, changed, known, spread(0.0_dp, 1, 9), own)
     sum_of_all = 0
     do i = 1, 9
@@ -214,7 +214,7 @@ contains
     end do
   end subroutine test_unbalance
 
-  !> The paper's machine by the harmonics of its own sums, from the reference: the same torque.
+  !> The paper's machine by the harmonics of its mass functions, from the reference, has the same torque.
   subroutine test_mass_functions(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: orders = 40, samples = 128, points = 90

@@ -1,4 +1,4 @@
-!> The same machine described in another way gives the same numbers; balance; linkages close to their limits.
+!> The same machine described in another way gives the same results; balance; linkages close to their limits.
 module test_equivalence
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
@@ -63,7 +63,7 @@ contains
     call solve(other, two, error)
     if (allocated(error)) return
     do k = 1, size(one%rho)
-      ! Both carry their own bound; within their sum they are the same.
+      ! Both have their own bound; within the sum of both they agree.
       call check_that(error, minval(abs(two%rho - one%rho(k)) - abs(two%rho) * two%error), "<=", abs(one%rho(k)) * one%error(k), &
         & "nearest multiplier")
       if (allocated(error)) return
@@ -264,9 +264,8 @@ contains
     call check_that(error, moment, ">", 1.0e-3_dp, "moment")
   end subroutine test_balanced
 
-  !> The paper's machine with its ground link so long that crank and ground in line all but stretch the dyad, so short that
-  !> they all but fold it, and with a slider that its rod all but fails to reach. Every claim holds against the reference,
-  !> whatever the gap.
+  !> The paper's machine with a ground link so long that crank and ground in line almost stretch the dyad, so short that they
+  !> almost fold it, and with a slider that its rod almost fails to reach. Every claim agrees with the reference, for any gap.
   subroutine test_change_point(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: gap(3) = [1.0e-2_dp, 1.0e-3_dp, 1.0e-6_dp]

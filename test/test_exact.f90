@@ -103,7 +103,7 @@ contains
     call frame_of_machine(machine_on_supports(700.0_dp, 10.0_dp, gravity, turning, held_by), frame, failure)
     call check_success(error, failure)
     if (allocated(error)) return
-    ! Any large motion and any change of it.
+    ! An arbitrary large motion and an arbitrary change of it.
     allocate(motion%cosine(0:3, 3), motion%sine(0:3, 3), change%cosine(0:3, 3), change%sine(0:3, 3))
     motion%cosine = reshape([(0.1_dp * cos(1.3_dp * i), i = 1, 12)], [4, 3])
     motion%sine = reshape([(0.1_dp * sin(2.1_dp * i), i = 1, 12)], [4, 3])
@@ -182,8 +182,8 @@ contains
     end do
   end function acting
 
-  !> An exact Lagrange model, and Exudyn 1.13 by differences of its map of one turn, both found outside of this project:
-  !> 1.014767952; 300 turns in time 1.014776.
+  !> The multiplier by an exact Lagrange model, and by Exudyn 1.13 with differences of its map of one turn, both independent of
+  !> this project: 1.014767952; from 300 turns in time 1.014776.
   subroutine test_tongue(error)
     type(error_type), allocatable, intent(out) :: error
     type(multipliers_type) :: rest, exact
@@ -317,7 +317,8 @@ contains
         if (allocated(error)) return
         motion(:, :, i) = analysis%vibration%motion_history(3:guide_forces, :)
       end do
-      ! About F at rest the exact guides' moment has the force's arm, u x f, too, and of a flywheel's motor the mean torque.
+      ! About F at rest the exact guides' moment also includes u x f, due to the displacement of F, and with a flywheel the
+      ! motor's mean torque.
       call check(error, maxval(abs(motion(4:9, :, 1) - motion(4:9, :, 3))), 0.0_dp, thr=1.0e-9_dp * maxval(abs(motion)))
       if (.not. allocated(error)) call check(error, maxval(abs(motion(12, :, 2) - motion(12, :, 3))), 0.0_dp, &
         & thr=0.01_dp * maxval(abs(motion(12, :, 3))), more="guide")

@@ -73,7 +73,8 @@ contains
     call check_that(error, blunt, ">", 0, "the oracle is too blunt")
   end subroutine test_numbers
 
-  !> The library reports xi = 1 with a bound of 1e-10, the oracle has the quantity `name` = `true`, at most `unknown` off.
+  !> The library reports xi = 1 with a bound of 1e-10; the oracle has the quantity `name` = `true` with an error of at most
+  !> `unknown`.
   subroutine hold(name, true, unknown, findings, blunt)
     character(len=*), intent(in) :: name
     real(xp), intent(in) :: true, unknown

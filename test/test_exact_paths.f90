@@ -57,7 +57,8 @@ contains
     end do
   end subroutine test_paths
 
-  !> The paths over the excitation and over the speed each lead to a vibration by themselves; that over the damping is tested below.
+  !> The paths over the excitation and over the speed each lead to a vibration on their own; the path over the damping is tested
+  !> below.
   subroutine test_each_path(error)
     type(error_type), allocatable, intent(out) :: error
     type(accuracy_type), parameter :: accuracy = accuracy_type(tolerance=1.0e-11_dp)
@@ -86,7 +87,7 @@ contains
     end do
   end subroutine test_each_path
 
-  !> Its largest multiplier as two programs outside of this project find it: 0.997621; psi goes up to 1.42 rad.
+  !> The largest multiplier by two programs independent of this project: 0.997621; psi reaches 1.42 rad.
   subroutine test_great_turn(error)
     type(error_type), allocatable, intent(out) :: error
     class(frame_type), allocatable :: system
@@ -100,7 +101,7 @@ contains
     call check(error, exp(exact%log_abs(1)), 0.997621_dp, thr=6.0e-7_dp, more="largest |rho|")
   end subroutine test_great_turn
 
-  !> `system` by the exact frame, and for how many crank `angles` the masses were wanted.
+  !> Solves `system` by the exact frame, and counts the crank `angles` at which the masses were evaluated.
   subroutine settle_counted(machine, accuracy, system, angles, failure)
     type(machine_data), intent(in) :: machine
     type(accuracy_type), intent(in) :: accuracy
@@ -116,8 +117,8 @@ contains
     call settle(frame, "exact", accuracy, system, failure)
   end subroutine settle_counted
 
-  !> The vibration of the ram is found, with the masses at fewer crank angles than 20 integrations of 500 steps of eight stages take
-  !> (twelve million before).
+  !> The vibration of the ram is found with fewer evaluations of the masses than 20 integrations of 500 steps of eight stages
+  !> take (formerly twelve million).
   subroutine test_divergence(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: most = 20 * 500 * 8
@@ -131,7 +132,7 @@ contains
     if (.not. allocated(error)) call check_that(error, real(angles, dp), "<", real(most, dp), "crank angles")
   end subroutine test_divergence
 
-  !> The path over the damping finds it; three other ways do not.
+  !> The path over the damping finds the vibration; the three other ways do not.
   subroutine test_damping_path(error)
     type(error_type), allocatable, intent(out) :: error
     class(frame_type), allocatable :: system
@@ -140,8 +141,9 @@ contains
     if (.not. allocated(error)) call check_residual(light_slider(), system, error)
   end subroutine test_damping_path
 
-  !> The search for a vibration of the sinking slider-crank fails after fewer crank angles than 100 integrations of 500 steps of
-  !> eight stages take. It took 4.4 million when a path could lead back to a thousand times the damping at its start.
+  !> The search for a vibration of the sinking slider-crank fails after fewer evaluations of the masses than 100 integrations of
+  !> 500 steps of eight stages take. It took 4.4 million when a path could lead back to a thousand times the damping at its
+  !> start.
   subroutine test_search_ends(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: most = 100 * 500 * 8
@@ -154,7 +156,7 @@ contains
     if (.not. allocated(error)) call check_that(error, real(angles, dp), "<", real(most, dp), "crank angles")
   end subroutine test_search_ends
 
-  !> The Scotch yoke has three vibrations at 1138.6 rpm, whichever of them the search begins with: each obeys d'Alembert's
+  !> The Scotch yoke has three vibrations at 1138.6 rpm, whichever of them the search starts from: each satisfies d'Alembert's
   !> principle, they differ, and of the three indices, whose sum is 1, the one in the middle is -1.
   subroutine test_all_vibrations(error)
     type(error_type), allocatable, intent(out) :: error

@@ -1,4 +1,4 @@
-!> Multipliers and periodic motion where the product of the period's maps would lose them.
+!> Multipliers and periodic motion of systems for which the product of the period's maps would lose them.
 module test_factors
   use boundary_oracles, only: mathieu_trace
   use checks, only: check_success, check_that
@@ -216,7 +216,7 @@ contains
     call check_that(error, abs(real(multipliers%rho(2)) / 3.2355e-66_dp - 1), "<", 1.0e-4_dp, "multiplier")
   end subroutine test_colaneri
 
-  !> The bound of x0 where the errors are not tiny: tolerances from 1e-2 to 1e-8, methods of low and high order.
+  !> The bound of x0 if errors are not tiny: tolerances from 1e-2 to 1e-8, methods of low and high order.
   subroutine test_loose_tolerances(error)
     type(error_type), allocatable, intent(out) :: error
     character(len=*), parameter :: methods(4) = [character(len=7) :: "gauss2", "gauss3", "magnus4", "gauss6"]
@@ -245,11 +245,11 @@ contains
         if (allocated(error)) return
       end do
     end do
-    ! Of some use: the narrowest of all is not more than this too wide.
+    ! Not too wide: the narrowest of all bounds is at most this factor too wide.
     call check_that(error, least, "<", 1.0e3_dp, "bounds too wide")
   end subroutine test_loose_tolerances
 
-  !> By integration, not by reduction: the method is named.
+  !> The method is given, so that the system is integrated and not reduced.
   subroutine test_turning(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: points = 40
@@ -286,7 +286,7 @@ contains
     end do
     call check_that(error, abs(solution%x0 - system%motion(0.0_dp)), "<=", solution%error, "bound of x0")
     call check_that(error, maxval(solution%error), "<", 1.0e-6_dp, "the bound of x0 is too wide")
-    ! Followed from its start to the end it would be amplified by exp(18 pi).
+    ! Integrated from its start to the end it would be amplified by exp(18 pi).
     call check_that(error, maxval([(abs(x(:, k + 1) - system%motion(2 * pi * k / points)), k = 0, points)]), "<", 1.0e-7_dp, &
       & "motion")
     call check_that(error, maxval(abs(multipliers%rho(::2) - conjg(multipliers%rho(2::2))), &

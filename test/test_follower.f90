@@ -1,4 +1,4 @@
-!> The follower of a cam against closed forms, a yoke, and differences of its own places.
+!> The follower of a cam against closed forms, a yoke, and differences of its own positions.
 module test_follower
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
@@ -68,7 +68,7 @@ contains
       call check_that(error, norm2([at(3)%x%dd, at(3)%y%dd] - h / 2 * cos(theta) * along), "<", tiny_part, "acceleration")
       call check_that(error, norm2([at(3)%x%ddd, at(3)%y%ddd] + h / 2 * sin(theta) * along), "<", tiny_part, "third derivative")
       if (allocated(error)) return
-      ! The crank's centre of mass rests: m s'' is all.
+      ! The crank's centre of mass rests, so m s'' is the whole force.
       call linkage%mass_functions(phi, a)
       call check_that(error, norm2([a%a1%dd, a%a2%dd] - 3 * h / 2 * cos(theta) * along), "<", 3 * tiny_part, "m s''")
       if (allocated(error)) return

@@ -34,8 +34,8 @@ contains
       & new_unittest("the averaged model averages the guides' forces too", test_averaged_guides)]
   end subroutine collect_forces_limits
 
-  !> Equal supports turned by thirds of pi are isotropic: eta makes no force along x. All that comes of the sum of their stiffness
-  !> is rounding, which must be within the bounds, and these no more than that.
+  !> Equal supports turned by thirds of pi are isotropic: eta causes no force along x. The sum of their stiffnesses leaves only
+  !> rounding errors, which must be within the bounds, and the bounds must not be much larger.
   subroutine test_cancelled(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_data) :: machine
@@ -236,8 +236,8 @@ contains
     end do
   end function mirror
 
-  !> psi alone is free, its coefficients averaged: what xi and eta would do, held by the guide, is
-  !> -Omega^2 a'' - <M> psi'' less the mounting's share, with the mean of a1, a2 over the turn.
+  !> psi alone is free, its coefficients averaged: the force that the guide exerts to hold xi and eta is -Omega^2 a'' - <M>
+  !> psi'' minus the mounting's share, with the mean of a1, a2 over the turn.
   subroutine test_averaged_guides(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: points = 128

@@ -91,8 +91,7 @@ contains
     end do
   end subroutine test_random
 
-  !> Hill's determinant proper and the Riccati equation share the table of the coefficients, but neither unknowns nor
-  !> equations.
+  !> Hill's determinant and the Riccati equation share the table of the coefficients, but neither unknowns nor equations.
   subroutine test_routes(error)
     type(error_type), allocatable, intent(out) :: error
     type(hill_solution) :: direct, followed

@@ -28,7 +28,7 @@ contains
       & new_unittest("with a loose tolerance integration errors do not increase the samples", test_few_samples)]
   end subroutine collect_history_rows
 
-  !> More rows than samples: every third of them is a row of a third of the number.
+  !> More rows than samples: every third row equals a row of a history with a third of the number.
   subroutine test_many(error)
     type(error_type), allocatable, intent(out) :: error
     type(frame_type) :: frame
@@ -51,8 +51,8 @@ contains
       & * some%vibration%peak, "rows")
   end subroutine test_many
 
-  !> Shaking forces of order 40 that the mechanism does not announce: 64 samples would take them for order 24. With eta
-  !> held some quantities are zero, and resolved at once.
+  !> Shaking forces of order 40 that the mechanism does not declare: 64 samples would take them for order 24. With eta held some
+  !> quantities are zero, and resolved at once.
   subroutine test_unannounced_order(error)
     type(error_type), allocatable, intent(out) :: error
     type(harmonic_mechanism_type) :: mechanism
@@ -106,7 +106,7 @@ contains
     call check_success(error, failure)
     if (allocated(error)) return
     call check_that(error, abs(loose%vibration%peak - tight%vibration%peak), "<=", loose%vibration%peak_error, "peaks")
-    ! 360 rows ordered, doubled once at most.
+    ! 360 rows requested, doubled once at most.
     call check_that(error, size(loose%vibration%series(3)%amplitude), "<", 360, "harmonics")
   end subroutine test_few_samples
 

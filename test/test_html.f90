@@ -1,4 +1,4 @@
-!> The pieces of report.html.
+!> The components of report.html.
 module test_html
   use checks, only: check_that
   use gestell_base_base64, only: base64
@@ -82,7 +82,7 @@ contains
     call check(error, escaped("a<b>&""c""" // char(7)), "a&lt;b&gt;&amp;&quot;c&quot; ")
   end subroutine test_escaped
 
-  !> Columns end in the unit's suffix in files, in the unit's words for people.
+  !> Column names end in the unit's suffix in files, and show the unit in words for readers.
   subroutine test_label(error)
     type(error_type), allocatable, intent(out) :: error
     type(table_type) :: table

@@ -25,7 +25,7 @@ module test_integration
     procedure :: forcing => quadrature_forcing
   end type quadrature_type
 
-  !> q'' + q = 0, and no word of a load.
+  !> q'' + q = 0, without a declared load.
   type, extends(second_order_system) :: unloaded_type
   contains
     procedure :: matrices => unloaded_matrices
@@ -361,7 +361,7 @@ contains
     call check_failure(error, failure, "mass matrix is singular")
   end subroutine test_massless
 
-  !> exp(1600) is beyond the numbers: an error that says so. The overflow is meant: traps are off.
+  !> exp(1600) overflows, which is reported as an error. The overflow is intended: traps are off.
   subroutine test_overflow(error)
     type(error_type), allocatable, intent(out) :: error
     type(monodromy_type) :: monodromy

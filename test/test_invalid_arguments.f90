@@ -17,7 +17,7 @@ contains
   subroutine collect_invalid_arguments(testsuite)
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
-    ! Numbers that are not finite are what this suite is about.
+    ! This suite passes NaN and infinity on purpose.
     call ieee_set_halting_mode(ieee_usual, .false.)
     testsuite = [ &
       & new_unittest("invalid systems are refused before anything is computed", test_systems), &

@@ -79,7 +79,7 @@ contains
 
     call new_crank(linkage, failure)
     call linkage%rrp("B", "A", l, guide_type(point=[7.0_dp, e]), -1, failure)
-    ! The same machine turned by an angle, by the crank's phase: the guide's direction and point turn with it.
+    ! The same machine turned by an angle, the crank's phase; the guide's direction and point turn with it.
     call linkage%rrp("C", "A", l, guide_type(point=[-e * sin(turn), e * cos(turn)], angle=turn), 1, failure)
     do k = 0, 12
       phi = 0.5_dp * k
@@ -192,7 +192,8 @@ contains
     end do
   end subroutine test_moving_guide
 
-  !> The joint of an RRR dyad, found again by a slider on the line of one link, and by the crossing of both links' lines.
+  !> The joint of an RRR dyad, described again by a slider on the line of one link, and by the intersection of both links'
+  !> lines.
   subroutine test_two_ways(error)
     type(error_type), allocatable, intent(out) :: error
     type(linkage_type) :: linkage

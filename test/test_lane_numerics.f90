@@ -139,7 +139,7 @@ contains
     end do
   end function product_of
 
-  !> Pairs near the unit circle, as multipliers lie: there is one way to form factors of them.
+  !> Pairs near the unit circle, like multipliers: their grouping into factors is unique.
   subroutine test_conjugate(error)
     type(error_type), allocatable, intent(out) :: error
     type(random_type) :: random
@@ -266,8 +266,8 @@ contains
     call check_that(error, maxval(abs(found%radius(:, :6) / singly%radius(:, :6) - 1)), "<", 20 * epsilon(1.0_dp), "discs")
   end subroutine test_pairs
 
-  !> mean + a cos(theta - phi) + b cos 2 (theta - phi), which is mean + a + b at phi, with either sign; cos 2 theta with a little of
-  !> cos theta, where two places compete; a constant.
+  !> mean + a cos(theta - phi) + b cos 2 (theta - phi), with the maximum mean + a + b at phi, with either sign; cos 2 theta plus
+  !> a small cos theta, where two places compete; a constant.
   subroutine test_greatest(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: counts(4) = [8, 9, 16, 40]

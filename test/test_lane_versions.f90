@@ -49,7 +49,7 @@ contains
       & new_unittest("aligned work space begins at a multiple of 64 bytes", test_border)]
   end subroutine collect_lane_versions
 
-  !> Numbers of size 1 that are not all of one sign.
+  !> Numbers of size 1 with both signs.
   pure function numbers(n, step)
     integer, intent(in) :: n
     real(dp), intent(in) :: step
@@ -116,7 +116,7 @@ contains
         if (allocated(error)) return
       end do
     end do
-    ! A build that could have versions on such a processor has them.
+    ! A build that can have versions for such a processor must have them.
     if (.not. has_versions) call check_that(error, vector_length(), "==", 0, "no versions")
   end subroutine test_blocks
 

@@ -101,7 +101,7 @@ contains
       call check(error, steps > 0 .and. steps <= 12, more=trim(names(i)) // ": " // text(steps) // " steps")
       if (allocated(error)) return
     end do
-    ! Where interpolation is of no use it costs little more than bisection.
+    ! Where interpolation does not help, the cost is little more than that of bisection.
     call solve(jump, low(jump), high(jump), 1.0e-12_dp, root, steps)
     call check(error, steps > 0 .and. steps <= 60, more="jump: " // text(steps) // " steps")
   end subroutine test_speed

@@ -91,7 +91,7 @@ contains
       call check(error, size(through), m + 1, more="phases at the mesh's own ends")
       if (allocated(error)) return
     end do
-    ! Nodes that are no mesh: no more steps than nodes and phases together.
+    ! Invalid nodes: no more steps than nodes and phases together.
     through = refined(system, [0.0_dp, 0.5_dp, 0.5_dp, 0.5_dp + 1.0e-9_dp, 1.0_dp], [0.0_dp, 0.25_dp, 0.75_dp, 1.0_dp])
     call check_that(error, size(through), "<=", 9, "invalid nodes")
     through = refined(system, [0.0_dp, 1.0e-9_dp], [0.5_dp, 1.0_dp])

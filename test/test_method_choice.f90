@@ -61,7 +61,7 @@ contains
     end do
   end subroutine still_matrix
 
-  !> More states and more stages are more work; eliminating the positions saves some (with two stages 40 %, with more 90 %).
+  !> More states and more stages require more work; eliminating the positions saves some (with two stages 40 %, with more 90 %).
   subroutine test_work(error)
     type(error_type), allocatable, intent(out) :: error
     character(len=name_length), allocatable :: names(:)
@@ -100,7 +100,7 @@ contains
     call check_success(error, failure)
     if (allocated(error)) return
     call cheapest_method(frame, survey_type(1.5_dp, 1.5_dp, [3.0_dp, 3.0_dp]), 1.0e-3_dp, method)
-    ! Eight steps once are less than three solutions of a lower order: the lowest that has others embedded.
+    ! Eight steps once cost less than three solutions of a lower order: the lowest order with embedded methods.
     call check(error, method%name, "gauss6", more="easy")
     if (allocated(error)) return
     call cheapest_method(frame, survey_type(1500.0_dp, 1500.0_dp), 1.0e-12_dp, method)
@@ -185,7 +185,7 @@ contains
     p(3, 3) = -0.1_dp
   end subroutine turning_matrix
 
-  !> A low order is no choice for a million turns and more; works are positive and grow with the states.
+  !> A low order is not chosen for a million turns and more; works are positive and grow with the states.
   subroutine test_large_choice(error)
     type(error_type), allocatable, intent(out) :: error
     character(len=name_length), allocatable :: names(:)

@@ -28,7 +28,7 @@ module test_methods
     real(dp) :: density = 1, value(slopes) = 1
   end type tree_type
 
-  !> x' = 0, and how often it was asked.
+  !> x' = 0, with a count of the evaluations.
   type, extends(periodic_system) :: counting_type
     integer, pointer :: calls => null()
   contains
@@ -190,8 +190,8 @@ contains
     call check_that(error, abs(e(1, 1) / exp(-30.0_dp) - 1), "<", 1.0e-13_dp, "the small one, relative")
   end subroutine test_expm
 
-  !> One step over the period, in which motions turn by 30 and 3 radians; a great load on the first of two disturbs neither
-  !> Phi(T) nor the second.
+  !> One step over the period, in which motions turn by 30 and 3 radians; a large load on the first of two affects neither
+  !> Phi(T) nor the second motion.
   subroutine test_constant(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: w(2) = [30.0_dp, 3.0_dp]

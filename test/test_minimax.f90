@@ -49,8 +49,8 @@ contains
     call minimise(problem, start, usual, optimum, failure)
   end subroutine solve
 
-  !> Optima as the sources print them, to the digits that they have, or in closed form; that of ring by Nelder-Mead and that of
-  !> twenty by SLSQP, to the last digits (SciPy 1.17).
+  !> Optima as the sources print them, with all their digits, or in closed form; that of ring by Nelder-Mead and that of twenty
+  !> by SLSQP, to the last digits (SciPy 1.17).
   subroutine test_published(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: which(10) = [hs43, hs71, hs76, hs100, cb2, cb3, wong1, ring, twenty, valley]
@@ -158,7 +158,7 @@ contains
     call check_that(error, optimum%price(1), ">", 1.0_dp)
   end subroutine test_prices
 
-  !> Rosen-Suzuki with x1 fixed on either side of its best place, 0: dL/dx1 against optima with x1 fixed nearby.
+  !> Rosen-Suzuki with x1 fixed on either side of its optimum, 0: dL/dx1 is compared with optima with x1 fixed nearby.
   subroutine test_fixed(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: h = 1.0e-3_dp
@@ -192,7 +192,7 @@ contains
     call check_that(error, optimum(1)%converged, "==", .true.)
   end subroutine test_fixed
 
-  !> Problem 76, whose optimum is -103/22, stopped early: the bound holds; at the end it is close.
+  !> Problem 76, whose optimum is -103/22, stopped early: the bound holds; when converged it is close.
   subroutine test_gap(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: exact = -103 / 22.0_dp, tolerances(5) = [1.0_dp, 1.0e-1_dp, 1.0e-2_dp, 1.0e-4_dp, 1.0e-8_dp]
@@ -324,7 +324,7 @@ contains
     end do
   end subroutine test_units
 
-  !> Gradients that are wrong by a thousandth, another at each call: not converged, and not far off.
+  !> Gradients with errors of a thousandth, different at each call: the search does not converge, but is not far off.
   subroutine test_wrong_gradients(error)
     type(error_type), allocatable, intent(out) :: error
     type(test_problem) :: problem
@@ -341,7 +341,7 @@ contains
     call check_that(error, optimum%iterations, "<=", 170)
   end subroutine test_wrong_gradients
 
-  !> |x - (3, 3, 3) / 10| comes down to rounding errors, and says that it has not converged.
+  !> |x - (3, 3, 3) / 10| is reduced to rounding errors, and the search reports that it has not converged.
   subroutine test_cone(error)
     type(error_type), allocatable, intent(out) :: error
     type(test_problem) :: problem

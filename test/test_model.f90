@@ -182,7 +182,7 @@ contains
     end do
   end subroutine test_differences
 
-  !> Mirrored at the ground line and run backwards, one assembly is the other.
+  !> One assembly is the mirror image of the other, mirrored at the ground line and run in reverse.
   subroutine test_branches(error)
     type(error_type), allocatable, intent(out) :: error
     type(linkage_type) :: left, right
@@ -263,8 +263,8 @@ contains
     end do
   end subroutine test_matrices
 
-  !> The reference's equations, which the tests above compare with ours, leave an error of second order to the fully
-  !> nonlinear sums of all forces and moments.
+  !> The reference's equations, with which the tests above compare ours, differ in second order from the fully nonlinear sums of
+  !> all forces and moments.
   subroutine test_newton(error)
     type(error_type), allocatable, intent(out) :: error
     real(qp) :: orders(3, 2), defect(3, 2)

@@ -55,7 +55,7 @@ contains
     draw = low + (high - low) * real(random%state, dp) / 2147483647
   end function draw
 
-  !> Places and velocities of the earlier joints. In every other case the first two head for a meeting.
+  !> Positions and velocities of the earlier joints. In every other case the first two approach each other.
   subroutine scatter(random, number, places, velocities)
     type(random_type), intent(inout) :: random
     integer, intent(in) :: number
@@ -204,7 +204,7 @@ contains
         & places, velocities, width(i), tightest, proved, error)
       if (allocated(error)) return
     end do
-    ! The parts of the bound are seldom all used up at once.
+    ! The parts of the bound rarely reach their limits at once.
     call check_use(tightest, 0.3_dp, proved, error)
   end subroutine test_moving_rrp
 

@@ -247,7 +247,7 @@ contains
     close(unit, status="delete")
   end subroutine remove
 
-  !> A million characters of any kind must be judged: by work that grows with the square this test would take hours.
+  !> A million characters of any kind must be checked. If the work grew with the square this test would take hours.
   subroutine test_long(error)
     type(test_error), allocatable, intent(out) :: error
     integer, parameter :: n = 1000000

@@ -1,4 +1,4 @@
-!> Truncated, changed and random input: accepted or refused in good form, never worse.
+!> Truncated, changed and random input is accepted, or refused with a proper message, never worse.
 module test_namelist_fuzz
   use checks, only: check_that
   use testdrive, only: new_unittest, unittest_type, check, test_error => error_type
@@ -34,7 +34,7 @@ contains
       new_unittest("changed and random input is accepted or refused with a proper message", test_fuzz)]
   end subroutine collect_namelist_fuzz
 
-  !> Each beginning of a valid input is either accepted or refused in good form.
+  !> Each beginning of a valid input is either accepted or refused with a proper message.
   subroutine test_truncated(error)
     type(test_error), allocatable, intent(out) :: error
     integer :: i
@@ -109,7 +109,7 @@ contains
     end do
   end subroutine test_fuzz
 
-  !> Reads a text that may be anything: it passes, or its message is one line, of input errors, with a line of the text.
+  !> Reads any text: it must pass, or have a message of one line, with the code of input errors and a line of the text.
   subroutine judge(error, text)
     type(test_error), allocatable, intent(inout) :: error
     character(len=*), intent(in) :: text

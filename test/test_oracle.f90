@@ -20,7 +20,7 @@ module test_oracle
 
   public :: collect_oracle
 
-  !> Machines of the population that turn, so many with each law.
+  !> Numbers of machines of the population that turn, for each law.
   integer, parameter :: machines = 12
 
 contains
@@ -188,7 +188,7 @@ contains
     found = 0
     do n = 1, 3 * machines
       one = specimen(n)
-      ! Weights leave the angular momentum out (check_laws).
+      ! Weights act on the angular momentum, so it is not checked with weights (check_laws).
       one%machine%acceleration = 0
       one%machine%held_by = holders(1 + modulo(n, 3))
       call new_frame(one%machine, frame)

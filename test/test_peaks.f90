@@ -143,7 +143,7 @@ contains
       & "the range contains a resonance")
   end subroutine test_resonance
 
-  !> Harmonics that are weak where the cell's corners lie are amplified in between: with twelve digits ordered all count.
+  !> Harmonics that are weak at the cell's corners are amplified in between: with twelve digits requested all of them matter.
   subroutine test_twelve_digits(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_family) :: family
@@ -203,7 +203,7 @@ contains
     end do
   end subroutine test_small
 
-  !> Every seventh point against a solution of its own: peaks to the limit that is promised, in the units of the states.
+  !> Compares every seventh point with a single solution: peaks to the promised limit, in the units of the states.
   subroutine compare_peaks(family, grid, options, values, error)
     class(family_type), intent(in) :: family
     type(grid_type), intent(in) :: grid

@@ -41,8 +41,8 @@ contains
       & new_unittest("error estimates hold between corners whose motions decay strongly", test_decaying_corners)]
   end subroutine collect_period_parts
 
-  !> Maps E, 10 E and E / 100: of the free motion only the end of the period counts, of the vibration the end of every part too, and
-  !> states of size 1 come in with it.
+  !> Maps E, 10 E and E / 100: of the free motion only the end of the period counts, of the vibration also the end of every
+  !> part, to which states of size 1 are added.
   subroutine test_weights_of_vibration(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: factors(3) = [1.0_dp, 10.0_dp, 0.01_dp], free(3) = [0.1_dp, 0.01_dp, 10.0_dp], &
@@ -104,8 +104,8 @@ contains
     call check_that(error, [in_fours(0), in_fours(1), in_fours(4), in_fours(5)], "==", [0, 4, 4, 8], "multiples of four")
   end subroutine test_products
 
-  !> Phi(T) and x_p(T) of the paper's machine at a corner that has many parts and at one with few, by one number after the other
-  !> and in lanes, against a solution of its own to 1e-12.
+  !> Phi(T) and x_p(T) of the paper's machine at a corner that has many parts and at one with few, computed number by number and
+  !> in lanes, against a separate solution to 1e-12.
   subroutine test_period(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: corners(2, 4) = reshape([60.0_dp, 1.0_dp, 500.0_dp, 1.0_dp, 490.0_dp, 1.0_dp, 500.0_dp, 1.01_dp], &
@@ -234,8 +234,8 @@ contains
     if (sampler%parts%forced) numbers = [numbers, monodromy%xp / (sampler%scale * sampler%unit)]
   end subroutine own_numbers
 
-  !> Oscillators from weak to overcritical damping, where Phi(t) falls within the period by e^(d pi): whatever part an error is in,
-  !> Phi(T) is wrong by no more than its weighted size, times the root of the number of parts where all have one; and for the
+  !> Oscillators from weak to overcritical damping, where Phi(t) falls within the period by e^(d pi). Whatever part an error is
+  !> in, Phi(T) is wrong by no more than its weighted size, times the root of the number of parts if all have one; and for the
   !> worst direction not by much less.
   subroutine test_weights(error)
     type(error_type), allocatable, intent(out) :: error
@@ -337,8 +337,8 @@ contains
     end do
   end subroutine test_series_error
 
-  !> Weights from corners where motions die within the period, e^(-3 pi), are too small where they do not. All the same an error
-  !> there counts for no more than is reckoned with, and about as much is said to be missing as with weights that fit.
+  !> Weights from corners where motions die within the period, e^(-3 pi), are too small where they do not. Nevertheless an error
+  !> there has no more effect than assumed, and the estimate is about as large as with fitting weights.
   subroutine test_decaying_corners(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: dampings(2) = [0.1_dp, 6.0_dp], small = 1.0e-7_dp

@@ -1,4 +1,4 @@
-!> Frames, and bounds on the errors of multipliers, from factors whose product is never formed.
+!> Frames, and error bounds of multipliers, from factors whose product is never formed.
 module test_periodic_bounds
   use checks, only: check_that
   use factor_sequences, only: distances, hidden, outcome_type, random_matrix, solve
@@ -138,8 +138,8 @@ contains
     call check_that(error, o%bound, "<", 10 * small%bound, "bounds of small factors")
   end subroutine test_singular
 
-  !> Factors with errors as large as claimed, in random directions and along y x^H, which moves one multiplier most; e is
-  !> spread evenly or all in one factor. Of triangular ones with gaps down to 1e-6, moduli over 40 decades, and all mixed.
+  !> Factors with errors as large as claimed, in random directions and along y x^H, which moves one multiplier most; e is spread
+  !> evenly or all in one factor. Triangular factors with gaps down to 1e-6, moduli over 40 decades, and full ones.
   subroutine test_bounds(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: n = 4, length = 10, samples = 150, tries = 12

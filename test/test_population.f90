@@ -54,7 +54,7 @@ contains
       & / 5, "tested claims")
     call check_that(error, tally%unstable, ">", 0, "tested claims")
     call check_that(error, size(tally%rho%ratio), ">", machines, "tested claims")
-    ! Who is undecided sits on the border or needs a smaller tolerance, but for a few set within 1e-11 of it on purpose.
+    ! An undecided machine is on the border or needs a smaller tolerance, except a few placed within 1e-11 of it on purpose.
     call check_that(error, tally%near_border, "<=", machines / 20, "undecided")
     call check_that(error, tally%undecided, "==", tally%decided_later + tally%on_border + tally%near_border, "undecided")
   end subroutine test_machines
@@ -128,7 +128,7 @@ contains
     call check_that(error, tally%lost_rows, "<=", tally%rows / 50, "rows with useless bounds")
   end subroutine test_kinds
 
-  !> Claims on the paper's machine made false by a little.
+  !> Slightly falsified claims on the paper's machine.
   subroutine test_false_claims(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_data) :: machine
@@ -150,7 +150,7 @@ contains
     call check(error, c%verdict_wrong, more="stable without damping")
     if (allocated(error)) return
 
-    ! The vibration over the turn: each claim made false by a little, alone.
+    ! The vibration over the turn: one claim at a time is slightly falsified.
     turn = compare_turn(claim, truth%turn)
     call check_that(error, max(turn%rows, turn%peaks, turn%rms, turn%harmonics), "<", 1.0_dp, "turn as claimed")
     call check_that(error, turn%rows, ">", 0.0_dp, "turn as claimed")

@@ -159,7 +159,7 @@ contains
     call check_that(error, abs(left(1)), "<=", 0.0_dp, "no error of Phi(T)")
   end subroutine test_not_averaged
 
-  !> Then no steps are taken for it.
+  !> Constant coefficients and loads require no steps.
   subroutine test_constant(error)
     type(error_type), allocatable, intent(out) :: error
     type(survey_type) :: survey, alone

@@ -1,4 +1,4 @@
-!> Points of the frame that are watched.
+!> Points of the frame whose vibration is reported.
 module test_probes
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type

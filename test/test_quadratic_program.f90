@@ -58,9 +58,9 @@ contains
     end do
   end subroutine test_random
 
-  !> The distance from the middle of a square, which 2000 lines around it limit, each by a group of a branch and zero, is least at a
-  !> point of the hull of the lines' normals: by the conditions of `test_random`. A method that solves for the multiplier of every
-  !> group in every step does not come to its end in a minute.
+  !> The distance from the centre of a square, cut off by 2000 lines around it, each given by a group of a branch and zero. It
+  !> is smallest at a point of the hull of the lines' normals; checked by the conditions of `test_random`. A method that solves
+  !> for the multiplier of every group in every step would take more than a minute.
   subroutine test_many_groups(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: limits = 2000, n = 2

@@ -47,7 +47,7 @@ contains
       & new_slow("systems unsuited to the reduction are refused with a reason", test_refused)]
   end subroutine collect_reduction
 
-  !> Solves `system` and compares all with its closed form.
+  !> Solves `system` and compares all results with its closed form.
   subroutine compare(error, system, method, name)
     type(error_type), allocatable, intent(out) :: error
     type(turning_type), intent(in) :: system
@@ -219,7 +219,7 @@ contains
     call check_that(error, maxval(solution%error(:2)), "<", 1.0e-14_dp, "the bound is too wide")
   end subroutine test_transfer
 
-  !> The load of the slow vibration needs more phases than the strong one of the fast vibration, and its bound is its own.
+  !> The load of the slow vibration needs more phases than the strong one of the fast vibration, and has its own bound.
   subroutine test_weak_load(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: amplitudes(4) = [1.0_dp, 1.0e6_dp, 1.0e8_dp, 1.0e10_dp], sharpness(3) = [0.2_dp, 0.05_dp, 0.02_dp]

@@ -282,8 +282,8 @@ contains
     end do
   end subroutine test_straight
 
-  !> Every maximum of a fine grid of single solutions that stands out by 6 % has its own on a coarse grid's list, as high at
-  !> least, less than a step away.
+  !> Every maximum of a fine grid of single solutions with a prominence of 6 % is listed for a coarse grid too, at least as high
+  !> and less than a step away.
   subroutine test_brute_force(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: fine = 601

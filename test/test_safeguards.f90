@@ -20,7 +20,7 @@ module test_safeguards
 
   public :: collect_safeguards
 
-  !> Its first pivot is small, its condition is not.
+  !> A matrix whose first pivot is small and whose condition is good.
   real(dp), parameter :: mix(2, 2) = reshape([1.0e-5_dp, 1.0_dp, 1.0_dp, 0.3_dp], [2, 2])
 
   !> q1'' + 4 q1 = 1, q2'' + 9 q2 = 1, period 1, in units that make the masses of q1 and q2 `masses`. From phase `from` to
@@ -259,7 +259,8 @@ contains
     call ieee_set_halting_mode(ieee_usual, traps)
   end subroutine test_small_units
 
-  !> Blocks follow each other to the last step; none but an only one has fewer steps than are done side by side.
+  !> Blocks follow each other to the last step. Each has at least as many steps as are computed side by side, unless it is the
+  !> only one.
   subroutine test_blocks(error)
     type(error_type), allocatable, intent(out) :: error
     integer :: steps, first, last

@@ -21,7 +21,7 @@ module test_sensitivity
   type, extends(family_type) :: relative_family
     real(dp) :: speed = 0, damping = 0
     type(harmonic_mechanism_type) :: mechanism
-    !> Counts the members that are made.
+    !> Counts the created members.
     integer, pointer :: members => null()
   contains
     procedure :: member
@@ -190,8 +190,8 @@ contains
     end do
   end subroutine test_closed_form
 
-  !> cos(theta) + sin(2 theta) / 2 has equal peaks at 30 and 150 deg, up and down. Each goes its own way with a parameter
-  !> (envelope theorem), the greater one counts: on both sides of the machine the slopes differ.
+  !> cos(theta) + sin(2 theta) / 2 has equal peaks at 30 and 150 deg, positive and negative. Each depends on a parameter in its
+  !> own way (envelope theorem) and the greater one counts, so the slopes differ on both sides of the machine.
   subroutine test_equal_peaks(error)
     type(error_type), allocatable, intent(out) :: error
     complex(dp), parameter :: x(2) = [(1.0e-3_dp, 0.0_dp), (0.0_dp, -0.5e-3_dp)]
@@ -214,7 +214,7 @@ contains
         & * exp(cmplx(0.0_dp, 2 * theta(i), dp)))]) / sign(0.75e-3_dp * sqrt(3.0_dp), cos(theta(i))), i = 1, 2)]
       call check_that(error, found(k)%bend(1, 1), "==", .true., "bend")
       call check_that(error, found(k)%state(1), "==", "undecided", "state")
-      ! the mean of both, but for what their own bends leave at the smallest step, 1e-2 / 64
+      ! the mean of both, except for the error due to their curvature at the smallest step, 1e-2 / 64
       if (.not. allocated(error)) call check(error, found(k)%slope(1, 1), sum(slope) / 2, thr=1.0e-3_dp * maxval(abs(slope)))
       if (.not. allocated(error)) call check(error, found(k)%error(1, 1), abs(slope(1) - slope(2)) / 2, &
         & thr=0.01_dp * abs(slope(1) - slope(2)))
@@ -225,7 +225,7 @@ contains
     end do
   end subroutine test_equal_peaks
 
-  !> A quantity that rests has no derivative; an undamped resonance no vibration.
+  !> A quantity at rest has no derivative; at an undamped resonance there is no vibration.
   subroutine test_zero_and_resonance(error)
     type(error_type), allocatable, intent(out) :: error
     type(relative_family) :: family

@@ -71,7 +71,7 @@ contains
     if (allocated(error)) return
     call check(error, all(found%state == [character(len=9) :: "pass", "pass", "fail"]), "20 %")
     if (allocated(error)) return
-    ! 24.5 % and 25.5 %: the error of 1 % reaches across both.
+    ! 24.5 % and 25.5 %: the error of 1 % covers both sides of the limit.
     found = find_separations(campbell, none, [1, 2, 3], 1, 0.245_dp)
     call check(error, found(2)%state, "undecided")
     if (allocated(error)) return

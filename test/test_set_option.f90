@@ -184,7 +184,7 @@ contains
     call check_passed(error, failure)
   end subroutine set
 
-  !> An assignment must be refused with this message behind "--set assignment: ".
+  !> Checks that an assignment is refused with this message after "--set assignment: ".
   subroutine not_set(error, assignment, message, code)
     type(test_error), allocatable, intent(inout) :: error
     character(len=*), intent(in) :: assignment, message

@@ -59,8 +59,8 @@ contains
     call check_that(error, abs(found%unbalance(2)), "<", exact, "against the crank")
   end subroutine test_crank
 
-  !> Masses on the pin and on the slider: of the first order m_pin + m / 2 and m / 2, the textbooks' rule, for the root in the
-  !> slider's position has even orders alone.
+  !> Masses on the pin and on the slider: the first order is m_pin + m / 2 and m / 2, the textbook rule, because the root in the
+  !> slider's position has even orders only.
   subroutine test_masses(error)
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: pin = 2, slider = 5

@@ -31,7 +31,7 @@ module test_shared_tables
     procedure :: prepare
   end type counting_type
 
-  !> Frames at a speed (rad/s) with so many times the stiffness, all with one mechanism, which may be kept secret.
+  !> Frames at a speed (rad/s) with a multiple of the stiffness, all with one mechanism; they may hide that it is the same.
   type, extends(family_type) :: one_mechanism_type
     type(frame_type) :: frame
     logical :: told = .true.

@@ -40,7 +40,7 @@ contains
       & new_slow("exact and linear results in space satisfy d'Alembert's principle", test_reference)]
   end subroutine collect_space
 
-  !> In more than one batch of angles, also of a slider that only translates; another frame remembers them.
+  !> In more than one batch of angles, also for a slider that only translates; another frame reuses them.
   subroutine test_masses(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: n = 70

@@ -1,4 +1,5 @@
-!> Greatest multipliers eight at a time where eigenvalues are close, far apart, on the border of a verdict, or none at all.
+!> Greatest multipliers of eight matrices at once, with eigenvalues that are close, far apart, on the border of a verdict, or
+!> not finite.
 module test_spectra_edges
   use checks, only: check_that
   use gestell_base_kinds, only: dp
@@ -178,7 +179,7 @@ contains
       phi(k, :) = reshape(a, [16])
     end do
     call spectral_radii(phi, perturbation, radius, log_radius, bound, stable, unstable, singly)
-    ! As it was thought out: 0.95 surely inside, 0.75 perhaps not; 1.3 perhaps inside, 1.2 surely not.
+    ! The intended case: 0.95 certainly inside, 0.75 possibly outside; 1.3 possibly inside, 1.2 certainly outside.
     call check_that(error, r(1) + disc(1, 1), "<", 1.0_dp, "intended case")
     call check_that(error, u(1) + disc(3, 1), ">", 1.0_dp, "intended case")
     call check_that(error, v(2) - disc(4, 2), "<", 1.0_dp, "intended case")
@@ -210,7 +211,7 @@ contains
     call check_that(error, abs(bound(1, :) - bound(1, 1)), "<", 1.0e-5_dp * bound(1, 1), "bound")
     call check_that(error, abs(log_radius(1, :) - log(units) - log_radius(1, 1)), "<", 1.0e-13_dp, "logarithm")
     if (allocated(error)) return
-    ! An error out of all proportion.
+    ! A disproportionate error.
     call spectral_radii(phi * 1.0e-90_dp, 1.0e250_dp, radius(:, 1), log_radius(:, 1), bound(:, 1), singly=singly(1))
     call check_that(error, singly(1), "==", 1, "out of proportion")
     call check_that(error, bound(1, 1), ">", 1.0e299_dp, "out of proportion")
@@ -327,7 +328,7 @@ contains
       if (allocated(error)) return
     end do
     call spectral_radii(phi(3:, :), 1.0e-10_dp, other(3:), other_log(3:))
-    ! Where LAPACK was asked the one time, roundoff, a part of the bound.
+    ! If only one of them was solved by LAPACK: rounding, a part of the bound.
     call check_that(error, maxval(abs(radius(3:) - other(3:)) / (bound(3:) * radius(3:))), "<", 0.5_dp, "without bounds")
   end subroutine test_independence
 

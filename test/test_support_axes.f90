@@ -45,7 +45,7 @@ contains
       & new_unittest("drive power equals energy growth plus damper power with turning axes", test_balance)]
   end subroutine collect_support_axes
 
-  !> Springs that pull alike in all directions have no axes.
+  !> If springs act alike in all directions, the directions of the axes do not matter.
   subroutine test_alike(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_data) :: machine
@@ -79,7 +79,7 @@ contains
     end do
   end subroutine test_different
 
-  !> Hamilton's equations: with rho 1/rho is a multiplier.
+  !> The equations are Hamilton's, so 1/rho is a multiplier if rho is.
   subroutine test_reciprocal(error)
     type(error_type), allocatable, intent(out) :: error
     type(machine_data) :: machine

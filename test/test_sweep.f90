@@ -157,7 +157,7 @@ contains
       if (allocated(error)) return
       deallocate(covered)
     end do
-    ! Several for several threads, but where large ones save solutions.
+    ! Several tiles for several threads, except where large ones save solutions.
     call new_grid(grid, [axis_type(0.0_dp, 1.0_dp, 999), axis_type(0.0_dp, 1.0_dp, 25)], failure)
     call check_that(error, grid%tiles(), "==", 16, "tiles of a small grid")
     if (allocated(error)) return

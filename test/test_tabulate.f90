@@ -274,7 +274,7 @@ contains
     call check_that(error, maxval(abs(table(:, a4_v))), ">", 1.0e-3_dp, "a4")
   end subroutine test_balanced_four_bar
 
-  !> The user's joint stands where a second crank's would, and others hang on it.
+  !> The user's joint is equivalent to a second crank, and others are built on it.
   subroutine test_user_joint(error)
     type(error_type), allocatable, intent(out) :: error
     type(linkage_type) :: linkage(2)

@@ -1,4 +1,4 @@
-!> The measured trade of speed for accuracy: its errors are the true ones.
+!> The measured trade of speed for accuracy: the reported errors are the true ones.
 module test_trade
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
@@ -31,8 +31,8 @@ contains
       & new_unittest("the cheapest row that meets the tolerance is chosen", test_cheapest)]
   end subroutine collect_trade
 
-  !> Rows of a ladder of steps for every method, and the first ones of the task itself: with hardly any time allowed it ends
-  !> after the first of each method, however busy the computer.
+  !> Rows for increasing steps for every method, and the first rows of the task itself: with hardly any time allowed it ends
+  !> after the first row of each method, however busy the computer is.
   subroutine test_errors(error)
     type(error_type), allocatable, intent(out) :: error
     character(len=*), parameter :: methods(*) = [character(len=7) :: "rk4", "gauss4", "gauss8", "magnus6"]

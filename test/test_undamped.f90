@@ -56,7 +56,7 @@ contains
     end do
   end subroutine test_order
 
-  !> In whatever order the sections judge.
+  !> Sections report their verdicts in any order.
   subroutine test_judge(error)
     type(error_type), allocatable, intent(out) :: error
     character(len=30), parameter :: words(3) = [character(len=30) :: "stable", "UNDECIDED at 5 of 5 speeds", &
@@ -86,7 +86,7 @@ contains
     real(dp), parameter :: small = 1.0e-10_dp, zero(4) = 0
 
     call expect([0.3_dp, -0.3_dp, 1.1_dp, -1.1_dp], zero, small, [.true., .true., .true., .true.], "apart")
-    ! Of two pairs that meet in rounding each may be off the circle, with its mirror image.
+    ! If two pairs meet within rounding, each may be off the circle, together with its mirror image.
     call expect([0.3_dp, -0.3_dp, 0.3_dp + small, -0.3_dp - small], zero, small, [.false., .false., .false., .false.], "two pairs")
     call expect([0.3_dp, -0.3_dp, 0.3_dp, -0.3_dp], [1.0e-3_dp, 1.0e-3_dp, -1.0e-3_dp, -1.0e-3_dp], small, &
       & [.false., .false., .false., .false.], "off the circle")
@@ -109,7 +109,7 @@ contains
 
   end subroutine test_circle
 
-  !> With supports of all kinds, weights, and all that can hold the speed.
+  !> With supports of all kinds, weights, and all holders of the speed.
   subroutine test_lagrangian(error)
     type(error_type), allocatable, intent(out) :: error
     character(len=8), parameter :: holders(3) = [character(len=8) :: "motor", "flywheel", "outside"]

@@ -104,7 +104,7 @@ contains
     call check_that(error, real(abs(solution%x0 - truth%x0), dp), "<=", solution%error, trim(label))
   end subroutine check_claim
 
-  !> A turn of 16 swings by one step.
+  !> One step for a turn with 16 oscillations.
   subroutine test_too_few(error)
     type(error_type), allocatable, intent(out) :: error
     type(frame_type) :: frame

@@ -72,8 +72,9 @@ contains
     if (.not. allocated(error)) call check(error, diagnosis%joints(3)%x(2), 0.5_dp, thr=1.0e-12_dp)
   end subroutine test_stroke
 
-  !> The crank is a bar, the tappet a slider with its travel. A midpoint of two points of the frame stands on it, and bars along the
-  !> frame are none; one of the crank's ends does not, and its bars are the crank's.
+  !> The crank is drawn as a bar, the tappet as a slider with its travel. A midpoint of two points of the frame lies on the
+  !> frame, and no bars are drawn along the frame. A midpoint with one end on the crank does not, and its bars belong to the
+  !> crank.
   subroutine test_drawing(error)
     type(error_type), allocatable, intent(out) :: error
     type(linkage_type) :: linkage

@@ -1,4 +1,4 @@
-!> The version is the same wherever it stands.
+!> All files state the same version.
 module test_version
   use gestell_base_version, only: version
   use testdrive, only: check, error_type, new_unittest, unittest_type
@@ -63,7 +63,7 @@ contains
     call expect(error, "doc/c.md", "find_package(gestell " // version(:index(version, ".")))
   end subroutine test_page
 
-  !> Fails unless `text` stands in the file; a new line at its beginning or end asks for the beginning or end of a line.
+  !> Checks that the file contains `text`; a new line at its beginning or end stands for the beginning or end of a line.
   subroutine expect(error, file, text)
     type(error_type), allocatable, intent(out) :: error
     character(len=*), intent(in) :: file, text

@@ -117,7 +117,7 @@ contains
         loss = loss + sum([(machine%foundation_damping(i) * v(i)**2, i = 1, 3)]) * frame%period / points
       end associate
     end do
-    ! Left out: terms of the relative size of the vibration, 1e-8 m to 0.1 m, times the reaction over the loss.
+    ! Neglected: terms of the relative size of the vibration, 1e-8 m to 0.1 m, times the reaction over the loss.
     call check(error, drive, loss, thr=1.0e-4_dp * loss)
   end subroutine test_energy
 
@@ -288,7 +288,7 @@ contains
             & "T and 0")
           if (allocated(error)) return
         end associate
-        ! Few rows and harmonics: taken often enough all the same, in the free degrees of freedom too.
+        ! With few rows and harmonics the motion is still sampled finely enough, in the free degrees of freedom too.
         call analyse(frame, analysis_options(model="rest", stability=.false., points=1, harmonics=1), accuracy_type(), few, failure)
         call check_that(error, maxval(abs(few%vibration%peak - analysis%vibration%peak) &
           & / max(analysis%vibration%peak, tiny(1.0_dp))), "<", 1.0e-8_dp, "peaks")
@@ -361,7 +361,7 @@ contains
     call check(error, .not. allocated(analysis%multipliers%vectors), more="vectors nobody asked for")
     if (allocated(error)) return
     call analyse(frame, analysis_options(model="rest", stability=.false.), accuracy_type(), analysis, failure)
-    ! With a vibration comes the verdict of the machine that makes it.
+    ! A vibration includes the verdict of the machine.
     call check_that(error, analysis%multipliers%verdict(), "==", "stable", "verdict")
     if (allocated(error)) return
     call check(error, .not. allocated(analysis%multipliers%vectors), more="vectors nobody asked for")

@@ -106,7 +106,7 @@ contains
     end do
   end subroutine test_support_pendulum
 
-  !> The paper's machine with all that has a direction turned a quarter; also on a frame about rest.
+  !> The paper's machine with all its directions turned by 90 degrees; also on a frame about rest.
   subroutine test_turned(error)
     type(error_type), allocatable, intent(out) :: error
     character(len=11), parameter :: models(3) = [character(len=11) :: "exact", "first_order", "rest"]

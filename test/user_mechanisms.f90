@@ -20,7 +20,7 @@ module user_mechanisms
     procedure :: reach
   end type handle_joint
 
-  !> A point that stands still and is sure of it within this angle (rad) only.
+  !> A fixed point that states its bounds only within this angle (rad).
   type, extends(joint_type), public :: timid_joint
     real(dp) :: sure = 0
   contains
@@ -49,7 +49,7 @@ module user_mechanisms
     procedure :: reach => reach_tappet
   end type tappet_joint
 
-  !> Another mechanism, and at how many crank angles its masses were wanted.
+  !> Another mechanism, with a count of the crank angles at which its masses were evaluated.
   type, extends(mechanism_type) :: counted_type
     class(mechanism_type), allocatable :: inner
     integer, pointer :: angles => null()
@@ -214,7 +214,7 @@ contains
     end associate
   end subroutine mass_functions
 
-  !> Counts in `angles` at how many crank angles the masses of `mechanism` are wanted from now on.
+  !> Counts in `angles` from now on at how many crank angles the masses of `mechanism` are evaluated.
   subroutine count_angles(mechanism, angles)
     class(mechanism_type), allocatable, intent(inout) :: mechanism
     integer, target, intent(inout) :: angles

@@ -20,7 +20,7 @@ module weakly_damped
   !> A machine over its speed (1/min), or over a factor to all its springs, dampers or links.
   type, extends(family_type), public :: weak_family
     type(machine_data) :: machine
-    !> A place in `parameters`, and its range.
+    !> Index in `parameters`, and range.
     integer :: parameter = 1
     type(axis_type) :: axis
   contains

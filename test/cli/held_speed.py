@@ -17,9 +17,9 @@ def amplitude(folder, order, name="psi_rad"):
 
 
 def test_holders():
-    """The compressor's motion agrees with Exudyn for every holder of the speed.
+    """The compressor's second-order rotation depends on who holds the speed.
 
-    Order 2 of psi; Exudyn holds the speed in space by a constraint and agrees to 1e-9.
+    Exudyn, which holds the speed in space by a constraint, agrees to 1e-9.
     """
     for holder, second in (("motor", 0.003799), ("flywheel", 0.149134), ("outside", 0.149134)):
         with Folder(machine=COMPRESSOR) as folder:
