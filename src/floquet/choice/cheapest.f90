@@ -1,4 +1,4 @@
-!> Chooses the integration method with the least predicted work for a case.
+!> Chooses, for a given system, the integration method with the least predicted work.
 module gestell_floquet_choice_cheapest
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -16,13 +16,13 @@ module gestell_floquet_choice_cheapest
 
   public :: cheapest_method
 
-  !> Work of a step with embedded methods relative to a step without them.
+  !> Cost of a step that also computes the embedded methods, relative to a step without them.
   real(dp), parameter :: pair_work = 1.15_dp
 
 contains
 
-  !> Chooses the method that solves `system` to `tolerance` with the least work. The prediction uses the survey and the order, error
-  !> constant and work that each method states.
+  !> Chooses the integration method that reaches `tolerance` with the least predicted work. The prediction uses the survey of the
+  !> system and the order, error constant and work per step of each method.
   subroutine cheapest_method(system, survey, tolerance, method)
     class(periodic_system), intent(in) :: system
     !> Survey of the system
@@ -60,7 +60,7 @@ contains
 
   contains
 
-    !> Takes method `i` as the best if it needs less work than the best so far.
+    !> Records candidate `i`, the method `one`, as the best so far if it needs less work than all candidates before.
     subroutine consider(one)
       class(method_type), intent(in) :: one
       real(dp) :: work
@@ -78,7 +78,7 @@ contains
 
   end subroutine cheapest_method
 
-  !> Maximum over the phases of the varying part of P, relative to its mean, in balanced units; at most 1.
+  !> How much P varies over the period: maximum of |P - mean| / |mean| over the phases, in balanced units; at most 1.
   real(dp) function changing_part(system) result(part)
     class(periodic_system), intent(in) :: system
     integer, parameter :: points = 8

@@ -12,9 +12,9 @@ module gestell_floquet_choice_methods
 
   public :: find_method, method_names, new_method, stages_of
 
-  !> A method has begun to converge if its solution differs from a finer one by less than this, relative to the solution.
+  !> A method has begun to converge if its solution differs from one with more steps by less than this fraction.
   real(dp), parameter, public :: begun = 0.01_dp
-  !> Embedded methods have begun to converge if the first one differs from the second by less than this.
+  !> Embedded methods have begun to converge if the results of the first and the second one differ by less than this fraction.
   real(dp), parameter, public :: pair_begun = 3 * begun
 
 contains

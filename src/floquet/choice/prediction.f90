@@ -1,5 +1,5 @@
-!> Predicts how many steps a method needs ("Integration" in doc/theory.md), before any step is computed. A result may exceed the
-!> range of integers.
+!> Predicts how many steps a method needs ("Integration" in doc/theory.md), before any step is computed. Numbers of steps are real
+!> here, because they may exceed the range of integers.
 module gestell_floquet_choice_prediction
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_choice_survey, only: survey_type
@@ -15,18 +15,18 @@ module gestell_floquet_choice_prediction
 
 contains
 
-  !> Number of steps with which a method with embedded methods should reach the tolerance at the first attempt. It is the largest
-  !> number that one of these requirements gives:
+  !> Number of steps at which a method with embedded methods should reach the tolerance in its first solution. It is the smallest
+  !> number that meets all these requirements:
   !>
-  !> - the steps resolve the coefficients, and the fastest motion turns by at most `longest_turn` in a step,
-  !> - the error of Gauss' method without fitting is at most `left` times the allowed error,
-  !> - the change by the first embedded method is at most `change` times the allowed error,
-  !> - the second embedded method has begun to converge, or the change by the first is at most twice the allowed error,
+  !> - the steps resolve the coefficients, and the fastest motion turns by at most `longest_turn` radians in a step,
+  !> - without fitting, the error of Gauss' method is at most `left` times the allowed error,
+  !> - the first embedded method changes the result by at most `change` times the allowed error,
+  !> - the second embedded method has begun to converge, or the first one changes the result by at most twice the allowed error,
   !> - the nodes resolve the coefficients and the loads (`resolving`).
   !>
-  !> The requirement of `resolving` comes from an estimate that falls as a power lower by three than the error of quadrature; for
-  !> loads it grows with the order. `of_changes` and the powers of gain, width and order are fitted to 30000 solutions of 548 random
-  !> machines. Smaller values require a second number of steps more often; larger values make the first number too large. Values of
+  !> `resolving` uses an error estimate whose order is lower by three than the order of quadrature; for loads the estimate grows
+  !> with the order. `of_changes` and the powers of gain, width and order were fitted to 30000 solutions of 548 random machines.
+  !> With smaller values a second solution is needed more often; with larger ones the first solution has too many steps. Values of
   !> `change` from 100 to 300 give equal work.
   pure real(dp) function first_steps(method, system, survey, tolerance) result(steps)
     class(method_type), intent(in) :: method
@@ -56,10 +56,11 @@ contains
     steps = whole_steps(method, system, steps)
   end function first_steps
 
-  !> Number of steps that leaves the share 1 / gain of a function that is analytic up to `width` (rad) beside the real axis.
+  !> Number of steps for which the estimated error of quadrature at the Gauss nodes falls to 1 / `gain` of the integrand. The
+  !> integrand is analytic up to the distance `width` (rad) from the real axis.
   !>
-  !> In units of half a step, H = pi / N, Bernstein's ellipse has the minor semiaxis width / H = (R - 1 / R) / 2. Quadrature at
-  !> Gauss nodes leaves R**(-order) (Trefethen, doi:10.1137/060659831, Theorem 4.5). The estimate of its error leaves R**(3-order).
+  !> In units of half a step, H = pi / N, Bernstein's ellipse has the minor semiaxis width / H = (R - 1 / R) / 2. The relative error
+  !> of quadrature is R**(-order) (Trefethen, doi:10.1137/060659831, Theorem 4.5). The estimate of this error is R**(3-order).
   pure real(dp) function resolving(method, width, gain) result(steps)
     class(method_type), intent(in) :: method
     real(dp), intent(in) :: width, gain
@@ -71,8 +72,8 @@ contains
     steps = pi * (r - 1 / r) / (2 * width)
   end function resolving
 
-  !> Width (rad) of the coefficients (which = 1) or of the loads (which = 2). Few samples may suggest a width that is too small.
-  !> Random linkages have at least 7 / m if their fastest change takes 1 / m of the period.
+  !> Distance (rad) from the real axis up to which the coefficients (`which` = 1) or the loads (`which` = 2) are analytic. Few
+  !> samples may make it appear too small. Random linkages whose fastest change takes 1 / m of the period have at least 7 / m.
   pure real(dp) function width_of(system, survey, which) result(width)
     class(periodic_system), intent(in) :: system
     type(survey_type), intent(in) :: survey
@@ -81,8 +82,8 @@ contains
     width = max(survey%width(which), 7.0_dp / system%least_steps)
   end function width_of
 
-  !> Number of steps that resolves the fastest change of the coefficients: `least_steps`. Methods with embedded methods use as many
-  !> nodes as `least_steps` steps with six stages.
+  !> Minimum number of steps that resolves the fastest change of the coefficients: `least_steps` of the system. Methods with
+  !> embedded methods must have at least as many nodes in all as `least_steps` steps with six stages.
   pure real(dp) function fewest(method, system)
     class(method_type), intent(in) :: method
     class(periodic_system), intent(in) :: system
@@ -91,7 +92,8 @@ contains
     if (method%lower_order > 0) fewest = 6 * fewest / method%stages
   end function fewest
 
-  !> Number of steps that leaves the given error in the fastest motion alone. The motion turns by 0.98 of `fastest` in the median.
+  !> Number of steps for which the error of the fastest motion alone is `error`. In the median this motion turns by 0.98 times
+  !> `fastest`.
   pure real(dp) function following(order, constant, survey, error) result(steps)
     integer, intent(in) :: order
     real(dp), intent(in) :: constant, error
@@ -100,12 +102,13 @@ contains
     steps = 0.98_dp * survey%fastest * (constant * survey%fade * max(survey%fastest, 1.0_dp) / error)**(1.0_dp / order)
   end function following
 
-  !> Number of steps that leaves the given error. The fastest motion counts with 0.925 times `fastest` and the share that its decay
-  !> leaves. The coefficients count too: their k-th harmonic falls as exp(-k width), and a method of order p errs most at k = p /
-  !> width.
+  !> Number of steps for which the error of the method is `error`. It grows with the angle of the fastest motion, 0.925 `fastest`,
+  !> and with the share `fade` that the decay of this motion leaves. It also grows with the bandwidth of the coefficients: their
+  !> k-th harmonic falls like exp(-k width), and a method of order p has its largest error at k = p / width.
   pure real(dp) function predicted(order, constant, system, survey, error) result(steps)
-    !> Order p and error constant of the method
+    !> Order p of the method
     integer, intent(in) :: order
+    !> Error constant of the method; allowed relative error
     real(dp), intent(in) :: constant, error
     class(periodic_system), intent(in) :: system
     type(survey_type), intent(in) :: survey
@@ -116,13 +119,13 @@ contains
       & * (constant * survey%fade * max(survey%fastest, 1.0_dp) / error)**(1.0_dp / order)
   end function predicted
 
-  !> Total number of steps of the solutions that lead to the tolerance: a coarse one, one with twice as many steps, and the last
-  !> one, whose number of steps follows from the method's error constant.
+  !> Total number of steps of the three solutions that a method without embedded methods needs: a coarse one, one with twice as many
+  !> steps, and one that reaches the tolerance. The last number of steps follows from the method's error constant.
   pure real(dp) function steps_in_all(method, system, survey, tolerance, changing) result(steps)
     class(method_type), intent(in) :: method
     class(periodic_system), intent(in) :: system
     type(survey_type), intent(in) :: survey
-    !> Relative tolerance; part of P that varies over the period
+    !> `tolerance`: relative tolerance. `changing`: how much P varies over the period, relative to its mean.
     real(dp), intent(in) :: tolerance, changing
     real(dp) :: coarse, last, constant, allowed
 
@@ -137,7 +140,7 @@ contains
       & + whole_steps(method, system, max(2.5_dp * coarse, last))
   end function steps_in_all
 
-  !> Number of steps, rounded up to a multiple of the steps that are computed at once.
+  !> `steps` rounded up to a multiple of the number of steps that are computed at once.
   pure real(dp) function whole_steps(method, system, steps)
     class(method_type), intent(in) :: method
     class(periodic_system), intent(in) :: system

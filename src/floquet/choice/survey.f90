@@ -1,4 +1,5 @@
-!> Surveys a system over its period before it is solved: how fast its fastest motion turns, and how its coefficients change.
+!> Surveys a system before it is solved: estimates how fast its fastest motion oscillates and how its coefficients vary over the
+!> period.
 module gestell_floquet_choice_survey
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp, pi
@@ -12,51 +13,52 @@ module gestell_floquet_choice_survey
 
   public :: survey_system
 
-  !> Assumed powers of k in the decay k^growth exp(-k width) of the k-th harmonic, for coefficients (1) and loads (2). Positions
-  !> have square-root branch points at complex crank angles at which a dyad is stretched, hence k^(-3/2). Loads contain the second
-  !> derivatives of positions; for the low harmonics used here their power is nearly 1 instead of 1/2.
+  !> Exponents in the assumed decay k^growth exp(-k width) of the k-th harmonic: (1) of coefficients, (2) of loads. Positions have
+  !> square-root branch points at complex crank angles at which a dyad is stretched, hence k^(-3/2). Loads contain second
+  !> derivatives of positions, hence k^(1/2) for high k; the low harmonics used here grow nearly like k.
   real(dp), parameter, public :: growth(2) = [-1.5_dp, 1.0_dp]
 
-  !> Properties of a system with n states, from samples before it is solved.
+  !> Properties of a system with n states, estimated from samples of its coefficients before it is solved.
   type, public :: survey_type
-    !> Upper bound on the angle w_max T by which the fastest motion turns within the period (rad): |P| T / sqrt 2, because the
-    !> frequencies come in pairs w, -w.
+    !> Upper bound on the angle w_max T by which the fastest motion turns within the period (rad): |P| T / sqrt 2. The factor sqrt 2
+    !> is correct because frequencies come in pairs w, -w.
     real(dp) :: phase_advance = 0
-    !> Better estimate of this angle (rad): (|P^16| / sqrt 2)^(1/16) T at the phase where P is largest. Of several fast motions
-    !> hardly any but the fastest counts in it.
+    !> Better estimate of the angle w_max T by which the fastest motion turns within the period (rad): (|P^16| / sqrt 2)^(1/16) T at
+    !> the phase where P is largest. The 16th power suppresses all motions but the fastest.
     real(dp) :: fastest = 0
-    !> Distance from the real axis up to which the coefficients (1) and the loads (2) are analytic, in rad of the turn; zero if
-    !> unknown. The k-th harmonic is at most height k^growth exp(-k width).
+    !> `width`: distance from the real axis up to which the coefficients (1) and the loads (2) are analytic (rad, 2 pi per period);
+    !> zero if unknown. `height`: the k-th harmonic is at most `height` k^`growth` exp(-k `width`).
     real(dp) :: width(2) = 0, height(2) = 1
-    !> Share of the fastest motion in Phi(T), which its decay leaves.
+    !> Share of the fastest motion in the norm of Phi(T), after its decay over the period.
     real(dp) :: fade = 1
-    !> Share of the coefficients that varies over the period.
+    !> Varying part of the coefficients, relative to their size.
     real(dp) :: changing = 1
-    !> Units that balance the states, from the size of P over the period; shape (n).
+    !> Units that balance the states, from the largest elements of P over the period; shape (n).
     real(dp), allocatable :: scale(:)
   end type survey_type
 
   integer, parameter :: points = 16
   integer :: place, order
-  !> Phases at which a survey samples the system; a model may prepare them.
+  !> Phases t / T at which a survey samples the system. A model may evaluate them in advance.
   real(dp), parameter, public :: survey_phases(points) = [((place - 0.75_dp) / points, place = 1, points)]
   real(dp), parameter :: cosine(points, points / 2) = reshape([((cos(2 * pi * place * order / points), &
     & place = 1, points), order = 1, points / 2)], [points, points / 2])
   real(dp), parameter :: sine(points, points / 2) = reshape([((sin(2 * pi * place * order / points), &
     & place = 1, points), order = 1, points / 2)], [points, points / 2])
-  !> Factors k^growth of the harmonics of coefficients (1) and loads (2).
+  !> Index in the following array constructor: 1 for coefficients, 2 for loads.
   integer :: which
+  !> Factors k^growth of the harmonics k = 1, 2, ... of coefficients (column 1) and loads (column 2).
   real(dp), parameter :: falling(points / 2, 2) = reshape([((real(order, dp)**growth(which), order = 1, points / 2), &
     & which = 1, 2)], [points / 2, 2])
 
 contains
 
-  !> Surveys `system`. Fails if the coefficients are not finite or the mass matrix is singular.
+  !> Estimates the properties of `system` from samples. Fails if the coefficients are not finite or the mass matrix is singular.
   subroutine survey_system(system, survey, error, forced)
     class(periodic_system), intent(in) :: system
     type(survey_type), intent(out) :: survey
     type(error_type), allocatable, intent(out) :: error
-    !> If present, also find how the coefficients vary; if true, how the loads vary
+    !> If present, also estimate how the coefficients vary over the period; if true, also how the loads vary
     logical, intent(in), optional :: forced
     real(dp), allocatable :: p(:, :, :), f(:, :)
     real(dp), dimension(system%states, system%states) :: greatest, one, power, square
@@ -119,11 +121,11 @@ contains
   end subroutine survey_system
 
   !> Share of the fastest motion in the norm of Phi(T); between `least` and 1. `p` is P, shape (n, n), in units of `unit` / T,
-  !> `power` is its 16th power and `fastest` the angle of the fastest motion (rad).
+  !> `power` is its 16th power and `fastest` the angle by which the fastest motion turns within the period (rad).
   !>
-  !> Let the pair of eigenvalues of the fastest motion be r exp(+-i (pi / 2 + e)), so that d = fastest e is its decay in the period.
-  !> Then tr P^16 = 2 r^16 cos 16 e and tr P^17 = -2 r^17 sin 17 e. The trace of P gives the mean decay of the other motions. A
-  !> share below `least` is raised to it: motions that decay more slowly then contribute as well.
+  !> Let the pair of eigenvalues of the fastest motion be r exp(+-i (pi / 2 + e)), so that this motion decays by exp(-d), d =
+  !> fastest e, in the period. Then tr P^16 = 2 r^16 cos 16 e and tr P^17 = -2 r^17 sin 17 e. The trace of P gives the mean decay of
+  !> the other motions. A share below `least` is raised to `least`, because motions that decay more slowly then contribute as well.
   pure real(dp) function fade_of(p, power, unit, fastest) result(fade)
     real(dp), intent(in) :: p(:, :), power(:, :), unit, fastest
     real(dp), parameter :: least = 1 / 64.0_dp
@@ -139,14 +141,14 @@ contains
     fade = max(1 / sqrt(1 + (n - 2) / 2.0_dp * exp(2 * min(decay - others, 10.0_dp))), least)
   end function fade_of
 
-  !> Finds how the coefficients, shape (points, n, n), and the loads, shape (points, n), vary over the period. It analyses their
-  !> sums with quasi-random weights, which keep components from cancelling.
+  !> Estimates how the coefficients `p`, shape (points, n, n), and the loads `f`, shape (points, n), vary over the period. It
+  !> analyses sums over all components, with quasi-random weights that keep components from cancelling.
   pure subroutine find_changes(p, period, survey, f)
     real(dp), contiguous, intent(in) :: p(:, :, :)
     real(dp), intent(in) :: period
     type(survey_type), intent(inout) :: survey
     real(dp), contiguous, intent(in), optional :: f(:, :)
-    !> Width of functions that are constant or absent.
+    !> `any_width`: width of functions that are constant or absent. `golden`: step of the quasi-random weights.
     real(dp), parameter :: any_width = 1.0e6_dp, golden = 0.6180339887498949_dp
     real(dp) :: together(points), rows(size(p, 2)), columns(size(p, 2)), greatest
     integer :: i, j
@@ -175,9 +177,9 @@ contains
     call fit_harmonics(together, any_width, falling(:, 2), survey%width(2), survey%height(2), greatest)
   end subroutine find_changes
 
-  !> Computes the largest amplitude `greatest` of a harmonic, and `width` and `height` of their decay. The width follows from
-  !> harmonics 3 and 4 against 7 and 8. No harmonic from the third on exceeds `height` falling(k) exp(-k width) times the maximum of
-  !> |values|.
+  !> Computes the largest amplitude of a harmonic of `values`, `greatest`, and fits the decay of the harmonics. The `width` follows
+  !> from harmonics 3 and 4 compared with 7 and 8. From k = 3 on, the k-th harmonic is at most `height` falling(k) exp(-k width)
+  !> times the maximum of |values|.
   pure subroutine fit_harmonics(values, any_width, falling, width, height, greatest)
     real(dp), intent(in) :: values(points), any_width, falling(points / 2)
     real(dp), intent(out) :: width, height, greatest

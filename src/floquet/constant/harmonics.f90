@@ -20,7 +20,7 @@ module gestell_floquet_constant_harmonics
     complex(dp), allocatable :: x(:, :)
     !> Bound on the error of x(t) at any t, shape (n).
     real(dp), allocatable :: error(:)
-    !> Maximum factor by which a harmonic amplifies a relative error of M, B or C.
+    !> Maximum factor by which solving for a harmonic amplifies a relative error of M, B or C.
     real(dp) :: condition = 0
     !> Number of evaluations of the load.
     integer :: evaluations = 0
@@ -28,13 +28,13 @@ module gestell_floquet_constant_harmonics
     procedure :: motion
   end type spectrum_type
 
-  !> Coefficients M, B, C and bounds on their errors dM, dB, dC, in balanced units; fundamental frequency (rad/s).
+  !> M, B, C and bounds on their errors, dM, dB, dC, all in balanced units; fundamental frequency (rad/s).
   type :: coefficients_type
     real(dp), allocatable, dimension(:, :) :: m, b, c, dm, db, dc
     real(dp) :: frequency = 0
   end type coefficients_type
 
-  !> Factor from the estimate of an error to its bound.
+  !> Safety factor by which an estimated error is multiplied to give its bound.
   real(dp), parameter :: safety = 4
   !> Maximum number of samples of the load.
   integer, parameter :: most_points = 2**14
@@ -43,10 +43,14 @@ contains
 
   !> Computes the periodic motion of `system` and bounds on its error.
   !>
-  !> The number of samples is doubled until the harmonics change by rounding only. The error bound has four parts. Two are the
-  !> effects of the errors of M, B, C and of rounding in h. The third is the last change of all harmonics, new ones included. The
-  !> fourth concerns free vibrations above the highest harmonic: it is the effect of a load as large as in the upper third of the
-  !> harmonics. Fails if Z_m is singular within its error (resonance, or no spring against the mean load).
+  !> The number of samples is doubled until the harmonics change by no more than rounding. The error bound is the sum of four parts:
+  !>
+  !> - the effect of the errors of M, B and C,
+  !> - the effect of rounding in h,
+  !> - the last change of the harmonics, including those added last,
+  !> - the response of free vibrations above the highest harmonic to a load as large as the upper third of the harmonics of h.
+  !>
+  !> Fails if Z_m is singular within its error (resonance, or no spring against the mean load).
   subroutine solve_harmonics(system, scale, values, spectrum, error)
     type(averaged_system), intent(in) :: system
     !> Units of the states, shape (n)
@@ -100,8 +104,8 @@ contains
     allocate(spectrum%x(n, 0:last), source=x(:, :last) * spread(units, 2, last + 1))
   end subroutine solve_harmonics
 
-  !> Converts the coefficients to balanced units: positions in units of `scale`, forces in their reciprocals, so that symmetric
-  !> matrices stay symmetric. Rounding errors of the arithmetic count as errors of the coefficients.
+  !> Converts the coefficients to balanced units: positions in units of `scale`, forces in units of 1 / `scale`, so that symmetric
+  !> matrices remain symmetric. Rounding errors of the samples are included in the errors of the coefficients.
   pure function in_units(system, scale) result(coefficients)
     type(averaged_system), intent(in) :: system
     real(dp), intent(in) :: scale(:)
@@ -121,8 +125,8 @@ contains
     coefficients%frequency = 2 * pi / system%period
   end function in_units
 
-  !> Computes the amplitudes h_m of the load, shape (f, 0:points / 2 - 1), from `points` samples, in units of 1 / `scale`.
-  !> `rounding`, shape (f), bounds the error of each amplitude due to rounding of the samples.
+  !> Computes the amplitudes h_m of the load from `points` samples, in units of 1 / `scale`; `h` has the shape (f, 0:points / 2 -
+  !> 1). `rounding`, shape (f), bounds the error that rounding of the samples causes in each amplitude.
   subroutine load_harmonics(system, points, scale, h, rounding)
     type(averaged_system), intent(in) :: system
     integer, intent(in) :: points
@@ -149,8 +153,9 @@ contains
       & * maxval(norm2(samples, dim=2)))
   end subroutine load_harmonics
 
-  !> Solves for all harmonics `x`. `bound` bounds the error of their sum due to the errors of the coefficients and the `rounding` of
-  !> h.
+  !> Computes all harmonics `x`, and `bound` on the error of their sum. This error is caused by errors of the coefficients and by
+  !> the errors of h, which `rounding` bounds. `condition`: the largest factor by which a harmonic amplifies relative errors of M, B
+  !> or C.
   subroutine solve_all(coefficients, h, rounding, x, bound, condition, error)
     type(coefficients_type), intent(in) :: coefficients
     complex(dp), intent(in) :: h(:, 0:)
@@ -183,7 +188,7 @@ contains
     end do
   end subroutine solve_all
 
-  !> Computes Z_k^-1 and a bound on the errors of the elements of Z_k. Fails if Z_k may be singular within this error.
+  !> Computes Z_k^-1 and bounds `dz` on the errors of the elements of Z_k. Fails if Z_k may be singular within these errors.
   subroutine invert(coefficients, k, inverted, dz, error)
     type(coefficients_type), intent(in) :: coefficients
     real(dp), intent(in) :: k
@@ -209,7 +214,7 @@ contains
     error%cause = resonance
   end subroutine invert
 
-  !> Maximum row sum, for a matrix without negative elements.
+  !> Maximum row sum of a matrix without negative elements.
   pure real(dp) function norm(a)
     real(dp), intent(in) :: a(:, :)
 

@@ -1,5 +1,5 @@
-!> Solves x_{k+1} = A_k x_k + b_k with x_{K+1} = x_1 for the factors A_k of a monodromy matrix, and bounds the errors. It works in
-!> the coordinates of the periodic Schur form or of the eigenvectors.
+!> Solves x_{k+1} = A_k x_k + b_k with x_{K+1} = x_1 for the factors A_k of a monodromy matrix, and bounds the errors of x_k. The
+!> solution uses the periodic Schur form; the error bounds use this form or the eigenvectors.
 module gestell_floquet_factors_cycle
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -14,12 +14,12 @@ module gestell_floquet_factors_cycle
 
   !> Periodic Schur form, multipliers and eigenvectors of the factors. n is the number of states, K the number of factors.
   type, public :: spectrum_type
-    !> Schur form `q` and `r`, shapes (n, n, K); logarithms `z` of the multipliers, shape (n).
+    !> `q`, `r`: periodic Schur form, shapes (n, n, K). `z`: logarithms of the multipliers, shape (n).
     complex(dp), allocatable :: q(:, :, :), r(:, :, :), z(:)
     !> Eigenvectors at the start of each factor.
     type(eigenvectors_type) :: vectors
-    !> `bound`: bounds on the errors of the multipliers, relative to |rho|. `most`: upper bounds on ln |rho|. `condition`: condition
-    !> numbers of the multipliers. Shapes (n).
+    !> All of shape (n). `bound`: bounds on the errors of the multipliers, relative to |rho|. `most`: upper bounds on ln |rho|.
+    !> `condition`: condition numbers of the multipliers.
     real(dp), allocatable :: bound(:), most(:), condition(:)
     !> Lower bounds on |1 - rho| / max(1, |rho|), shape (n). Allocated only if the periodic motion is requested.
     real(dp), allocatable :: distance(:)
@@ -48,7 +48,7 @@ contains
     call periodic_bounds(a, log_abs, arg, spectrum%vectors, factors%error, spectrum%bound, spectrum%most, spectrum%condition)
   end subroutine solve_spectrum
 
-  !> Lower bound on |1 - rho| / max(1, |rho|) for multiplier `i`. Not positive if 1 lies within the error bound of rho.
+  !> Lower bound on |1 - rho| / max(1, |rho|) for multiplier `i`. Zero or negative if 1 lies within the error bound of rho.
   pure real(dp) function distance_from_one(spectrum, i)
     type(spectrum_type), intent(in) :: spectrum
     integer, intent(in) :: i
@@ -67,8 +67,8 @@ contains
   !>
   !>     z_{k+1} = R_k z_k + Q_{k+1}^H b_k.
   !>
-  !> The components are solved one after the other, beginning with the last: forward where |rho_i| <= 1 and backward where |rho_i| >
-  !> 1, so that nothing grows.
+  !> The components of z are computed one after the other, the last one first. Component i is computed forward if |rho_i| <= 1 and
+  !> backward if |rho_i| > 1, so that it never grows.
   pure subroutine periodic_answer(spectrum, b, x)
     type(spectrum_type), intent(in) :: spectrum
     real(dp), intent(in) :: b(:, :)
@@ -86,10 +86,10 @@ contains
     end do
   end subroutine periodic_answer
 
-  !> Computes bounds on the errors at the starts of the segments.
+  !> Computes bounds on the errors of the states at the starts of the segments.
   !>
-  !> In the coordinates of the Schur form the couplings of the components add up over all segments. In the coordinates of the
-  !> eigenvectors nothing couples, but eigenvectors may be nearly parallel. Both bounds hold; the smaller one is returned.
+  !> One bound uses the Schur form, in which couplings between components add up over all segments. The other bound uses the
+  !> eigenvectors, which are uncoupled but may be nearly parallel. Both bounds are valid; the smaller one is returned.
   pure subroutine accumulate(factors, spectrum, doubt, at_starts)
     type(factors_type), intent(in) :: factors
     type(spectrum_type), intent(in) :: spectrum
@@ -111,12 +111,12 @@ contains
     call accumulate_uncoupled(factors, spectrum, doubt, at_starts)
   end subroutine accumulate
 
-  !> Replaces bounds by those from the eigenvectors where these are smaller. With e = X z the errors e_{k+1} = (A_k + E_k) e_k + d_k
-  !> obey
+  !> Replaces each bound by the bound from the eigenvectors if this is smaller. With e = X z the errors e_{k+1} = (A_k + E_k) e_k +
+  !> d_k satisfy
   !>
   !>     z_{k+1} = Lambda_k z_k + Y_{k+1} d_k + Y_{k+1} (E_k X_k + S_k) z_k,   S_k = A_k X_k - X_{k+1} Lambda_k.
   !>
-  !> First z is computed without the last term. If this term then changes z by at most a share q < 1/2, repeated substitution
+  !> First z is computed without the last term. If this term changes z by at most a fraction q < 1/2, fixed-point iteration
   !> converges and multiplies the bound by at most 1 / (1 - q).
   pure subroutine accumulate_uncoupled(factors, spectrum, doubt, at_starts)
     type(factors_type), intent(in) :: factors
@@ -157,8 +157,8 @@ contains
   end subroutine accumulate_uncoupled
 
   !> Computes the periodic solution of z_{k+1} = R_k z_k + b_k, shape (n, K), for triangular R_k with prod R_k(i, i) =
-  !> exp(logarithm(i)). With `distances`, R and b must hold magnitudes. The routine then replaces 1 - rho by these lower bounds and
-  !> returns an upper bound on |z|.
+  !> exp(logarithm(i)). If `distances` is present, R and b must contain magnitudes. The result is then an upper bound on |z|,
+  !> computed with these lower bounds in place of 1 - rho.
   pure subroutine cycle_through(logarithm, r, b, z, distances)
     complex(dp), intent(in) :: logarithm(:), r(:, :, :), b(:, :)
     complex(dp), intent(out) :: z(:, :)

@@ -2,7 +2,7 @@
 !>
 !>     Phi(T) = A_K ... A_1,
 !>
-!> without forming the product. Each segment is so short that no mode is lost in rounding beside another mode. See "Factors" in
+!> without multiplying them. The segments are so short that rounding does not destroy the small modes of a factor. See "Factors" in
 !> doc/theory.md.
 module gestell_floquet_factors
   use gestell_base_error, only: error_type
@@ -22,22 +22,23 @@ module gestell_floquet_factors
 
   public :: solve_factors
 
-  !> Factors of a monodromy matrix in balanced units, x / scale. Errors are bounds in Frobenius' norm. n is the number of states, K
-  !> the number of segments.
+  !> Factors of a monodromy matrix in balanced units, x / scale. Errors are bounds in the Frobenius norm. n is the number of states,
+  !> K the number of segments.
   type, public :: factors_type
     !> Period T (s)
     real(dp) :: period = 0
-    !> Units, powers of two, that make the states comparable, shape (n).
+    !> Units of the states, shape (n): powers of two that make the states comparable.
     real(dp), allocatable :: scale(:)
     !> Ends of the segments as phases t / T, shape (0:K).
     real(dp), allocatable :: ends(:)
-    !> Map of each segment, x(end) = A x(start) + b: shapes (n, n, K) and (n, K). Bounds on the errors of A and b, shapes (K).
+    !> `a`, `b`: map of each segment, x(end) = A x(start) + b, shapes (n, n, K) and (n, K). `error`, `b_error`: bounds on the errors
+    !> of A and b, shapes (K).
     real(dp), allocatable :: a(:, :, :), b(:, :), error(:), b_error(:)
-    !> Sum of |error of A| / |A| over all segments.
+    !> Sum over all segments of the error of A divided by |A|.
     real(dp) :: relative_error = 0
     !> Angle by which the fastest motion turns within the period (rad).
     real(dp) :: phase_advance = 0
-    !> Number of steps of the final solution; number of evaluations of the coefficients by all solutions together.
+    !> `steps`: steps of the final solution. `evaluations`: evaluations of the coefficients in all solutions together.
     integer :: steps = 0, evaluations = 0
     !> Ends of the steps as phases t / T, shape (steps + 1).
     real(dp), allocatable :: nodes(:)
@@ -45,14 +46,14 @@ module gestell_floquet_factors
     class(method_type), allocatable :: method
   end type factors_type
 
-  !> A segment ends when |A| |A^-1| reaches this number.
+  !> A segment ends when |A| |A^-1| reaches this limit.
   real(dp), parameter :: most_spread = 30
-  !> A segment also ends when the magnitude of ln |A| reaches this number: squares must not under- or overflow.
+  !> A segment also ends when the absolute value of ln |A| reaches this limit, so that squares neither underflow nor overflow.
   real(dp), parameter :: most_growth = 100
   !> Maximum number of steps tried for the division into segments.
   integer, parameter :: most_segments = 2**14
 
-  !> Factors computed with one number of steps. `size_a` is |A|, `size_b` the maximum of |b| within the segment.
+  !> Factors from one solution with a given number of steps. `size_a`: |A|. `size_b`: maximum of |b| within each segment.
   type :: level_type
     real(dp), allocatable :: nodes(:), a(:, :, :), b(:, :), size_a(:), size_b(:)
     integer :: steps = 0
@@ -60,8 +61,8 @@ module gestell_floquet_factors
 
 contains
 
-  !> Computes the factors of `system` to the requested accuracy. The sum of their relative errors is compared with the tolerance; it
-  !> is estimated as in `solve_monodromy`. Errors: singular equations, tolerance out of reach.
+  !> Computes the factors of `system` until the sum of their relative errors is at most the tolerance. The errors are estimated as
+  !> in `solve_monodromy`. Errors: singular equations, tolerance out of reach.
   subroutine solve_factors(system, accuracy, forced, factors, error, surveyed)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -69,7 +70,7 @@ contains
     logical, intent(in) :: forced
     type(factors_type), intent(out) :: factors
     type(error_type), allocatable, intent(out) :: error
-    !> Survey of the system, if the caller has it
+    !> Survey of the system, if the caller already has it
     type(survey_type), intent(in), optional :: surveyed
     type(level_type) :: coarse, middle, fine
     real(dp), allocatable :: d12(:, :), d23(:, :), left(:, :), floor(:)
@@ -133,7 +134,7 @@ contains
     call move_alloc(fine%b, factors%b)
   end subroutine solve_factors
 
-  !> Computes the ends of the segments from maps of at least `steps` steps. Doubles the steps until each step alone stays within the
+  !> Divides the period into segments, using at least `steps` steps. The number of steps is doubled until no single step exceeds the
   !> limit on |A| |A^-1|.
   subroutine divide(system, steps, factors, error)
     class(periodic_system), intent(in) :: system
@@ -178,7 +179,7 @@ contains
     if (.not. allocated(singular)) spread_of = norm2(a) * norm2(inverted)
   end function spread_of
 
-  !> Computes the factors with at least `steps` steps.
+  !> Computes the factors with `steps` steps or slightly more: the ends of segments are also ends of steps.
   subroutine solve_level(system, steps, forced, factors, level, error)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: steps
@@ -217,8 +218,7 @@ contains
     factors%evaluations = factors%evaluations + level%steps * factors%method%stages
   end subroutine solve_level
 
-  !> Norms of the differences between the matrices A (column 1) and the vectors b (column 2) of two solutions, relative to `other`.
-  !> The shape is (K, 2).
+  !> Norms of the differences between two solutions, relative to `other`; shape (K, 2). Column 1: matrices A; column 2: vectors b.
   pure function distances(one, other, forced) result(d)
     type(level_type), intent(in) :: one, other
     logical, intent(in) :: forced

@@ -1,4 +1,4 @@
-!> Bounds the errors of multipliers that are computed from factors with error bounds. Implements (71) of doc/theory.md.
+!> Computes error bounds for multipliers from the error bounds of the factors; equation (71) of doc/theory.md.
 module gestell_floquet_factors_periodic_bounds
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -10,46 +10,47 @@ module gestell_floquet_factors_periodic_bounds
 
   public :: periodic_bounds
 
-  !> Largest logarithm of a ratio; larger ratios are cut off.
+  !> Limit on logarithms of ratios, which prevents overflow.
   real(dp), parameter :: far = 300
 
-  !> Discs |mu - c_j| <= radius(j) |c_j| with centres c_j; all shapes (n).
+  !> Discs |mu - c_j| <= radius(j) |c_j| around centres c_j. All components have the shape (n).
   type :: discs_type
-    !> ln |c_j| and argument of c_j.
+    !> `log_abs`: ln |c_j|. `arg`: argument of c_j.
     real(dp), allocatable :: log_abs(:), arg(:)
-    !> Radius relative to |c_j|, at most exp(far); maximum of ln |mu| in the disc, valid also for larger radii.
+    !> `radius`: radius relative to |c_j|, at most exp(far). `most`: maximum of ln |mu| in the disc, valid even if the radius
+    !> exceeds exp(far).
     real(dp), allocatable :: radius(:), most(:)
-    !> Number of the cluster: connected discs share a number.
+    !> Number of the cluster to which each disc belongs. Discs that touch belong to the same cluster.
     integer, allocatable :: cluster(:)
   end type discs_type
 
 contains
 
-  !> Computes error bounds for the multipliers rho_i = exp(log_abs(i) + i arg(i)) of a product of factors with errors.
+  !> Computes error bounds for the multipliers rho_i = exp(log_abs(i) + i arg(i)) of a product of factors that have errors.
   !>
-  !> The eigenvectors X_k, Y_k = X_k^-1, Lambda_k transform the true factors A_k + E_k to Lambda_k + F_k with F_k = Y_{k+1} (E_k X_k
-  !> + S_k), S_k = A_k X_k - X_{k+1} Lambda_k. Scale the vectors to |y_i| = 1. Each element of column j of F_k Lambda_k^-1 is then
-  !> at most eta_k(j) = (|E_k| + |S_k(:, j)|) |y_j| / |lambda_k(j)|, with |x_j| = 1. Gershgorin's theorem for columns puts all
-  !> multipliers into discs |mu - rho_j| <= |rho_j| r_j. Connected discs contain as many multipliers as discs, so a bound reaches
-  !> across all of them.
+  !> The eigenvectors X_k, Y_k = X_k^-1 transform the true factors A_k + E_k to Lambda_k + F_k with F_k = Y_{k+1} (E_k X_k + S_k),
+  !> S_k = A_k X_k - X_{k+1} Lambda_k. The vectors are scaled to |y_i| = 1. Each element of column j of F_k Lambda_k^-1 is then at
+  !> most eta_k(j) = (|E_k| + |S_k(:, j)|) |y_j| / |lambda_k(j)|, with |x_j| = 1. By Gershgorin's theorem for columns all
+  !> multipliers lie in discs |mu - rho_j| <= |rho_j| r_j. A cluster of connected discs contains as many multipliers as discs. The
+  !> bound for a multiplier therefore extends over its whole cluster.
   !>
   !> The relation 1 + r_j = prod_k (1 + n eta_k(j)) is proved for an error in a single factor, of any size, and for multipliers that
-  !> do not couple (n = 1). For errors in several factors it neglects products of two couplings between multipliers; it is of first
-  !> order in the couplings.
+  !> do not couple (n = 1). For errors in several factors it neglects products of two couplings between multipliers, so it is
+  !> correct to first order in the couplings.
   !>
-  !> The discs are valid for any X_k, because S_k measures how accurate X_k is. For close or defective multipliers X_k is nearly
-  !> singular. If discs touch, the routine therefore also tries the eigenvectors of factors perturbed by about |E_k|. There a
-  !> multiplier of multiplicity m splits like |E|^(1/m), and so does the bound.
+  !> The discs are valid for any X_k, because S_k includes the inaccuracy of X_k. For close or defective multipliers X_k is nearly
+  !> singular. If discs touch, the routine therefore also tries the eigenvectors of factors perturbed by about |E_k|. For these a
+  !> multiplier of multiplicity m splits in proportion to |E|^(1/m), and the bound is as large.
   pure subroutine periodic_bounds(factors, log_abs, arg, vectors, errors, bound, most, condition)
     !> Factors A_k, shape (n, n, K)
     complex(dp), intent(in) :: factors(:, :, :)
-    !> Logarithms of the moduli and arguments of the multipliers, shapes (n); bounds on the errors of the factors, absolute in
-    !> Frobenius' norm, shape (K)
+    !> `log_abs`, `arg`: logarithms of the moduli, and arguments, of the multipliers, shapes (n). `errors`: bounds on the errors of
+    !> the factors in the Frobenius norm, shape (K).
     real(dp), intent(in) :: log_abs(:), arg(:), errors(:)
     !> Eigenvectors of the factors
     type(eigenvectors_type), intent(in) :: vectors
-    !> Bounds on |mu - rho_i| / |rho_i|, at most about 1e300; bounds on ln |mu|, valid even if rho has no correct digit; condition
-    !> numbers, the maxima of |y_i| |x_i| along the period, at least 1. Shapes (n).
+    !> All of shape (n). `bound`: bounds on |mu - rho_i| / |rho_i|, at most about 1e300. `most`: bounds on ln |mu|, valid even if
+    !> rho has no correct digit. `condition`: condition numbers, maxima of |y_i| |x_i| over the period, at least 1.
     real(dp), intent(out) :: bound(:), most(:), condition(:)
     type(discs_type) :: discs
     type(error_type), allocatable :: failure
@@ -99,14 +100,14 @@ contains
     end do
   end subroutine move
 
-  !> Bound on the rounding error of products of the matrix with unit vectors.
+  !> Bound on the rounding error of a product of the matrix with a unit vector.
   pure real(dp) function rounding(a)
     complex(dp), intent(in) :: a(:, :)
 
     rounding = size(a, 1) * epsilon(1.0_dp) * norm(a)
   end function rounding
 
-  !> Discs around the multipliers, computed with the eigenvectors `vectors`.
+  !> Discs around the multipliers, computed from the eigenvectors `vectors`.
   pure function discs_of(factors, vectors, errors) result(discs)
     complex(dp), intent(in) :: factors(:, :, :)
     type(eigenvectors_type), intent(in) :: vectors
@@ -149,8 +150,8 @@ contains
     end do
   end function discs_of
 
-  !> Computes, for each rho_i, the largest relative distance of a point of the discs connected with its own disc, and the maximum of
-  !> ln |mu| over these discs.
+  !> Computes two maxima over the cluster of discs that contains rho_i: `bound`, the largest distance from rho_i relative to
+  !> |rho_i|, and `most`, the largest ln |mu|.
   pure subroutine bound_errors(discs, log_abs, arg, bound, most)
     type(discs_type), intent(in) :: discs
     real(dp), intent(in) :: log_abs(:), arg(:)
@@ -177,7 +178,7 @@ contains
     end do
   end subroutine bound_errors
 
-  !> Radius of disc `j`, relative to a multiplier with the logarithm `log_abs`.
+  !> Radius of disc `j` relative to a multiplier whose ln |rho| is `log_abs`.
   pure real(dp) function extent(discs, j, log_abs)
     type(discs_type), intent(in) :: discs
     integer, intent(in) :: j
@@ -190,7 +191,7 @@ contains
     end if
   end function extent
 
-  !> Ratio of two multipliers, with a modulus of at most exp(far).
+  !> Ratio of two multipliers. Its modulus is limited to exp(far).
   pure complex(dp) function quotient(log_abs, arg, other_log_abs, other_arg)
     real(dp), intent(in) :: log_abs, arg, other_log_abs, other_arg
 

@@ -1,4 +1,4 @@
-!> Computes the eigenvectors at all segments of the period from the periodic Schur form.
+!> Computes the eigenvectors of all factors of a periodic product from the periodic Schur form.
 module gestell_floquet_factors_periodic_eigenvectors
   use gestell_base_kinds, only: dp
   use gestell_floquet_factors_rotations, only: norm, rotate, swapping
@@ -7,11 +7,12 @@ module gestell_floquet_factors_periodic_eigenvectors
 
   public :: periodic_eigenvectors
 
-  !> Right eigenvectors are the unit columns of X_k, left ones the rows of Y_k = X_k^-1, with
+  !> Eigenvectors of a product of factors A_k. Right eigenvectors are the unit columns of X_k, left ones the rows of Y_k = X_k^-1,
+  !> with
   !>
   !>     A_k X_k = X_{k+1} diag(lambda_k),   X_{K+1} = X_1,   prod_k lambda_k(i) = rho_i.
   type, public :: eigenvectors_type
-    !> X and Y, shapes (n, n, K), and lambda, shape (n, K), for K factors.
+    !> `x`, `y`: X and Y of K factors, shapes (n, n, K). `lambda`: lambda, shape (n, K).
     complex(dp), allocatable :: x(:, :, :), y(:, :, :), lambda(:, :)
   end type eigenvectors_type
 
@@ -19,9 +20,9 @@ contains
 
   !> Computes the eigenvectors from the periodic Schur form `q` and `r`, shapes (n, n, K).
   !>
-  !> Multiplier i is swapped to the first position of the form, where its Schur vectors are x, and to the last, where they are
-  !> conjg(y). If equal multipliers share an eigenvector, X_k is singular: Y_k is then large, and only the diagonal of Y_k X_k
-  !> equals that of E.
+  !> Each multiplier is swapped to the first position of the Schur form, where its Schur vectors are x. It is also swapped to the
+  !> last position, where its Schur vectors are conjg(y). If equal multipliers share an eigenvector, X_k is singular. Y_k is then
+  !> large, and only the diagonal of Y_k X_k equals that of E.
   pure subroutine periodic_eigenvectors(q, r, vectors)
     complex(dp), intent(in) :: q(:, :, :), r(:, :, :)
     type(eigenvectors_type), intent(out) :: vectors
@@ -52,7 +53,7 @@ contains
     end do
   end subroutine periodic_eigenvectors
 
-  !> Computes the Schur form with the multiplier at position `from` moved to position `to`. The order of the others is kept.
+  !> Computes the Schur form with the multiplier at position `from` moved to position `to`. The other multipliers keep their order.
   pure subroutine moved(from, to, q, r, q_moved, r_moved)
     integer, intent(in) :: from, to
     complex(dp), intent(in) :: q(:, :, :), r(:, :, :)

@@ -1,5 +1,5 @@
-!> Computes the periodic Schur form of a sequence of matrices. It gives the eigenvalues of their product without forming the
-!> product.
+!> Computes the periodic Schur form of a sequence of matrices. This form gives the eigenvalues of the product without multiplying
+!> the matrices.
 module gestell_floquet_factors_periodic_schur
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -12,15 +12,15 @@ module gestell_floquet_factors_periodic_schur
 
 contains
 
-  !> Computes unitary Q_1, ..., Q_K such that Q_{k+1}^H A_k Q_k = R_k is upper triangular, with Q_{K+1} = Q_1, for the product A_K
-  !> ... A_1. All shapes are (n, n, K). The multipliers prod_k R_k(i, i) are sorted by descending modulus as far as roundoff
-  !> permits.
+  !> Computes the periodic Schur form of the product A_K ... A_1: unitary Q_1, ..., Q_K such that Q_{k+1}^H A_k Q_k = R_k is upper
+  !> triangular, with Q_{K+1} = Q_1. All shapes are (n, n, K). The multipliers prod_k R_k(i, i) are sorted by descending modulus as
+  !> far as roundoff permits.
   !>
   !> The method is the complex periodic QR algorithm (Bojanczyk, Golub and Van Dooren 1992; Kressner, BIT 41 (2001) 736). It reduces
   !> A_K to Hessenberg form and the other factors to triangular form, then applies sweeps with one implicit shift each. The error of
-  !> each factor is of the order of roundoff times its norm, whatever the range of the product. Zeros on the diagonals need no
-  !> special treatment: a sweep without shift moves them to the end, where the next sweep separates them. Errors: a factor is not
-  !> finite; no convergence.
+  !> each factor is of the order of roundoff times its norm, even if the elements of the product differ by many orders of magnitude.
+  !> Zeros on the diagonals need no special treatment: a sweep without shift moves them to the end, where the next sweep separates
+  !> them. Errors: a factor is not finite; no convergence.
   pure subroutine periodic_schur(factors, q, r, error)
     !> Factors A_k
     complex(dp), intent(in) :: factors(:, :, :)
@@ -50,8 +50,8 @@ contains
     end do
   end subroutine periodic_schur
 
-  !> Computes ln |rho_i| and the argument of rho_i = prod_k R_k(i, i), in (-pi, pi], without under- or overflow; shapes (n). A
-  !> multiplier that is zero gets the logarithm of the smallest positive number.
+  !> Computes ln |rho_i| and the argument, in (-pi, pi], of rho_i = prod_k R_k(i, i), without underflow or overflow; shapes (n). For
+  !> a zero multiplier `log_abs` is the logarithm of the smallest positive number.
   pure subroutine periodic_multipliers(r, log_abs, arg)
     complex(dp), intent(in) :: r(:, :, :)
     real(dp), intent(out) :: log_abs(:), arg(:)
@@ -70,7 +70,7 @@ contains
     end do
   end subroutine periodic_multipliers
 
-  !> Reduces R_1, ..., R_{K-1} to triangular and R_K to upper Hessenberg form, in place of the factors.
+  !> Reduces the factors `r` in place: R_1, ..., R_{K-1} to triangular form and R_K to upper Hessenberg form. Computes `q`.
   pure subroutine reduce(r, q)
     complex(dp), intent(inout) :: r(:, :, :)
     complex(dp), intent(out) :: q(:, :, :)
@@ -105,7 +105,7 @@ contains
     end do
   end subroutine reduce
 
-  !> Applies sweeps until R_K is triangular too.
+  !> Applies QR sweeps until R_K is triangular.
   pure subroutine iterate(r, q, error)
     complex(dp), intent(inout) :: r(:, :, :), q(:, :, :)
     type(error_type), allocatable, intent(out) :: error
@@ -150,8 +150,8 @@ contains
     block_start = 1
   end function block_start
 
-  !> Direction of the first column of (product of the block) - shift E, with Wilkinson's shift from the end of the product. Every
-  !> tenth sweep uses an arbitrary direction, which ends rare cycles.
+  !> Direction of the first rotation of a sweep: the first column of (product of the block) - shift E. Wilkinson's shift is taken
+  !> from the last rows and columns of the product. Every tenth sweep uses an arbitrary direction, to break rare cycles.
   pure function first_direction(r, low, high, sweeps) result(v)
     complex(dp), intent(in) :: r(:, :, :)
     integer, intent(in) :: low, high, sweeps
@@ -185,8 +185,8 @@ contains
     v = unit(v)
   end function first_direction
 
-  !> Wilkinson's shift: the eigenvalue of t, shape (2, 2), that is nearer to t(2, 2). If the other eigenvalue is much smaller, that
-  !> one is the shift. It converges at the end of a product of graded factors, where sweeps towards the larger eigenvalue may cycle.
+  !> Wilkinson's shift: the eigenvalue of t, shape (2, 2), that is nearer to t(2, 2). If the other eigenvalue is much smaller, it is
+  !> used instead: for products of graded factors, sweeps towards the larger eigenvalue may cycle.
   pure function shift_of(t) result(shift)
     complex(dp), intent(in) :: t(2, 2)
     complex(dp) :: shift, mean, root
@@ -199,7 +199,7 @@ contains
     if (abs(mean + root) < much * abs(shift)) shift = mean + root
   end function shift_of
 
-  !> Performs one sweep through the block, beginning with the rotation whose first column is `v`.
+  !> Performs one QR sweep through rows and columns `low` to `high`. `v` is the first column of the first rotation.
   pure subroutine sweep(r, q, low, high, v)
     complex(dp), intent(inout) :: r(:, :, :), q(:, :, :)
     integer, intent(in) :: low, high
@@ -219,7 +219,7 @@ contains
     end do
   end subroutine sweep
 
-  !> Sorts the multipliers by descending modulus. Neighbours too close to be swapped without error are left in place.
+  !> Sorts the multipliers by descending modulus. Neighbours that are too close to be swapped accurately are not exchanged.
   pure subroutine order(r, q)
     complex(dp), intent(inout) :: r(:, :, :), q(:, :, :)
     real(dp), parameter :: close = sqrt(epsilon(1.0_dp)), exact = 1.0e3_dp * epsilon(1.0_dp)

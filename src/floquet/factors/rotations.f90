@@ -1,7 +1,7 @@
-!> Rotates a periodic sequence of triangular factors in one plane: the basic step of the periodic Schur form.
+!> Rotates a periodic sequence of triangular factors R_k in one plane: the basic step of the periodic Schur form.
 !>
-!> The unit vector v_k is the first column of the rotation G_k = [p, -conj(q); q, conj(p)] of the plane (i, i + 1) before the factor
-!> R_k. If R_k v_k is parallel to v_{k+1}, G_{k+1}^H R_k G_k stays triangular.
+!> In the plane (i, i + 1) the rotation G_k = [p, -conj(q); q, conj(p)] has the first column v_k, a unit vector. If R_k v_k is
+!> parallel to v_{k+1}, then G_{k+1}^H R_k G_k is triangular too.
 module gestell_floquet_factors_rotations
   use gestell_base_kinds, only: dp
   implicit none (type, external)
@@ -11,7 +11,7 @@ module gestell_floquet_factors_rotations
 
 contains
 
-  !> The unit vector w / |w|, with full precision even for very small w; (1, 0) for zero.
+  !> The unit vector w / |w|, accurate even for very small w; (1, 0) if w is zero.
   pure function unit(w)
     complex(dp), intent(in) :: w(2)
     complex(dp) :: unit(2)
@@ -26,7 +26,8 @@ contains
     end if
   end function unit
 
-  !> Divides `values` by the power of two that brings the largest component into [1/2, 1). Adds its exponent to `exponents`.
+  !> Divides `values` by the power of two that brings the largest component into [1/2, 1). Adds the exponent of this power to
+  !> `exponents`.
   pure subroutine normalise(values, exponents)
     complex(dp), intent(inout) :: values(:)
     integer, intent(inout) :: exponents
@@ -41,7 +42,7 @@ contains
     exponents = exponents + e
   end subroutine normalise
 
-  !> Frobenius' norm of `a`, without underflow of the squares.
+  !> Frobenius norm of `a`. Scaling prevents underflow of the squares.
   pure real(dp) function norm(a)
     complex(dp), intent(in) :: a(:, :)
     real(dp) :: largest
@@ -50,7 +51,8 @@ contains
     norm = largest * norm2(abs(a) / largest)
   end function norm
 
-  !> Computes v_2, ..., v_K from v_1 through the blocks (i, i + 1) of R_1, ..., R_{K-1}. Shapes: r (n, n, K), v (2, K).
+  !> Computes v_2, ..., v_K from v_1: v_{k+1} is the direction of R_k v_k in rows and columns i, i + 1. Shapes: r (n, n, K), v (2,
+  !> K).
   pure subroutine cascade(r, i, v)
     complex(dp), intent(in) :: r(:, :, :)
     integer, intent(in) :: i
@@ -62,7 +64,7 @@ contains
     end do
   end subroutine cascade
 
-  !> Unit vector along R_k v, within the block (i, i + 1).
+  !> Unit vector in the direction of R_k v, using only rows and columns i, i + 1 of R_k.
   pure function forward(r, i, k, v) result(w)
     complex(dp), intent(in) :: r(:, :, :), v(2)
     integer, intent(in) :: i, k
@@ -71,7 +73,7 @@ contains
     w = unit([r(i, i, k) * v(1) + r(i, i + 1, k) * v(2), r(i + 1, i + 1, k) * v(2)])
   end function forward
 
-  !> Unit vector along R_k^-1 v, within the block (i, i + 1).
+  !> Unit vector in the direction of R_k^-1 v, using only rows and columns i, i + 1 of R_k.
   pure function backward(r, i, k, v) result(w)
     complex(dp), intent(in) :: r(:, :, :), v(2)
     integer, intent(in) :: i, k
@@ -85,8 +87,8 @@ contains
   pure subroutine rotate(r, q, i, v, left, bottom)
     !> Triangular factors and unitary matrices, shapes (n, n, K)
     complex(dp), intent(inout) :: r(:, :, :), q(:, :, :)
-    !> `i`: first index of the plane. R_K may have elements below its diagonal: in columns i and i + 1 down to row `bottom`, in rows
-    !> i and i + 1 from column `left` on.
+    !> `i`: first index of the plane. R_K may have elements below its diagonal: in columns i and i + 1 down to row `bottom`, and in
+    !> rows i and i + 1 from column `left` on.
     integer, intent(in) :: i, left, bottom
     !> First columns of the rotations, shape (2, K)
     complex(dp), intent(in) :: v(:, :)
@@ -134,10 +136,10 @@ contains
 
   !> Computes the rotations that swap the multipliers at (i, i) and (i + 1, i + 1).
   !>
-  !> v is the sequence of eigenvectors of the blocks for the second multiplier. With the product [A B; 0 D] of the blocks, v_1 is
-  !> parallel to (B, D - A). The other vectors follow forward if |D| >= |A|, else backward, so that errors decay. `gap` is the
-  !> relative error of the block of R_K by which the sequence fails to close after a period. It is at roundoff unless A and D agree
-  !> to roundoff.
+  !> Consider the 2 x 2 blocks of the factors in rows and columns i, i + 1. v_k are the eigenvectors of these blocks for the second
+  !> multiplier. With the product [A B; 0 D] of the blocks, v_1 is parallel to (B, D - A). The other vectors are computed forward if
+  !> |D| >= |A|, else backward, so that errors decay. `gap` measures how far the sequence fails to close after a period, relative to
+  !> the block of R_K. It is about roundoff unless A and D agree to roundoff.
   pure subroutine swapping(r, i, v, gap)
     !> Triangular factors, shape (n, n, K)
     complex(dp), intent(in) :: r(:, :, :)
