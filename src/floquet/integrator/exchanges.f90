@@ -1,5 +1,5 @@
-!> Computes a step of Gauss-Legendre collocation by LAPACK with row exchanges, for steps that gestell_floquet_integrator_gauss_steps
-!> cannot eliminate in lanes.
+!> Computes a step of Gauss-Legendre collocation with row exchanges, by LAPACK. It is used for steps that
+!> gestell_floquet_integrator_gauss_steps cannot eliminate in lanes.
 module gestell_floquet_integrator_exchanges
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -15,9 +15,9 @@ module gestell_floquet_integrator_exchanges
 
 contains
 
-  !> Computes the maps [A b], or A, of step `k` with row exchanges, shape (states, columns, 1 or 3): those of the method, of the
-  !> first embedded method and of the second one. Embedded methods have no unknowns u in the last node (in the last two nodes) and
-  !> instead multipliers mu in the equations there:
+  !> Computes the maps [A b], or A alone, of step `k` with row exchanges, shape (states, columns, 1 or 3). The last index is 1 for
+  !> the method, 2 for its first and 3 for its second embedded method. In embedded methods the unknowns u of the last node (of the
+  !> last two nodes) are zero. In their place, multipliers mu enter the equations of these nodes:
   !>
   !>     K' u - E mu = R,  E^T u = 0,  E of columns of the unit matrix.
   !>
@@ -95,7 +95,8 @@ contains
     end do
   end subroutine map_with_exchanges
 
-  !> Map of a step, shape (states, columns), from its unknowns, shape (unknowns, columns). Time is in units of the step.
+  !> Map of a step, shape (states, columns), from the unknowns `u` of the step, shape (unknowns, columns). The unit of time is the
+  !> length of the step.
   pure function map_of(tableau, states, u) result(map)
     class(tableau_type), intent(in) :: tableau
     integer, intent(in) :: states

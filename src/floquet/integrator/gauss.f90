@@ -1,5 +1,5 @@
 !> Gauss-Legendre collocation with s stages: order 2 s, stable for every step length, symmetric, and symplectic for undamped
-!> systems. With six stages or more it is fitted to the fastest motion (gestell_floquet_integrator_pace).
+!> systems. Methods with six stages or more are fitted to the fastest motion (gestell_floquet_integrator_pace).
 module gestell_floquet_integrator_gauss
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -14,19 +14,21 @@ module gestell_floquet_integrator_gauss
 
   public :: gauss
 
-  !> Minimum number of stages for embedded methods: with fewer, their order is too low for an error estimate.
+  !> Minimum number of stages for embedded methods. With fewer stages the order of the embedded methods is too low for an error
+  !> estimate.
   integer, parameter :: fewest_to_embed = 6
-  !> Maximum angle (radians) by which the fastest motion may turn in a step of `pair`. Beyond, the matrices of the embedded methods,
-  !> which occur during elimination, are singular now and then, so that rows must be exchanged. This begins at 6 radians with an
-  !> even number of stages and at 11 with an odd number.
+  !> Maximum angle (radians) by which the fastest motion may turn in a step of `pair`, for even and odd numbers of stages. In longer
+  !> steps, matrices of the embedded methods can become singular during elimination, and rows must be exchanged. This begins at 6
+  !> radians with even and at 11 radians with odd numbers of stages.
   real(dp), parameter :: longest_even = 5.5_dp, longest_odd = 10
 
   type, extends(method_type), public :: gauss_method
     private
-    !> True: fit the method to the fastest motion if it has enough stages.
+    !> True: fit the method to the fastest motion if it has enough stages
     logical, public :: fitted = .true.
-    !> Tableaus of the method without and with embedded methods; allocated by `prepare`
+    !> Coefficients of the method without embedded methods; allocated by `prepare`
     type(tableau_type), allocatable :: tableau
+    !> Coefficients of the method with its embedded methods; allocated by `prepare`
     type(nested_type), allocatable :: nested
   contains
     procedure :: prepare
@@ -56,7 +58,7 @@ contains
 
   contains
 
-    !> (s!)^2 / ((2 s)! (2 s + 1)!), the leading term of the difference between the Pade approximation and exp.
+    !> Error constant (s!)^2 / ((2 s)! (2 s + 1)!): leading term of the difference between exp and its Pade approximation.
     pure real(dp) function constant(s)
       integer, intent(in) :: s
       integer :: k
@@ -77,7 +79,7 @@ contains
     if (self%lower_order > 0) self%nested = nested_tableau(self%tableau)
   end subroutine prepare
 
-  !> Nodes of all steps as phases, the nodes of one stage together.
+  !> Phases of the nodes of all steps, sorted by stage: first node 1 of every step, then node 2 of every step, and so on.
   pure function phases(self, from, to)
     class(gauss_method), intent(in) :: self
     real(dp), intent(in) :: from(:), to(:)
@@ -86,7 +88,8 @@ contains
     phases = phases_at(self%tableau%c, from, to)
   end function phases
 
-  !> Phases at the positions `c` of all steps, those at one position together.
+  !> Phases at the relative positions `c` in all steps, sorted by position: first `c(1)` in every step, then `c(2)` in every step,
+  !> and so on.
   pure function phases_at(c, from, to) result(phases)
     real(dp), intent(in) :: c(:), from(:), to(:)
     real(dp) :: phases(size(c) * size(from))
@@ -117,7 +120,7 @@ contains
     end if
   end function work
 
-  !> Number of steps that are computed side by side: `lanes` if the step fits in lanes, otherwise 1.
+  !> Number of steps that are computed side by side: `lanes` if the equations of a step fit in lanes, otherwise 1.
   pure integer function steps_at_once(self, states, second_order)
     class(gauss_method), intent(in) :: self
     integer, intent(in) :: states
@@ -140,7 +143,7 @@ contains
     call gauss_steps(tableau, self%fitted, system, self%phases(from, to), (to - from) * system%period, map, error)
   end subroutine maps
 
-  !> Computes the maps of the steps by the method and its two embedded methods, see gestell_floquet_integrator_method.
+  !> Computes the maps of the steps by the method and by its two embedded methods. See `pair` in gestell_floquet_integrator_method.
   subroutine pair(self, system, from, to, map, error, lower, unseen)
     class(gauss_method), intent(in) :: self
     class(periodic_system), intent(in) :: system

@@ -1,7 +1,7 @@
 !> Steps of Gauss-Legendre collocation, equation (58) of doc/theory.md. Each step is an affine map of the state.
 !>
-!> For M q'' + B q' + C q = g the positions are eliminated. With the start (q, p) of a step of length h, the accelerations v_i at
-!> the nodes c_i and the tableau A, b,
+!> For M q'' + B q' + C q = g the positions are eliminated. Let (q, p) be positions and velocities at the start of a step of length
+!> h, v_i the accelerations at the nodes c_i, and A, b the tableau:
 !>
 !>     q'_i = p + h sum_j A_ij v_j,   q_i = q + h c_i p + h^2 sum_j (A A)_ij v_j,
 !>     M_i v_i + h B_i sum_j A_ij v_j + h^2 C_i sum_j (A A)_ij v_j = g_i - B_i p - C_i (q + h c_i p),            (a)
@@ -13,12 +13,12 @@
 !>     [  K   R ]    rows: (a), with v on the left and q, p, 1 on the right,
 !>     [ -G   S ]    rows: (b), in the same columns.
 !>
-!> Eliminating v replaces S by the map of the step, S + G K^-1 R. In each step time is measured in units of h: with h B, h^2 C, h^2
-!> g (h g without positions) and the start (q, h p), (a) and (b) hold with h = 1.
+!> Eliminating v replaces S by the map of the step, S + G K^-1 R. In each step time is measured in units of h. Then (a) and (b) hold
+!> with h = 1 if B, C, g and the start are replaced by h B, h^2 C, h^2 g (h g without positions) and (q, h p).
 !>
-!> The embedded methods (gestell_floquet_integrator_nested) come from the same elimination, with other unknowns and combined
-!> equations. Before the unknowns of the last two nodes (of the last node) are eliminated, the corner holds the map of an embedded
-!> method.
+!> The embedded methods (gestell_floquet_integrator_nested) result from the same elimination, with other unknowns and combined
+!> equations. Just before the unknowns of the last two nodes are eliminated, S holds the map of the second embedded method. Just
+!> before those of the last node are eliminated, S holds the map of the first one.
 module gestell_floquet_integrator_gauss_steps
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -38,17 +38,18 @@ module gestell_floquet_integrator_gauss_steps
 
   public :: fits_lanes, gauss_steps
 
-  !> Maximum memory for eight steps side by side: a panel, the multipliers of the equations, and M, h B and h^2 C of all stages, one
-  !> stage below the other
+  !> Memory, in numbers, for eight steps side by side: `of_panel` for a panel, `of_multipliers` for the multipliers of elimination,
+  !> `of_stages` for M of all stages, one stage below the other (and the same again for h B and for h^2 C)
   integer, parameter :: of_panel = lanes * width * most_rows, of_multipliers = lanes * most_rows**2, &
     & of_stages = lanes * most_rows * (most_rows / 2)
-  !> Offsets of the multipliers and of M, h B, h^2 C behind the panel
+  !> Positions in memory, relative to the panel, of the multipliers of elimination and of M, h B and h^2 C
   integer, parameter :: multipliers = of_panel, mass = multipliers + of_multipliers, damping = mass + of_stages, &
     & stiffness = damping + of_stages
 
 contains
 
-  !> True if a step with this number of stages is small enough to be eliminated in lanes, with its last two nodes at the end.
+  !> True if the equations of a step with this number of stages have few enough rows to be eliminated in lanes. Each of the last two
+  !> nodes begins a new block of rows.
   pure logical function fits_lanes(stages, states, second_order)
     integer, intent(in) :: stages, states
     logical, intent(in) :: second_order
@@ -58,22 +59,23 @@ contains
     fits_lanes = padded(max(stages - 2, 0) * f) + 2 * padded(f) + padded(states) <= most_rows
   end function fits_lanes
 
-  !> Computes the maps of steps. Eight steps are computed at a time. Steps are computed singly, with row exchanges, if there are
-  !> fewer than eight, if they are too large for lanes, or if elimination without exchanges is unsafe.
+  !> Computes the maps of steps, eight steps at a time. Steps are computed one by one with row exchanges if there are fewer than
+  !> eight, if they are too large for lanes, or if elimination without exchanges is unsafe.
   subroutine gauss_steps(tableau, fitted, system, phases, lengths, map, error, lower, unseen)
-    !> The tableau; the call fits it.
+    !> Coefficients of the method; this routine fits them to the fastest motion if `fitted`
     class(tableau_type), intent(inout) :: tableau
-    !> True: fit the tableau to the fastest motion of these steps.
+    !> True: fit the tableau to the fastest motion of these steps
     logical, intent(in) :: fitted
     class(periodic_system), intent(in) :: system
-    !> Nodes of all steps as phases, the nodes of one stage together; lengths of the steps, in the unit of time
+    !> `phases`: nodes of all steps as phases, sorted by stage: first node 1 of every step. `lengths`: lengths of the steps, in the
+    !> unit of time.
     real(dp), contiguous, intent(in) :: phases(:), lengths(:)
-    !> Maps of the steps, as in `method_type`
+    !> Maps of the steps, [A b], shape (steps or more, n, n + 1), or A alone, shape (steps or more, n, n)
     real(dp), contiguous, intent(out) :: map(:, :, :)
     type(error_type), allocatable, intent(out) :: error
-    !> Maps by the two embedded methods of a nested tableau, as in `method_type`
+    !> Maps by the two embedded methods, shape (steps or more, n, n + 1 or n, 2); only with a nested tableau
     real(dp), contiguous, intent(out), optional :: lower(:, :, :, :)
-    !> Variations between the nodes; those of these steps are added.
+    !> Variations of coefficients and loads between the nodes; the variations of these steps are added to it
     type(unseen_type), intent(inout), optional :: unseen
     type(coefficients_type) :: at
     type(layout_type) :: layout
@@ -133,8 +135,8 @@ contains
     end select
   end subroutine gauss_steps
 
-  !> Copies the maps of the steps `from` to `to`, shape (steps, states, columns), from lanes whose first is step `first`, and
-  !> converts units.
+  !> Copies the maps of the steps `from` to `to` from the lanes to `map`, shape (steps, states, columns), and converts units. The
+  !> first lane holds step `first`; `of_step` holds the units of the columns in each lane.
   pure subroutine take(of_step, first, from, to, in_lanes, map)
     integer, intent(in) :: first, from, to
     real(dp), contiguous, intent(in) :: of_step(:, :), in_lanes(:, :, :)
@@ -152,9 +154,10 @@ contains
     end do
   end subroutine take
 
-  !> Computes the maps [A b], or A, of eight steps from `first` on, shape (lanes, states, columns, 1 or 3): those of the method, of
-  !> the first embedded method and of the second one. The panels of the unknowns are eliminated first. In the panels of the map, the
-  !> map of each embedded method is read after its unknowns have been eliminated.
+  !> Computes the maps [A b], or A alone, of eight steps by elimination; `maps` has the shape (lanes, states, columns, 1 or 3). The
+  !> last index is 1 for the method, 2 for its first and 3 for its second embedded method. The panels of the unknowns are eliminated
+  !> first, then the panels of the map. From these, the map of each embedded method is copied as soon as its own unknowns have been
+  !> eliminated. `first`: number of the first step.
   pure subroutine eliminate_panels(tableau, at, first, layout, panel, l, masses, dampers, springs, maps, safe)
     class(tableau_type), intent(in) :: tableau
     type(coefficients_type), intent(in) :: at

@@ -9,8 +9,8 @@ module gestell_floquet_integrator_mesh
 
 contains
 
-  !> Ends of about `steps` steps over the period of `system`. Breaks of the coefficients and the ascending phases `marks` are ends
-  !> of steps. Steps between two of these are equal. Shape (0:number of steps), from 0 to 1.
+  !> Ends of about `steps` steps over the period of `system`; shape (0:number of steps), from 0 to 1. Breaks of the coefficients and
+  !> the ascending phases `marks` are always ends of steps. Between two neighbouring breaks or marks all steps are equal.
   pure function mesh(system, steps, marks) result(nodes)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: steps
@@ -45,9 +45,9 @@ contains
     end do
   end function mesh
 
-  !> Ends of steps that are as long as those between `nodes` or shorter. `nodes` is the mesh of `system` or a part of it. The
-  !> ascending `phases` within it and the breaks are ends of steps. Steps between two of these are equal, so equidistant phases have
-  !> equal steps throughout.
+  !> Ends of steps that are at most as long as the steps between `nodes`, which are the mesh of `system` or a part of it. Breaks and
+  !> the ascending `phases` are always ends of steps. Between two neighbouring breaks or phases all steps are equal, so equidistant
+  !> phases give equal steps everywhere.
   pure function refined(system, nodes, phases)
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: nodes(:), phases(:)
@@ -90,7 +90,7 @@ contains
     refined = refined(:length)
   end function refined
 
-  !> Merges the ascending sequences `a` and `b`. Numbers in both occur once.
+  !> Merges the ascending sequences `a` and `b`. A number that both contain appears once in the result.
   pure function merged(a, b) result(c)
     real(dp), intent(in) :: a(:), b(:)
     real(dp), allocatable :: c(:)

@@ -2,7 +2,7 @@
 !>
 !>     x(end of step) = A x(start of step) + b,
 !>
-!> and estimates of its cost.
+!> and an estimate of the computing time of a step.
 module gestell_floquet_integrator_method
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -12,16 +12,18 @@ module gestell_floquet_integrator_method
 
   public :: evaluation_work, matrix_work, product_work
 
-  !> Variations of coefficients and loads between the nodes of the steps, which the solution does not take into account; sums over
-  !> the steps
+  !> Variations of coefficients and loads between the nodes of the steps, which the solution neglects; summed over the steps
   type, public :: unseen_type
-    !> Phase error (radians) by the coefficients; error of the loads times time; angle (radians) by which the fastest motion turns;
-    !> loads times time; and interpolation error of the loads times time
+    !> `coefficients`: phase error (radians) due to variations of the coefficients. `loads`: error of the loads times time. `turns`:
+    !> angle (radians) by which the fastest motion turns. `load`: loads times time. `missed`: interpolation error of the loads times
+    !> time.
     real(dp) :: coefficients = 0, loads = 0, turns = 0, load = 0, missed = 0
-    !> Number of steps; sums of the squares and of the fourth powers of the angles (radians per step) to which the steps are fitted
+    !> Number of steps
     integer :: steps = 0
+    !> Sums over the steps of the squares (1) and fourth powers (2) of the angles (radians per step) to which the steps are fitted
     real(dp) :: fitted(2) = 0
-    !> Bounds on the changes of the last states (with positions: the velocities) by the error of the loads, shape (f)
+    !> Bounds on the changes of the last f states due to the error of the loads, shape (f). If there are positions, these states are
+    !> the velocities.
     real(dp), allocatable :: kicks(:)
   end type unseen_type
 
@@ -32,23 +34,25 @@ module gestell_floquet_integrator_method
   type, abstract, public :: method_type
     !> Name by which a user selects the method
     character(len=name_length) :: name = ""
-    !> Order: the error of Phi(T) falls like steps**(-order).
+    !> Order of the method: the error of Phi(T) falls like steps**(-order)
     integer :: order = 0
-    !> Evaluations of the coefficients per step; an end that two steps share counts once.
+    !> Number of evaluations of the coefficients per step; an end shared by two steps counts once
     integer :: stages = 0
     !> Error constant: if the fastest motion turns by theta radians in a period of N steps, the relative error of Phi(T) is about
     !>
     !>     error_constant theta (theta / N)**order.
     real(dp) :: error_constant = 0
-    !> True if the method is exact where P is constant. Then the error above is multiplied by the varying part of P. If theta
-    !> exceeds the number m of steps (`least_steps`) that resolve P, it is also multiplied by (m / theta)**3: errors of a motion
-    !> much faster than the changes of P nearly cancel.
+    !> True if the method is exact for constant P. Then the error predicted by `error_constant` is multiplied by the varying part of
+    !> P. Let theta be the angle (radians) by which the fastest motion turns in a period. If theta exceeds the number m of steps
+    !> (`least_steps`) that resolve P, the error is also multiplied by (m / theta)**3: errors of a motion much faster than the
+    !> changes of P nearly cancel.
     logical :: exact_if_constant = .false.
-    !> Order and error constant of the first embedded method, whose maps `pair` returns too; 0: no embedded methods
+    !> Order of the first embedded method; 0 if the method has no embedded methods
     integer :: lower_order = 0
+    !> Error constant of the first embedded method
     real(dp) :: lower_constant = 0
-    !> Maximum angle (radians) by which the fastest motion may turn in a step: beyond, `pair` may need row exchanges, which are
-    !> slow.
+    !> Maximum angle (radians) by which the fastest motion may turn in a step. In longer steps `pair` may need row exchanges, which
+    !> are slow.
     real(dp) :: longest_turn = huge(1.0_dp)
   contains
     procedure :: prepare => nothing_to_prepare
@@ -60,8 +64,8 @@ module gestell_floquet_integrator_method
   end type method_type
 
   abstract interface
-    !> Computes the maps of the steps from phase `from(k)` to phase `to(k)`. The steps need not follow each other.
-    !> Error: the equations of a step are singular.
+    !> Computes the maps of the steps from phase `from(k)` to phase `to(k)`. The steps need not be consecutive. Error: the equations
+    !> of a step are singular.
     subroutine step_maps(self, system, from, to, map, error)
       import :: method_type, periodic_system, error_type, dp
       implicit none (type, external)
@@ -69,13 +73,13 @@ module gestell_floquet_integrator_method
       class(periodic_system), intent(in) :: system
       !> Start and end of each step, as phases t / T
       real(dp), intent(in) :: from(:), to(:)
-      !> [A b], shape (steps or more, n, n + 1); or A alone, shape (steps or more, n, n), if no forced solution is requested
+      !> Maps [A b], shape (steps or more, n, n + 1); or A alone, shape (steps or more, n, n), if no forced solution is requested
       real(dp), contiguous, intent(out) :: map(:, :, :)
       type(error_type), allocatable, intent(out) :: error
     end subroutine step_maps
 
-    !> Work of a step for a system with this number of states, including evaluations of the coefficients. The unit is about a
-    !> nanosecond: the formulas are fitted to measured times of systems with 2, 6 and 12 states (Debian's BLAS). Only ratios matter.
+    !> Computing time of a step, in about nanoseconds, for a system with this number of states. Evaluations of the coefficients are
+    !> included. The formulas are fitted to measured times of systems with 2, 6 and 12 states (Debian's BLAS). Only ratios matter.
     pure function step_work(self, states, second_order) result(work)
       import :: method_type, dp
       implicit none (type, external)
@@ -88,7 +92,8 @@ module gestell_floquet_integrator_method
 
 contains
 
-  !> Computes the coefficients of the method. The constants above are set without this call.
+  !> Default of `prepare`, which does nothing. A method overrides it to compute its coefficients; name, order and constants are set
+  !> without it.
   pure subroutine nothing_to_prepare(self)
     class(method_type), intent(inout) :: self
 
@@ -96,16 +101,17 @@ contains
     end associate
   end subroutine nothing_to_prepare
 
-  !> Computes the maps like `maps`, and the maps of the two embedded methods. Without embedded methods all three are equal.
+  !> Default of `pair`, for methods without embedded methods. It computes the maps like `maps` and returns them also as the maps of
+  !> both embedded methods.
   subroutine no_pair(self, system, from, to, map, error, lower, unseen)
     class(method_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
     !> Start and end of each step, as phases t / T
     real(dp), intent(in) :: from(:), to(:)
-    !> Maps as in `maps`; maps of the embedded methods, shape (steps or more, n, n or n + 1, 2)
+    !> `map`: maps of the method, as in `maps`. `lower`: maps of the two embedded methods, shape (steps or more, n, n or n + 1, 2).
     real(dp), contiguous, intent(out) :: map(:, :, :), lower(:, :, :, :)
     type(error_type), allocatable, intent(out) :: error
-    !> Variations between the nodes; those of these steps are added.
+    !> Variations between the nodes; methods with embedded methods add the variations of these steps to it
     type(unseen_type), intent(inout) :: unseen
 
     associate (nothing_new => unseen)
@@ -115,8 +121,8 @@ contains
     lower(:, :, :, 2) = map
   end subroutine no_pair
 
-  !> Phases at which `maps` samples the coefficients of the steps, in the order of sampling. A model may prepare them. Empty unless
-  !> a method overrides this.
+  !> Default of `phases`, an empty list. A method may override it to return the phases at which `maps` samples the coefficients, in
+  !> the order of sampling. A model may evaluate them in advance.
   pure function no_phases(self, from, to) result(phases)
     class(method_type), intent(in) :: self
     real(dp), intent(in) :: from(:), to(:)
@@ -127,7 +133,8 @@ contains
     allocate(phases(0))
   end function no_phases
 
-  !> Number of steps that are computed side by side: fewer steps cost as much.
+  !> Default of `steps_at_once`, for methods that compute one step at a time. Other methods return the number of steps that they
+  !> compute side by side; a smaller number of steps then takes as long.
   pure integer function one_step(self, states, second_order)
     class(method_type), intent(in) :: self
     integer, intent(in) :: states
@@ -138,15 +145,15 @@ contains
     one_step = 1
   end function one_step
 
-  !> Work of evaluating the coefficients once. M, B, C and h of a frame take 15 to 25 in bulk; user code for a single time takes 40
-  !> and more; a P given by formulas is cheap.
+  !> Computing time of one evaluation of the coefficients. M, B, C and h of a frame take 15 to 25 per phase if many phases are
+  !> evaluated at once; user code for a single time takes 40 and more; a P given by formulas takes little.
   pure real(dp) function evaluation_work(second_order) result(work)
     logical, intent(in) :: second_order
 
     work = merge(40.0_dp, 30.0_dp, second_order)
   end function evaluation_work
 
-  !> Work of evaluating P and f once. If they come from M, B, C and h, M has to be eliminated.
+  !> Computing time of one evaluation of P and f. If they are computed from M, B, C and h, it includes the elimination of M.
   pure real(dp) function matrix_work(states, second_order) result(work)
     integer, intent(in) :: states
     logical, intent(in) :: second_order
@@ -155,7 +162,7 @@ contains
     if (second_order) work = work + 20 + 2.5_dp * states**2
   end function matrix_work
 
-  !> Work of multiplying two matrices of n rows. For the small n that occur here it grows like n^2.
+  !> Computing time of the product of two matrices with n rows. For the small n that occur here it grows like n^2.
   pure real(dp) function product_work(n) result(work)
     integer, intent(in) :: n
 

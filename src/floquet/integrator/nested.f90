@@ -2,18 +2,19 @@
 !>
 !> Collocation at the Gauss nodes is a Galerkin method for accelerations v of degree s - 1 whose integrals are computed by Gauss
 !> quadrature. The embedded methods are Galerkin methods for v of degree s - 2 and s - 3, of orders 2 s - 2 and 2 s - 4. Their v has
-!> no part along the Legendre polynomial P_s-1 (and P_s-2), and their residual has only parts along these. Two middle nodes, p and
-!> q, come last. The unknowns there are
+!> no part along the Legendre polynomial P_s-1 (and P_s-2), and their residual has only parts along these polynomials. Two middle
+!> nodes, p and q, are put last. The unknowns of these nodes are
 !>
 !>     u_q = v_q - sum over j of e_j v_j,    u_p = v_p - sum over j of e'_j v_j:
 !>
-!> u_q is the difference of v_q from a polynomial of degree s - 2 through all nodes except q, and u_p is the difference of v_p from
-!> a polynomial of degree s - 3 through all nodes except p and q. Both vanish in the embedded methods.
+!> u_q is the difference between v_q and the polynomial of degree s - 2 through all nodes except q, and u_p is the difference
+!> between v_p and the polynomial of degree s - 3 through all nodes except p and q. u_q is zero in both embedded methods, u_p in the
+!> second one.
 !>
-!> With v = X u the matrix K of the equations becomes (B^-1 X^T B) K X, B = diag(b). Residuals along P_s-1 (and P_s-2) do not appear
-!> in its first rows, because their sums with weights b_j against polynomials of lower degree vanish. Its leading parts are the
-!> matrices of the embedded methods. So the corner holds the map of an embedded method before the unknowns of q, and before those of
-!> p and q, are eliminated.
+!> With v = X u the matrix K of the equations becomes (B^-1 X^T B) K X, B = diag(b). Its first rows contain no residuals along P_s-1
+!> (and P_s-2), because the sums of these with weights b_j against polynomials of lower degree vanish. Its leading blocks are
+!> therefore the matrices of the embedded methods. In gestell_floquet_integrator_gauss_steps, S holds the map of the first embedded
+!> method before the unknowns of q are eliminated, and the map of the second one before the unknowns of p and q are eliminated.
 module gestell_floquet_integrator_nested
   use gestell_base_kinds, only: dp
   use gestell_floquet_integrator_tableau, only: add_tail, find_legendre, product_of, tableau_type
@@ -22,12 +23,12 @@ module gestell_floquet_integrator_nested
 
   public :: fall_over, left_by_embedded, nested_tableau
 
-  !> Tableau with reordered nodes for the unknowns u, with v = X u. Its components b, ba, a, aa hold b X, b A X and, once it is
-  !> fitted, A X and A A X.
+  !> Gauss tableau with reordered nodes, for the unknowns u with v = X u. The inherited components then hold transformed
+  !> coefficients: `b` holds b X, `ba` holds b A X and, after fitting, `a` holds A X and `aa` holds A A X.
   type, extends(tableau_type), public :: nested_type
-    !> Last two rows of X, the accelerations in the last two nodes, shape (2, s); multiples of the last two equations that are added
-    !> to each equation, shape (s, 2); factors that turn values at the nodes into the rms of their parts along P_s-4 to P_s-1, shape
-    !> (s, 4); the weights b themselves, shape (s)
+    !> `values`: last two rows of X, which give the accelerations in the last two nodes, shape (2, s). `sums`: multiples of the last
+    !> two equations that are added to each equation, shape (s, 2). `tails`: factors that convert values at the nodes to the rms of
+    !> their parts along P_s-4 to P_s-1, shape (s, 4). `weights`: the weights b, shape (s).
     real(dp), allocatable :: values(:, :), sums(:, :), tails(:, :), weights(:)
   contains
     procedure :: fit => fit_nested
@@ -35,21 +36,23 @@ module gestell_floquet_integrator_nested
 
 contains
 
-  !> z^2 e_(s-1) / e_s with the phase errors e of Gauss' methods with s and s - 1 stages, for a motion that turns by z in a step.
+  !> Ratio of the phase errors of Gauss' methods with s - 1 and with s stages, times z^2, for a motion that turns by z radians in a
+  !> step.
   elemental real(dp) function fall_over(s)
     integer, intent(in) :: s
 
     fall_over = 4 * (4 * real(s, dp)**2 - 1)
   end function fall_over
 
-  !> Phase error of an embedded method relative to Gauss' method of its order (derived in gestell_floquet_period_pair).
+  !> Phase error of an embedded method relative to Gauss' method of the same order; 1/2 with positions, else 1.
+  !> gestell_floquet_period_pair derives it.
   pure real(dp) function left_by_embedded(positions) result(part)
     logical, intent(in) :: positions
 
     part = merge(0.5_dp, 1.0_dp, positions)
   end function left_by_embedded
 
-  !> Returns the nested tableau of a Gauss tableau with at least four stages.
+  !> Returns the nested tableau that corresponds to the Gauss tableau `rule`, which must have at least four stages.
   pure function nested_tableau(rule) result(nested)
     type(tableau_type), intent(in) :: rule
     type(nested_type) :: nested
@@ -99,7 +102,8 @@ contains
     nested%ba = factors(2, :)
   end function nested_tableau
 
-  !> Fits the method, but not the embedded ones, to a motion that turns by `turn` radians in a step. b A X does not change.
+  !> Fits the method, but not the embedded ones, to a motion that turns by `turn` radians in a step. Fitting does not change `b` and
+  !> `ba`.
   pure subroutine fit_nested(self, turn)
     class(nested_type), intent(inout) :: self
     real(dp), intent(in) :: turn
@@ -111,7 +115,7 @@ contains
     self%aa = product_of(slopes, self%a)
   end subroutine fit_nested
 
-  !> Transforms factors Z of the accelerations in the nodes, shape (rows, s), to factors of the unknowns, Z X.
+  !> Replaces factors Z of the accelerations v at the nodes, shape (rows, s), by the factors Z X of the unknowns u.
   pure subroutine take_unknowns(values, z)
     real(dp), intent(in) :: values(:, :)
     real(dp), intent(inout) :: z(:, :)
@@ -124,7 +128,7 @@ contains
     z(:, s - 1) = z(:, s - 1) + z(:, s) * values(2, s - 1)
   end subroutine take_unknowns
 
-  !> Moves the node with the largest weight to the end of `order`.
+  !> Moves the index of the node with the largest weight to the end of `order`.
   pure subroutine put_last(weights, order)
     real(dp), intent(in) :: weights(:)
     integer, intent(inout) :: order(:)

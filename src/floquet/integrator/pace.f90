@@ -1,9 +1,10 @@
 !> Estimates the frequency of the fastest motion of a system, equation (60) of doc/theory.md.
 !>
-!> Motions satisfy z^2 + 2 d z + k = 0 with M z^2 u + B z u + C u = 0. The fastest motion has the largest k. It dominates (M^-1
-!> C)^16, taken where C is largest. A column of this matrix gives the shape u, and a row, times M^-1, gives the left vector y. The
-!> column and the row of the largest diagonal element are used. At other phases the shape differs. Two-sided Rayleigh quotients with
-!> u and y have only an error of the product of the errors of both (A. M. Ostrowski, Arch. Rational Mech. Anal. 3 (1959), 325):
+!> A motion u exp(z t) satisfies M z^2 u + B z u + C u = 0, and so z^2 + 2 d z + k = 0 with scalars d and k. The fastest motion has
+!> the largest k. It dominates (M^-1 C)^16, which is computed where C is largest. Take the column and the row of this matrix that
+!> contain its largest diagonal element: the column is the shape u, the row times M^-1 is the left vector y. At other phases the
+!> shape differs. Two-sided Rayleigh quotients with u and y still have only an error of the order of the product of the errors of
+!> both (A. M. Ostrowski, Arch. Rational Mech. Anal. 3 (1959), 325):
 !>
 !>     k = y C u / y M u,   2 d = y B u / y M u,   w^2 = -Re z^2 = k - 2 d^2.
 !>
@@ -26,8 +27,8 @@ module gestell_floquet_integrator_pace
 
 contains
 
-  !> Angular frequency v (radians per unit of time) for eight stages, from the coefficients at the first node of each step. Zero if
-  !> the motion does not oscillate or cannot be determined.
+  !> Angular frequency v (radians per unit of time) to which the steps are fitted, assuming eight stages. It is computed from the
+  !> coefficients at the first node of each step. Zero if the motion does not oscillate or cannot be determined.
   pure real(dp) function pace_of(at) result(pace)
     type(coefficients_type), intent(in) :: at
     real(dp), dimension(size(at%lengths)) :: square, weight
@@ -48,7 +49,8 @@ contains
     pace = sqrt(greatest * sum(weight * square) / sum(weight))
   end function pace_of
 
-  !> Computes w^2 at every step. Zero where M is singular, or where circulatory forces merge two motions into a growing one.
+  !> Computes w^2 of the fastest motion in every step. It is zero where M is singular, or where circulatory forces merge two motions
+  !> into a growing one.
   pure subroutine square_with_positions(at, square)
     type(coefficients_type), intent(in) :: at
     real(dp), intent(out) :: square(:)
@@ -112,12 +114,12 @@ contains
     end where
   end subroutine square_with_positions
 
-  !> Computes p and q with z^2 = p z - q for two motions z from t_j = y A^j u, a sum over both: t_j+2 = p t_j+1 - q t_j. Zeros if
-  !> one motion dominates the sum.
+  !> Computes p and q such that z^2 = p z - q for two motions z. The sequence t_j = y A^j u is a sum over both motions, so that
+  !> t_j+2 = p t_j+1 - q t_j. Returns zeros if one motion dominates the sum.
   elemental subroutine find_pair(t_0, t_1, t_2, t_3, p, q)
     real(dp), intent(in) :: t_0, t_1, t_2, t_3
     real(dp), intent(out) :: p, q
-    !> Size of the determinant relative to its terms for a decaying motion that turns by a ten-thousandth of a radian
+    !> Minimum of the determinant relative to its terms: its value for a decaying motion that turns by a ten-thousandth of a radian
     real(dp), parameter :: least = 1.0e-8_dp
     real(dp) :: det
 
@@ -129,7 +131,8 @@ contains
     q = (t_1 * t_3 - t_2**2) / det
   end subroutine find_pair
 
-  !> Computes w^2 at every step from B = -P, without positions. Zero where a single motion that does not oscillate dominates u.
+  !> Computes w^2 of the fastest motion in every step from B = -P, for systems without positions. It is zero where a single motion
+  !> that does not oscillate dominates u.
   pure subroutine square_of(b, square)
     real(dp), intent(in) :: b(:, :, :)
     real(dp), intent(out) :: square(:)
@@ -169,7 +172,7 @@ contains
     square = q - p**2 / 2
   end subroutine square_of
 
-  !> Number of the largest diagonal element in absolute value.
+  !> Index of the diagonal element with the largest absolute value.
   pure integer function place_of_greatest(a) result(place)
     real(dp), intent(in) :: a(:, :)
     integer :: i
@@ -180,15 +183,16 @@ contains
     end do
   end function place_of_greatest
 
-  !> Number of rows rounded up to a multiple of `lanes`. The additional rows are zero; loops process `lanes` rows at a time.
+  !> Number of rows rounded up to a multiple of `lanes`, so that loops can process `lanes` rows at a time. The additional rows are
+  !> zero.
   pure integer function full(rows)
     integer, intent(in) :: rows
 
     full = lanes * ((rows + lanes - 1) / lanes)
   end function full
 
-  !> Gauss-Jordan elimination of [M X] with `n` rows, plus rows of zeros. Row `rows(k)` becomes row k of M^-1 X. Rows are not
-  !> exchanged in memory: the loops would have to wait for it.
+  !> Performs Gauss-Jordan elimination on [M X], which has `n` rows followed by rows of zeros. Afterwards row `rows(k)` of `table`
+  !> contains row k of M^-1 X. Rows are not exchanged in memory, because the loops would have to wait for the exchange.
   pure subroutine eliminate(table, n, rows, singular)
     real(dp), contiguous, intent(inout) :: table(:, :)
     integer, intent(in) :: n

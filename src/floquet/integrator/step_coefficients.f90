@@ -1,5 +1,5 @@
-!> Samples the coefficients at the nodes of many collocation steps, arranges them for eight steps side by side, and estimates their
-!> variations between the nodes.
+!> Samples the coefficients at the nodes of many collocation steps, arranges them for eight steps side by side, and estimates how
+!> they vary between the nodes.
 module gestell_floquet_integrator_step_coefficients
   use gestell_math_lanes, only: block, lanes, padded
   use gestell_floquet_integrator_method, only: unseen_type
@@ -13,40 +13,41 @@ module gestell_floquet_integrator_step_coefficients
 
   public :: layout_of, estimate_unseen, sample_coefficients, scale_coefficients
 
-  !> Maximum number of rows (unknowns and states) for elimination in lanes: ten stages of six degrees of freedom
+  !> Maximum number of rows (unknowns and states) of a step in lanes: ten stages of six degrees of freedom
   integer, parameter, public :: most_rows = 72
 
-  !> M, B, C, shape (points, f, f), and g, shape (points, f), at the nodes of all steps. The points of one stage follow each other,
-  !> so that node i of eight successive steps lies side by side. M and C are allocated only for systems with positions.
+  !> Coefficients at the nodes of all steps: M, B, C, shape (points, f, f), and g, shape (points, f). All points of one stage are
+  !> adjacent: node i of eight successive steps fills the eight lanes. M and C are allocated only for systems with positions.
   type, public :: coefficients_type
     real(dp), allocatable, dimension(:, :, :) :: m, b, c
     real(dp), allocatable :: g(:, :)
     !> Lengths of the steps, in the unit of time
     real(dp), allocatable :: lengths(:)
-    !> Number of unknowns at a node; number of positions; number of states
+    !> `f`: number of unknowns at a node. `positions`: number of positions. `states`: number of states.
     integer :: f = 0, positions = 0, states = 0
   end type coefficients_type
 
-  !> Positions of unknowns and states in the equations of a step. The arrays have fixed sizes, so that eight steps need no memory
-  !> from the heap.
+  !> Rows of unknowns and states in the equations of a step. All arrays have fixed sizes, so that eight steps need no memory from
+  !> the heap.
   type, bind(C), public :: layout_type
-    !> Number of stages; unknowns at a node; rows of all unknowns; rows in total; columns in total. Numbers of rows are multiples of
-    !> `block`.
+    !> `s`: number of stages. `f`: unknowns at a node. `n`: rows of all unknowns. `rows`, `columns`: rows and columns in total.
+    !> Numbers of rows are multiples of `block`.
     integer(c_int) :: s = 0, f = 0, n = 0, rows = 0, columns = 0
-    !> Row before the first unknown of each node, and last row of the unknowns; shape (s + 1)
+    !> Row before the first unknown of each node, then the last row of the unknowns; shape (s + 1)
     integer(c_int) :: place(most_rows + 1) = 0
-    !> Node of each column of unknowns, and number of the unknown at this node; 0 for padding; shape (n)
+    !> `node`: node to which each column of unknowns belongs. `component`: number of the unknown at this node. Both 0 for padding;
+    !> shape (n).
     integer(c_int) :: node(most_rows) = 0, component(most_rows) = 0
     !> True for a nested tableau
     logical(c_bool) :: nested = .false.
-    !> For a nested tableau: slopes in the last two nodes by the unknowns; multiples of the last two equations that are added to
-    !> each equation
+    !> For a nested tableau. `values`: factors of the unknowns in the slopes at the last two nodes. `sums`: multiples of the last
+    !> two equations that are added to each equation.
     real(dp) :: values(2, most_rows) = 0, sums(most_rows, 2) = 0
   end type layout_type
 
 contains
 
-  !> Samples the coefficients at the nodes.
+  !> Samples the coefficients `at` the nodes, in units of the states chosen here, and the loads if requested.
   subroutine sample_coefficients(system, phases, forced, at, units)
     class(periodic_system), intent(in) :: system
     !> Nodes of all steps, as phases
@@ -54,7 +55,7 @@ contains
     !> True: sample the loads too
     logical, intent(in) :: forced
     type(coefficients_type), intent(out) :: at
-    !> Units of the states in which the coefficients are returned, shape (states)
+    !> Units of the states in which `at` holds the coefficients, shape (states)
     real(dp), contiguous, intent(out) :: units(:)
     real(dp), allocatable :: p(:, :, :), f(:, :)
     integer :: i, j, points
@@ -85,12 +86,11 @@ contains
     end select
   end subroutine sample_coefficients
 
-  !> Adds estimates of the variations between the nodes to `unseen`.
+  !> Adds estimates of the variations of coefficients and loads between the nodes to `unseen`.
   !>
-  !> The fastest motion turns by z = |h^2 C|^1/2 + |h B| radians in a step. Changes of the coefficients shift its phase by z |M| +
-  !> |h B| + |h^2 C| / z radians. With the number of nodes the interpolation error falls like the square root of the quadrature
-  !> error: if interpolation leaves out a part e of the variation, quadrature leaves out e^2. Masses are about 1 in these units, so
-  !> a load times a time is a change of velocity.
+  !> In a step the fastest motion turns by z = |h^2 C|^1/2 + |h B| radians. Changes of the coefficients shift its phase by z |M| +
+  !> |h B| + |h^2 C| / z radians. If interpolation between the nodes misses a part e of a variation, quadrature misses only e^2.
+  !> Masses are about 1 in these units, so a load times a time is a change of velocity.
   pure subroutine estimate_unseen(nested, at, units, unseen)
     type(nested_type), intent(in) :: nested
     type(coefficients_type), intent(in) :: at
@@ -130,12 +130,13 @@ contains
   end subroutine estimate_unseen
 
   !> Estimates for each step, shape (steps, 3), from `values` at the nodes, shape (steps, s, count):
-  !> - (1) the rms of the part along the Legendre polynomial P_s, beyond rounding, extrapolated from the decay of the parts along
-  !>   P_s-4 to P_s-1;
-  !> - (2) the difference between the values at the first and the last node in storage, which are an end and a middle one;
+  !> - (1) the part that interpolation misses: rms of the part along the Legendre polynomial P_s, extrapolated from the decay of the
+  !>   parts along P_s-4 to P_s-1, less rounding;
+  !> - (2) the variation within the step: difference between the values at the first and the last node in storage, which are an end
+  !>   node and a middle node;
   !> - (3) the size of the values.
   !>
-  !> Quasi-random weights keep components from cancelling each other.
+  !> The components are added up with quasi-random weights, so that they do not cancel each other.
   pure function misses(nested, steps, count, values)
     type(nested_type), intent(in) :: nested
     integer, intent(in) :: steps, count
@@ -166,8 +167,8 @@ contains
     misses(:, 1) = max(tail(:, 4) * sqrt(min(tail(:, 4) / tail(:, 2), 1.0_dp)) - 8 * epsilon(1.0_dp) * misses(:, 3), 0.0_dp)
   end function misses
 
-  !> Determines the positions of unknowns and states for steps with this tableau. The unknowns of the last two nodes of a nested
-  !> tableau begin at a multiple of `block`.
+  !> Determines the rows of unknowns and states for steps with this tableau. In a nested tableau, the unknowns of each of the last
+  !> two nodes begin in a new block of `block` rows.
   pure subroutine layout_of(tableau, at, layout)
     class(tableau_type), intent(in) :: tableau
     type(coefficients_type), intent(in) :: at
@@ -198,15 +199,15 @@ contains
     end do
   end subroutine layout_of
 
-  !> Computes M, h B and h^2 C of eight steps from `step` on, at the rows of their nodes. Without positions M is the unit matrix and
-  !> C is zero.
+  !> Computes M, h B and h^2 C of the eight steps that begin with number `step`, in the rows of their nodes. Without positions M is
+  !> the unit matrix and C is zero.
   pure subroutine scale_coefficients(at, step, layout, mass, damping, stiffness)
     !> Coefficients at the nodes of all steps
     type(coefficients_type), intent(in) :: at
-    !> First of the eight steps
+    !> Number of the first of the eight steps
     integer, intent(in) :: step
     type(layout_type), intent(in) :: layout
-    !> M, h B and h^2 C; rows that belong to no node are left unchanged.
+    !> M, h B and h^2 C; rows that belong to no node are not changed
     real(dp), dimension(lanes, layout%n, layout%f), intent(inout) :: mass, damping, stiffness
     real(dp) :: h(lanes)
     integer :: points, row, lane, i, r, c

@@ -1,5 +1,5 @@
-!> Sets up equations (a) and (b) of gestell_floquet_integrator_gauss_steps for eight collocation steps side by side, panel by panel
-!> as gestell_math_lanes eliminates them.
+!> Sets up equations (a) and (b) of gestell_floquet_integrator_gauss_steps for eight collocation steps side by side. The equations
+!> are filled in panel by panel, just before gestell_math_lanes eliminates each panel.
 module gestell_floquet_integrator_step_equations
   use gestell_base_processor, only: has_versions, vector_length
   use gestell_math_lanes, only: lanes, width
@@ -13,11 +13,12 @@ module gestell_floquet_integrator_step_equations
 
 contains
 
-  !> Fills the first columns of a panel, one to three `together`, for unknowns of node `j`. `a`, `aa`: the columns of A and A A for
-  !> this node. `mass`, `damping`, `stiffness`: columns of M, h B and h^2 C.
+  !> Fills the first `together` (one to three) columns of a panel for unknowns of node `j`. `a`, `aa`: columns of A and A A for this
+  !> node. `mass`, `damping`, `stiffness`: columns of M, h B and h^2 C.
   !>
-  !> Except for the last two nodes of a nested tableau, the rows of the nodes follow each other without gaps. Three columns share
-  !> the factors of the tableau; if fewer are to be filled, the last one is computed repeatedly.
+  !> The rows of successive nodes have no gaps between them, except for the last two nodes of a nested tableau. Three columns are
+  !> computed at a time, because they share the factors of the tableau. If fewer columns are requested, the last one is computed
+  !> repeatedly.
   pure subroutine fill_here(layout, j, together, a, aa, mass, damping, stiffness, panel, once) bind(C, name="lanes_gestell_fill")
     !$omp declare simd uniform(layout, j, together, a, aa, mass, damping, stiffness, panel) linear(once) simdlen(2) notinbranch
     type(layout_type), intent(in) :: layout
@@ -100,13 +101,13 @@ contains
     end associate
   end subroutine fill_here
 
-  !> Fills columns of a panel from M, h B and h^2 C. Rows and columns that belong to no unknown and no state are padded with zeros
-  !> and ones.
+  !> Fills columns of a panel from M, h B and h^2 C. Rows and columns that belong to neither an unknown nor a state contain zeros,
+  !> and ones on the diagonal.
   pure subroutine fill_panel(tableau, at, step, layout, column, columns, panel, mass, damping, stiffness)
     class(tableau_type), intent(in) :: tableau
     !> Coefficients at the nodes of all steps
     type(coefficients_type), intent(in) :: at
-    !> First of the eight steps; first column; number of columns
+    !> `step`: number of the first of the eight steps. `column`: first column. `columns`: number of columns.
     integer, intent(in) :: step, column, columns
     type(layout_type), intent(in) :: layout
     !> The panel, shape (lanes, width, rows)
@@ -158,7 +159,8 @@ contains
     end do
   end subroutine fill_panel
 
-  !> Fills column `c` of a panel: the column of a state, of the loads (after the states), or padding. Without positions C is zero.
+  !> Fills column `c` of a panel: the column of a state, of the loads (which follow the states), or padding. For systems without
+  !> positions C is zero.
   pure subroutine fill_state(nodes, at, step, layout, state, c, panel, damping, stiffness)
     real(dp), intent(in) :: nodes(:)
     type(coefficients_type), intent(in) :: at

@@ -1,4 +1,4 @@
-!> Coefficients of Gauss-Legendre collocation with s stages, order 2 s, optionally fitted to a motion, equation (59) of
+!> Coefficients of Gauss-Legendre collocation with s stages, order 2 s. They can be fitted to a motion, equation (59) of
 !> doc/theory.md.
 !>
 !> In a basis of Legendre polynomials A is tridiagonal (E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed.,
@@ -7,12 +7,12 @@
 !>
 !>     Psi = z / (1 + xi_1^2 z^2 / (1 + xi_2^2 z^2 / (1 + ... + xi_s-1^2 z^2))).
 !>
-!> This is the continued fraction of exp(z), truncated. The part cut off, the tail g = 1 + xi_s^2 z^2 / (1 + xi_s+1^2 z^2 / (1 +
-!> ...)), is a number for a motion that turns by `turn` radians in a step, z = i turn. With xi_s-1^2 / g in place of xi_s-1^2 the
-!> method follows this one motion exactly and remains symmetric and symplectic.
+!> This is the continued fraction of exp(z), truncated. The omitted tail is g = 1 + xi_s^2 z^2 / (1 + xi_s+1^2 z^2 / (1 + ...)). For
+!> a motion that turns by `turn` radians in a step, z = i turn, the tail is a real number. If xi_s-1^2 is replaced by xi_s-1^2 / g,
+!> the method follows this motion exactly. It remains symmetric and symplectic.
 !>
-!> A motion that turns by z has the phase error c_s z^(2 s - 1) (z^2 - turn^2). For slow motions this is more than without fitting.
-!> With six or more stages it is never more than a fifteenth of the unfitted error of the motion to which the method is fitted.
+!> A motion that turns by z then has the phase error c_s z^(2 s - 1) (z^2 - turn^2). For slow motions this exceeds the error without
+!> fitting. With six or more stages it is never more than a fifteenth of the error that the fitted motion has without fitting.
 module gestell_floquet_integrator_tableau
   use gestell_base_kinds, only: dp, pi
   implicit none (type, external)
@@ -22,15 +22,15 @@ module gestell_floquet_integrator_tableau
 
   !> Tableau on the unit step
   type, public :: tableau_type
-    !> Nodes c and weights b, shape (s); A with A(i, j) = integral of the j-th Lagrange polynomial from 0 to c(i), shape (s, s); A
-    !> A, set by `fit`; b A; Legendre polynomials of degree s - 1 (high) and s - 2 (next) at the nodes, shape (s)
+    !> `c`, `b`: nodes and weights, shape (s). `a`: A(i, j) = integral of the j-th Lagrange polynomial from 0 to c(i), shape (s, s).
+    !> `aa`: A A, set by `fit`. `ba`: b A. `high`, `next`: Legendre polynomials of degree s - 1 and s - 2 at the nodes, shape (s).
     real(dp), allocatable :: c(:), b(:), a(:, :), aa(:, :), ba(:), high(:), next(:)
   contains
     procedure :: fit => fit_tableau
   end type tableau_type
 
-  !> Minimum number of stages for fitting: with fewer, slow motions would lose too much accuracy. A fitted method no longer
-  !> integrates polynomials of degree s - 2 and s - 1 exactly.
+  !> Minimum number of stages for fitting. With fewer stages slow motions would lose too much accuracy, because a fitted method no
+  !> longer integrates polynomials of degree s - 2 and s - 1 exactly.
   integer, parameter :: fewest_to_fit = 6
 
 contains
@@ -70,14 +70,15 @@ contains
     self%aa = product_of(self%a, self%a)
   end subroutine fit_tableau
 
-  !> Adds to A the change of xi_s-1 that includes the tail g, between 1/2 and 1, of the continued fraction. No method with s stages
-  !> follows a motion that turns by more than 2 s radians in a step; for such a motion g is that of 2 s.
+  !> Changes xi_s-1 in A so that the continued fraction includes its tail g, which lies between 1/2 and 1. No method with s stages
+  !> follows a motion that turns by more than 2 s radians in a step; for such a motion the g of 2 s radians is used.
   pure subroutine add_tail(high, next, b, turn, a)
-    !> Legendre polynomials P_s-1 and P_s-2 at the nodes, weights of the nodes, shape (s); angle (radians) per step
+    !> `high`, `next`: Legendre polynomials P_s-1 and P_s-2 at the nodes, shape (s). `b`: weights, shape (s). `turn`: angle
+    !> (radians) per step.
     real(dp), intent(in) :: high(:), next(:), b(:), turn
     !> A, shape (s, s)
     real(dp), intent(inout) :: a(:, :)
-    !> Number of terms of the tail that matter: each is smaller than the previous one by (turn / (4 k))^2.
+    !> Number of terms of the tail that are computed: each term is smaller than the one before by (turn / (4 k))^2.
     integer, parameter :: terms = 20
     real(dp) :: g, more
     integer :: s, j, k
@@ -107,10 +108,10 @@ contains
     end do
   end function product_of
 
-  !> Computes the nodes of s stages on [0, 1], ascending, and their weights, by Halley's iteration on the Legendre polynomial P_s
-  !> for all nodes at once, with (1 - z^2) P_s'' = 2 z P_s' - s (s + 1) P_s. The initial estimate (F. G. Tricomi, Ann. Mat. Pura
-  !> Appl. 31 (1950), 93-97) has three correct digits or more; each iteration triples them. `p`: Legendre polynomials of degree 0 to
-  !> s at the nodes.
+  !> Computes the nodes of s stages on [0, 1], ascending, and their weights. Halley's iteration is applied to the Legendre
+  !> polynomial P_s for all nodes at once, with (1 - z^2) P_s'' = 2 z P_s' - s (s + 1) P_s. The initial estimate (F. G. Tricomi,
+  !> Ann. Mat. Pura Appl. 31 (1950), 93-97) has three correct digits or more; each iteration triples their number. `p`: Legendre
+  !> polynomials of degree 0 to s at the nodes.
   pure subroutine find_nodes(s, c, b, p)
     integer, intent(in) :: s
     real(dp), intent(out) :: c(s), b(s), p(s, 0:s)

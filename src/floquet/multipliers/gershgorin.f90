@@ -1,5 +1,5 @@
-!> Computes Gershgorin discs around the eigenvalues of eight small matrices at once. Gives the discs of gestell_floquet_multipliers
-!> (equation (64) of doc/theory.md) if no disc touches another.
+!> Computes Gershgorin discs around the eigenvalues of eight small matrices at once. Where no disc touches another, the discs are
+!> those of gestell_floquet_multipliers, equation (64) of doc/theory.md.
 module gestell_floquet_multipliers_gershgorin
   use gestell_math_batch_hessenberg, only: hessenberg_type, most_states
   use gestell_floquet_multipliers_hyman, only: try_eigenvalue
@@ -11,27 +11,27 @@ module gestell_floquet_multipliers_gershgorin
 
   public :: find_discs
 
-  !> Discs of n eigenvalues in each lane. Components have the shape (lanes, most_states) or (lanes).
+  !> Discs around the n eigenvalues of the matrix in each lane. Components have the shape (lanes, most_states) or (lanes).
   type, bind(C), public :: discs_type
-    !> Radii of the discs and condition numbers of the eigenvalues.
+    !> Radii of the discs, and condition numbers of the eigenvalues
     real(dp) :: radius(lanes, most_states), condition(lanes, most_states)
-    !> 1 if the discs are isolated. 0 if discs touch or the eigenvectors are too inaccurate to decide; each radius then belongs to
-    !> an eigenvalue taken by itself.
+    !> 1 if the discs are isolated. 0 if discs touch, or if the eigenvectors are too inaccurate to decide; the radius of each disc
+    !> then takes no account of the other discs.
     real(dp) :: separate(lanes)
-    !> 1 if Newton's step was applied. 0 if the approximations are too rough for it and the caller must improve them first.
+    !> 1 if Newton's step was applied. 0 if the approximations are too rough for Newton's step; the caller must first improve them.
     real(dp) :: sharp(lanes)
-    !> Newton's steps (to be subtracted), and the residuals of the right and left unit eigenvectors.
+    !> `step_re`, `step_im`: Newton's steps, to be subtracted. `right`, `left`: residuals of the right and left unit eigenvectors.
     real(dp), dimension(lanes, most_states) :: step_re, step_im, right, left
   end type discs_type
 
-  !> `small`: largest share of a disc that inaccurate eigenvectors may add. `nothing` replaces zero distances in denominators;
-  !> `beyond` caps condition numbers.
+  !> `small`: largest fraction of a disc that inaccurate eigenvectors may add. `nothing`: minimum of distances in denominators.
+  !> `beyond`: maximum of condition numbers.
   real(dp), parameter :: small = 0.01_dp, nothing = 1.0e-100_dp, beyond = 1.0e100_dp
 
 contains
 
   !> Computes improved eigenvalues and the radii of their discs from residuals, Newton steps and condition numbers. `pairs` is 1 for
-  !> each eigenvalue that is the conjugate of its predecessor. See `find_discs` for the derivation.
+  !> each eigenvalue that is the conjugate of the preceding one. See `find_discs` for the derivation.
   pure subroutine radii_here(n, norm, pairs, perturbation, z_re, z_im, discs, once) bind(C, name="lanes_gestell_radii")
     !$omp declare simd uniform(n, norm, pairs, perturbation, z_re, z_im, discs) linear(once) simdlen(2) notinbranch
     integer(c_int), value :: n, once
@@ -178,24 +178,24 @@ contains
   !>
   !>   Y (H + D) Y^-1 = Z + (S + Y D) X (E + F)^-1,  S with the rows s_k e_n'.
   !>
-  !> The term s_k x_nk is Newton's step of z_k. All other terms in row k are at most (delta + sigma_k) |y_k|; F adds the share q =
-  !> phi / (1 - phi). Gershgorin's rows are
+  !> The term s_k x_nk is Newton's step of z_k. All other terms in row k are at most (delta + sigma_k) |y_k|; F increases them by
+  !> the fraction q = phi / (1 - phi). Gershgorin's rows are
   !>
   !>   f_kk <= (delta + q (delta + sigma_k)) |y_k|,  f_kj <= (1 + q) (delta + sigma_k) |y_k| = f_k.
   !>
-  !> The coupling of an eigenvalue to the others counts to second order: see `apart` of gestell_floquet_multipliers. Let x be the
-  !> maximum of f_k over all other eigenvalues, each divided by the gap between the discs n f_k, which include Newton's steps. Then
-  !> alpha = x / (1 + x). X and Y change places if the residuals rho are smaller.
+  !> The coupling of an eigenvalue to the others is an effect of second order: see `apart` of gestell_floquet_multipliers. Let x be
+  !> the maximum over the other eigenvalues of f_k divided by the gap between the discs of radii n f_k, which include Newton's
+  !> steps. Then alpha = x / (1 + x). If the residuals rho are smaller than sigma, X and Y are exchanged.
   pure subroutine find_discs(length, h, conjugate, perturbation, z_re, z_im, discs)
-    !> Length of the processor's vectors, in double precision numbers
+    !> Number of double precision numbers in a vector register of the processor
     integer, intent(in) :: length
-    !> The matrices, reduced to Hessenberg form
+    !> The matrices, in Hessenberg form
     type(hessenberg_type), intent(in) :: h
-    !> True for each eigenvalue that is the conjugate of its predecessor; its disc is copied from the predecessor
+    !> True for each eigenvalue that is the conjugate of the preceding one; it gets a copy of the disc of the preceding eigenvalue
     logical, intent(in) :: conjugate(most_states)
     !> Bound on the norm of the error of each matrix, roundoff included
     real(dp), intent(in) :: perturbation(lanes)
-    !> Real and imaginary parts of the approximate eigenvalues; improved on return
+    !> Real and imaginary parts of the approximate eigenvalues; improved by Newton's step on return
     real(dp), intent(inout) :: z_re(lanes, most_states), z_im(lanes, most_states)
     type(discs_type), intent(out) :: discs
     integer(c_int) :: pairs(most_states)

@@ -1,5 +1,5 @@
-!> Assesses approximate eigenvalues of eight small matrices at once. Hyman's method gives the eigenvectors. They give Newton's step,
-!> the condition number and the residuals.
+!> Computes, for approximate eigenvalues of eight small matrices at once, Newton's step, the condition number and the residuals. The
+!> eigenvectors that these require come from Hyman's method.
 module gestell_floquet_multipliers_hyman
   use gestell_math_batch_hessenberg, only: hessenberg_type, most_states
   use gestell_base_processor, only: has_versions
@@ -15,7 +15,7 @@ module gestell_floquet_multipliers_hyman
 
 contains
 
-  !> Kernel of `try_eigenvalue` with the same arguments.
+  !> Body of `try_eigenvalue`, with the same arguments, compiled in one version for each vector length (gestell_base_processor).
   pure subroutine try_here(h, z_re, z_im, step_re, step_im, condition, right, left, once) bind(C, name="lanes_gestell_hyman")
     !$omp declare simd uniform(h, z_re, z_im, step_re, step_im, condition, right, left) linear(once) simdlen(2) notinbranch
     type(hessenberg_type), intent(in) :: h
@@ -85,15 +85,16 @@ contains
     end do
   end subroutine try_here
 
-  !> Assesses an approximate eigenvalue `z` in each lane: computes Newton's step, the condition number |x| |y| / |y x|, and the
-  !> residuals of the right eigenvector x and the left one y. With x_n = 1 all rows of (H - z E) x = 0 but the first give x. With
-  !> y_1 = 1 all columns of y (H - z E) = 0 but the last give y.
+  !> Computes for an approximate eigenvalue `z` in each lane Newton's step, the condition number |x| |y| / |y x|, and the residuals
+  !> of the right eigenvector x and the left eigenvector y. With x_n = 1, all rows of (H - z E) x = 0 except the first determine x.
+  !> With y_1 = 1, all columns of y (H - z E) = 0 except the last determine y.
   pure subroutine try_eigenvalue(length, h, z_re, z_im, step_re, step_im, condition, right, left)
     !> Length of the processor's vectors, in double precision numbers
     integer, intent(in) :: length
     type(hessenberg_type), intent(in) :: h
     real(dp), intent(in) :: z_re(lanes), z_im(lanes)
-    !> Newton's step, to be subtracted from z; condition number; residuals of the unit eigenvectors
+    !> `step_re`, `step_im`: Newton's step, to be subtracted from z. `condition`: condition number. `right`, `left`: residuals of
+    !> the unit eigenvectors.
     real(dp), intent(out) :: step_re(lanes), step_im(lanes), condition(lanes), right(lanes), left(lanes)
     procedure(try_here), bind(C, name="_ZGVeN2uuuuuuuul_lanes_gestell_hyman") :: try_512
     procedure(try_here), bind(C, name="_ZGVdN2uuuuuuuul_lanes_gestell_hyman") :: try_256

@@ -1,4 +1,4 @@
-!> Computes the largest multipliers of eight small matrices at once, one in each lane.
+!> Computes the largest multipliers of eight small matrices at once, one matrix in each lane.
 module gestell_floquet_multipliers_lane_spectra
   use gestell_math_batch_hessenberg, only: hessenberg_type, most_states, new_hessenberg
   use gestell_base_kinds, only: dp
@@ -12,20 +12,20 @@ module gestell_floquet_multipliers_lane_spectra
 
   public :: solve_lanes
 
-  !> Largest multipliers of eight matrices.
+  !> Results for eight matrices: the largest multiplier of each, its error bound, and whether the matrix is stable.
   type, public :: found_type
-    !> `sound`: 1 if the result is reliable, else 0. `radius`: max |rho|; `log_radius`: its logarithm. `bound`: bound on the error
-    !> of the largest multiplier, relative to |rho|.
+    !> `sound`: 1 if the result is reliable, else 0. `radius`: max |rho|. `log_radius`: logarithm of `radius`. `bound`: bound on the
+    !> error of the largest multiplier, relative to |rho|.
     real(dp), dimension(lanes) :: sound, radius, log_radius, bound
-    !> True if the matrix is proved to be stable or unstable.
+    !> `stable`: true if all multipliers are proved to be below 1 in modulus. `unstable`: true if one is proved to be above 1.
     logical, dimension(lanes) :: stable, unstable
   end type found_type
 
 contains
 
-  !> Computes the largest multipliers of eight matrices at once.
+  !> Computes the largest multipliers of eight matrices at once, and on request their error bounds.
   pure subroutine solve_lanes(a, n, perturbation, bounds, found)
-    !> The matrices, in the leading rows and columns; overwritten
+    !> The matrices, in the first `n` rows and columns; overwritten
     real(dp), intent(inout) :: a(lanes, most_states, most_states)
     !> Number of rows of each matrix
     integer, intent(in) :: n
@@ -84,13 +84,13 @@ contains
     found%log_radius = log(max(found%radius, tiny(1.0_dp)))
   end subroutine solve_lanes
 
-  !> Divides each matrix by a power of two, `unit`, so that all elements are below 1. Matrices that are not finite or too large or
-  !> small get `sound` = 0 and are replaced by a harmless matrix.
+  !> Divides each matrix by a power of two, `unit`, so that all elements are below 1. A matrix gets `sound` = 0 and is replaced by a
+  !> harmless one if it is not finite, too large or too small.
   pure subroutine set_units(a, n, unit, sound)
     real(dp), intent(inout) :: a(lanes, most_states, most_states)
     integer, intent(in) :: n
     real(dp), intent(out) :: unit(lanes), sound(lanes)
-    !> Range of the largest element in which a matrix is accepted.
+    !> A matrix is accepted if its largest element lies between these limits.
     real(dp), parameter :: least = 1.0e-100_dp, most = 1.0e100_dp
     real(dp) :: greatest(lanes), inverse(lanes)
     integer :: i, j, lane

@@ -18,22 +18,22 @@ module gestell_floquet_multipliers
   !> All multipliers of a system, sorted by descending modulus. Conjugate pairs are adjacent, positive imaginary part first. n is
   !> the number of multipliers.
   type, public :: multipliers_type
-    !> Multipliers, shape (n); may over- or underflow.
+    !> Multipliers, shape (n); may overflow or underflow.
     complex(dp), allocatable :: rho(:)
-    !> ln |rho|, shape (n); valid even if rho over- or underflows.
+    !> ln |rho|, shape (n); valid even if rho overflows or underflows.
     real(dp), allocatable :: log_abs(:)
     !> Argument of rho in (-pi, pi], shape (n).
     real(dp), allocatable :: arg(:)
     !> Characteristic exponents ln(rho) / T (1/s), shape (n). Imaginary parts are defined up to multiples of 2 pi / T.
     complex(dp), allocatable :: exponent(:)
-    !> Bound on the error of rho relative to |rho|, shape (n), at most 1e300. From 1 on, rho has no significant digit. The value
-    !> `nothing_known` means that no bound exists.
+    !> Bound on the error of rho relative to |rho|, shape (n), at most 1e300. If it is 1 or more, rho has no significant digit. The
+    !> value `nothing_known` means that no bound exists.
     real(dp), allocatable :: error(:)
-    !> Condition number of the eigenvalue in balanced units, shape (n): at least 1.
+    !> Condition number of each multiplier as an eigenvalue, in balanced units, shape (n): at least 1.
     real(dp), allocatable :: condition(:)
-    !> Eigenvectors y_k of (19), unit columns, shape (n, n): states at t = 0 in the model's units.
+    !> Eigenvectors y_k of (19) in doc/theory.md as unit columns, shape (n, n): states at t = 0 in the model's units.
     complex(dp), allocatable :: vectors(:, :)
-    !> True where |rho| = 1 is proved (`prove_undamped`), shape (n). Not allocated if no proof was attempted.
+    !> True where |rho| = 1 is proved by `prove_undamped`, shape (n). Unallocated if no proof was attempted.
     logical, allocatable :: on_circle(:)
   contains
     procedure :: judge
@@ -42,10 +42,10 @@ module gestell_floquet_multipliers
     procedure :: unknown
   end type multipliers_type
 
-  !> Error of a multiplier for which no bound exists; larger than every bound.
+  !> Value of `error` for a multiplier without an error bound; larger than every bound.
   real(dp), parameter, public :: nothing_known = 1.0e308_dp
 
-  !> Logarithm of the largest bound, 1e300.
+  !> Logarithm of the largest error bound, 1e300.
   real(dp), parameter :: most = 300 * log(10.0_dp)
 
 contains
@@ -92,23 +92,23 @@ contains
   !> Computes multipliers for the period 1 and their error bounds from the eigenvalues and eigenvectors of a matrix Phi with an
   !> error E. E is one of the matrices `changes` plus a matrix whose norm is at most `perturbation`.
   !>
-  !> Error bounds: let x_j and y_k be right and left unit eigenvectors. By Gershgorin's theorem for X^-1 (Phi + E) X the eigenvalues
-  !> of Phi + E lie in the union of the discs
+  !> Let x_j and y_k be right and left unit eigenvectors. By Gershgorin's theorem for X^-1 (Phi + E) X the eigenvalues of Phi + E
+  !> lie in the union of the discs
   !>
   !>     |mu - rho_k| <= sum over j of f_kj,   f_kj = |y_k* E x_j| / |y_k* x_k|.
   !>
-  !> The part of E of which only the norm is known contributes at most |E| / |y_k* x_k| to each f_kj. Discs that touch share their
-  !> eigenvalues, so the bound then reaches across all of them; this covers close and defective eigenvalues. An isolated disc is
-  !> shrunk by `apart`.
+  !> The part of E of which only the norm is known contributes at most |E| / |y_k* x_k| to each f_kj. If discs touch, the
+  !> eigenvalues may lie in any of them, so the bound extends over all connected discs; this includes close and defective
+  !> eigenvalues. An isolated disc is made smaller by `apart`.
   pure subroutine set_multipliers(rho, right, left, perturbation, multipliers, changes)
-    !> Eigenvalues of Phi, shape (n), its right and its left eigenvectors as unit columns, shape (n, n)
+    !> `rho`: eigenvalues of Phi, shape (n). `right`, `left`: its right and left eigenvectors as unit columns, shape (n, n).
     complex(dp), intent(in) :: rho(:), right(:, :), left(:, :)
     !> Bound on the norm of the part of E whose direction is unknown
     real(dp), intent(in) :: perturbation
     type(multipliers_type), intent(out) :: multipliers
     !> Possible values of the other part of E, shape (n, n, :)
     real(dp), intent(in), optional :: changes(:, :, :)
-    !> Factor on `changes` when an isolated disc is shrunk: their direction is known in leading order only.
+    !> Factor on `changes` when an isolated disc is made smaller, because the direction of `changes` is known only in leading order.
     real(dp), parameter :: of_direction = 2
     real(dp), dimension(size(rho), size(rho)) :: f, doubted
     complex(dp) :: along(size(rho), size(rho))
@@ -150,12 +150,12 @@ contains
     multipliers%error = disc_bounds(multipliers%exponent, radius)
   end subroutine set_multipliers
 
-  !> Radius of the disc of eigenvalue k after a diagonal similarity that shrinks it as far as the other discs allow.
+  !> Radius of the disc of eigenvalue k after a diagonal similarity that makes it as small as the other discs allow.
   !>
-  !> The similarity multiplies the off-diagonal elements f_kj of row k by alpha and those of column k, f_ik, by 1/alpha (J. H.
+  !> The similarity multiplies the off-diagonal elements f_kj of row k by alpha and the elements f_ik of column k by 1/alpha (J. H.
   !> Wilkinson, The Algebraic Eigenvalue Problem, 1965, chapter 2). All other discs grow until one touches disc k. The coupling to
-  !> other eigenvalues then counts to second order only. Returns huge if no alpha below 1 keeps the discs disjoint. `rows`: row
-  !> sums of f.
+  !> other eigenvalues then has only an effect of second order. The result is huge if no alpha below 1 keeps the discs disjoint.
+  !> `rows`: row sums of f.
   pure real(dp) function apart(rho, f, rows, k) result(radius)
     complex(dp), intent(in) :: rho(:)
     real(dp), intent(in) :: f(:, :), rows(:)
@@ -174,7 +174,7 @@ contains
     radius = f(k, k) + alpha * (rows(k) - f(k, k))
   end function apart
 
-  !> Empty list of multipliers, to which `append` adds. If n > 0, the list has eigenvectors of n states.
+  !> Empty list of multipliers, to which `append` adds. If n > 0, the list can hold eigenvectors of n states.
   pure function no_multipliers(n) result(multipliers)
     integer, intent(in) :: n
     type(multipliers_type) :: multipliers
@@ -200,7 +200,7 @@ contains
       & [size(more%vectors, 1), size(all%vectors, 2) + size(more%vectors, 2)])
   end subroutine append
 
-  !> Component `on_circle` of `multipliers`, or false everywhere if it is not allocated.
+  !> The component `on_circle` of `multipliers`; false everywhere if it is not allocated.
   pure function circle_of(multipliers) result(on_circle)
     type(multipliers_type), intent(in) :: multipliers
     logical :: on_circle(size(multipliers%rho))
@@ -209,7 +209,8 @@ contains
     if (allocated(multipliers%on_circle)) on_circle = multipliers%on_circle
   end function circle_of
 
-  !> Sorts the multipliers by descending modulus. Scales each eigenvector to unit length with a real, positive largest component.
+  !> Sorts the multipliers by descending modulus. Scales each eigenvector to unit length, with its largest component real and
+  !> positive.
   pure subroutine arrange(multipliers)
     type(multipliers_type), intent(inout) :: multipliers
     complex(dp) :: largest
@@ -235,9 +236,9 @@ contains
     end do
   end subroutine arrange
 
-  !> Makes multipliers of a real system exactly real or exactly conjugate in pairs. It corrects rounding errors of a computation in
-  !> complex arithmetic. Each multiplier is paired with the one nearest to its conjugate, whose true value lies in the conjugate of
-  !> its own disc. On entry `exponent` must hold ln(rho); the other components are computed from it.
+  !> Makes the multipliers of a real system exactly real, or exactly conjugate in pairs, after a computation in complex arithmetic
+  !> with rounding errors. Each multiplier is paired with the one nearest to its conjugate. On entry `exponent` must hold ln(rho);
+  !> the other components are computed from it.
   pure subroutine pair_conjugates(multipliers)
     type(multipliers_type), intent(inout) :: multipliers
     logical :: paired(size(multipliers%exponent))
@@ -267,7 +268,7 @@ contains
   end subroutine pair_conjugates
 
   !> Bounds on the distance between rho(k) and the true multiplier, relative to |rho(k)|; shape (n), at most 1e300. The bound is the
-  !> radius of the disc of rho(k). If discs touch, it is the distance to the farthest point of all connected discs.
+  !> radius of the disc of rho(k). If discs touch, it is the distance from rho(k) to the farthest point of all connected discs.
   pure function disc_bounds(z, radius) result(bound)
     !> ln rho, shape (n)
     complex(dp), intent(in) :: z(:)
@@ -315,8 +316,8 @@ contains
     end if
   end function multiplier
 
-  !> Indices that sort the values by descending modulus. Conjugate pairs are adjacent, the one above the real axis first, even if
-  !> several pairs are equal.
+  !> Indices that sort the values by descending modulus. Conjugate pairs are adjacent, with the value above the real axis first,
+  !> even if several pairs are equal.
   pure function by_modulus(log_abs, arg) result(order)
     real(dp), intent(in) :: log_abs(:), arg(:)
     integer :: order(size(log_abs))
@@ -346,7 +347,7 @@ contains
       precedes = arg(one) > arg(other)
     end function precedes
 
-    !> Number of equal values (or conjugates) at lower indices.
+    !> Number of preceding values that are equal to value `k` or to its conjugate.
     pure integer function twins_before(k)
       integer, intent(in) :: k
 
@@ -355,7 +356,7 @@ contains
 
   end function by_modulus
 
-  !> True for each multiplier without a significant digit: its error bound is at least its modulus.
+  !> True for each multiplier without a significant digit, that is with an error bound at least as large as its modulus.
   pure function lost(self)
     class(multipliers_type), intent(in) :: self
     logical :: lost(size(self%error))
@@ -363,18 +364,18 @@ contains
     lost = self%error >= 1
   end function lost
 
-  !> True if no bound exists for some multiplier, for instance with too few given steps.
+  !> True if some multiplier has no error bound, for instance because too few steps were given.
   pure logical function unknown(self)
     class(multipliers_type), intent(in) :: self
 
     unknown = any(self%error >= nothing_known)
   end function unknown
 
-  !> Verdict on stability. It compares logarithms because |rho| may over- or underflow.
+  !> Verdict on stability. It uses ln |rho| because |rho| may overflow or underflow.
   !>
   !> 'unstable'    some |rho| exceeds 1 by more than its error bound
   !> 'stable'      all |rho| are below 1 by more than their error bounds
-  !> 'undamped'    all |rho| are below 1 by more than their error bounds or proved to be 1
+  !> 'undamped'    each |rho| is below 1 by more than its error bound or is proved to be 1
   !> 'undecided'   none of these
   pure type(verdict_type) function judge(self) result(verdict)
     class(multipliers_type), intent(in) :: self
@@ -406,7 +407,7 @@ contains
   end function verdict
 
   !> Marks the multipliers that are proved to lie on the unit circle. The system must conserve energy (`conserves` of
-  !> gestell_system_periodic) and must not fall into parts.
+  !> gestell_system_periodic) and must not consist of independent parts.
   pure subroutine prove_undamped(multipliers)
     type(multipliers_type), intent(inout) :: multipliers
 
@@ -415,12 +416,12 @@ contains
 
   !> True for each multiplier of a conservative system that is proved to have |rho| = 1.
   !>
-  !> The multipliers of such a system come in pairs rho, 1 / conj(rho). A disc that meets no other disc contains one multiplier. If
-  !> its mirror image in the unit circle meets no other disc either, the partner 1 / conj(rho) lies in the same disc and is rho
-  !> itself. Such a multiplier is simple: the free vibration neither grows nor decays. In the plane of ln rho the disc lies within a
-  !> radius of -ln(1 - error) about its centre, and the mirror is the imaginary axis.
+  !> The multipliers of such a system come in pairs rho, 1 / conj(rho). A disc that touches no other disc contains one multiplier.
+  !> If its mirror image in the unit circle touches no other disc either, the partner 1 / conj(rho) lies in the same disc and is rho
+  !> itself. Such a multiplier is simple: the free vibration neither grows nor decays. In the plane of ln rho each disc is replaced
+  !> by a circle around its centre with the radius -ln(1 - error), and the mirror is the imaginary axis.
   pure function lie_on_circle(log_abs, arg, error) result(on_circle)
-    !> ln |rho|, argument of rho, and bound on the error of rho relative to |rho|; all shapes (n)
+    !> `log_abs`: ln |rho|. `arg`: argument of rho. `error`: bound on the error of rho relative to |rho|. All shapes (n).
     real(dp), intent(in) :: log_abs(:), arg(:), error(:)
     logical :: on_circle(size(log_abs))
     real(dp), dimension(size(log_abs)) :: radius, turn

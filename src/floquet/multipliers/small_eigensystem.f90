@@ -1,6 +1,6 @@
-!> Computes the eigenvalues and eigenvectors of one small matrix by the method that stability charts use. It finds all roots of the
-!> characteristic polynomial at once, verifies them by Gershgorin discs and takes the eigenvectors from Hyman's method. For six
-!> states dgeev takes twice as long.
+!> Computes the eigenvalues and eigenvectors of one small matrix with the procedures for stability charts. They find all roots of
+!> the characteristic polynomial at once and verify them by Gershgorin discs; eigenvectors come from Hyman's method. For six states
+!> dgeev takes twice as long.
 module gestell_floquet_multipliers_small_eigensystem
   use gestell_base_kinds, only: dp
   use gestell_base_processor, only: vector_length
@@ -14,7 +14,7 @@ module gestell_floquet_multipliers_small_eigensystem
 
   public :: small_eigensystem
 
-  !> Householder reflections E - beta u u' that reduce a matrix to Hessenberg form. Vector k is zero up to row k.
+  !> Householder reflections E - beta u u' that reduce a matrix to Hessenberg form. The first k elements of vector k are zero.
   type :: reflections_type
     real(dp) :: u(most_states, most_states) = 0, beta(most_states) = 0
   end type reflections_type
@@ -22,19 +22,20 @@ module gestell_floquet_multipliers_small_eigensystem
 contains
 
   !> Computes the eigenvalues of `a`, shape (n, n), and its right and left eigenvectors as unit columns. Conjugates are adjacent.
-  !> Leaves all three unallocated unless the eigenvalues are proved to be accurate to about roundoff.
+  !> All three results are unallocated if the eigenvalues are not proved to be accurate to about roundoff.
   !>
   !> Hyman's vectors leave the residuals (H - z_k) x_k = -r_k e_1 and y_k (H - z_k) = -s_k e_n' (`find_vectors`). Here e_1 is the
   !> sum over j of x_j / (y_j x_j), and e_n' the sum of y_j / (y_j x_j). To first order the missing part of x_k is therefore r_k
-  !> times the sum over j /= k of x_j / (y_j x_j) / (z_j - z_k). The missing part of y_k is s_k times the same sum with y_j.
+  !> times the sum over j /= k of x_j / (y_j x_j) / (z_j - z_k). The missing part of y_k is s_k times the same sum with y_j in place
+  !> of x_j.
   pure subroutine small_eigensystem(a, values, right, left)
     real(dp), intent(in) :: a(:, :)
     complex(dp), allocatable, intent(out) :: values(:), right(:, :), left(:, :)
-    !> Matrices whose size lies outside this range are left to LAPACK.
+    !> Matrices whose size lies outside these limits are not solved here, but by LAPACK.
     real(dp), parameter :: least = 1.0e-100_dp, most = 1.0e100_dp
     !> Maximum number of states for which this method is faster than dgeev.
     integer, parameter :: most_small = 8
-    !> Discs of this many times the roundoff must not touch.
+    !> The eigenvalues are accepted if discs for this many times the roundoff do not touch.
     real(dp), parameter :: many = 100
     type(reflections_type) :: reflections
     type(hessenberg_type) :: h
@@ -101,8 +102,8 @@ contains
     end do
   end subroutine small_eigensystem
 
-  !> Reduces the leading `n` rows and columns of `a` to Hessenberg form. Raises subdiagonal elements below roundoff to roundoff:
-  !> Hyman's method divides by them.
+  !> Reduces the first `n` rows and columns of `a` to Hessenberg form. Subdiagonal elements smaller than roundoff are increased to
+  !> roundoff, because Hyman's method divides by them.
   pure subroutine reduce(n, a, reflections)
     integer, intent(in) :: n
     real(dp), intent(inout) :: a(most_states, most_states)

@@ -1,4 +1,4 @@
-!> Computes the largest multipliers of very many small matrices, as stability charts need them.
+!> Computes the largest multipliers of very many small matrices, for stability charts.
 module gestell_floquet_multipliers_spectra
   use gestell_base_error, only: error_type
   use gestell_math_batch_hessenberg, only: most_states
@@ -16,24 +16,24 @@ module gestell_floquet_multipliers_spectra
 
 contains
 
-  !> Computes max |rho| and its logarithm for eight matrices at once. With `bounds` also computes the bound on the error of this
-  !> multiplier relative to |rho|, and the verdict, both as defined by gestell_floquet_multipliers. A matrix that is not finite
-  !> gives NaN, the bound 1e300 and no verdict.
+  !> Computes max |rho| and its logarithm for eight matrices at once. With `bounds` it also computes the bound on the error of the
+  !> largest multiplier relative to |rho|, and the verdict, both as defined by gestell_floquet_multipliers. A matrix that is not
+  !> finite gives NaN, the bound 1e300 and no verdict.
   !>
-  !> Doubtful matrices, and those with more than `most_states` rows, are solved one by one with LAPACK. A matrix is doubtful if its
-  !> elements are extremely large or small, its eigenvalues do not converge, its discs touch or its eigenvectors are inaccurate.
+  !> Matrices with more than `most_states` rows, and doubtful matrices, are solved one by one with LAPACK. A matrix is doubtful if
+  !> its elements are extremely large or small, its eigenvalues do not converge, its discs touch or its eigenvectors are inaccurate.
   !> Without `bounds` it is also doubtful if roundoff exceeds both 1e-10 and the effect of `perturbation`. The results for a matrix
   !> do not depend on the other matrices.
   subroutine spectra_of_eight(n, phi, filled, perturbation, bounds, found, alone)
-    !> Number of rows of each matrix; number of lanes that hold a matrix to be solved
+    !> `n`: number of rows of each matrix. `filled`: number of lanes that hold a matrix to be solved.
     integer, intent(in) :: n, filled
-    !> The matrices, in units in which norms make sense; bound on the norms of their errors, not counting roundoff in the
-    !> eigenvalues
+    !> `phi`: the matrices, in units in which norms are meaningful. `perturbation`: bound on the norms of their errors, without the
+    !> roundoff in the eigenvalues.
     real(dp), intent(in) :: phi(lanes, n, n), perturbation
     !> True: compute error bounds and verdicts
     logical, intent(in) :: bounds
     type(found_type), intent(out) :: found
-    !> Number of matrices that were solved with LAPACK
+    !> Number of matrices that were solved one by one with LAPACK
     integer, intent(out) :: alone
     real(dp) :: a(lanes, most_states, most_states)
     integer :: lane
@@ -74,7 +74,7 @@ contains
     found%unstable(lane) = multipliers%judge() == unstable
   end subroutine solve_alone
 
-  !> True if a matrix of a conservative system (gestell_system_periodic) is proved to be undamped.
+  !> True if the verdict on a matrix of a conservative system (gestell_system_periodic) is 'undamped'.
   logical function is_undamped(phi, perturbation)
     real(dp), intent(in) :: phi(:, :), perturbation
     type(multipliers_type), allocatable :: multipliers
@@ -86,7 +86,7 @@ contains
     is_undamped = multipliers%judge() == undamped
   end function is_undamped
 
-  !> Computes the multipliers with LAPACK. Leaves them unallocated if the matrix is not finite or LAPACK fails.
+  !> Computes the multipliers with LAPACK. `multipliers` is unallocated if the matrix is not finite or LAPACK fails.
   subroutine find_multipliers(phi, perturbation, multipliers)
     real(dp), intent(in) :: phi(:, :), perturbation
     type(multipliers_type), allocatable, intent(out) :: multipliers

@@ -1,4 +1,4 @@
-!> Explicit Runge-Kutta method of order 8 with 11 stages, whose nodes are the five nodes of Lobatto quadrature.
+!> Explicit Runge-Kutta method of order 8 with 11 stages. Its stages use the five nodes of Lobatto quadrature.
 module gestell_floquet_integrator_comparison_cooper_verner
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -23,12 +23,13 @@ module gestell_floquet_integrator_comparison_cooper_verner
     procedure :: work
   end type cooper_verner_method
 
-  !> Node, from 1 to 5, of each slope
+  !> Number of the node, 1 to 5, at which each slope is evaluated
   integer, parameter :: node(slopes) = [1, 3, 3, 4, 4, 3, 2, 2, 3, 4, 5]
 
 contains
 
-  !> Returns the method, named explicit8. For constant P its step is a polynomial that differs from exp(z) by 2.46e-5 z^9.
+  !> Returns the method `explicit8`. For constant P its step is a polynomial of z = h P that differs from exp(z) by 2.46e-5 z^9 in
+  !> leading order.
   pure function cooper_verner() result(method)
     type(cooper_verner_method) :: method
 
@@ -77,8 +78,8 @@ contains
     work = self%stages * matrix_work(states, second_order) + slopes * (product_work(states) + 40)
   end function work
 
-  !> Computes the maps from the slopes for all starts at once, K_i = P_i (E + h sum_j a_ij K_j). The last column is for the forced
-  !> motion that starts from zero; f_i is added to its slopes.
+  !> Computes the maps of all steps from the slopes K_i = P_i (E + h sum_j a_ij K_j); the columns of E are the starts. A last column
+  !> gives b: it starts from zero, and f_i is added to its slopes.
   subroutine maps(self, system, from, to, map, error)
     class(cooper_verner_method), intent(in) :: self
     class(periodic_system), intent(in) :: system
@@ -108,7 +109,7 @@ contains
 
   contains
 
-    !> The starts, E and 0 in the last column, plus the slopes times `along`.
+    !> The starts (E, and 0 in the last column) plus the sum of the slopes times `along`.
     function started(along) result(x)
       real(dp), intent(in) :: along(:)
       real(dp) :: x(size(slope, 1), size(slope, 2))

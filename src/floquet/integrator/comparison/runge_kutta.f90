@@ -1,4 +1,4 @@
-!> Classical Runge-Kutta method of order 4, the method of the paper. Its step is the matrix (18) of the paper.
+!> Classical Runge-Kutta method of order 4, which the paper uses. Its step is the matrix (18) of the paper.
 module gestell_floquet_integrator_comparison_runge_kutta
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -40,8 +40,8 @@ contains
     work = self%stages * matrix_work(states, second_order) + 6 * product_work(states) + 100
   end function work
 
-  !> Computes the maps of the steps by (18), with the factors in the order that x' = P x requires: the later matrix stands on the
-  !> left. The paper has the reverse order, which is accurate to order 2 only.
+  !> Computes the maps of the steps by (18) of the paper, but with the later factor on the left in every product, as x' = P x
+  !> requires. The order of the factors in the paper is the reverse, and only accurate to order 2.
   subroutine maps(self, system, from, to, map, error)
     class(runge_kutta_method), intent(in) :: self
     class(periodic_system), intent(in) :: system

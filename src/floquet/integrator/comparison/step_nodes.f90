@@ -7,22 +7,22 @@ module gestell_floquet_integrator_comparison_step_nodes
 
   public :: sample_steps
 
-  !> Distance, in phase, of the sampled points from the ends of a step. At a break the coefficients are then those of the step's own
-  !> side, also after rounding.
+  !> Distance, in phase, of the samples from the ends of their step. It ensures that, where the coefficients jump, samples belong to
+  !> the correct side despite rounding.
   real(dp), parameter :: inside = 8 * epsilon(1.0_dp)
 
 contains
 
-  !> Samples P and, if `forced`, f at the positions `c` of every step. An end that two steps share is evaluated once, unless the
-  !> coefficients jump there.
+  !> Samples P and, if `forced`, f at the relative positions `c` in every step. If two steps share an end, it is evaluated once,
+  !> unless the coefficients jump there.
   subroutine sample_steps(system, from, to, c, forced, at, p, f)
     class(periodic_system), intent(in) :: system
-    !> Start and end of each step, as phases; positions in a step, ascending from 0 to 1
+    !> `from`, `to`: start and end of each step, as phases. `c`: relative positions in a step, ascending from 0 to 1.
     real(dp), intent(in) :: from(:), to(:), c(:)
     logical, intent(in) :: forced
-    !> Position i of step k has p(:, :, at(i, k)) and f(:, at(i, k)).
+    !> Index of the sample at position i of step k: p(:, :, at(i, k)) and f(:, at(i, k))
     integer, intent(out) :: at(:, :)
-    !> P, shape (n, n, points); f, shape (n, points), unallocated unless `forced`
+    !> `p`: P, shape (n, n, points). `f`: f, shape (n, points), unallocated unless `forced`.
     real(dp), allocatable, intent(out) :: p(:, :, :), f(:, :)
     real(dp) :: phases(size(c) * size(from))
     integer :: last, i, k
