@@ -319,7 +319,7 @@ def main():
         Python at the first {HANDFUL} of them; each with the cheapest method and setting whose rho_max is within {ACCURACY:.0e} of
         the reference at all of these points: solutions of their own to 1e-13. Equal steps are in proportion to the phase that
         vibrations run through in a period; their number is that for the paper's machine at 240 rpm. The right-hand sides carry
-        x_p along, a seventh of the numbers, in a unit in which it has no influence on the steps. Gestell is told the tolerance of
+        x_p along, a seventh of the numbers, in a unit in which it has no influence on the steps. Gestell gets the tolerance of
         the file and does what it always does, its own comparisons included. Times of the peers are of the wall, of every
         point the median and the shortest of many runs; the last column compares the best ones.""".replace("e-0", "e-"))
     programs = [program for program in programs_in(order.build, order.python, False, False) if not program.name.startswith("Gestell")]

@@ -103,7 +103,7 @@ contains
     end if
     if (.not. orbit%found) then
       tally%oracle_lost = tally%oracle_lost + 1
-      call note(tally%failures, one, "no vibration near what is told, Newton's last step:", [real(orbit%last_step, dp)])
+      call note(tally%failures, one, "no vibration near the claimed one, Newton's last step:", [real(orbit%last_step, dp)])
       return
     end if
     tally%vibrations = tally%vibrations + 1

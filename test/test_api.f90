@@ -126,14 +126,14 @@ contains
     if (allocated(error)) return
     !$omp parallel do num_threads(4)
     do k = 1, messages
-      right(k) = tells(1 + mod(7 * k, 60))
+      right(k) = shows_key(1 + mod(7 * k, 60))
     end do
     !$omp end parallel do
     call check_that(error, count(.not. right), "==", 0, "messages with other words")
   end subroutine test_threads
 
   !> True if the message on an unknown key of n letters contains the whole key.
-  logical function tells(n)
+  logical function shows_key(n)
     integer, intent(in) :: n
     character(len=n) :: key
     type(machine_type) :: machine
@@ -141,9 +141,9 @@ contains
 
     key = repeat("x", n)
     call machine%parse("&drive speed_rpm=600, " // key // "=1 / &frame /", failure)
-    tells = allocated(failure)
-    if (tells) tells = index(failure%message, "'" // key // "'") > 0
-  end function tells
+    shows_key = allocated(failure)
+    if (shows_key) shows_key = index(failure%message, "'" // key // "'") > 0
+  end function shows_key
 
   !> The peak of xi at the k-th speed; -1 if anything fails.
   real(dp) function peak_at(k)

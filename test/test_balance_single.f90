@@ -130,13 +130,13 @@ contains
         as_found = objective(found, weights_of(:, aim), about)
         call best_single(rigid, b, weights_of(:, aim), best)
         least = as_found
-        if (best%unbalance > 0) least = told(best)
+        if (best%unbalance > 0) least = objective_with(best)
         ! the grid extends to three times the optimum
         most = 3 * max(best%unbalance, 0.05_dp)
         searched = as_found
         do k = 0, angles - 1
           do n = 1, sizes
-            searched = min(searched, told(counterweight_type(b, most * n / sizes, 2 * pi * k / angles)))
+            searched = min(searched, objective_with(counterweight_type(b, most * n / sizes, 2 * pi * k / angles)))
           end do
         end do
         if (allocated(error)) return
@@ -147,14 +147,14 @@ contains
 
   contains
 
-    real(dp) function told(weight)
+    real(dp) function objective_with(weight)
       type(counterweight_type), intent(in) :: weight
       type(shaking_type) :: shaken
 
       call shake(linkage, rigid, [weight], shaken, error)
-      told = huge(told)
-      if (.not. allocated(error)) told = objective(shaken, weights_of(:, aim), about)
-    end function told
+      objective_with = huge(objective_with)
+      if (.not. allocated(error)) objective_with = objective(shaken, weights_of(:, aim), about)
+    end function objective_with
 
   end subroutine test_search
 

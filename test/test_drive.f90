@@ -109,7 +109,7 @@ contains
     real(dp), parameter :: small = 1.0e-6_dp
     type(frame_type) :: frame
     type(random_type) :: random
-    real(dp) :: power(power_rows, 1), changed(power_rows, 1), motion(9, 1), errors(9), told, own, sum_of_all, rate
+    real(dp) :: power(power_rows, 1), changed(power_rows, 1), motion(9, 1), errors(9), claimed, own, sum_of_all, rate
     logical :: known
     integer :: i
 
@@ -128,17 +128,17 @@ contains
       errors = 0
       errors(i) = small * max(abs(motion(i, 1)), 1.0e-3_dp)
       motion(i, 1) = motion(i, 1) + errors(i)
-      call drive_power(frame, [0.37_dp], motion, changed, known, errors, told)
+      call drive_power(frame, [0.37_dp], motion, changed, known, errors, claimed)
       motion(i, 1) = motion(i, 1) - errors(i)
       ! Second order, and roundings of the torque.
-      call near(error, [told - own], [abs(changed(torque, 1) - power(torque, 1))], 10 * small * told + 1.0e-12_dp * &
+      call near(error, [claimed - own], [abs(changed(torque, 1) - power(torque, 1))], 10 * small * claimed + 1.0e-12_dp * &
         & abs(power(torque, 1)), "row")
       if (allocated(error)) return
-      sum_of_all = sum_of_all + told - own
+      sum_of_all = sum_of_all + claimed - own
     end do
     errors = small * max(abs(motion(:, 1)), 1.0e-3_dp)
-    call drive_power(frame, [0.37_dp], motion, changed, known, errors, told)
-    call near(error, [told - own], [sum_of_all], 10 * small * told, "all")
+    call drive_power(frame, [0.37_dp], motion, changed, known, errors, claimed)
+    call near(error, [claimed - own], [sum_of_all], 10 * small * claimed, "all")
   end subroutine test_torque_error
 
   !> d/dt of the energy, from its harmonics, is the drive's power minus that of the dampers; the mean over the turn is zero. For
@@ -322,13 +322,13 @@ contains
       call make(random_machine(30 + number, 3.0_dp, 30.0_dp), frame, error)
       if (.not. allocated(error)) call solve(frame, points, 1.0e-13_dp, exact, error)
       if (allocated(error)) return
-      associate (h => exact%history(torque, :points), told => exact%actual)
+      associate (h => exact%history(torque, :points), claimed => exact%actual)
         at = maxloc(abs(h), dim=1)
         ! Points 0.5 deg apart, orders up to 40.
-        call near(error, [told%peak], [h(at)], 0.5_dp * (40 * pi / points)**2 * abs(h(at)), "peak")
-        call near(error, [abs(modulo(told%peak_phase - real(at - 1, dp) / points + 0.5_dp, 1.0_dp) - 0.5_dp)], [0.0_dp], &
+        call near(error, [claimed%peak], [h(at)], 0.5_dp * (40 * pi / points)**2 * abs(h(at)), "peak")
+        call near(error, [abs(modulo(claimed%peak_phase - real(at - 1, dp) / points + 0.5_dp, 1.0_dp) - 0.5_dp)], [0.0_dp], &
           & 0.5_dp / points, "where")
-        call near(error, [told%rms, told%mean], [sqrt(sum(h**2) / points), sum(h) / points], 1.0e-12_dp * abs(h(at)), &
+        call near(error, [claimed%rms, claimed%mean], [sqrt(sum(h**2) / points), sum(h) / points], 1.0e-12_dp * abs(h(at)), &
           & "rms and mean")
         if (allocated(error)) return
       end associate

@@ -130,7 +130,7 @@ contains
     type(machine_data) :: machine
     type(frame_type) :: frame
     type(random_type) :: random
-    real(dp) :: power(power_rows, 1), changed(power_rows, 1), motion(9, 1), errors(9), told, rate
+    real(dp) :: power(power_rows, 1), changed(power_rows, 1), motion(9, 1), errors(9), claimed, rate
     logical :: known
     integer :: i
 
@@ -149,10 +149,10 @@ contains
       errors = 0
       errors(i) = small * max(abs(motion(i, 1)), 1.0e-3_dp)
       motion(i, 1) = motion(i, 1) + errors(i)
-      call drive_power(frame, [0.37_dp], motion, changed, known, errors, told)
+      call drive_power(frame, [0.37_dp], motion, changed, known, errors, claimed)
       motion(i, 1) = motion(i, 1) - errors(i)
       ! Second order, and roundings of the torque.
-      call near(error, [told], [abs(changed(torque, 1) - power(torque, 1))], 10 * small * told + 1.0e-12_dp * &
+      call near(error, [claimed], [abs(changed(torque, 1) - power(torque, 1))], 10 * small * claimed + 1.0e-12_dp * &
         & abs(power(torque, 1)), "row")
       if (allocated(error)) return
     end do
@@ -305,7 +305,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: points = 720
     type(frame_type) :: frame
-    type(fluctuation_type) :: told
+    type(fluctuation_type) :: claimed
     real(dp) :: drive(points, drive_columns), power(power_rows, points), motion(9, points), speed(points), miss(2), exact
     logical :: known
     integer :: i, k
@@ -317,17 +317,18 @@ contains
     call frame%mechanism%tabulate_drive(frame%crank_angles([(real(k, dp) / points, k = 0, points - 1)]), drive, known)
     do i = 1, 2
       frame%flywheel_inertia = 10.0_dp**i * maxval(drive(:, energy_v))
-      call find_fluctuation(frame, power(torque, :), 1.0e-9_dp, points, told)
+      call find_fluctuation(frame, power(torque, :), 1.0e-9_dp, points, claimed)
       speed = 1 / sqrt(frame%flywheel_inertia + drive(:, energy_v))
       speed = speed / (sum(speed) / points)
       exact = maxval(speed) - minval(speed)
-      miss(i) = abs(told%irregularity - exact) / exact
+      miss(i) = abs(claimed%irregularity - exact) / exact
       ! The middle of the rows, half a degree apart, is the mean over time but for the square.
-      call near(error, told%history(:points) / frame%speed, speed - 1, exact**2, "history")
-      call near(error, [told%greatest, told%least], [maxval(told%history), minval(told%history)], 1.0e-4_dp * told%greatest, "ends")
-      call near(error, [told%error], [1.0e-9_dp * frame%period / (2 * told%inertia * abs(frame%speed))], 1.0e-11_dp, "error")
+      call near(error, claimed%history(:points) / frame%speed, speed - 1, exact**2, "history")
+      call near(error, [claimed%greatest, claimed%least], [maxval(claimed%history), minval(claimed%history)], &
+        & 1.0e-4_dp * claimed%greatest, "ends")
+      call near(error, [claimed%error], [1.0e-9_dp * frame%period / (2 * claimed%inertia * abs(frame%speed))], 1.0e-11_dp, "error")
     end do
-    if (.not. allocated(error)) call check(error, miss(2) < miss(1) / 5 .and. miss(1) < 2 * told%irregularity * 10, &
+    if (.not. allocated(error)) call check(error, miss(2) < miss(1) / 5 .and. miss(1) < 2 * claimed%irregularity * 10, &
       & more="the square")
   end subroutine test_fluctuation
 

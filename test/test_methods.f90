@@ -340,7 +340,7 @@ contains
     type(constant_type) :: system
     class(method_type), allocatable :: method
     type(gestell_error), allocatable :: failure
-    real(dp) :: phi(4, 4), told, ratio
+    real(dp) :: phi(4, 4), stated, ratio
     integer :: i, steps
 
     system = constant_type(states=4, period=1.0_dp, m=diagonal([1.0_dp, 1.0_dp]), c=diagonal([angle**2, (faster * angle)**2]))
@@ -350,10 +350,10 @@ contains
       if (.not. method%exact_if_constant) then
         ! As many steps as make the error 1e-9.
         steps = ceiling(angle * (1.0e9_dp * method%error_constant * angle)**(1.0_dp / method%order))
-        told = method%error_constant * angle * (angle / steps)**method%order
-        if (method%lower_order > 0) told = told * (faster**2 - 1)
+        stated = method%error_constant * angle * (angle / steps)**method%order
+        if (method%lower_order > 0) stated = stated * (faster**2 - 1)
         call period_map(system, method, mesh(system, steps), [1.0_dp, 1.0_dp, angle, angle], phi, failure)
-        ratio = hypot(phi(1, 1) - cos(angle), phi(1, 3) * angle - sin(angle)) / told
+        ratio = hypot(phi(1, 1) - cos(angle), phi(1, 3) * angle - sin(angle)) / stated
         ! The next term of the expansion is some tenths of the first.
         call check(error, ratio, 1.0_dp, thr=0.4_dp, more=trim(names(i)))
         if (allocated(error)) return

@@ -34,7 +34,7 @@ module test_shared_tables
   !> Frames at a speed (rad/s) with a multiple of the stiffness, all with one mechanism; they may hide that it is the same.
   type, extends(family_type) :: one_mechanism_type
     type(frame_type) :: frame
-    logical :: told = .true.
+    logical :: declared = .true.
   contains
     procedure :: member
     procedure :: shares_mechanism
@@ -163,7 +163,7 @@ contains
     if (.not. allocated(failure)) call new_grid(grid, [axis_type(21.0_dp, 31.0_dp, 160), axis_type(0.8_dp, 1.2_dp, 160)], failure)
     options%engine = "expansion"
     do k = 1, 2
-      family%told = k == 1
+      family%declared = k == 1
       evaluations = 0
       if (.not. allocated(failure)) call solve_tile(family, grid, grid%tile(6), options, results(k), failure)
       call check_success(error, failure)
@@ -193,7 +193,7 @@ contains
   pure logical function shares_mechanism(self)
     class(one_mechanism_type), intent(in) :: self
 
-    shares_mechanism = self%told
+    shares_mechanism = self%declared
   end function shares_mechanism
 
   !> The angle scale that `prepare` determines: 0.02 rad.

@@ -42,11 +42,11 @@ contains
     type(truth_type) :: truth
     type(frame_type) :: frame
     type(gestell_error), allocatable :: failure
-    integer :: i, k, m, told, lost
+    integer :: i, k, m, determined, lost
     character(len=60) :: counts
 
     allocate(names, source=pack(method_names(), method_names() /= "auto"))
-    told = 0
+    determined = 0
     lost = 0
     do i = 1, machines
       one = specimen(i, 30.0_dp)
@@ -55,21 +55,21 @@ contains
       if (allocated(failure)) cycle
       do m = 1, size(names)
         do k = 1, size(steps)
-          call check_claim(frame, truth, accuracy_type(method=trim(names(m)), steps=steps(k)), told, lost, error)
+          call check_claim(frame, truth, accuracy_type(method=trim(names(m)), steps=steps(k)), determined, lost, error)
           if (allocated(error)) return
         end do
       end do
     end do
-    write(counts, "(i0, a, i0, a)") told, " told, ", lost, " lost"
-    call check_that(error, told, ">", 500, trim(counts))
+    write(counts, "(i0, a, i0, a)") determined, " determined, ", lost, " lost"
+    call check_that(error, determined, ">", 500, trim(counts))
     call check_that(error, lost, ">", 500, trim(counts))
   end subroutine test_given_steps
 
-  subroutine check_claim(frame, truth, accuracy, told, lost, error)
+  subroutine check_claim(frame, truth, accuracy, determined, lost, error)
     type(frame_type), intent(in) :: frame
     type(truth_type), intent(in) :: truth
     type(accuracy_type), intent(in) :: accuracy
-    integer, intent(inout) :: told, lost
+    integer, intent(inout) :: determined, lost
     type(error_type), allocatable, intent(out) :: error
     type(monodromy_type) :: monodromy
     type(multipliers_type) :: multipliers
@@ -91,7 +91,7 @@ contains
       call check_that(error, distance, "<=", multipliers%error(k), trim(label))
       if (allocated(error)) return
     end do
-    told = told + count(.not. multipliers%lost())
+    determined = determined + count(.not. multipliers%lost())
     lost = lost + count(multipliers%lost())
     label = accuracy%method // ": " // multipliers%verdict()
     call check(error, .not. (multipliers%verdict() == "stable" .and. truth%excess >= 0 .or. &

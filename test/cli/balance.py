@@ -161,13 +161,13 @@ def test_stiff():
                 near(f"balance, stiff, {label(row)}: {key}", row[key], row[f"rigid_{key}"], 1e-5 * row[f"rigid_{key}"])
         # the moment about O, as --check reports it
         Run(folder, "-q", "input.nml", "-s", "balance.about='origin'").done("balance, about O")
-        told = Run(folder, "--check", "input.nml").out
-        peak, rms = (re.search(rf"^ +{word} .* (\S+)$", told, re.M)[1] for word in ("peak", "rms"))
+        checked = Run(folder, "--check", "input.nml").out
+        peak, rms = (re.search(rf"^ +{word} .* (\S+)$", checked, re.M)[1] for word in ("peak", "rms"))
         row = rows(folder / "input")[1][0]
         near("balance, about O: peak", row["rigid_m_peak_Nm"], float(peak), 1e-4 * float(peak))
         near("balance, about O: rms", row["rigid_m_rms_Nm"], float(rms), 1e-4 * float(rms))
         check("balance, --check", "complete balance link 'crank' 36.568 kg mm at 180.0 deg link 'rocker' 66.703 kg mm at 180.0 deg"
-              in " ".join(told.split()), "both counterweights", told)
+              in " ".join(checked.split()), "both counterweights", checked)
 
 
 def test_drawn():

@@ -331,10 +331,10 @@ def ratio_tests():
                 compare_ratios(name, turns, runs, found)
                 compare_drive(name, turns, found)
                 compare_reports(name, turns, runs)
-                told = Run(folder, "--check", "one.nml")
+                reported = Run(folder, "--check", "one.nml")
                 order = {2: "0.5", 3: "0.3333", 23: "0.7391"}[turns] if slow > 0 else "1.5"
-                check(f"{name}: its order in the balance table", re.search(rf"^ +{re.escape(order)} ", told.out, re.M), order,
-                      told.out)
+                check(f"{name}: its order in the balance table", re.search(rf"^ +{re.escape(order)} ", reported.out, re.M), order,
+                      reported.out)
     with Folder(input=RATIO_TASKS.format(4) + plane.format(240, 1) + SHAFT.format("0.5", "")) as folder:
         sweep = "&sweep parameter='drive.speed_rpm', from={}, to={}, count=3 /\n"
         text = (folder / "input.nml").read_text().replace(ORDERED, "'sweep'")
@@ -386,10 +386,10 @@ def compare_drive(name, turns, found):
 
 def compare_reports(name, turns, runs):
     """Compares the report's lines on forces and the drive, in orders and angles of the drive."""
-    told = [[re.findall(pattern, run.out, re.M) for run in runs] for pattern in
+    reported = [[re.findall(pattern, run.out, re.M) for run in runs] for pattern in
             (r"peak of the total force: (\S+) N at crank angle (\S+) deg", r"on the vibrating frame +(\S+) +(\S+) +(\S+) +(\S+) +(\S+)",
              r"^ *total .* (\S+) \(", r"maximum of the drive (\S+) W")]
-    for pairs, factors in zip(told, ((1, turns), (1 / turns, None, turns, 1 / turns, None), (1 / turns,), (1,))):
+    for pairs, factors in zip(reported, ((1, turns), (1 / turns, None, turns, 1 / turns, None), (1 / turns,), (1,))):
         check(f"{name}: lines of the report", all(pairs), "a line", runs[0].out)
         if not all(pairs):
             continue

@@ -133,7 +133,7 @@ class Scene:
         if run.code:
             check(f"{what}: the line", re.fullmatch(r".*(out|standard output).*: .*(space|error|quota).*\n", run.err), "what and why",
                   run.err)
-            check(f"{what}: the place is not told", ".gestell" not in run.err, "the file's own place", run.err)
+            check(f"{what}: the message does not show the temporary place", ".gestell" not in run.err, "the file's own place", run.err)
 
 
 def test_every_call():

@@ -132,8 +132,8 @@ def test_probes():
         out = folder / "input"
         header, rows = table(out / "probes.csv")
         equal("probes.csv: names", [row["name"] for row in rows], ["bearing", 'a, "b"'])
-        told = [f"{name}_{what}_{unit}" for name, unit in PARTS for what in ("peak", "peak_error", "rms")]
-        equal("probes.csv: header", header, ["name", "x_m", "y_m", *told, "vx_rms_band_mm_s", "vy_rms_band_mm_s",
+        measures = [f"{name}_{what}_{unit}" for name, unit in PARTS for what in ("peak", "peak_error", "rms")]
+        equal("probes.csv: header", header, ["name", "x_m", "y_m", *measures, "vx_rms_band_mm_s", "vy_rms_band_mm_s",
                                              "v_rms_band_mm_s", "v_rms_band_error_mm_s", "band_from_Hz", "band_to_Hz",
                                              "limit_mm_s", "verdict"])
         equal("probes.csv: limits", (rows[0]["limit_mm_s"], rows[1]["limit_mm_s"], rows[1]["verdict"]),

@@ -50,21 +50,21 @@ def test_fluctuation():
     words = ("-s", "drive.held_by='flywheel'", "-s", "case.tasks='power'")
     with Folder(machine=COMPRESSOR, small=COMPRESSOR + "&units inertia='kg cm^2' /\n",
                 sweep=COMPRESSOR + "&sweep parameter='drive.flywheel_inertia', from=0.1, to=0.3, count=2 /\n") as folder:
-        told = []
+        reported = []
         for inertia in ("0.3", "0.03"):
             run = Run(folder, *words, "-s", f"drive.flywheel_inertia={inertia}", "machine.nml")
             if not run.done(f"flywheel of {inertia}"):
                 return
-            told.append(float(re.search(r"coefficient of irregularity (\S+)", run.flat)[1]))
-            equal(f"flywheel of {inertia}, note", "the speed fluctuates by more than 1 %" in run.flat, told[-1] > 0.01)
+            reported.append(float(re.search(r"coefficient of irregularity (\S+)", run.flat)[1]))
+            equal(f"flywheel of {inertia}, note", "the speed fluctuates by more than 1 %" in run.flat, reported[-1] > 0.01)
             speed = Table(folder / "machine" / "power.csv")["speed_fluctuation_rad_s"]
-            near(f"flywheel of {inertia}, column", (max(speed) - min(speed)) / (1450 * 3.14159265 / 30) / told[-1], 1, 1e-3)
+            near(f"flywheel of {inertia}, column", (max(speed) - min(speed)) / (1450 * 3.14159265 / 30) / reported[-1], 1, 1e-3)
         # the mechanism's own inertia is some per cent of the small one
-        near("flywheels of 0.3 and 0.03", told[1] / told[0], 10, 1.5)
+        near("flywheels of 0.3 and 0.03", reported[1] / reported[0], 10, 1.5)
         run = Run(folder, *words, "-s", "frame.inertia=1.6e4", "-s", "link(crank).inertia=20", "-s", "link(rod).inertia=30",
                   "-s", "drive.flywheel_inertia=3e3", "small.nml")
         if run.done("inertia in kg cm^2"):
-            equal("inertia in kg cm^2", float(re.search(r"coefficient of irregularity (\S+)", run.flat)[1]), told[0])
+            equal("inertia in kg cm^2", float(re.search(r"coefficient of irregularity (\S+)", run.flat)[1]), reported[0])
         run = Run(folder, "-q", "-s", "drive.held_by='flywheel'", "-s", "drive.flywheel_inertia=0.2", "-s", "case.tasks='sweep'",
                   "-s", "model.frame='rest'", "sweep.nml")
         if run.done("sweep over the flywheel's inertia"):

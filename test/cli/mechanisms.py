@@ -27,7 +27,7 @@ def check_report(what, text, *options):
         return run.out
 
 
-def tells(what, report, *words):
+def check_words(what, report, *words):
     """Checks that the report contains these words, wherever its lines are broken and however its columns are spaced."""
     for word in words:
         check(f"{what}: '{word}'", " ".join(word.split()) in " ".join(report.split()), word, report)
@@ -130,7 +130,7 @@ def test_slider_crank():
     report = guided("slider-crank", SLIDER, factors)
     # stroke 2 r, between l - r and l + r; sin of the rod's swing r/l, its complement is the transmission angle
     swing = math.degrees(math.asin(0.25))
-    tells("slider-crank", report, "0.15 to 0.25             0.1\n", "mobility 1 (4 links including the frame, 4 pairs)\n",
+    check_words("slider-crank", report, "0.15 to 0.25             0.1\n", "mobility 1 (4 links including the frame, 4 pairs)\n",
           f"smallest transmission angle {90 - swing:.1f} deg at joint 'B'",
           "nearest dead point: reached if a length of joint 'B' changes by 0.15 m", "translates")
     # the acceleration is largest at the outer dead centre, r Omega^2 (1 + r/l); half a turn each way
@@ -150,18 +150,18 @@ def test_slider_crank():
     check("--check, no line wider than 80 columns below SLIDERS",
           max(map(len, report.partition("SLIDERS")[2].splitlines())) <= 80, 80, report)
     rod = "&link name='rod', from='A', to='B', mass=0.0, inertia=0.0 /"
-    tells("slider-crank with a rod", check_report("slider-crank with a rod", GUIDED.replace("@", SLIDER + "\n" + rod)),
+    check_words("slider-crank with a rod", check_report("slider-crank with a rod", GUIDED.replace("@", SLIDER + "\n" + rod)),
           f"swings through {2 * swing:.2f} deg")
 
 
 def test_scotch_yoke():
     """Forces and motion of a Scotch yoke agree with its single order."""
     report = guided("Scotch yoke", YOKE.replace("@", "90.0"), [0.0, 1.0] + [0.0] * 7)
-    tells("Scotch yoke", report, "-0.05 to 0.05            0.1\n")
+    check_words("Scotch yoke", report, "-0.05 to 0.05            0.1\n")
     # the slot at an angle moves the yoke by r cos(phi - angle) / sin(angle)
     sine = math.sin(math.radians(60))
     report = guided("oblique yoke", YOKE.replace("@", "60.0"), [0.0, 1 / sine] + [0.0] * 7)
-    tells("oblique yoke", report, "smallest transmission angle 60 deg at joint 'B'", f"{2 * RADIUS / sine:.6g}\n")
+    check_words("oblique yoke", report, "smallest transmission angle 60 deg at joint 'B'", f"{2 * RADIUS / sine:.6g}\n")
 
 
 # ---- a linkage and its own mass functions ----------------------------------------------------------------------------
@@ -234,13 +234,13 @@ def test_mass_functions():
             agree(f"a linkage and its mass functions, {name}", functions, linkage, 1e-9)
 
     report, omega = check_report("mass functions", text), 700 * math.pi / 30
-    tells("mass functions", report, "2.7 kg in total, given by mass functions")
+    check_words("mass functions", report, "2.7 kg in total, given by mass functions")
     check("mass functions have no joints", "MECHANISM\n" not in report, "no MECHANISM", report)
-    for what, told_of in (("mass functions", report), ("linkage", check_report("linkage", OFFSET_CRANK + MOUNTED))):
+    for what, source in (("mass functions", report), ("linkage", check_report("linkage", OFFSET_CRANK + MOUNTED))):
         for column, values in enumerate((a1, a2)):
-            shakes(f"{what}, axis {column + 1}", told_of, column,
+            shakes(f"{what}, axis {column + 1}", source, column,
                    [(k * omega) ** 2 * math.hypot(*values[2 * k - 1:2 * k + 1]) for k in range(1, 9)])
-        shakes(f"{what}, moment", told_of, 2,
+        shakes(f"{what}, moment", source, 2,
                [k * omega ** 2 * math.hypot(*moment[2 * k - 1:2 * k + 1]) for k in range(1, 9)])
     # means of a1, a2, a3 are no forces, and the moment's mean is no moment; they are masses, though
     more = compute("another a3", text.replace(f"a3={a3[0]!r}", f"a3={a3[0] + 0.1!r}"), *FINE)
@@ -479,24 +479,24 @@ def test_diagnosis():
         return math.acos((ground ** 2 + rocker ** 2 - distance ** 2) / (2 * ground * rocker))
 
     swing = rocker_at(coupler + crank) - rocker_at(coupler - crank)
-    tells("crank-rocker", report, "mobility 1 (4 links including the frame, 4 pairs); crank-rocker (shortest link: crank)",
+    check_words("crank-rocker", report, "mobility 1 (4 links including the frame, 4 pairs); crank-rocker (shortest link: crank)",
           f"smallest transmission angle {math.degrees(min(angles)):.1f} deg at joint 'B', crank angle 180.0 deg",
           f"nearest dead point: reached if a length of joint 'B' changes by {margin:.3g} m",
           f"swings through {math.degrees(swing):.2f} deg", "turns fully", "-0.07 to 0.07")
     report = check_report("double crank", four_bar(0.05, 0.20, 0.18, 0.22))
-    tells("double crank", report, "double crank (shortest link: frame)")
+    check_words("double crank", report, "double crank (shortest link: frame)")
     equal("double crank, links that turn", report.count("turns fully"), 3)
     poor = check_report("poor transmission", four_bar(0.10, 0.07, 0.14, 0.16))
-    tells("poor transmission", poor, "  <- poor")
+    check_words("poor transmission", poor, "  <- poor")
     # a slotted lever swings by twice asin(r / d), the stroke of its end is 2 l r / d
     lever = check_report("all joints", MACHINE)
-    tells("all joints", lever, "mobility 1 (12 links including the frame, 16 pairs)\n",
+    check_words("all joints", lever, "mobility 1 (12 links including the frame, 16 pairs)\n",
           f"{-0.6 * 0.05 / 0.35:.5g} to {0.6 * 0.05 / 0.35:.5g}")
     swings = MACHINE.replace("&frame", "&link name='lever', from='P', to='C', mass=1.0, inertia=0.1 /\n&frame")
-    tells("lever", check_report("lever", swings), f"swings through {2 * math.degrees(math.asin(0.05 / 0.35)):.2f} deg")
+    check_words("lever", check_report("lever", swings), f"swings through {2 * math.degrees(math.asin(0.05 / 0.35)):.2f} deg")
     single = "".join(line for line in MACHINE.splitlines(keepends=True)
                      if not re.match("&joint name='[PBCDEFK]'|&link name='(rod|yoke)'", line))
-    tells("crank alone", check_report("crank alone", single), "2 joints, 1 link of 2 kg", "mobility 1 (2 links including the frame, 1 pair)")
+    check_words("crank alone", check_report("crank alone", single), "2 joints, 1 link of 2 kg", "mobility 1 (2 links including the frame, 1 pair)")
 
 
 # ---- the same machine in other words ---------------------------------------------------------------------------------

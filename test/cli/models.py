@@ -90,11 +90,11 @@ def test_named_model():
     """Report and files name the model; an inaccurate model is pointed out."""
     sweep = "&sweep parameter='drive.speed_rpm', from=200.0, to=210.0, count=2 /\n"
     with Folder(input=TONGUE, sweep=TONGUE + sweep) as folder:
-        told = re.search(r"BUT .* machine is (\w+), \|rho\| = ([0-9.]+);", run(folder, "rest", "rest").flat)
-        equal("rest in the tongue, remark on accuracy", told and told[1], "unstable")
-        if told:
+        remark = re.search(r"BUT .* machine is (\w+), \|rho\| = ([0-9.]+);", run(folder, "rest", "rest").flat)
+        equal("rest in the tongue, remark on accuracy", remark and remark[1], "unstable")
+        if remark:
             # seven digits
-            near("rest, reported multiplier", float(told[2]), EXUDYN, 6e-7)
+            near("rest, reported multiplier", float(remark[2]), EXUDYN, 6e-7)
         for what, settings in (("in no tongue", ["drive.speed_rpm=240", "model.frame='rest'"]), ("averaged", ["model.coefficients='averaged'"]),
                                ("exact", ["model.frame='exact'"])):
             words = [word for setting in settings for word in ("-s", setting)]

@@ -65,7 +65,7 @@ def test_factors():
 
 def test_places():
     """Positions beyond 1e100 m are refused as lengths are."""
-    for key, told in (("guide_point=9.99e307,0", ""), ("guide_point=0,-1e101", ""),
+    for key, message in (("guide_point=9.99e307,0", ""), ("guide_point=0,-1e101", ""),
                       ("guide='J1','J2', guide_point=0,1e242", "a guide: ")):
         machine = """\
 &drive speed_rpm=268.79 /
@@ -77,17 +77,17 @@ def test_places():
 """
         with Folder(input=machine) as folder:
             Run(folder, "--check", "input.nml").refused(key, 2, 
-                                                             f"input.nml:4: &joint 'J3': {told}its coordinates must lie between -1e100 m and 1e100 m")
+                                                             f"input.nml:4: &joint 'J3': {message}its coordinates must lie between -1e100 m and 1e100 m")
 
 
 def test_implausible_motion():
     """Overflowing speeds and accelerations are warned of."""
-    for speed, told in (("1e170", "'B' moves at up to 7.6e259 m/s"), ("1e250", "'B' moves at more than 1.8e308 m/s")):
+    for speed, message in (("1e170", "'B' moves at up to 7.6e259 m/s"), ("1e250", "'B' moves at more than 1.8e308 m/s")):
         with Folder() as folder:
             run = Run(folder, "--check", "-s", f"drive.speed_rpm={speed}", "-s", "joint(A).radius=7e90", "-s",
                       "joint(B0).position(1)=4e91", "-s", "joint(B).lengths=3.7e91,1.6e91", "input.nml")
             run.done(f"a joint at {speed} rpm")
-            check(f"a joint at {speed} rpm", told in run.out and "Inf" not in run.out, told, run.out)
+            check(f"a joint at {speed} rpm", message in run.out and "Inf" not in run.out, message, run.out)
 
 
 def test_multiplier():

@@ -72,8 +72,8 @@ def alike(name, folder, table, ratio, tolerance):
         pairs = [(x[one], y[other]) for x, y in zip(a, b)]
         if order := re.search(r"_order_(\d+)", other):
             whole = math.gcd(int(order[1]), turns)
-            told = f"{int(order[1]) // whole}" + (f"/{turns // whole}" if turns > whole else "")
-            equal(f"{name}: name of {other}", one, other.replace(f"_order_{order[1]}", f"_order_{told}"))
+            reported = f"{int(order[1]) // whole}" + (f"/{turns // whole}" if turns > whole else "")
+            equal(f"{name}: name of {other}", one, other.replace(f"_order_{order[1]}", f"_order_{reported}"))
         try:
             numbers = [(float(x), float(y)) for x, y in pairs if (x, y) not in (("", ""), ("NaN", "NaN"))]
         except ValueError:
@@ -230,11 +230,11 @@ def flywheel_tests():
         # the frame yields by 1e-9 of the lever
         near("ratio 0.5, flywheel: torque", found[0], torque, 1e-6 * torque)
         near("ratio 0.5, flywheel: fluctuation", found[1], speed, 1e-6 * speed)
-        told = re.search(r"speed with the flywheel: (\S+) to (\S+) rpm.* irregularity (\S+)", run.flat)
-        check("ratio 0.5, flywheel: line", told is not None, "the line", run.out)
-        if told:
+        reported = re.search(r"speed with the flywheel: (\S+) to (\S+) rpm.* irregularity (\S+)", run.flat)
+        check("ratio 0.5, flywheel: line", reported is not None, "the line", run.out)
+        if reported:
             change = speed * 30 / math.pi
-            for came, value in zip(told.groups(), (rpm - change, rpm + change, 2 * change / rpm)):
+            for came, value in zip(reported.groups(), (rpm - change, rpm + change, 2 * change / rpm)):
                 near("ratio 0.5, flywheel: reported", float(came), value, 1e-3 * value)
 
 
@@ -242,18 +242,18 @@ def word_tests():
     """With a period of two turns angles and speeds are the drive's."""
     whole = both(PLANE, 240.0, "", ALONE)
     with Folder(one=whole[0], other=whole[1]) as folder:
-        told = [re.search(r"SLIDERS at (\S+) rpm.*\n.*\n.*\n +C +(\S+) +(\S+) +(\S+) +(\S+) +(\S+)",
+        reported = [re.search(r"SLIDERS at (\S+) rpm.*\n.*\n.*\n +C +(\S+) +(\S+) +(\S+) +(\S+) +(\S+)",
                           Run(folder, "--check", f"{which}.nml").out) for which in ("one", "other")]
-        check("ratio 0.5: sliders", all(told), "lines", told)
-        if all(told):
-            for x, y, factor in zip(told[0].groups(), told[1].groups(), (2, 1, 1, 1, 2, 1)):
+        check("ratio 0.5: sliders", all(reported), "lines", reported)
+        if all(reported):
+            for x, y, factor in zip(reported[0].groups(), reported[1].groups(), (2, 1, 1, 1, 2, 1)):
                 near("ratio 0.5: sliders", float(x), factor * float(y), 1e-4 * abs(factor * float(y)))
     short = [text.replace("lengths=0.37,0.16", "lengths=0.34,0.1") for text in whole]
     with Folder(one=short[0], other=short[1]) as folder:
-        told = [re.search(r"at a crank angle of (\S+) deg", Run(folder, f"{which}.nml").err) for which in ("one", "other")]
-        check("ratio 0.5: impossible", all(told), "an angle", told)
-        if all(told):
-            near("ratio 0.5: angle where it ends", float(told[0][1]), 2 * float(told[1][1]), 2e-3)
+        reported = [re.search(r"at a crank angle of (\S+) deg", Run(folder, f"{which}.nml").err) for which in ("one", "other")]
+        check("ratio 0.5: impossible", all(reported), "an angle", reported)
+        if all(reported):
+            near("ratio 0.5: angle where it ends", float(reported[0][1]), 2 * float(reported[1][1]), 2e-3)
     ratios = "&case tasks='sweep' /\n&sweep parameter='mechanism(cam).ratio', from=0.5, to=1, count=3 /\n"
     with Folder(input=ratios + both(PLANE, 240.0, "", HALF)[0]) as folder:
         run = Run(folder, "--plot", "input.nml")

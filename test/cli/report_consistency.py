@@ -101,12 +101,12 @@ def test_orders():
             amplitudes = table[column + "_amplitude"]
             order = max(range(1, len(amplitudes)), key=lambda k: amplitudes[k])
             square = amplitudes[0] ** 2 + sum(value ** 2 for value in amplitudes[1:]) / 2
-            told = re.search(rf"^  {name} .* (\d+) \(([\d.]+) %\)$", run.out, re.M)
-            equal(f"orders, {name}: reported", bool(told), True)
-            if told:
-                equal(f"orders, {name}: which", int(told[1]), order)
+            reported = re.search(rf"^  {name} .* (\d+) \(([\d.]+) %\)$", run.out, re.M)
+            equal(f"orders, {name}: reported", bool(reported), True)
+            if reported:
+                equal(f"orders, {name}: which", int(reported[1]), order)
                 # three digits; twenty orders hold the whole to 1e-6
-                near(f"orders, {name}: part", float(told[2]), 100 * amplitudes[order] ** 2 / 2 / square, 0.06)
+                near(f"orders, {name}: part", float(reported[2]), 100 * amplitudes[order] ** 2 / 2 / square, 0.06)
 
 
 def test_noise():
@@ -147,8 +147,8 @@ def test_units():
         for option in ("--check", "-q"):
             run = Run(folder, *settings, *(["--check"] if option == "--check" else []), "input.nml")
             # r Omega of the crank pin and more of the rocker's: 70 * 8 pi = 1759
-            told = re.search(r"warning joint '(.*)' moves at up to ([\d.]+) m/s, more than 500 m/s: check the units", run.flat)
-            check(f"units, {option}: speed", told and float(told[2]) >= 1759, "1759 m/s or more", run.out[:1500])
+            reported = re.search(r"warning joint '(.*)' moves at up to ([\d.]+) m/s, more than 500 m/s: check the units", run.flat)
+            check(f"units, {option}: speed", reported and float(reported[2]) >= 1759, "1759 m/s or more", run.out[:1500])
             check(f"units, {option}: width", re.search(r"warning the mechanism is \d+ m wide, more than 20 m: ", run.flat), "it",
                   run.out[:1500])
         # r Omega^2 = 0.07 * 419^2 = 12280, three times as fast 110500, at 88 m/s

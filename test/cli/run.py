@@ -370,18 +370,18 @@ def test_help_and_version():
                      "--fail-if-unstable", "--part i/n", "--merge", "--one-line"):
             check(f"help names {word}", word in run.out, word, run.out)
         check("help, width", all(len(line) <= 80 for line in run.out.splitlines()), "at most 80 columns", run.out)
-        for word, told in (("support.stiffness", "support.stiffness: "), ("support", "&support: "), ("&Support", "&support: "),
+        for word, answer in (("support.stiffness", "support.stiffness: "), ("support", "&support: "), ("&Support", "&support: "),
                            ("groups", "&sensitivity"), ("mass", "frame.mass: "), ("joint", "type='RRR'")):
             run = Run(folder, "--help", word)
             run.done(f"--help {word}")
-            check(f"--help {word}", told in run.out, told, run.out)
+            check(f"--help {word}", answer in run.out, answer, run.out)
             check(f"--help {word}, width", all(len(line) <= 80 for line in run.out.splitlines()), "at most 80 columns", run.out)
-        for word, told in (("suport", "no group or key has this name; did you mean 'support'?"),
+        for word, answer in (("suport", "no group or key has this name; did you mean 'support'?"),
                            ("support.stifness", "unknown key 'stifness': did you mean 'stiffness'?"),
                            ("suport.stiffness", "unknown group &suport: did you mean &support?"),
                            ("qqqqqqqq", "no group or key has this name; the groups are case, drive, units")):
             run = Run(folder, "--help", word)
-            check(f"--help {word}", run.code == 1 and run.out == "" and f"--help {word}: {told}" in run.err, told, run.err)
+            check(f"--help {word}", run.code == 1 and run.out == "" and f"--help {word}: {answer}" in run.err, answer, run.err)
 
 
 def speeds(folder):

@@ -170,11 +170,11 @@ def pasted_tests():
         for row in variants:
             name = f"compressor, {label(row)}"
             (folder / "other.nml").write_text(text.replace("'balance'", "'response', 'forces'") + lines.get(label(row), ""))
-            told = Run(folder, "--check", "other.nml")
-            if not (told.done(f"{name}: --check") and Run(folder, "-q", "other.nml").done(name)):
+            checked = Run(folder, "--check", "other.nml")
+            if not (checked.done(f"{name}: --check") and Run(folder, "-q", "other.nml").done(name)):
                 continue
-            axes = table(told.out, "SHAKING FORCES AND COUPLES")
-            turning = table(told.out, "across the shaft") if "across the shaft" in told.out else {}
+            axes = table(checked.out, "SHAKING FORCES AND COUPLES")
+            turning = table(checked.out, "across the shaft") if "across the shaft" in checked.out else {}
             for one in orders:
                 if (one["aim"], one["links"]) != (row["aim"], row["links"]) or int(one["order"]) > 8:
                     continue

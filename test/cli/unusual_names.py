@@ -11,25 +11,25 @@ CONTROLS = re.compile(r"[\x00-\x09\x0b-\x1f\x7f-\x9f]")
 
 def test_names_of_files():
     """Unusual file names stay on one line of report, tables and messages."""
-    for name, told, blank in (("a\x7fb.nml", "a?b.nml", "a?b.nml"), ("two\nlines.nml", "two?lines.nml", "two lines.nml"),
+    for name, shown, blank in (("a\x7fb.nml", "a?b.nml", "a?b.nml"), ("two\nlines.nml", "two?lines.nml", "two lines.nml"),
                               ("bell\x07.nml", "bell?.nml", "bell .nml"), ("a\u0085b.nml", "a??b.nml", "a??b.nml"),
                               ("m\u00fcller.nml", "m\u00fcller.nml", "m\u00fcller.nml")):
         with Folder() as folder:
             (folder / name).write_text(SOUND)
             run = Run(folder, "--report", "--set", "case.title=a\x7ft", "-o", "out", name)
             head, *lines = run.out.split("\n\n")[1].splitlines()
-            equal(f"{told}, report", (head, lines[0]), ("  title      a?t", f"  input      {told}"))
-            check(f"{told}, report, control characters", not CONTROLS.search(run.out), "none", repr(run.out[:300]))
+            equal(f"{shown}, report", (head, lines[0]), ("  title      a?t", f"  input      {shown}"))
+            check(f"{shown}, report, control characters", not CONTROLS.search(run.out), "none", repr(run.out[:300]))
             for table in ("multipliers", "response"):
                 text = (folder / "out" / f"{table}.csv").read_text()
                 head = [line for line in text.splitlines() if line.startswith("#")]
-                equal(f"{told}, {table}.csv", [head[0], head[2]], ["# title: a?t", f"# input: {blank}"])
-                check(f"{told}, {table}.csv, control characters", not CONTROLS.search(text), "none", repr(text[:200]))
+                equal(f"{shown}, {table}.csv", [head[0], head[2]], ["# title: a?t", f"# input: {blank}"])
+                check(f"{shown}, {table}.csv, control characters", not CONTROLS.search(text), "none", repr(text[:200]))
             page = (folder / "out" / "report.html").read_text()
-            check(f"{told}, page", told in page and not CONTROLS.search(page),
+            check(f"{shown}, page", shown in page and not CONTROLS.search(page),
                   "the name, no control characters", page[:900])
             run = Run(folder, "--set", "drive.speed_rpm=0", "-o", "out/" + name, name)
-            check(f"{told}, message", run.code == 2 and len(run.err.splitlines()) == 1 and not CONTROLS.search(run.err),
+            check(f"{shown}, message", run.code == 2 and len(run.err.splitlines()) == 1 and not CONTROLS.search(run.err),
                   "one line", repr(run.err))
     with Folder() as folder:
         run = Run(folder, "-o", "two\nfolders", "input.nml")

@@ -87,13 +87,13 @@ def test_over_speeds():
         run = Run(folder, *tasks("resonance", "campbell"), "input.nml")
         run.done("speeds")
         out = folder / "input"
-        told = re.search(r"RESONANCE CURVE .*\n  UNSTABLE at (\d+) of (\d+) speeds, (\S+) to (\S+) rpm: disturbances", run.out)
+        reported = re.search(r"RESONANCE CURVE .*\n  UNSTABLE at (\d+) of (\d+) speeds, (\S+) to (\S+) rpm: disturbances", run.out)
         unstable = [float(row["speed_rpm"]) for row in table(out / "resonance.csv") if row["state"] == "unstable"]
-        equal("speeds: unstable", bool(told and unstable), True)
-        if told and unstable:
-            equal("speeds: how many", (int(told[1]), int(told[2])), (len(unstable), len(table(out / "resonance.csv"))))
-            check("speeds: from, to", abs(float(told[3]) - unstable[0]) < 1e-3 and abs(float(told[4]) - unstable[-1]) < 1e-3,
-                  (unstable[0], unstable[-1]), told[0])
+        equal("speeds: unstable", bool(reported and unstable), True)
+        if reported and unstable:
+            equal("speeds: how many", (int(reported[1]), int(reported[2])), (len(unstable), len(table(out / "resonance.csv"))))
+            check("speeds: from, to", abs(float(reported[3]) - unstable[0]) < 1e-3 and abs(float(reported[4]) - unstable[-1]) < 1e-3,
+                  (unstable[0], unstable[-1]), reported[0])
         for name in ("resonance.csv", "peaks.csv"):
             check(f"{name}: head", head(out / name)[-1].startswith("# verdict: unstable at "), "the verdict",
                   head(out / name))

@@ -241,14 +241,14 @@ def judge_design(program, folder, number, seed):
     took = time.perf_counter() - start
     if not (folder / "input" / "design.nml").exists():
         return [f"no design, exit {run.returncode}: {run.stderr.strip()[:200]}"], took
-    told = rows(folder / "input" / "design_goals.csv")
+    reported = rows(folder / "input" / "design_goals.csv")
     found, unstable = worst_of(program, folder, (folder / "input" / "design.nml").read_text(), goals, scatter)
-    wrong = [f"{goal}: {row['after']} +- {row['after_error']} is told, {true} is found"
-             for goal, row, true in zip(goals, told, found) if is_exceeded(goal, row, true)]
+    wrong = [f"{goal}: {row['after']} +- {row['after_error']} was reported, the judge found {true}"
+             for goal, row, true in zip(goals, reported, found) if is_exceeded(goal, row, true)]
     if unstable and "# verdict: stable" in (folder / "input" / "design_goals.csv").read_text():
         wrong.append("called stable, unstable between the speeds")
-    if len(told) == 1 and float(told[0]["after"]) > float(told[0]["before"]) * (1 + 1e-6):
-        wrong.append(f"worse than before: {told[0]['before']} to {told[0]['after']}")
+    if len(reported) == 1 and float(reported[0]["after"]) > float(reported[0]["before"]) * (1 + 1e-6):
+        wrong.append(f"worse than before: {reported[0]['before']} to {reported[0]['after']}")
     return wrong, took
 
 

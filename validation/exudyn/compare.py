@@ -304,7 +304,7 @@ class Model:
         (coarse, pull), (fine, tug) = (self.record(state, steps) for steps in (STEPS, 2 * STEPS))
         data, forces = fine + (fine - coarse) / 3, tug + (tug - pull) / 3
         if len(data) != ROWS + 1:
-            raise SystemExit(f"Exudyn told {len(data)} rows")
+            raise SystemExit(f"Exudyn returned {len(data)} rows")
         q, v = data[:, 0], data[:, 1]
         static = [pad @ arm @ self.sag for arm, (_, pad, _) in zip(self.arms, self.pads)]
         moved = q + self.references

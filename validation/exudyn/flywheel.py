@@ -64,7 +64,7 @@ def main():
         with tempfile.TemporaryDirectory() as folder:
             case = Path(folder) / "case.nml"
             case.write_text(text)
-            told = subprocess.run([program, "-o", folder, "-s", "case.tasks=response,power", "-s", f"response.points={ROWS}", str(case)],
+            report = subprocess.run([program, "-o", folder, "-s", "case.tasks=response,power", "-s", f"response.points={ROWS}", str(case)],
                                   check=True, capture_output=True, text=True).stdout
             tables = {}
             for name in ("response", "power"):
@@ -87,7 +87,7 @@ def main():
         recorder.turn_free(x)
         data = np.array([[recorder.mbs.GetSensorStoredData(sensor) for sensor in pair] for pair in recorder.sensors])
         theirs, rate = data[0, 0, :, 3], data[recorder.driven, 1, :, 3]
-        irregular = re.search(r"coefficient of irregularity (\S+)", told)[1]
+        irregular = re.search(r"coefficient of irregularity (\S+)", report)[1]
         one, other = amplitudes(ours), amplitudes(theirs)
         print(f"{inertia:g} kg m^2: coefficient of irregularity {irregular}, Exudyn {np.ptp(rate) / machine.speed:.4g}; psi's orders 1 "
               f"and 2 {one[0]:.6e}, {one[1]:.6e}, Exudyn {other[0]:.6e}, {other[1]:.6e}; off by {max(abs(one - other)) / max(one):.1e}; "

@@ -224,13 +224,13 @@ def run_file(program, name, seconds, counters=None):
                            start_new_session=True, preexec_fn=lambda: limit(seconds))
     clock = threading.Timer(seconds, os.killpg, (run.pid, signal.SIGKILL))
     clock.start()
-    told = ""
+    output = ""
     for line in run.stdout:
-        told += line
+        output += line
         if line.startswith("FAILED"):
             os.killpg(run.pid, signal.SIGKILL)
     clock.cancel()
-    return run.wait() == 0, told, time.time() - begin
+    return run.wait() == 0, output, time.time() - begin
 
 
 def environment(program, counters):
@@ -388,9 +388,9 @@ def drawn(arguments):
 
 def changed_lines(base):
     """The mutable lines that are in src and not in `base`."""
-    told = subprocess.run(["git", "diff", "-U0", base, "--", "src"], capture_output=True, text=True, cwd=ROOT, check=True).stdout
+    output = subprocess.run(["git", "diff", "-U0", base, "--", "src"], capture_output=True, text=True, cwd=ROOT, check=True).stdout
     places, path = [], None
-    for line in told.split("\n"):
+    for line in output.split("\n"):
         if line.startswith("+++ b/"):
             path = line[6:]
             allowed = set(executable_lines((ROOT / path).read_text())) if path.endswith(".f90") else set()
