@@ -38,10 +38,10 @@ def test_keys():
         near("alike along both axes", turned, space, 1e-9)
         one = greatest(folder, "one of them", *fast, "-s", "support(2).damping=100,0", "-s", "support(2).axes='frame'")
         none = greatest(folder, "none of them", *fast, "-s", "support(2).damping=100,0")
-        check("axes of one support matter", abs(one - none) > 1e-5, "another number", (one, none))
+        check("axes of one support have an effect", abs(one - none) > 1e-5, "another number", (one, none))
         space, turned = (abs(greatest(folder, "weights about rest", *words, "-s", "model.frame=rest", "-s", "frame.dof='eta','psi'",
                                       file="weighed.nml", column="arg_rad")) for words in ((), ("-s", "support.axes='frame'")))
-        check("weights about rest matter", abs(turned - space) > 1e-4, "another phase", (turned, space))
+        check("weights about rest have an effect", abs(turned - space) > 1e-4, "another phase", (turned, space))
         Run(folder, "other.nml").refused("axes, unknown word", 2, "other.nml:13: &support 3: axes = 'both': unknown; choose from 'space', 'frame'")
         equal("axes, no files", sorted(path.name for path in folder.iterdir()), ["input.nml", "other.nml", "out", "weighed.nml"])
 

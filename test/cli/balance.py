@@ -120,7 +120,7 @@ def test_four_bar():
         run = Run(folder, "input.nml")
         run.done("balance, balanced already")
         check("balance, balanced already", "the force is already balanced" in run.flat, "a line", run.out)
-        equal("balance, balanced already: aims", {row["aim"] for row in rows(folder / "input")[1]}, {"found", "moment", "sum"})
+        equal("balance, already balanced: aims", {row["aim"] for row in rows(folder / "input")[1]}, {"found", "moment", "sum"})
 
 
 def test_orders():

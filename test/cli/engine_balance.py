@@ -109,7 +109,7 @@ def engine_tests():
         for k, (force, couple) in enumerate(expected(pins, banks, places), start=1):
             row, turned = axes[str(k)], turning.get(str(k), [0.0] * 4)
             factor = abs(factors()[k - 1])
-            equal(f"{name}, order {k}: nothing along the shaft", row[2], 0.0)
+            equal(f"{name}, order {k}: no component along the shaft", row[2], 0.0)
             for i in range(2):
                 compare(f"{name}, order {k}: force {'xy'[i]}", row[i], force[i], unit)
                 compare(f"{name}, order {k}: couple {'xy'[i]}", row[3 + i], couple[i], unit * SPACING)
@@ -125,13 +125,13 @@ def engine_tests():
         if name == "V8 90":
             # like four masses on the pins: all of it turns with the crank
             compare("V8 90: couple of first order with the crank", turning["1"][2], math.sqrt(10) * unit * SPACING, unit)
-            equal("V8 90: none against it", turning["1"][3], 0.0)
+            equal("V8 90: no component against the crank", turning["1"][3], 0.0)
     with Folder(input=engine(*ENGINES["V8 90"][:3], rpm=-RPM)) as folder:
         run = Run(folder, "--check", "input.nml")
         if run.done("V8 90, clockwise: --check"):
             turning = table(run.out, "across the shaft")
             compare("V8 90, clockwise: with the crank", turning["1"][2], math.sqrt(10) * PISTON * R * SPEED**2 * SPACING, 1.0)
-            equal("V8 90, clockwise: against it", turning["1"][3], 0.0)
+            equal("V8 90, clockwise: component against the crank", turning["1"][3], 0.0)
 
 
 def torque_of_four(speed):

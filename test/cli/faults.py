@@ -180,11 +180,11 @@ def test_short_and_killed():
                 run = scene.run(at=n, kill=1)
                 found, others = contents(folder / "out")
                 equal(f"killed at call {n}", run.code, -signal.SIGKILL)
-                check(f"killed at call {n}: old or new", found.keys() == scene.old.keys() and all(
+                check(f"killed at call {n}: either old or new results", found.keys() == scene.old.keys() and all(
                     found[name] in (scene.old[name], scene.new[name]) for name in found), "whole files", sorted(found))
                 check(f"killed at call {n}: one folder is left", others in ([], [".gestell-1"]), "at most one", others)
                 Run(folder, *scene.arguments, "-o", "out").done(f"after a kill at call {n}")
-                equal(f"after a kill at call {n}: nothing of it is left", contents(folder / "out"), (scene.new, []))
+                equal(f"after a kill at call {n}: no temporary files are left", contents(folder / "out"), (scene.new, []))
             for n in range(1, calls + 1):
                 scene.begin()
                 run = scene.run(at=n, command="rm -r out")
@@ -249,7 +249,7 @@ def test_limits():
         before = contents(folder / "out")
         run = Run(folder, "-q", "-s", "frame.mass=19", "input.nml", "-o", "out", preexec_fn=limited(resource.RLIMIT_FSIZE, 40960))
         run.refused("a file beyond the limit", 4, "out/response.csv: cannot be written: File too large")
-        equal("a file beyond the limit: the old result is there", contents(folder / "out"), before)
+        equal("a file beyond the limit: the old result remains", contents(folder / "out"), before)
         for name in ("x" * 5000, "x/" * 2500, "x" * 300):
             run = Run(folder, "-q", "input.nml", "-o", name)
             check("a long path", run.code == 1 and run.err.count("\n") == 1 and len(run.err) < 1300 and "File name too long" in run.err,
@@ -280,7 +280,7 @@ def test_pictures_break_off():
         run.refused("pictures break off", 4, "out/mechanism.gp: gnuplot cannot draw it (exit code 0); run gnuplot mechanism.gp in "
                     "that folder to see why")
         found, others = contents(folder / "out")
-        check("pictures break off: none, all else", not any(name.endswith(("svg", "png")) for name in found) and len(found) == 8
+        check("pictures break off: no picture, all other files", not any(name.endswith(("svg", "png")) for name in found) and len(found) == 8
               and others == [], "4 tables with scripts", sorted(found))
 
 
@@ -321,7 +321,7 @@ def test_odd_names():
 def test_damaged_origin():
     """A message never contains control characters from a damaged file."""
     with Folder(input=with_tasks("'sweep'", SPEEDS.format(200, 300, 3))) as folder:
-        Run(folder, "-q", "--part", "1/1", "input.nml").done("a part")
+        Run(folder, "-q", "--part", "1/1", "input.nml").done("one part")
         (folder / "input" / "sweep.blocks" / "origin").write_bytes(b"\033[2J\x9bxx\n0123456789ABCDEF\n")
         run = Run(folder, "-q", "input.nml")
         check("damaged origin", run.code == 1 and "version ?[2J?xx of" in run.err and run.err.isprintable() is False

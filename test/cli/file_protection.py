@@ -47,11 +47,11 @@ def test_input_stays():
             "a table's name", 1, "./response.csv: the results would replace the input; choose another folder with --output")
         Run(folder, "--json", "results.json", "-o", ".").refused(
             "the name of all results", 1, "./results.json: the results would replace the input; choose another folder with --output")
-        equal("the inputs stay, nothing else is there", everything(folder), before)
+        equal("only the inputs exist, unchanged", everything(folder), before)
     with Folder(design=SOUND, response=SOUND) as folder:
         for name in ("design.nml", "response.nml"):
             Run(folder, "-q", name, "-o", ".").done(f"no result is called {name}")
-            equal(f"no result is called {name}: it stays", (folder / name).read_text(), SOUND)
+            equal(f"no result is called {name}: unchanged", (folder / name).read_text(), SOUND)
 
 
 def test_links_and_folders_stay():
@@ -70,7 +70,7 @@ def test_links_and_folders_stay():
             build(out)
             before = everything(out)
             Run(folder, "-q", "input.nml", "-o", out.name).done(what)
-            equal(f"{what}: what links point to", everything(folder / "victim"), precious)
+            equal(f"{what}: targets of links are unchanged", everything(folder / "victim"), precious)
             found = everything(out)
             equal(f"{what}: results", {name: found.get(name) for name in wanted}, wanted)
             return out, before, {name: data for name, data in found.items() if name not in wanted}
@@ -84,7 +84,7 @@ def test_links_and_folders_stay():
                             ("file", lambda out: (out / ".gestell-1").write_text("precious\n")),
                             ("folder of somebody else", foreign)):
             out, before, left = scene(what, build)
-            equal(f"{what}: stays", left, before)
+            equal(f"{what}: unchanged", left, before)
 
         def killed(out):
             staging = out / ".gestell-1"
@@ -96,7 +96,7 @@ def test_links_and_folders_stay():
         for what, build in (("links in what a killed run has left", killed),
                             ("what a run has left that was killed at once", lambda out: (out / ".gestell-1").mkdir())):
             out, before, left = scene(what, build)
-            equal(f"{what}: is taken and removed", (left, (out / ".gestell-1").exists()), ({}, False))
+            equal(f"{what}: is used and removed", (left, (out / ".gestell-1").exists()), ({}, False))
 
         def results(out):
             (out / "response.csv").symlink_to("../victim/response.csv")
@@ -128,7 +128,7 @@ def test_blocks_stay():
             Run(folder, "-q", "input.nml", "-o", what).refused(
                 f"sweep.blocks: {what}", 1, f"{what}/sweep.blocks: is a link, or contains files that are not from a sweep; choose another folder "
                 "with --output")
-            equal(f"sweep.blocks: {what}: stays", everything(folder), before)
+            equal(f"sweep.blocks: {what}: unchanged", everything(folder), before)
         (folder / "empty" / "sweep.blocks").mkdir(parents=True)
         Run(folder, "-q", "input.nml", "-o", "empty").done("sweep.blocks: empty")
         check("sweep.blocks: empty: is used", list(everything(folder / "empty")) == ["sweep.csv", "sweep.gp"], "sweep.csv",

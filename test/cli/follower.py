@@ -78,7 +78,7 @@ def test_tables():
     moved = [lift_at(2 * math.pi * k / 36 + math.radians(40)) for k in range(36)]
     phase = compute("follower, phase", follower("lift_phase=40.0, lift=" + listed(HARMONICS)))
     same("a phase and a table that begins there", phase, compute("table, moved", follower("lift_table=" + listed(moved))), 1e-8)
-    check("a phase matters", phase and phase["response.csv"]["eta_m"] != sound["response.csv"]["eta_m"], "other numbers", "same")
+    check("a phase has an effect", phase and phase["response.csv"]["eta_m"] != sound["response.csv"]["eta_m"], "other numbers", "same")
     # one harmonic by --set
     changed = [0.03 if i == 1 else value for i, value in enumerate(HARMONICS)]
     same("one harmonic by --set", compute("changed", follower("lift=" + listed(changed))),

@@ -120,7 +120,7 @@ def test_guides():
         (_, motion), (_, forces) = (table(folder / "both" / name) for name in ("response.csv", "supports_history.csv"))
         arms = [x * f for x, f in zip(column(motion, "xi_m"), column(forces, "fy_guide_N"))]
         # its force acts where F has moved; roundings of the product
-        series("guide: its moment about F at rest", column(forces, "m_guide_Nm"), arms, 1e-14 * max(map(abs, arms)))
+        series("guide: moment about F at rest", column(forces, "m_guide_Nm"), arms, 1e-14 * max(map(abs, arms)))
 
 
 def test_probes():

@@ -84,7 +84,7 @@ def test_report():
             return
         page = read(folder / "input")
         equal("report: tags", (page.open, page.wrong), ([], []))
-        equal("report: nothing from outside", page.outside, [])
+        equal("report: no external references", page.outside, [])
         check("report: title", page.headings[0].startswith('A & <B> "C" '), "the input's title", page.headings[0])
         equal("report: parts", page.headings[1:], [
             "The machine", "Stability", "Modes", "Vibration over a turn", "Spectrum", "Forces on the ground",
@@ -97,7 +97,7 @@ def test_report():
         for cell in ("&drive", "speed_rpm", "1/min", "200", "&probe a<b", "mm/s", "re", "exponent im (rad/s)"):
             check(f"report: {cell}", cell in page.cells, "a cell of a table", sorted(set(page.cells))[:20])
         text = (folder / "input/report.html").read_text(encoding="utf-8")
-        check("report: what was set", "<code>drive.speed_rpm=200</code>" in text, "the setting", "none")
+        check("report: settings", "<code>drive.speed_rpm=200</code>" in text, "the setting", "none")
         check("report: verdict", '<p class="verdict stable"><strong>stable</strong>' in text, "the verdict", "none")
         shown("report", folder / "input/report.html", len(page.pictures))
         again = Run(folder, "-q", "--report", "--set", "drive.speed_rpm=200", "input.nml")

@@ -61,7 +61,7 @@ def test_threads():
                 run = Run(folder, "-o", threads, "input.nml", environment={"OMP_NUM_THREADS": threads, "OMP_STACKSIZE": stack})
                 run.done(f"{what}, {threads} threads")
                 outputs[threads] = contents(folder / threads), run.out.replace(f"files in {threads}/", "")
-            check(f"{what}: there are tables", any(name.endswith(".csv") for name in outputs["1"][0]), "some", sorted(outputs["1"][0]))
+            check(f"{what}: tables exist", any(name.endswith(".csv") for name in outputs["1"][0]), "some", sorted(outputs["1"][0]))
             for threads in "23":
                 names = [name for name, data in outputs["1"][0].items() if outputs[threads][0].get(name) != data]
                 equal(f"{what}, {threads} threads: files that differ from those of one", names, [])
@@ -112,12 +112,12 @@ def test_killed():
                 equal(f"{what}: killed", (code, message), (-signal.SIGKILL, b""))
                 if code != -signal.SIGKILL:
                     break
-                equal(f"{what}: nothing is published", files(folder / "out"), [".gestell-1"])
+                equal(f"{what}: no results are written", files(folder / "out"), [".gestell-1"])
                 check(f"{what}: kept results are used", now.startswith(kept), f"the {len(kept)} bytes and more", len(now))
                 kept = now[:now.rfind(MAGIC)]
             check(f"{what}: runs were killed", kills > 0, "at least once", kills)
             equal(f"{what}: files after {kills} kills", contents(folder / "out") == right, True)
-            equal(f"{what}: nothing is left", sorted(path.name for path in (folder / "out").iterdir()),
+            equal(f"{what}: no temporary files are left", sorted(path.name for path in (folder / "out").iterdir()),
                   sorted(path.name for path in (folder / "right").iterdir()))
 
 
@@ -179,7 +179,7 @@ def test_damaged_and_foreign():
             for output in ("out", "other"):
                 Run(folder, "-q", "input.nml", "-o", output, *options).done(f"foreign, {what}, {output}")
             equal(f"foreign, {what}: files", contents(folder / "out") == contents(folder / "other"), True)
-            equal(f"foreign, {what}: nothing is left", (folder / "out" / ".gestell-1").exists(), False)
+            equal(f"foreign, {what}: no temporary files are left", (folder / "out" / ".gestell-1").exists(), False)
             for output in ("out", "other"):
                 shutil.rmtree(folder / output)
 

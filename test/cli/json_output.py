@@ -47,7 +47,7 @@ def test_tables():
     tasks = "case.tasks='stability','modes','response','forces','power','drawing','sensitivity'"
     with Folder() as folder:
         run = Run(folder, "--json", "-o", "one", "-s", tasks, DATA / "compressor.nml")
-        run.done("json beside the tables")
+        run.done("json in addition to the tables")
         found = json.loads((folder / "one" / "results.json").read_text())
         equal("json: members", list(found), MEMBERS)
         equal("json: verdict", found["verdict"], "stable")

@@ -216,7 +216,7 @@ def follows(what, table, function, level, axes, deviation):
                     came, above = function(*(value(at[i], *axes[i]) for i in (0, 1))), (side > 0) != turned
                     check(f"{what}, {'left' if side > 0 else 'right'} of {at}", (came > level) == above, level, came)
                     seen += 1
-    check(f"{what}, points beside the curve", seen > 200, "many", seen)
+    check(f"{what}, points next to the curve", seen > 200, "many", seen)
 
 
 def test_map():

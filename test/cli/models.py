@@ -383,7 +383,7 @@ def test_beside_resonance():
     with Folder(input=SOUND) as folder:
         beside = Run(folder, "-q", "-s", "model.frame='exact'", "-s", "drive.speed_rpm=384.5616", "-s",
                      "foundation.damping=1e-3,1e-3,1e-4", "--one-line", "input.nml")
-        check("beside a resonance: verdict", beside.code == 0 and "stable" in beside.out and "undecided" not in beside.out, "stable",
+        check("near a resonance: verdict", beside.code == 0 and "stable" in beside.out and "undecided" not in beside.out, "stable",
               beside.out + beside.err)
 
 

@@ -337,7 +337,7 @@ def test_plot_option():
             equal(f"--plot to {name}, files", bare(folder / name), every)
         equal("--plot, nothing else is run", list(folder.rglob("bad")), [])
         Run(folder, "-q", "input.nml").done("without --plot again")
-        equal("pictures of older numbers are gone", [name for name in bare(folder / "input") if name[-3:] in ("png", "svg")],
+        equal("outdated pictures are removed", [name for name in bare(folder / "input") if name[-3:] in ("png", "svg")],
               ["mechanism.png", "mechanism.svg"])
         run = Run(folder, "--check", "--plot", "-o", "checked", "input.nml")
         run.done("--check --plot")
@@ -349,7 +349,7 @@ def test_plot_option():
         Run(folder, "-q", "--plot", "given.nml").done("--plot of mass functions")
         equal("--plot of mass functions, files", bare(folder / "given"),
               sorted(f"{name}.{end}" for name in ("harmonics", "multipliers", "response") for end in endings))
-        Run(folder, "-q", "sweep.nml", "--part", "1/1", "-o", "parts").done("a part")
+        Run(folder, "-q", "sweep.nml", "--part", "1/1", "-o", "parts").done("one part")
         Run(folder, "-q", "sweep.nml", "--merge", "--plot", "-o", "parts").done("--merge --plot")
         equal("--merge --plot, files", bare(folder / "parts"), [f"sweep.{end}" for end in endings])
         for option in (["--part", "1/2"], ["--one-line"]):
@@ -392,7 +392,7 @@ def test_no_gnuplot():
         equal("no gnuplot", (run.code, run.err), (4, "gnuplot is not installed, so no pictures were drawn (Debian package "
               "gnuplot-nox, or ./bootstrap --with gnuplot); all other files are written\n"))
         check("no gnuplot, report", "pictures in input/, .svg and .png: none\nVERDICT" in run.out, "none", run.out[-200:])
-        equal("no gnuplot, all else is written", bare(folder / "input"),
+        equal("no gnuplot, all other files are written", bare(folder / "input"),
               sorted(f"{name}.{end}" for name in ("harmonics", "mechanism", "multipliers", "response") for end in ("csv", "gp")))
         Run(folder, "-q", "input.nml", environment={"PATH": str(folder / "empty")}).done("no gnuplot, no --plot")
         fake = folder / "empty" / "gnuplot"
@@ -401,7 +401,7 @@ def test_no_gnuplot():
         run = Run(folder, "-q", "input.nml", "--plot", "-o", "o", environment={"PATH": f"{folder / 'empty'}:{os.environ['PATH']}"})
         equal("gnuplot fails", (run.code, run.err), (4, "o/mechanism.gp: gnuplot cannot draw it (exit code 3); run gnuplot "
               "mechanism.gp in that folder to see why\n"))
-        check("gnuplot fails, the numbers are there", (folder / "o" / "response.csv").exists(), "response.csv", bare(folder / "o"))
+        check("gnuplot fails, the tables are written", (folder / "o" / "response.csv").exists(), "response.csv", bare(folder / "o"))
 
 
 def test_trade():

@@ -106,12 +106,12 @@ def test_as_resonance():
     text = SWEEP + desk + f"&resonance quantities={names} /\n"
     with Folder(input=text + axis(FIRST, 100, 400, 4, f", columns='rho_max','psi_peak_rad',{names}, measures='peak','rms'"),
                 plain=SWEEP + axis(FIRST, 100, 400, 4, ", columns='rho_max','psi_peak_rad', engine='direct'")) as folder:
-        Run(folder, "-q", "input.nml").done("quantities beside other columns")
+        Run(folder, "-q", "input.nml").done("quantities and other columns")
         Run(folder, "-q", "plain.nml").done("the other columns")
         Run(folder, "-q", "input.nml", "-s", "case.tasks=resonance", "-o", "curve").done("the task resonance")
         table, plain = points(folder / "input"), points(folder / "plain")
-        equal("beside other columns, header", table.header[:4], [FIRST, "rho_max", "psi_peak_rad", "verdict"])
-        equal("beside other columns, the same", [row[:2] + row[3:4] for row in table.rows],
+        equal("with other columns, header", table.header[:4], [FIRST, "rho_max", "psi_peak_rad", "verdict"])
+        equal("with other columns, the same", [row[:2] + row[3:4] for row in table.rows],
               [row[:2] + row[3:4] for row in plain.rows])
         rows = list(csv.reader(line for line in (folder / "curve" / "resonance.csv").open() if not line.startswith("#")))
         curve = {float(row[0]): dict(zip(rows[0], row)) for row in rows[1:]}
@@ -134,13 +134,13 @@ def test_no_vibration():
         Run(folder, "-q", "input.nml", "-s", f"sweep.from={resonant}", "-s", "sweep.to=900", "-s", "sweep.count=2").done("resonance")
         table = points(folder / "input")
         equal("in resonance", table.rows[0][2:], ["NaN"] * 4)
-        check("beside it", "NaN" not in table.rows[1], "numbers", table.rows[1])
+        check("near resonance", "NaN" not in table.rows[1], "numbers", table.rows[1])
     with Folder(input=SWEEP + axis("joint(B).lengths(1)", 0.1, 0.5, 5, ", columns='f','guide.m','support(4).fx'")) as folder:
         Run(folder, "-q", "input.nml", "-s", "joint(B).lengths(1)=0.1").done("quantities of machines that do not turn")
         table = points(folder / "input")
         equal("impossible, numbers", [row[2] == "NaN" for row in table.rows],
               [word == "impossible" for word in table.column("verdict")])
-        check("impossible, not all", "stable" in table.column("verdict"), "some turn", table.rows)
+        check("impossible, some points", "stable" in table.column("verdict"), "some turn", table.rows)
 
 
 REFUSED = [

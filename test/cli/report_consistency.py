@@ -67,7 +67,7 @@ def test_frequencies():
                     continue
                 frequency = 2 * math.pi * float(frequency)
                 nearest = min(naturals(run.out), key=lambda natural: abs(natural - frequency))
-                near(f"{what}: beside a natural frequency", frequency, nearest, 0.01 * nearest)
+                near(f"{what}: close to a natural frequency", frequency, nearest, 0.01 * nearest)
                 # seven digits are printed
                 turns = [(frequency + sign * table["exponent_im_rad_per_s"][k]) / omega for sign in (1, -1)]
                 near(f"{what}: fits its argument", min(abs(turn - round(turn)) for turn in turns), 0.0, 1e-6 * frequency / omega)

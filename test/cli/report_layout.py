@@ -74,9 +74,9 @@ def test_verbose():
         plain, verbose = (Run(folder, *options, DATA / "compressor.nml") for options in ([], ["--verbose"]))
         for words in DIAGNOSTICS:
             equal(f"'{words}'", (words in plain.flat, words in verbose.flat), (False, True))
-        check("errors of results stay", re.search(r"\|rho\| = 0\.97498834\d+ \+- \de-", plain.out) is not None, "+-", plain.out)
+        check("errors of results are printed", re.search(r"\|rho\| = 0\.97498834\d+ \+- \de-", plain.out) is not None, "+-", plain.out)
         rest = [line for line in plain.out.splitlines() if line not in verbose.out.splitlines()]
-        equal("--verbose leaves nothing out", rest, [])
+        equal("--verbose prints all other lines too", rest, [])
         quiet = Run(folder, "-q", "--verbose", DATA / "compressor.nml")
         equal("-q --verbose", (quiet.code, quiet.out, quiet.err), (0, "", ""))
         found = json.loads(Run(folder, "-q", "--json", DATA / "compressor.nml").out)
@@ -87,7 +87,7 @@ def test_verbose():
             Run(folder, "-q", "--report", "-o", "page", DATA / "compressor.nml").done("page")
             page = (folder / "page" / "report.html").read_text()
             before, _, folded = page.partition("<summary>accuracy of the numerical solution</summary>")
-            check("page: folded", "accuracy   " in folded and "accuracy   " not in before, "in its fold", folded[:500])
+            check("page: in a folded section", "accuracy   " in folded and "accuracy   " not in before, "in its fold", folded[:500])
             check("page: no folders", str(DATA) not in page and str(folder) not in page, "names alone", page[:600])
             for words in ("<dd>1450 1/min</dd>", "<dd>5.569, 11.24, 17.34 Hz</dd>", "<dd>x 68.98 N, y 494.6 N, magnitude 494.6 N</dd>"):
                 check(f"page: {words}", words in page.partition("<h2>")[0], words, page.partition("<h2>")[0][-900:])

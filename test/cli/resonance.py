@@ -156,7 +156,7 @@ def test_nothing_judged():
     with Folder(input=text) as folder:
         run = Run(folder, "--json", "input.nml")
         head = (folder / "input" / "resonance.csv").read_text()
-        equal("nothing judged", (json.loads((folder / "input" / "results.json").read_text())["verdict"], "# verdict" in head,
+        equal("no verdict", (json.loads((folder / "input" / "results.json").read_text())["verdict"], "# verdict" in head,
                                  "stable" in run.out.splitlines()[-1]), (None, False, False))
 
 

@@ -288,7 +288,7 @@ def test_mirrored():
     text = SOUND.replace("branch=1", "branch=-1").replace("origin=-0.20,0.20", "origin=-0.20,-0.20")
     text = text.replace(",-0.20, stiffness", ",0.20, stiffness")
     with Folder(there=SOUND, mirrored=text) as folder:
-        Run(folder, "there.nml", "-q").done("as it is")
+        Run(folder, "there.nml", "-q").done("unchanged machine")
         Run(folder, "mirrored.nml", "-q", "-s", "drive.speed_rpm=-240").done("mirrored, clockwise")
         there, mirrored = tables(folder / "there"), tables(folder / "mirrored")
         if len(there) != 3 or len(mirrored) != 3:
@@ -429,8 +429,8 @@ def test_set():
             one = Run(folder, "-q", "input.nml", "--set", f"{path}={value}", "-o", "b")
             two = Run(folder, "-q", "changed.nml", "-o", "c")
             if one.done(f"--set, {what}") and two.done(f"changed, {what}"):
-                equal(f"--set, {what}: as in the file", body(folder / "b") == body(folder / "c"), True)
-                equal(f"--set, {what}: matters", body(folder / "b") != body(folder / "a"), True)
+                equal(f"--set, {what}: same results as in the file", body(folder / "b") == body(folder / "c"), True)
+                equal(f"--set, {what}: has an effect", body(folder / "b") != body(folder / "a"), True)
 
 
 DEFAULT_FILES = ["harmonics.csv", "multipliers.csv", "response.csv"]
@@ -557,8 +557,8 @@ def test_unwritable():
         Run(folder, "input.nml", "-o", "taken", "-q").refused("output is a file", 1, cannot.format("taken"))
         Run(folder, "input.nml", "-o", "taken/x", "-q").refused("output within a file", 1, cannot.format("taken/x"))
         Run(folder, "input.nml", "-o", "input.nml", "-q").refused("output is the input", 1, cannot.format("input.nml"))
-        equal("output is a file, it stays", (folder / "taken").read_text(), "a file\n")
-        equal("output is the input, it stays", (folder / "input.nml").read_text(), SOUND)
+        equal("output is a file, unchanged", (folder / "taken").read_text(), "a file\n")
+        equal("output is the input, unchanged", (folder / "input.nml").read_text(), SOUND)
         (folder / "there" / "response.csv").mkdir(parents=True)
         Run(folder, "input.nml", "-o", "there", "-q").refused(
             "a folder in the place of a file", 4, re.compile(r"there/response\.csv: cannot be written: .+"))

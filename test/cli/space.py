@@ -320,10 +320,10 @@ def range_tests():
     source = re.sub(r"tasks = .*/", "tasks = '{}' /", (DATA / "suspended_compressor.nml").read_text(), count=1)
     sweep = "&sweep parameter='support(1).stiffness(2)', from=2000, to=2400, count=2, columns='rho_max' /\n"
     with Folder(sweep=source.format("sweep") + sweep, single=source.format("stability','separation")) as folder:
-        if Run(folder, "-q", "sweep.nml").done("space, a range") and Run(folder, "-q", "single.nml").done("space, its machine"):
+        if Run(folder, "-q", "sweep.nml").done("space, a range") and Run(folder, "-q", "single.nml").done("space, single machine"):
             for row in rows(folder / "sweep" / "sweep.csv"):
                 setting = f"support(1).stiffness(2)={row['support(1).stiffness(2)']}"
-                Run(folder, "-q", "--set", setting, "-s", "case.tasks=stability", "-o", "one", "single.nml").done("space, a point")
+                Run(folder, "-q", "--set", setting, "-s", "case.tasks=stability", "-o", "one", "single.nml").done("space, single point")
                 # both to the tolerance, 1e-9
                 near("space, a range: rho", float(row["rho_max"]), greatest(folder / "one" / "multipliers.csv"), 2e-9)
             modes = {float(row["frequency_Hz"]) for row in rows(folder / "single" / "separation.csv")}
@@ -488,7 +488,7 @@ def balanced_tests():
             for (frame, center), peaks in found.items():
                 if center >= LEAST_UNBALANCE and frame == "'exact'":
                     worst = max(abs(one / other - 1) for one, other in zip(peaks, found["'rest'", center]))
-                    near(f"space, {where} held by {held_by}: exact beside rest, unbalance {center}", worst, 0, 1e-4)
+                    near(f"space, {where} held by {held_by}: exact and rest, unbalance {center}", worst, 0, 1e-4)
 
 
 def refused_tests():

@@ -202,7 +202,7 @@ def guided_tests():
             row = balance_rows(folder / "input")[1][0]
             total = rows(folder / "input" / "supports.csv")[-1]
             near("guided compressor: force", row["f_rms_N"], float(total["f_rms_N"]), 1e-9 * row["f_rms_N"])
-            equal("guided compressor: what rests", [row[name] for name in ("eta_peak_m", "psi_peak_rad", "rot_xi_peak_rad")],
+            equal("guided compressor: coordinates at rest", [row[name] for name in ("eta_peak_m", "psi_peak_rad", "rot_xi_peak_rad")],
                   [0.0] * 3)
 
 

@@ -236,23 +236,23 @@ def torque_design_tests():
                 torques = [float(row["torque_Nm"]) for row in rows(folder / "single" / "power.csv")[:-1]]
                 size = max(map(abs, torques)) if measure == "peak" else math.sqrt(sum(value**2 for value in torques) / len(torques))
                 # nine digits of the numbers; 512 rows of a peak
-                near(f"{what}: as the task power has it", size, float(goals[1][0]["after"]), (1e-4 if measure == "peak" else 1e-7) * size)
+                near(f"{what}: as in the task power", size, float(goals[1][0]["after"]), (1e-4 if measure == "peak" else 1e-7) * size)
     text = (VALIDATION / "watt_beside.nml").read_text().replace("&drive ", "&drive held_by='flywheel', flywheel_inertia=0.3, ")
     text = re.sub(r"&case title = ('[^']*') /", "&case tasks='design' /", text) + \
         design.format("frame.mass", 40, 90) + "&objective quantity='torque', measure='rms' /\n"
     with Folder(input=text) as folder:
-        if not Run(folder, "-q", "-s", "drive.speed_rpm=209", "input.nml").done("design beside a flywheel"):
+        if not Run(folder, "-q", "-s", "drive.speed_rpm=209", "input.nml").done("design with a flywheel"):
             return
         goal, number = rows(folder / "input" / "design_goals.csv")[0], rows(folder / "input" / "design.csv")[0]
         torques = {}
         for part in (0.98, 1.0, 1.02):
             mass = min(max(float(number["after"]) * part, 40.0), 90.0)
             Run(folder, "-q", "-s", "case.tasks=power", "-s", f"frame.mass={mass!r}", "-s", "response.points=256", "-s",
-                "drive.speed_rpm=209", "-o", "one", "input.nml").done("design beside a flywheel, power")
+                "drive.speed_rpm=209", "-o", "one", "input.nml").done("design with a flywheel, power")
             values = [float(row["torque_Nm"]) for row in rows(folder / "one" / "power.csv")[:-1]]
             torques[part] = math.sqrt(sum(value**2 for value in values) / len(values))
-        near("design beside a flywheel: torque", torques[1.0], float(goal["after"]), 1e-8 * torques[1.0])
-        check("design beside a flywheel: less on no side", torques[1.0] <= min(torques.values()) * (1 + 1e-12), min(torques.values()),
+        near("design with a flywheel: torque", torques[1.0], float(goal["after"]), 1e-8 * torques[1.0])
+        check("design with a flywheel: not better on either side", torques[1.0] <= min(torques.values()) * (1 + 1e-12), min(torques.values()),
               torques)
 
 

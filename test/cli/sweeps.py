@@ -386,7 +386,7 @@ def test_killed():
 
 
 def first_part(folder, output, part="1/2"):
-    Run(folder, "-q", "input.nml", "-o", output, "--part", part).done("a part")
+    Run(folder, "-q", "input.nml", "-o", output, "--part", part).done("one part")
     return folder / output / "sweep.blocks"
 
 
@@ -436,9 +436,9 @@ def test_unwritten_rows():
         rows = [data[i:i + width] for i in range(head, len(data), width)]
         final = [right[i:i + width] for i in range(head, len(right), width)]
         equal("rows of one width", {(row[-1:], row.count(b"\n")) for row in final}, {(b"\n", 1)})
-        equal("half a table: rows that are there", sum(map(any, rows)), 500)
-        equal("half a table: no other bytes", all(row in (bytes(width), right) for row, right in zip(rows, final)), True)
-        equal("half a table: no head yet", any(data[:head]), False)
+        equal("half a table: rows so far", sum(map(any, rows)), 500)
+        equal("half a table: only correct bytes", all(row in (bytes(width), right) for row, right in zip(rows, final)), True)
+        equal("half a table: no heading yet", any(data[:head]), False)
 
 
 def npy(path):
@@ -477,7 +477,7 @@ def test_npy():
                                                   if not line.startswith("#"))]
             equal(f"npy, {what}: names", names, ["name", *table.header])
             for part in ("1/2", "2/2"):
-                Run(folder, "-q", "input.nml", "-s", "sweep.format=npy", "-o", "parts", "--part", part).done(f"npy, {what}: a part")
+                Run(folder, "-q", "input.nml", "-s", "sweep.format=npy", "-o", "parts", "--part", part).done(f"npy, {what}: one part")
             Run(folder, "-q", "input.nml", "-s", "sweep.format=npy", "-o", "parts", "--merge").done(f"npy, {what}: merged")
             equal(f"npy, {what}: same bytes", (folder / "parts" / "sweep.npy").read_bytes(),
                   (folder / "npy" / "sweep.npy").read_bytes())
@@ -513,7 +513,7 @@ def test_foreign():
         check("foreign blocks, version", run.code == 1 and "by version 0.0.9 of gestell, this is " in run.err and hint in run.err,
               "the version", run.err)
         origin.write_text(text)
-        Run(folder, "-q", "same.nml", "-o", "out").done("another layout goes on")
+        Run(folder, "-q", "same.nml", "-o", "out").done("a sweep with another layout resumes")
         # the head is that of the run that began
         equal("another layout, same bytes", (folder / "out" / "sweep.csv").read_bytes() == right, True)
 
@@ -587,7 +587,7 @@ def test_one_line():
         table = points(folder / "sweep")
         equal("--one-line, sweep: as sweep.csv", (lines.header, lines.rows), (table.header, table.rows))
         middle = [row for row in table.rows if float(row[0]) == 300 and abs(float(row[1]) - 1e5) < 1]
-        equal("the middle is there", len(middle), 1)
+        equal("the middle point is listed", len(middle), 1)
         run = Run(folder, "--one-line", "input.nml", "-s", f"{FIRST}={middle[0][0]}", "-s", f"{SECOND}={middle[0][1]}")
         came = Points(run.out)
         for name in COLUMNS[:1] + COLUMNS[4:]:

@@ -106,7 +106,7 @@ def test_units_and_paths():
         # the maximum over 361 rows of the history
         near("sweep, its middle is -45 deg", middle / max(map(abs, peaks[0])), 1, 1e-3)
         low, high = float(lines[1][lines[0].index("psi_peak_rad")]), float(lines[3][lines[0].index("psi_peak_rad")])
-        check("sweep, the direction matters", abs(low / high - 1) > 0.01, "different peaks", (low, high))
+        check("sweep, the direction has an effect", abs(low / high - 1) > 0.01, "different peaks", (low, high))
 
 
 def test_check():
