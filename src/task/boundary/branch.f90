@@ -1,5 +1,5 @@
-!> Branches of the exact frame's periodic vibration over one parameter: one vibration for each value, a smooth function of the
-!> value.
+!> Branches of the periodic vibration of the exact frame over one parameter. On a branch, each value of the parameter has one
+!> vibration, which depends smoothly on the value.
 module gestell_task_boundary_branch
   use gestell_base_kinds, only: dp
   use gestell_math_series_trigonometric, only: series_through, series_type
@@ -9,16 +9,19 @@ module gestell_task_boundary_branch
 
   public :: passed
 
-  !> Part of a path of vibrations along which the coordinate lambda of the parameter (0 to 1 over its range) is monotonic.
+  !> A branch: part of a path of vibrations on which lambda is monotonic (lambda: coordinate of the parameter, 0 to 1 over its
+  !> range).
   type, public :: branch_type
-    !> Points in ascending order of lambda, with tangents in this direction; lengths of the arcs between them, shape (points - 1).
+    !> Points of the branch in ascending order of lambda; their tangents point in this direction.
     type(point_type), allocatable :: points(:)
+    !> Lengths of the arcs between neighbouring points, shape (points - 1).
     real(dp), allocatable :: arcs(:)
-    !> At the lower and the upper end of lambda: `turns`: true for a turning point; `lost`: true if the continuation failed there;
-    !> `errors`: error of lambda at a turning point.
+    !> For the lower and the upper end of the branch. `turns`: true if this end is a turning point. `lost`: true if the continuation
+    !> failed at this end.
     logical :: turns(2) = .false., lost(2) = .false.
+    !> Error bounds of lambda at those ends that are turning points.
     real(dp) :: errors(2) = 0
-    !> Scales of the coordinates of the motion (m, m, rad), as in path_family_type.
+    !> Lengths and angles (m, m, rad) by which the coordinates of the motion are scaled, as in `path_family_type`.
     real(dp), allocatable :: units(:)
   contains
     procedure :: ends
@@ -27,7 +30,7 @@ module gestell_task_boundary_branch
 
 contains
 
-  !> Smallest and largest lambda.
+  !> Smallest and largest lambda of the branch.
   pure function ends(self)
     class(branch_type), intent(in) :: self
     real(dp) :: ends(2)
@@ -35,7 +38,7 @@ contains
     ends = self%points([1, size(self%points)])%lambda
   end function ends
 
-  !> Motion (m, m, rad) at lambda = t, by cubic interpolation along the arc.
+  !> Motion (m, m, rad) of the branch at lambda = `t`, by cubic interpolation along the arc.
   function motion_at(self, t) result(motion)
     class(branch_type), intent(in) :: self
     real(dp), intent(in) :: t
@@ -65,13 +68,13 @@ contains
     motion = series_through(spread(self%units, 1, size(q, 1)) * q)
   end function motion_at
 
-  !> True if one of the branches has this motion (m, m, rad) at lambda = t. Branch number `except` is not considered.
+  !> True if one of the branches, not considering number `except`, has the given motion at lambda = `t`.
   logical function passed(branches, t, motion, except)
     type(branch_type), intent(in) :: branches(:)
     real(dp), intent(in) :: t
     !> The motion (m, m, rad) at this lambda
     type(series_type), intent(in) :: motion
-    !> Number of a branch that is not considered
+    !> Number of the branch that is not considered
     integer, intent(in), optional :: except
     integer :: i
 
@@ -85,7 +88,7 @@ contains
     end do
   end function passed
 
-  !> True if the branch has this motion at lambda = t within the error of the cubic interpolation.
+  !> True if the branch has the given motion at lambda = `t`, within the error of the cubic interpolation.
   logical function passes(self, t, motion)
     type(branch_type), intent(in) :: self
     real(dp), intent(in) :: t
@@ -114,7 +117,7 @@ contains
 
   contains
 
-    !> Coefficient of order k and coordinate j; 0 beyond the highest order of the series.
+    !> Coefficient of order k and coordinate j in `of`; 0 beyond the highest order of the series.
     pure real(dp) function coefficient(of)
       real(dp), intent(in) :: of(0:, :)
 

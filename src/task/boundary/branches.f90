@@ -26,7 +26,7 @@ module gestell_task_boundary_branches
 
   public :: find_branch_borders
 
-  !> Family of the frames, each linearised about its vibration on one branch.
+  !> Family of frames, each linearised about its vibration on one branch.
   type, extends(family_type) :: branch_family_type
     class(family_type), pointer :: bare => null()
     type(axis_type) :: axis
@@ -43,17 +43,17 @@ module gestell_task_boundary_branches
 
 contains
 
-  !> Finds the stability borders on every branch of the vibrations of the frames of `bare`, and the turning points.
-  !> A branch that ends at a turning point and has an odd number of real multipliers above 1 throughout is unstable throughout. It
-  !> has no borders and gets no number; its turning points are listed with the neighbouring branches. Errors: as in `search_line`.
+  !> Finds the stability borders and the turning points on every branch of vibrations of the frames in `bare`. A branch that ends at
+  !> a turning point is unstable if an odd number of real multipliers exceeds 1 everywhere on it. Such a branch has no borders and
+  !> no number; its turning points are listed with the neighbouring branches. Fails as `search_line` does.
   subroutine find_branch_borders(bare, axis, options, borders, error, rest, followed)
     !> Family of frames that are not yet linearised about a vibration
     class(family_type), intent(in), target :: bare
-    !> The parameter, its range and the number of values at which the search starts
+    !> The parameter, its range, and the number of values at which the search starts
     type(axis_type), intent(in) :: axis
     !> Accuracy, tolerance of the borders, and executor
     type(border_options), intent(in) :: options
-    !> Borders and turning points in the direction of the axis; the component `vibration` is the number of the branch
+    !> Borders and turning points, sorted in the direction of the axis; their component `vibration` is the number of the branch
     type(border_type), allocatable, intent(out) :: borders(:)
     type(error_type), allocatable, intent(out) :: error
     !> Parts of the range that remain undecided
@@ -104,7 +104,8 @@ contains
     borders = borders(ascending(sign(1.0_dp, axis%to - axis%from) * borders%value))
   end subroutine find_branch_borders
 
-  !> Initial nodes for the search on a branch: those of the range, and points between which the vibration changes by a quarter.
+  !> Initial nodes for the search on a branch: the nodes of the range, and a point whenever the scaled vibration has changed by
+  !> 0.25.
   pure function nodes_of(branch, line, count) result(nodes)
     type(branch_type), intent(in) :: branch
     type(line_type), intent(in) :: line
@@ -127,14 +128,15 @@ contains
     nodes = merged(range_nodes(count), pack(t, taken))
   end function nodes_of
 
-  !> Lists as open the parts of the range that no branch covers, and the parts behind an end at which the continuation failed. If no
-  !> other branch passes through that end, the open part reaches to the nearest end at which another continuation failed, or else to
-  !> the end of the range.
+  !> Adds the undecided parts of the range to `rest`: parts that no branch covers, and parts beyond an end at which the continuation
+  !> failed, unless another branch passes through this end. The latter parts extend to the nearest end of another failed
+  !> continuation, or else to the end of the range.
   subroutine add_gaps(axis, branches, rest)
     type(axis_type), intent(in) :: axis
     type(branch_type), intent(in) :: branches(:)
     type(border_rest_type), intent(inout) :: rest
-    !> Parts of the range up to this width are not listed: they come from the ends of paths and from the errors of turning points.
+    !> Gaps up to this width, relative to the range, are ignored: they result from the ends of paths and the errors of turning
+    !> points.
     real(dp), parameter :: narrow = 1.0e-5_dp
     real(dp) :: ends(2, size(branches)), t, next
     logical :: lost(2, size(branches))
@@ -168,7 +170,7 @@ contains
     end do
   end subroutine add_gaps
 
-  !> Lists the part of the range between two coordinates as open.
+  !> Adds to `rest` the part of the range between the coordinates `from` and `to`: a border in it cannot be excluded.
   pure subroutine add_open(axis, from, to, rest)
     type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: from, to
@@ -178,9 +180,9 @@ contains
       & abs(parameter_at(axis, to) - parameter_at(axis, from)))]
   end subroutine add_open
 
-  !> True if an odd number of real multipliers is above 1 along the whole branch. A single place proves nothing: the branch may also
-  !> be unstable in a tongue at +1. Such a tongue occurs at 2 w = 2 Omega in a machine that repeats after half a turn. Places near a
-  !> turning point, where a multiplier equals 1 within its error, are not counted.
+  !> True if an odd number of real multipliers exceeds 1 along the whole branch. A single point proves nothing: the branch may be
+  !> unstable there because of a tongue at +1, as at 2 w = 2 Omega in a machine that repeats after half a turn. Points near a
+  !> turning point, where a multiplier equals 1 within its error, are ignored.
   pure logical function is_never_kept(search)
     type(search_type), intent(in) :: search
     integer :: i, above, known
@@ -198,10 +200,9 @@ contains
     is_never_kept = is_never_kept .and. known > 0
   end function is_never_kept
 
-  !> Refines the position of the turning point at end `side`, where two branches meet. Near this point the mean square difference of
-  !> the two motions is a smooth function of the parameter, and the parameter is a smooth function of this mean square. Neville
-  !> extrapolation to zero difference gives the turning point. It loses digits by cancellation; its last change is taken as the
-  !> error.
+  !> Refines the turning point at end `side`, where the two branches of `pair` meet. Near it, the parameter and the mean square
+  !> difference of the two motions are smooth functions of each other. Neville extrapolation to zero difference gives the turning
+  !> point. Cancellation costs digits; the last change of the extrapolation is taken as the error.
   subroutine refine_turn(family, pair, side)
     type(branch_family_type), intent(inout) :: family
     type(branch_type), intent(inout) :: pair(2)
@@ -239,8 +240,8 @@ contains
     end do
   end subroutine refine_turn
 
-  !> Computes the mean square of the difference between the motions of two branches, relative to their scales. Fails if Newton's
-  !> method does not converge to both branches, or if both motions are equal.
+  !> Computes the mean square difference between the scaled motions of two branches at lambda = `t`. Fails if Newton's method does
+  !> not converge to both branches, or if both motions are equal.
   subroutine difference_at(family, pair, t, square, error)
     type(branch_family_type), intent(inout) :: family
     type(branch_type), intent(in) :: pair(2)
@@ -268,8 +269,8 @@ contains
     if (.not. square > 0) call fatal_error(error, "the two branches coincide", failed_computation)
   end subroutine difference_at
 
-  !> Adds the turning points at the ends of the family's branch. At the turning point itself a multiplier equals 1 within its error,
-  !> so the verdict beside it is that of the nearest system with a decided verdict.
+  !> Adds the turning points at the ends of the family's branch. At a turning point a multiplier equals 1 within its error, so the
+  !> verdict next to it is taken from the nearest system whose verdict is decided.
   pure subroutine add_turns(family, tolerance, number, search, borders)
     type(branch_family_type), intent(in) :: family
     real(dp), intent(in) :: tolerance

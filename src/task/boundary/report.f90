@@ -28,7 +28,7 @@ contains
     words = level%subject() // " = " // concise(level%value, 9) // " " // trim(level%measure%unit)
   end function level_name
 
-  !> Heading: borders that are sought, tolerance relative to the ranges, and the ranges.
+  !> Heading of the report: what is sought, the tolerance relative to the ranges, and the ranges.
   pure function report_search(plan, tolerance, level) result(report)
     type(sweep_plan_type), intent(in) :: plan
     real(dp), intent(in) :: tolerance
@@ -59,10 +59,11 @@ contains
     end if
   end function report_search
 
-  !> Lines on the borders, the open places, and the nearest machine that is not unstable.
+  !> Lines of the report about the borders, the places where a border cannot be excluded, and the nearest machine that is not
+  !> unstable.
   pure function report_borders(plan, results, tolerance, level) result(report)
     type(sweep_plan_type), intent(in) :: plan
-    !> Borders, open places, and nearest stable machines
+    !> Borders, places where a border cannot be excluded, and nearest stable machines
     type(border_results_type), intent(in) :: results
     !> Tolerance relative to the range
     real(dp), intent(in) :: tolerance
@@ -157,7 +158,7 @@ contains
     if (size(results%values) > most) line = line // ", ... (" // text(size(results%values)) // ")"
   end function summary
 
-  !> Wording for an empty result. "In the range" is used only if the search leaves no place open.
+  !> Words for a result without borders. "In the range" is used only if the search has left no place undecided.
   pure function where_none(rest) result(words)
     type(border_rest_type), intent(in) :: rest
     character(len=:), allocatable :: words
@@ -166,7 +167,7 @@ contains
     if (size(rest%places) > 0) words = "found, but the search is not complete"
   end function where_none
 
-  !> Lines on the places that the search leaves open.
+  !> Lines of the report about the places where a border, or a crossing of a level, cannot be excluded.
   pure function open_lines(rest, tolerance, of_level) result(report)
     type(border_rest_type), intent(in) :: rest
     real(dp), intent(in) :: tolerance
@@ -182,7 +183,7 @@ contains
     if (size(rest%places) > most_listed .and. .not. of_level) report = report // more_listed
   end function open_lines
 
-  !> Words on the nearest machine along a parameter that is not unstable: the parameter's value, the distance to it and the verdict.
+  !> Describes the nearest machine along a parameter that is not unstable: value of the parameter, distance to it, and verdict.
   pure function way_to(path, nearest) result(sentence)
     character(len=*), intent(in) :: path
     type(nearest_type), intent(in) :: nearest

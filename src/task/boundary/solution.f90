@@ -17,16 +17,17 @@ module gestell_task_boundary_solution
 
   !> Results of the task.
   type, public :: border_results_type
-    !> One parameter: its critical values, or the crossings of a level.
+    !> For one parameter: its critical values, or the crossings of a level.
     type(border_type), allocatable :: values(:)
     type(border_rest_type) :: rest
-    !> Two parameters: the curves.
+    !> For two parameters: the curves.
     type(border_map_type), allocatable :: map
-    !> Nearest system along each parameter; not allocated if there is no base or the base is not unstable.
+    !> Nearest system along each parameter that is not unstable; not allocated without a given machine or if that is not unstable.
     type(nearest_type), allocatable :: nearest(:)
-    !> Level over one parameter: the curve, whose points have values(1:2, 1) = quantity and error over x = `speed`.
+    !> For a level over one parameter: the curve. In its points, `speed` is the parameter and `values(1:2, 1)` is the quantity and
+    !> its error.
     type(resonance_curve_type), allocatable :: curve
-    !> Level over two parameters without a curve: side of the level at the centre of the ranges.
+    !> For a level over two parameters, if there is no curve: side of the level at the centre of the ranges.
     character(len=10) :: middle = ""
   end type border_results_type
 
@@ -35,18 +36,18 @@ contains
   !> Finds the stability borders within the ranges of `grid` and, if `base` is not empty, the nearest systems that are not unstable.
   !> Fails if the parameters are invalid.
   subroutine solve_borders(family, grid, options, base, results, error, bare)
-    !> Systems over the parameters
+    !> Systems as a function of the parameters
     class(family_type), intent(in), target :: family
     !> Ranges of one or two parameters
     type(grid_type), intent(in) :: grid
     !> Accuracy, tolerance of the borders, and executor
     type(border_options), intent(in) :: options
-    !> Parameters of the given machine, or an empty array
+    !> Parameters of the given machine; empty if there is none
     real(dp), intent(in) :: base(:)
     type(border_results_type), intent(out) :: results
     type(error_type), allocatable, intent(out) :: error
-    !> Frames not yet linearised about a vibration. If present, borders over one parameter are found on each branch of the exact
-    !> vibration
+    !> Frames that are not yet linearised about a vibration. If present, borders over one parameter are found on each branch of the
+    !> exact vibration
     class(family_type), intent(in), optional, target :: bare
     type(border_options) :: fine
     logical :: followed

@@ -19,8 +19,8 @@ module gestell_task_boundary_tables
 
 contains
 
-  !> Table boundary.csv, with a remark for each place that the search leaves open. If a `level` is given, the table lists its
-  !> crossings.
+  !> Table boundary.csv, with a remark for each place where a border cannot be excluded. If `level` is present, the table lists the
+  !> crossings of this level.
   pure type(table_type) function border_table(plan, results, level) result(table)
     type(sweep_plan_type), intent(in) :: plan
     type(border_results_type), intent(in) :: results
@@ -88,7 +88,7 @@ contains
     end do
   end subroutine add_values
 
-  !> Adds the curves in the plane of two parameters. Curves of a level have the state of the machine instead of an argument.
+  !> Adds the curves in the plane of two parameters. For curves of a level, the state of the machine replaces the argument.
   pure subroutine add_curves(plan, results, of_level, table)
     type(sweep_plan_type), intent(in) :: plan
     type(border_results_type), intent(in) :: results
@@ -122,7 +122,7 @@ contains
     end associate
   end subroutine add_curves
 
-  !> Table level.csv: the measured quantity over the parameter at these points.
+  !> Table level.csv of the curve: the measured quantity at each value of the parameter.
   pure type(table_type) function curve_table(plan, points, level) result(table)
     type(sweep_plan_type), intent(in) :: plan
     class(speed_point_type), intent(in) :: points(:)

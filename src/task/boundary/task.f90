@@ -55,8 +55,8 @@ contains
     self%about = all_machines
   end subroutine describe
 
-  !> Reads the group &boundary. Errors: an axis has a single value or includes standstill; too many search points; tolerance out of
-  !> range; as in `read_level`; a measure or a level without a quantity.
+  !> Reads the group &boundary. Fails if an axis has a single value or includes standstill, there are too many search points, the
+  !> tolerance is out of range, or a measure or a level is given without a quantity. Also fails as `read_level` does.
   subroutine read_boundary(self, configuration, error)
     class(boundary_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -89,8 +89,8 @@ contains
     end if
   end subroutine read_boundary
 
-  !> Reads the quantity, its measure and the level. The default level of a band is the limit of the probe, if it has one. Errors:
-  !> the quantity does not exist or has no band; the level is missing or out of range.
+  !> Reads the quantity, its measure and the level. The default level of a band is the limit of the probe, if it has one. Fails if
+  !> the quantity does not exist or has no band, or if the level is missing or out of range.
   subroutine read_level(self, group, configuration, error)
     class(boundary_task), intent(inout) :: self
     type(group_type), intent(in) :: group
@@ -183,8 +183,8 @@ contains
     end associate
   end subroutine solve_stability
 
-  !> Finds the crossings of the level over one parameter, or its curves over two. If there is no curve, reports the side of the
-  !> level at the centre of the ranges. Fails if the parameters are invalid.
+  !> Finds the crossings of the level over one parameter, or the curves of the level over two. If there is no curve, determines the
+  !> side of the level at the centre of the ranges. Fails if the parameters are invalid.
   subroutine solve_level(self, level, context, results, error)
     class(boundary_task), intent(in) :: self
     type(level_type), intent(in) :: level

@@ -1,4 +1,4 @@
-!> Vibrations of the exact frame over one parameter: branches, followed along their arc through the whole range.
+!> Vibrations of the exact frame over one parameter: branches that are followed along their arc through the whole range.
 module gestell_task_boundary_vibrations
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -21,19 +21,19 @@ module gestell_task_boundary_vibrations
 
   public :: bare_frame, trace_branches
 
-  !> Machines over one parameter. lambda is the coordinate u of its axis (gestell_task_boundary_line).
+  !> Machines as a function of one parameter; lambda is the coordinate u of its axis (gestell_task_boundary_line).
   type, extends(path_family_type) :: line_path_type
     !> Family of frames that are not yet linearised about a vibration.
     class(family_type), pointer :: bare => null()
     type(axis_type) :: axis
-    !> Spreads the work over threads; several of them may then request members of the family.
+    !> Distributes the work over threads, which may request members of the family at the same time.
     class(executor_type), pointer :: executor => null()
   contains
     procedure :: member
     procedure :: solve_both
   end type line_path_type
 
-  !> Newton iterates about the motion q at the two `ends`; each piece of work is one iterate.
+  !> Parallel work: each of the two pieces computes a Newton iterate, starting from the motion `q`, at one of the `ends`.
   type, extends(work_type) :: iterates_type
     type(line_path_type) :: family
     real(dp), allocatable :: q(:, :)
@@ -44,11 +44,12 @@ module gestell_task_boundary_vibrations
     procedure :: exchange
   end type iterates_type
 
-  !> Points of a path in order, of which the first `count` are used; lengths of the arcs that lead to them; errors of lambda at
-  !> turning points.
+  !> Points of a path in their order.
   type :: trail_type
     integer :: count = 0
+    !> Points, of which the first `count` are used.
     type(point_type), allocatable :: points(:)
+    !> `arcs`: lengths of the arcs that lead to the points. `errors`: errors of lambda at turning points.
     real(dp), allocatable :: arcs(:), errors(:)
     !> True if the path ends neither at an end of the range nor on a known branch.
     logical :: lost = .true.
@@ -56,26 +57,26 @@ module gestell_task_boundary_vibrations
     procedure :: add
   end type trail_type
 
-  !> Length of the first, the longest and the shortest arc; maximum number of steps along a path and of linear systems to solve for
-  !> it.
+  !> Lengths of the first arc, the longest arc and the shortest arc.
   real(dp), parameter :: short_arc = 1.0e-3_dp, long_arc = 0.05_dp, least_arc = 1.0e-9_dp
+  !> Maximum number of steps along a path, and of linear systems that are solved for a path.
   integer, parameter :: most_steps = 3000, most_systems = 20000
 
-  !> Text of the progress line.
+  !> Activity that the progress line states.
   character(len=*), parameter :: following = "following vibrations"
 
 contains
 
   !> Traces the branches over the range of `axis`. The vibration at each of the ascending `starts` is skipped if it lies on a known
-  !> branch. Otherwise it is followed in both directions and around turning points, until the path leaves the range, meets a known
-  !> branch or is lost.
+  !> branch. Otherwise it is followed in both directions and around turning points. The path ends where it leaves the range, meets a
+  !> known branch, or the continuation fails.
   subroutine trace_branches(bare, axis, options, starts, branches)
     !> Family of frames that are not yet linearised about a vibration
     class(family_type), intent(in), target :: bare
     type(axis_type), intent(in) :: axis
     !> Accuracy of the vibrations, and executor
     type(border_options), intent(in) :: options
-    !> Coordinates u of the parameter, ascending from 0 to 1
+    !> Coordinates u of the parameter at which vibrations are computed first, ascending from 0 to 1
     real(dp), intent(in) :: starts(:)
     type(branch_type), allocatable, intent(out) :: branches(:)
     type(line_path_type) :: family
@@ -115,8 +116,8 @@ contains
     if (associated(options%executor)) call options%executor%show(following, 1.0_dp)
   end subroutine trace_branches
 
-  !> Follows the path that starts with motion q at `start`, initially upward (`way` = 1) or downward (-1), until it meets one of the
-  !> `branches`.
+  !> Follows the path of vibrations from motion `q` at `start` until it meets one of the `branches`, leaves the range or is lost.
+  !> `way`: initial direction, 1 upward or -1 downward.
   subroutine walk(family, q, start, way, branches, trail)
     type(line_path_type), intent(inout) :: family
     real(dp), intent(in) :: q(:, :), start
@@ -178,8 +179,8 @@ contains
     end do
   end subroutine walk
 
-  !> Adds the turning point on the arc between two points, by the secant method for the zero of d(lambda)/ds. On return `arc` is the
-  !> length of the arc behind the turning point.
+  !> Adds the turning point on the arc between two points to `trail`, by the secant method for the zero of d(lambda)/ds. `arc`: on
+  !> entry its whole length, on return the length behind the turning point.
   subroutine add_turn(family, from, to, arc, trail)
     type(line_path_type), intent(inout) :: family
     type(point_type), intent(in) :: from, to
@@ -238,7 +239,7 @@ contains
     self%errors = [self%errors, error]
   end subroutine add
 
-  !> Joins the path `down` (reversed) and the path `up`, and adds the branches between their turning points.
+  !> Joins the path `down` (reversed) and the path `up`, and adds each part between turning points to `branches`.
   subroutine split(family, down, up, branches)
     type(line_path_type), intent(in) :: family
     type(trail_type), intent(in) :: down, up
@@ -274,8 +275,8 @@ contains
     end do
   end subroutine split
 
-  !> True if lambda changes its direction at point `k` inside a path. At a turning point with zero slope the change may appear one
-  !> point earlier or later.
+  !> True if lambda reverses its direction at point `k`, inside a path. At a turning point with zero slope the reversal may appear
+  !> one point earlier or later.
   pure logical function turns_at(whole, k)
     type(trail_type), intent(in) :: whole
     integer, intent(in) :: k
@@ -293,7 +294,8 @@ contains
     turns_at = (flat(0) .and. any(back)) .or. (back(0) .and. .not. any(flat))
   end function turns_at
 
-  !> Branch between two points of a path, in ascending order of lambda; `lost` refers to the ends of the whole path.
+  !> Makes a branch, in ascending order of lambda, of the points `first` to `last` of a path. `lost` refers to the ends of the whole
+  !> path.
   pure function branch_of(family, whole, first, last, lost) result(branch)
     type(line_path_type), intent(in) :: family
     type(trail_type), intent(in) :: whole
@@ -335,7 +337,7 @@ contains
     varied = varied_frame(frame, rest)
   end subroutine member
 
-  !> Makes the frame for these parameters. Errors: the member is not a frame, or it is impossible.
+  !> Makes the frame for these parameters. Fails if no such frame is possible or the member of the family is not a frame.
   subroutine bare_frame(bare, parameters, frame, error)
     class(family_type), intent(in) :: bare
     real(dp), intent(in) :: parameters(:)
@@ -353,7 +355,7 @@ contains
     end select
   end subroutine bare_frame
 
-  !> Solves the iterates at both ends in parallel. The second is repeated if the first needs more samples.
+  !> Solves the iterates at both ends in parallel. Repeats the second one if the first needs more samples.
   subroutine solve_both(self, q, ends, next, error)
     class(line_path_type), intent(in) :: self
     real(dp), intent(in) :: q(:, :), ends(2)

@@ -1,5 +1,5 @@
-!> Curve of a measured quantity along a line through the parameters, over a variable x. If the line runs along the speed alone, x is
-!> the speed, because the search for resonances needs it. Otherwise x is 1 at the start of the line and 2 at its end.
+!> Curve of a measured quantity along a line in the space of the parameters, as a function of x. If only the speed varies along the
+!> line, x is the speed, because the search for resonances needs it. Otherwise x is 1 at the start of the line and 2 at its end.
 module gestell_task_boundary_level_line
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -9,7 +9,7 @@ module gestell_task_boundary_level_line
   implicit none (type, external)
   private
 
-  !> Measured quantity, and the level whose crossings are sought, in the unit of the quantity.
+  !> A measured quantity, and the level, in the unit of the quantity, whose crossings are sought.
   type, public :: level_type
     type(measure_type) :: measure
     real(dp) :: value = 0
@@ -17,12 +17,13 @@ module gestell_task_boundary_level_line
     procedure :: subject
   end type level_type
 
-  !> Line through the parameters with a measured quantity and its level.
+  !> Line in the space of the parameters, along which a measured quantity is compared with its level.
   type, extends(line_type), public :: level_line_type
-    !> True if the line runs along the speed alone; x is then the speed.
+    !> True if only the speed varies along the line; x is then the speed.
     logical :: over_speed = .false.
-    !> The quantity and its measure; the level in the unit of the quantity.
+    !> The quantity and its measure (peak, rms or band).
     type(speed_options) :: options
+    !> Level in the unit of the quantity.
     real(dp) :: level = 0
   contains
     procedure :: at
@@ -49,7 +50,7 @@ contains
     along = maxloc(abs(self%way), dim=1)
   end function along
 
-  !> Variable x at position t of the line.
+  !> Variable x at position `t` on the line.
   elemental real(dp) function at(self, t) result(x)
     class(level_line_type), intent(in) :: self
     real(dp), intent(in) :: t
@@ -60,7 +61,7 @@ contains
     end associate
   end function at
 
-  !> Position t of the line at x.
+  !> Position t on the line at the variable `x`; inverse of `at`.
   elemental real(dp) function position(self, x) result(t)
     class(level_line_type), intent(in) :: self
     real(dp), intent(in) :: x
@@ -71,7 +72,7 @@ contains
     end associate
   end function position
 
-  !> Value at x of the parameter along which the line runs.
+  !> Value, at the variable `x`, of the parameter that varies most along the line.
   elemental real(dp) function value(self, x)
     class(level_line_type), intent(in) :: self
     real(dp), intent(in) :: x
@@ -82,7 +83,7 @@ contains
     end associate
   end function value
 
-  !> Tolerance at x as a difference of x, at least four units in the last place.
+  !> Tolerance of a crossing at `x`, as a difference of x; at least four units in the last place.
   pure real(dp) function step_at(self, x) result(step)
     class(level_line_type), intent(in) :: self
     real(dp), intent(in) :: x
@@ -94,7 +95,7 @@ contains
     step = max(step, 4 * spacing(x))
   end function step_at
 
-  !> Solves the machine at x. Components values(1:2, 1) of the point are the measured quantity and its error. Fails if the
+  !> Solves the machine at `x`. On return `point%values(1:2, 1)` contains the measured quantity and its error. Fails if the
   !> parameters are invalid.
   subroutine solve(self, x, point, error)
     class(level_line_type), intent(in) :: self

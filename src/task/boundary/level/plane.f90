@@ -13,17 +13,19 @@ module gestell_task_boundary_level_plane
   implicit none (type, external)
   private
 
-  !> Kind of each border of a level, and state of the machine on it.
+  !> Kinds of the borders of a level: each kind is combined with each state of the machine.
   character(len=15), parameter, public :: level_kinds(8) = [character(len=15) :: "level", "level", "level", "level", &
     & "jump", "jump", "jump", "jump"]
+  !> State of the machine on each kind of border in `level_kinds`.
   character(len=15), parameter, public :: level_states(8) = [character(len=15) :: state_words(1:4), state_words(1:4)]
 
-  !> Plane of two parameters; the region sought is the one above the level.
+  !> Plane of two parameters in which the region above a level is sought.
   type, extends(plane_type), public :: level_plane_type
     !> The quantity and its measure; the level in the unit of the quantity.
     type(speed_options) :: options
+    !> Level in the unit of the quantity.
     real(dp) :: level = 0
-    !> Number of the axis that is the speed; 0 if neither axis is.
+    !> Number of the axis that is the speed; 0 if neither axis is the speed.
     integer :: speed_axis = 0
   contains
     procedure :: probe
@@ -38,7 +40,7 @@ contains
     class(level_plane_type), intent(in) :: plane
     type(line_type), intent(in) :: along
     type(level_line_type), intent(out) :: curve
-    !> Lines shorter than this part of the speed range are too short for a search for resonances over the speed.
+    !> Minimum length of a line, relative to the speed range, for a search for resonances over the speed.
     real(dp), parameter :: long = 1.0e-3_dp
 
     curve%line_type = along
@@ -48,7 +50,7 @@ contains
       & .not. abs(along%way(3 - plane%speed_axis)) > 0
   end subroutine number_along
 
-  !> Solves the machine at `u`. Components values(1:2, 1) of the point are the measured quantity and its error. Fails if the
+  !> Solves the machine at `u`. On return `point%values(1:2, 1)` contains the measured quantity and its error. Fails if the
   !> parameters are invalid.
   subroutine solve_at(plane, u, point, error)
     class(level_plane_type), intent(in) :: plane
@@ -63,8 +65,8 @@ contains
     call curve%solve(curve%at(0.0_dp), point, error)
   end subroutine solve_at
 
-  !> Finds out if the quantity at `u` is certainly above the level (`inside`) and if there is no vibration (`missing`). Fails if the
-  !> parameters are invalid.
+  !> Determines whether the quantity at `u` is certainly above the level (`inside`), and whether no vibration exists there
+  !> (`missing`). Fails if the parameters are invalid.
   subroutine probe(self, u, inside, missing, error)
     class(level_plane_type), intent(in) :: self
     real(dp), intent(in) :: u(2)
@@ -77,8 +79,9 @@ contains
     missing = .not. has_vibration(point%state)
   end subroutine probe
 
-  !> Finds the crossings along a line. A crossing counts if the quantity is certainly above the level on one side and within it on
-  !> the other. Other crossings, and places without a vibration, are listed as open. Fails if the parameters are invalid.
+  !> Finds the borders of the level along a line. A crossing is a border if the quantity is certainly above the level on one side
+  !> and certainly within it on the other. Other crossings, and places without a vibration, are listed in `found%doubts`. Fails if
+  !> the parameters are invalid.
   subroutine search(self, along, nodes, found, error)
     class(level_plane_type), intent(in) :: self
     type(line_type), intent(in) :: along
@@ -123,8 +126,8 @@ contains
 
   end subroutine search
 
-  !> Finds the side of the level at the centre of the plane: "within", "above" or "undecided"; "impossible" or "failed" if there is
-  !> no vibration. Fails if the parameters are invalid.
+  !> Determines the side of the level on which the quantity lies at the centre of the plane: "within", "above" or "undecided".
+  !> Without a vibration the result is "impossible" or "failed". Fails if the parameters are invalid.
   subroutine in_the_middle(self, side, error)
     class(level_plane_type), intent(in) :: self
     character(len=10), intent(out) :: side

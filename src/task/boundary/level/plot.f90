@@ -15,13 +15,13 @@ module gestell_task_boundary_level_plot
   public :: level_title, plot_levels
 
   character, parameter :: newline = new_line("a")
-  !> Legend entries for the combinations of level_kinds and level_states.
+  !> Legend entries for the combinations of `level_kinds` and `level_states`.
   character(len=*), parameter, public :: level_meanings(8) = [character(len=30) :: "level", "level (undamped)", &
     & "level (undecided)", "level (unstable)", "jump", "jump (undamped)", "jump (undecided)", "jump (unstable)"]
 
 contains
 
-  !> Title with the quantity and its level.
+  !> Title that contains the quantity and its level.
   pure function level_title(level) result(title)
     type(level_type), intent(in) :: level
     character(len=:), allocatable :: title
@@ -29,7 +29,7 @@ contains
     title = "Where " // level%subject() // " crosses " // concise(level%value, 6) // " " // trim(level%measure%unit)
   end function level_title
 
-  !> Plot boundary.gp, which reads boundary.csv and level.csv.
+  !> Plot boundary.gp of the curve in level.csv and the crossings in boundary.csv.
   function plot_levels(path, unit, axis, input, level, crossings, points) result(figure)
     !> Name and unit of the parameter
     character(len=*), intent(in) :: path, unit
@@ -38,11 +38,12 @@ contains
     real(dp), intent(in) :: input(:)
     !> Quantity and level
     type(level_type), intent(in) :: level
-    !> Parameter values of the crossings; points of the curve
+    !> Parameter values of the crossings
     real(dp), intent(in) :: crossings(:)
+    !> Points of the curve
     class(speed_point_type), intent(in) :: points(:)
     type(figure_type) :: figure
-    !> Labels closer to each other than this part of the axis would overlap.
+    !> Labels whose distance is smaller than this part of the axis would overlap.
     real(dp), parameter :: apart = 0.03_dp
     character(len=:), allocatable :: lines
     type(marks_type) :: marks

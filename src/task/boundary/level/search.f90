@@ -1,7 +1,7 @@
 !> Crossings of a measured quantity with its level along one parameter.
 !>
-!> The curve of the quantity is refined like a resonance curve (gestell_task_resonance_curve), including its maxima, so that no peak
-!> between two points hides two crossings. One crossing lies between neighbouring points on different sides of the level.
+!> The curve of the quantity is refined like a resonance curve (gestell_task_resonance_curve), including its maxima. Therefore no
+!> peak between two points hides two crossings. One crossing lies between neighbouring points on different sides of the level.
 module gestell_task_boundary_level_search
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: failed, has_vibration, in_resonance, operator(==), state_word, verdict_type
@@ -20,36 +20,36 @@ module gestell_task_boundary_level_search
 
   public :: find_levels, side_of
 
-  !> A crossing. Components `below` and `above` are the sides of the level (see `side_of`) at the smaller and at the larger
-  !> parameter.
+  !> A crossing of the level. The inherited components `below` and `above` give the side of the level (see `side_of`) at the smaller
+  !> and at the larger parameter.
   type, extends(border_type), public :: level_crossing_type
-    !> True if the search converged; false if it met a place without a vibration.
+    !> True if the search converged; false if it met a point without a vibration.
     logical :: found = .false.
     !> Verdict on the vibration at the crossing.
     type(verdict_type) :: verdict = failed
-    !> `rises`: true if the quantity is above the level behind the crossing. `jumps`: true if the quantity is discontinuous there.
-    !> This happens where the end of a frequency band meets an order of the crank, or where the machine changes to another
-    !> vibration.
+    !> `rises`: true if the quantity rises above the level in the direction of the line. `jumps`: true if the quantity is
+    !> discontinuous at the crossing. This happens where the end of a frequency band meets an order of the crank, or where the
+    !> machine changes to another vibration.
     logical :: rises = .false., jumps = .false.
-    !> x of the crossing on the line, and the two x between which it certainly lies.
+    !> `x`: position of the crossing on the line. `ends`: the two positions between which the crossing certainly lies.
     real(dp) :: x = 0, ends(2) = 0
   end type level_crossing_type
 
-  !> Part of the line in which a crossing could not be excluded. `ends`: its limits in x; the inherited components are its middle
-  !> and half its width.
+  !> Part of the line in which a crossing cannot be excluded. `ends`: its limits in x. The inherited components are its middle and
+  !> half its width, in units of the parameter.
   type, extends(open_border_type), public :: open_level_type
     real(dp) :: ends(2) = 0
   end type open_level_type
 
-  !> Crossings of a level along a line, open places, and the curve of the quantity.
+  !> Results along a line: crossings of the level, places where a crossing cannot be excluded, and the curve of the quantity.
   type, public :: level_results_type
     type(level_crossing_type), allocatable :: crossings(:)
     type(open_level_type), allocatable :: places(:)
-    !> Curve over x: values(1:2, 1) of its points are the measured quantity and its error.
+    !> Curve of the quantity over x. In each point `values(1:2, 1)` contains the quantity and its error.
     type(resonance_curve_type) :: curve
   end type level_results_type
 
-  !> Computation of points of the curve; each piece of work is one point.
+  !> Parallel work: each piece computes one point of the curve.
   type, extends(work_type) :: points_type
     type(level_line_type) :: line
     real(dp), allocatable :: at(:)
@@ -59,7 +59,7 @@ module gestell_task_boundary_level_search
     procedure :: exchange => exchange_point_of
   end type points_type
 
-  !> Search for crossings; each piece of work is one crossing between two neighbouring points of the curve.
+  !> Parallel work: each piece finds one crossing between two neighbouring points of the curve.
   type, extends(work_type) :: crossings_type
     type(level_line_type) :: line
     type(speed_point_type), allocatable :: points(:, :)
@@ -71,11 +71,11 @@ module gestell_task_boundary_level_search
 
 contains
 
-  !> Finds all crossings on the line, in its direction. Uses the line's executor, if it has one. Fails if the parameters or the
-  !> options are invalid.
+  !> Finds all crossings on the line and lists them in its direction. Uses the line's executor, if it has one. Fails if the
+  !> parameters or the options are invalid.
   subroutine find_levels(line, nodes, results, error)
     type(level_line_type), intent(in) :: line
-    !> The x at which the search starts
+    !> Values of x at which the search starts
     real(dp), intent(in) :: nodes(:)
     type(level_results_type), intent(out) :: results
     type(error_type), allocatable, intent(out) :: error
@@ -130,7 +130,7 @@ contains
     self%crossings(k) = transfer(words, self%crossings(k))
   end subroutine exchange_crossing
 
-  !> Finds one crossing between each two neighbouring points on different sides of the level. Fails if a parameter is invalid.
+  !> Finds one crossing between each pair of neighbouring points on different sides of the level. Fails if a parameter is invalid.
   subroutine search_crossings(line, results, error)
     type(level_line_type), intent(in) :: line
     type(level_results_type), intent(inout) :: results
@@ -157,8 +157,8 @@ contains
     if (.not. allocated(error)) results%crossings = work%crossings
   end subroutine search_crossings
 
-  !> Lists the open places, in which a crossing could not be excluded. There is no vibration (as in an undamped resonance), the
-  !> search for a crossing met a place without a vibration, or the quantity equals its level within its error without crossing it.
+  !> Lists the places where a crossing cannot be excluded. There no vibration exists (as in an undamped resonance), or the search
+  !> met a point without a vibration, or the quantity equals its level within its error without crossing it.
   subroutine list_open(line, results)
     type(level_line_type), intent(in) :: line
     type(level_results_type), intent(inout) :: results
@@ -204,7 +204,7 @@ contains
     type(speed_point_type), intent(in) :: points(2)
     type(level_crossing_type), intent(out) :: crossing
     type(error_type), allocatable, intent(out) :: error
-    !> The quantity jumps if it changes by more than this part of the level within the tolerance.
+    !> The quantity counts as discontinuous if it changes by more than this part of the level within the tolerance.
     real(dp), parameter :: jump = 1.0e-2_dp
     type(root_search_type) :: search
     type(speed_point_type) :: point
@@ -235,9 +235,9 @@ contains
     call enclose(line, points, max(step, search%width()), crossing, error)
   end subroutine find_crossing
 
-  !> Encloses the crossing between two points. Steps away from it on both sides, first by `distance`, then by twice as much each
-  !> time. Stops when the quantity is certainly above the level on one side and within it on the other, or when both `points` are
-  !> reached. Fails if a parameter is invalid.
+  !> Finds two points, one on each side of the crossing, that certainly enclose it. Their distance from it is first `distance` and
+  !> is then doubled. The search ends if the quantity is certainly above the level at one point and within it at the other, or if
+  !> both `points` are reached. Fails if a parameter is invalid.
   subroutine enclose(line, points, distance, crossing, error)
     type(level_line_type), intent(in) :: line
     type(speed_point_type), intent(in) :: points(2)
@@ -270,7 +270,8 @@ contains
     crossing%above = sides(maxloc(values, dim=1))
   end subroutine enclose
 
-  !> Side of the level: "within" or "above"; "undecided" if the level lies within the error bound or there is no vibration.
+  !> Side of the level on which the quantity lies: "within" or "above", or "undecided" if the level lies within the error bound of
+  !> the quantity or no vibration exists.
   pure character(len=9) function side_of(point, level) result(side)
     type(speed_point_type), intent(in) :: point
     real(dp), intent(in) :: level

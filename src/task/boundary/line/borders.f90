@@ -1,4 +1,5 @@
-!> Stability borders along one parameter, where rho_max passes through 1, and the nearest stable machine.
+!> Stability borders along one parameter, where rho_max (the largest modulus of a multiplier) passes through 1, and the nearest
+!> stable machine.
 module gestell_task_boundary_line_borders
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -20,75 +21,80 @@ module gestell_task_boundary_line_borders
 
   !> Tolerance of the monodromy matrix Phi(T) in the search for borders.
   real(dp), parameter, public :: border_accuracy = 1.0e-12_dp
-  !> Default tolerance of curves in the plane of two parameters, relative to the ranges.
+  !> Default allowed deviation of curves in the plane of two parameters, relative to the ranges.
   real(dp), parameter, public :: usual_deviation = 1.0e-3_dp
 
-  !> A border: critical value of a parameter.
+  !> A border: a critical value of a parameter.
   type, public :: border_type
     real(dp) :: value = 0
     !> Error bound of `value`: the border lies between `value - error` and `value + error`. At these two values the systems have the
-    !> verdicts `below` and `above`. At the crossing of a level, these components are 'within', 'above' or 'undecided'.
+    !> verdicts `below` and `above`. For a crossing of a level, `below` and `above` are 'within', 'above' or 'undecided'.
     real(dp) :: error = 0
-    !> Stability borders: 'divergence' (a multiplier +1), 'period_doubling' (-1) or 'flutter' (a conjugate pair). Crossings of a
-    !> level: 'level', or 'jump' if the quantity jumps across it. `arg_rad`: argument of the multiplier (0 to pi).
+    !> Kind of a stability border: 'divergence' (a multiplier +1), 'period_doubling' (-1) or 'flutter' (a conjugate pair). Kind of a
+    !> crossing of a level: 'level', or 'jump' if the quantity jumps across the level.
     character(len=15) :: kind = ""
+    !> Argument of the multiplier (0 to pi).
     real(dp) :: arg_rad = 0
     character(len=verdict_length) :: below = "", above = ""
-    !> Number of the vibration to which the border belongs, if the machine has several.
+    !> Number of the vibration to which the border belongs, if the machine has several vibrations.
     integer :: vibration = 1
     !> State of the machine at the crossing of a level.
     character(len=verdict_length) :: state = ""
   end type border_type
 
-  !> Place where a border could not be excluded, and width of the part of the range that is undecided.
+  !> Place where a border cannot be excluded. `value`: parameter at its middle. `width`: width of the undecided part of the range.
   type, public :: open_border_type
     real(dp) :: value = 0, width = 0
   end type open_border_type
 
-  !> Further results of a search for borders. `meetings`: number of places where multipliers meet. `thin`: number of such places
-  !> without damping and without any growth at a distance of the tolerance. `places`: where a border could not be excluded.
+  !> Results of a search for borders, apart from the borders themselves.
   type, public :: border_rest_type
+    !> `meetings`: number of places where multipliers meet. `thin`: number of these places where, without damping, no growth was
+    !> found at a distance of the tolerance.
     integer :: meetings = 0, thin = 0
+    !> Places where a border cannot be excluded.
     type(open_border_type), allocatable :: places(:)
-    !> Number of meetings that were not searched because there were too many; they are listed in `places`.
+    !> Number of meetings of multipliers that were not searched because there were too many; they are listed in `places`.
     integer :: left_out = 0
   end type border_rest_type
 
-  !> The nearest system along a parameter that is not unstable; the given system itself if it is not unstable.
+  !> Result of a search for the nearest system along a parameter that is not unstable. It is the given system if that is not
+  !> unstable.
   type, public :: nearest_type
     !> Verdict on the given system.
     character(len=10) :: verdict = ""
-    !> `found`: true if the range has such a system. `value`: its parameter. `distance`: signed difference from the given parameter.
-    !> `there`: its verdict.
+    !> True if the range contains a system that is not unstable.
     logical :: found = .false.
+    !> `value`: parameter of the nearest system that is not unstable. `distance`: signed difference from the given parameter.
     real(dp) :: value = 0, distance = 0
+    !> Verdict on the nearest system.
     character(len=10) :: there = ""
-    !> Error of `value` if it is a border, otherwise 0. Farther away than this, on the far side of the border, the verdict is
-    !> `there`.
+    !> Error bound of `value` if the nearest system is a border, otherwise 0. Beyond the border by more than this error, the verdict
+    !> is `there`.
     real(dp) :: error = 0
-    !> Number of places closer than `value` at which a border could not be excluded.
+    !> Number of places, closer to the given system than `value`, where a border cannot be excluded.
     integer :: open = 0
   end type nearest_type
 
 contains
 
-  !> Finds all stability borders in the range of `axis`, in its direction (gestell_task_boundary_line_search). Errors: as in
-  !> `check_search`; the parameters are invalid.
+  !> Finds all stability borders in the range of `axis`, as described in gestell_task_boundary_line_search, and lists them in the
+  !> direction of the axis. Fails as `check_search` does, or if the parameters are invalid.
   subroutine find_borders(family, axis, accuracy, tolerance, borders, error, rest, executor)
-    !> Systems over one parameter
+    !> Systems as a function of one parameter
     class(family_type), intent(in), target :: family
-    !> Range of the parameter; `count` is the number of values at which the search starts
+    !> Range of the parameter; component `count` is the number of values at which the search starts
     type(axis_type), intent(in) :: axis
     !> Tolerances of the monodromy matrix
     type(accuracy_type), intent(in) :: accuracy
-    !> Tolerance of the borders relative to the range, in the logarithm on a logarithmic axis
+    !> Tolerance of the borders, relative to the range or, on a logarithmic axis, to the range of the logarithm
     real(dp), intent(in) :: tolerance
-    !> Borders in the direction of the axis
+    !> Borders, sorted in the direction of the axis
     type(border_type), allocatable, intent(out) :: borders(:)
     type(error_type), allocatable, intent(out) :: error
     !> Number of meetings of multipliers, and places where a border could not be excluded
     type(border_rest_type), intent(out), optional :: rest
-    !> Spreads the work over threads, several of which may then request members of the family
+    !> Distributes the work over threads, which may request members of the family at the same time
     class(executor_type), intent(inout), optional, target :: executor
     type(border_options) :: options
     type(line_type) :: line
@@ -106,7 +112,7 @@ contains
     if (present(rest)) call add_rest(line, search, rest)
   end subroutine find_borders
 
-  !> Borders found along `line`, over one parameter, on the vibration with this number.
+  !> Converts the crossings found along `line`, which varies one parameter, to borders of the vibration with this number.
   pure function borders_on(line, search, number) result(borders)
     type(line_type), intent(in) :: line
     type(search_type), intent(in) :: search
@@ -130,7 +136,8 @@ contains
     end do
   end function borders_on
 
-  !> Adds to `rest` the open places and the numbers of meetings from the search along `line`, over one parameter.
+  !> Adds to `rest` the numbers of meetings, and the places where a border cannot be excluded, that `search` found along `line`. The
+  !> line varies one parameter.
   pure subroutine add_rest(line, search, rest)
     type(line_type), intent(in) :: line
     type(search_type), intent(in) :: search
@@ -149,12 +156,13 @@ contains
     end do
   end subroutine add_rest
 
-  !> Finds the nearest system along one parameter, starting from `base`, that is not unstable: 'stable', or without damping
-  !> 'undamped' or 'undecided'. The result is a border, with its error, or an end of the range. If `base` itself is not unstable, it
-  !> is the result. Errors: as in `check_search` for the axis of this parameter; sizes of `base` and `axes` differ; `which` is out
-  !> of range; the parameters are invalid.
+  !> Varies one parameter from its value in `base` and finds the nearest system that is not unstable: 'stable' or, without damping,
+  !> 'undamped' or 'undecided'. This is a border, with its error, or an end of the range, or the system `base` itself.
+  !>
+  !> Fails as `check_search` does for the axis of this parameter. Also fails if `base` and `axes` differ in size, `which` is out of
+  !> range, or the parameters are invalid.
   subroutine nearest_stable(family, base, which, axes, accuracy, tolerance, nearest, error, executor)
-    !> Systems over all parameters
+    !> Systems as a function of all parameters
     class(family_type), intent(in), target :: family
     !> Values of all parameters of the given system
     real(dp), intent(in) :: base(:)
@@ -169,7 +177,7 @@ contains
     !> The nearest system, its distance and its verdict
     type(nearest_type), intent(out) :: nearest
     type(error_type), allocatable, intent(out) :: error
-    !> Spreads the work over threads, several of which may then request members of the family
+    !> Distributes the work over threads, which may request members of the family at the same time
     class(executor_type), intent(inout), optional, target :: executor
     type(border_options) :: options
     type(line_type) :: line
@@ -226,7 +234,7 @@ contains
     nearest%open = count(abs(parameter_at(axes(which), search%doubts%t) - base(which)) < abs(nearest%distance))
   end subroutine nearest_stable
 
-  !> Sets up the line along parameter `which` through `base`.
+  !> Sets up the line through `base` along which only parameter `which` varies.
   subroutine line_along(family, axes, which, base, options, line)
     class(family_type), intent(in), target :: family
     !> One axis for each parameter; only the range of axis `which` is used

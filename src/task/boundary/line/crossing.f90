@@ -14,8 +14,8 @@ module gestell_task_boundary_line_crossing
 
 contains
 
-  !> Adds a crossing, with the argument of its multiplier and, if only the verdict has shown the crossing, its kind. Both come from
-  !> the unstable system beside it.
+  !> Adds a crossing to `search`. The unstable system next to it supplies the argument of the multiplier. It also supplies the kind
+  !> of the crossing if no function of the multipliers changed its sign there.
   pure subroutine add_named(search, crossing, below, above)
     type(search_type), intent(inout) :: search
     type(crossing_type), intent(in) :: crossing
@@ -36,15 +36,15 @@ contains
     search%borders = [search%borders, named]
   end subroutine add_named
 
-  !> Adds the borders between `l` and `r`. Searches a zero of each function that changes its sign, or else the place where the
-  !> verdict changes. A zero without a change of the verdict is not a border but divides the rest of the interval. The recursion
-  !> ends at `depth` 0. Fails if the parameters are invalid.
+  !> Adds the borders between `l` and `r` to `search`. Finds a zero of the first function of the multipliers that changes its sign,
+  !> or else the place where the verdict changes. A zero at which the verdict does not change is not a border. The parts on both
+  !> sides of it are searched recursively, down to `depth` 0. Fails if the parameters are invalid.
   recursive subroutine separate(line, l, r, depth, search, error)
     type(line_type), intent(in) :: line
-    !> Systems at both ends of the interval, `l` at the smaller t
+    !> Systems at both ends of the interval; `l` is at the smaller t
     type(probe_type), intent(in) :: l, r
     integer, intent(in) :: depth
-    !> Results, to which borders are added
+    !> Results, to which the borders are added
     type(search_type), intent(inout) :: search
     type(error_type), allocatable, intent(out) :: error
     type(probe_type) :: obstacle, below, above
@@ -79,7 +79,7 @@ contains
     if (.not. allocated(error)) call separate(line, above, r, depth - 1, search, error)
   end subroutine separate
 
-  !> Number of the first function whose sign differs at `l` and `r`; 0 if there is none.
+  !> Number of the first border function whose sign differs at `l` and `r`; 0 if there is none.
   pure integer function changing(l, r) result(kind)
     type(probe_type), intent(in) :: l, r
 
@@ -91,7 +91,7 @@ contains
     kind = 0
   end function changing
 
-  !> Function that changes its sign at a border: number `kind`, or for kind 0 the verdict as 1 (unstable) or -1.
+  !> Value that changes its sign at a border: border function number `kind` or, for `kind` 0, the verdict as 1 (unstable) or -1.
   pure real(dp) function margin(probe, kind)
     type(probe_type), intent(in) :: probe
     integer, intent(in) :: kind
@@ -100,8 +100,8 @@ contains
     if (kind > 0) margin = probe%f(kind)
   end function margin
 
-  !> Finds a zero of the margin `kind` between `l` and `r`, where its signs differ. The margin of the verdict has only two values
-  !> and is bisected. Stops with `obstacle` missing if a point on the way has no system.
+  !> Finds a zero of `margin` number `kind` between `l` and `r`, where its signs differ. For `kind` 0 (the verdict), which has only
+  !> two values, the interval is bisected. If a point on the way has no system, the search stops and returns it as `obstacle`.
   subroutine find_zero(line, kind, l, r, t, obstacle, error)
     type(line_type), intent(in) :: line
     integer, intent(in) :: kind
@@ -109,7 +109,7 @@ contains
     real(dp), intent(out) :: t
     type(probe_type), intent(out) :: obstacle
     type(error_type), allocatable, intent(out) :: error
-    !> Error of a zero relative to the tolerance of borders.
+    !> Allowed error of a zero, relative to the tolerance of borders.
     real(dp), parameter :: share = 0.125_dp
     type(root_search_type) :: search
     type(probe_type) :: new
@@ -136,9 +136,9 @@ contains
     t = search%root()
   end subroutine find_zero
 
-  !> Finds systems on both sides of the border at `t`, as close to it as their verdicts differ: one is unstable, the other is not.
-  !> If the interval's end on the side of the other one is stable, the search goes on until this system is stable too, unless the
-  !> distance becomes too large.
+  !> Finds two systems, one on each side of the border at `t`, of which exactly one is unstable. Their distance from `t` is
+  !> increased until this is so. If the interval ends in a stable system on the side that is not unstable, the distance is increased
+  !> further, up to a limit, until the system on that side is stable too.
   subroutine verify(line, l, r, t, crossing, below, above, success, error)
     type(line_type), intent(in) :: line
     !> Systems at both ends of the interval, `l` at the smaller t
@@ -148,7 +148,7 @@ contains
     type(crossing_type), intent(out) :: crossing
     !> Systems on both sides of the border
     type(probe_type), intent(out) :: below, above
-    !> False if no two systems with different verdicts were found close to `t`
+    !> False if no two such systems were found close to `t`
     logical, intent(out) :: success
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: growth = 4, farthest = 1.0_dp / 64
@@ -177,7 +177,7 @@ contains
     end do
   end subroutine verify
 
-  !> Approximates, by eight bisections, the last existing system on the way from `here` to a point without a system.
+  !> Finds, by eight bisections, approximately the last system that exists between `here` and the point `none`, which has no system.
   subroutine last_before(line, here, none, last, error)
     type(line_type), intent(in) :: line
     type(probe_type), intent(in) :: here, none

@@ -1,7 +1,7 @@
-!> Logarithms z = ln(rho) of the multipliers along a line: values and slopes at nodes, cubic interpolation between them.
+!> Logarithms z = ln(rho) of the multipliers along a line: values and slopes at nodes, cubic interpolation between the nodes.
 !>
-!> z is a smooth function of the parameter except where two multipliers meet. gestell_task_boundary_line_meeting resolves meetings
-!> that lie well inside a stretch between two nodes.
+!> z is a smooth function of the parameter except where two multipliers meet. If they meet well inside the interval between two
+!> nodes, gestell_task_boundary_line_meeting resolves the meeting.
 module gestell_task_boundary_line_exponents
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -11,23 +11,24 @@ module gestell_task_boundary_line_exponents
 
   public :: connect, solve_node, wrapped
 
-  !> System on a line, and derivative dz/dt of its multipliers, shape (n).
+  !> Node: a system on a line, and the slopes dz/dt of its multipliers, shape (n).
   type, public :: node_type
     type(probe_type) :: at
     complex(dp), allocatable :: slope(:)
   end type node_type
 
-  !> The multipliers between two nodes.
+  !> Interval between two nodes, with a cubic curve for the logarithm of each multiplier.
   type, public :: stretch_type
     type(probe_type) :: ends(2)
-    !> `z`: logarithms at both ends in corresponding order, with imaginary parts continuous between them. `change`: slopes times the
-    !> length of the stretch. Shape (n, 2).
+    !> `z`: logarithms of the multipliers at both ends, in corresponding order, with continuous imaginary parts. `change`: slopes
+    !> times the length of the interval. Both have shape (n, 2).
     complex(dp), allocatable :: z(:, :), change(:, :)
-    !> `miss`: change of z minus the change that the slopes predict, shape (n). `noise`: errors of z, shape (n, 2).
+    !> Change of z over the interval minus the change that the slopes predict, shape (n).
     complex(dp), allocatable :: miss(:)
+    !> Errors of z at both ends, shape (n, 2).
     real(dp), allocatable :: noise(:, :)
-    !> `ambiguous`: true if another assignment of the multipliers fits nearly as well. `rough`: true if the cubic curves do not
-    !> describe z well enough.
+    !> `ambiguous`: true if another assignment between the multipliers at both ends fits nearly as well. `rough`: true if the cubic
+    !> curves do not describe z well enough.
     logical :: ambiguous = .false., rough = .false.
   contains
     procedure :: length
@@ -36,15 +37,15 @@ module gestell_task_boundary_line_exponents
 
 contains
 
-  !> Solves the node at `t` of a line that is searched between two `ends`. No system beyond the ends is solved. Fails if the
-  !> parameters are invalid.
+  !> Solves the system at `t`, and computes the slopes of its multipliers by a difference quotient. The second system of the
+  !> quotient lies between the `ends` of the searched range. Fails if the parameters are invalid.
   subroutine solve_node(line, t, ends, node, error)
     type(line_type), intent(in) :: line
     real(dp), intent(in) :: t, ends(2)
     type(node_type), intent(out) :: node
     type(error_type), allocatable, intent(out) :: error
-    !> Step of the difference quotient relative to the line. The phase of a vibration that turns a thousand times per period changes
-    !> by a thousandth of a radian.
+    !> Step of the difference quotient relative to the line. It changes the phase of a vibration with a thousand oscillations per
+    !> period by about a thousandth of a radian.
     real(dp), parameter :: part = 1.0e-7_dp
     type(probe_type) :: beside
     logical, allocatable :: free(:)
@@ -67,13 +68,13 @@ contains
     end do
   end subroutine solve_node
 
-  !> Connects two nodes, `l` before `r`. Assigns the multipliers so that their differences agree with their slopes, the best pairs
-  !> first.
+  !> Connects node `l` with the next node `r`. Assigns each multiplier of `l` to the multiplier of `r` that fits its slope best, in
+  !> the order of quality.
   pure subroutine connect(l, r, stretch)
     type(node_type), intent(in) :: l, r
     type(stretch_type), intent(out) :: stretch
-    !> `weight`: weight of a change of the slope relative to a change of z. `apart`: factor by which any other assignment must be
-    !> worse. Multipliers closer to each other than `alike` may be exchanged.
+    !> `weight`: weight of a change of slope relative to a deviation of z. `apart`: any other assignment must deviate by at least
+    !> this factor more. Multipliers closer to each other than `alike` may be exchanged.
     real(dp), parameter :: weight = 0.5_dp, apart = 3, alike = 0.05_dp
     real(dp), dimension(size(l%slope), size(l%slope)) :: away
     logical, dimension(size(l%slope), size(l%slope)) :: free
@@ -121,7 +122,7 @@ contains
       miss = wrapped(r%at%z(k) - l%at%z(i) - h * (l%slope(i) + r%slope(k)) / 2)
     end function miss_of
 
-    !> Magnitude of a difference of z. For strong decay the real part is taken relative to the decay.
+    !> Magnitude of a deviation of z. If the decay is strong, the real part is divided by the decay.
     pure real(dp) function size_of(miss, z)
       complex(dp), intent(in) :: miss, z
 
@@ -130,14 +131,14 @@ contains
 
   end subroutine connect
 
-  !> Difference of t between both ends.
+  !> Length of the interval in t.
   pure real(dp) function length(self)
     class(stretch_type), intent(in) :: self
 
     length = self%ends(2)%t - self%ends(1)%t
   end function length
 
-  !> z at the part `x` of the stretch (0 to 1), shape (n), by cubic interpolation.
+  !> Logarithms z at the relative position `x` of the interval (0 to 1), by cubic interpolation; shape (n).
   pure function z_at(self, x) result(z)
     class(stretch_type), intent(in) :: self
     real(dp), intent(in) :: x
@@ -147,13 +148,15 @@ contains
       & + x * (1 - x)**2 * self%change(:, 1) - x**2 * (1 - x) * self%change(:, 2)
   end function z_at
 
-  !> True if the curves describe z well enough. No phase may make an unnoticed whole turn, multipliers must meet where their curves
-  !> meet, and no growth rate may change its sign twice.
+  !> True if the curves describe z well enough: no phase makes an unnoticed whole turn, multipliers meet where their curves meet,
+  !> and no growth rate changes its sign twice.
   pure logical function is_smooth(self)
     type(stretch_type), intent(in) :: self
-    !> Limits in radians (`bend`, `near`) and relative to the decay (`part`).
+    !> `bend`: maximum difference between the slopes of a phase at both ends (rad). `near`: maximum deviation of z from the
+    !> prediction (rad). Strong decay raises this maximum by `part` times the decay.
     real(dp), parameter :: bend = 3, near = 0.02_dp, part = 0.25_dp
-    !> Multiples of the error beyond which a sign is reliable, between the ends (`safety`) and at them (`clear`).
+    !> The sign of a growth rate is certain if the rate exceeds `safety` times its error between the ends, and `clear` times its
+    !> error at them.
     real(dp), parameter :: safety = 2, clear = 10
     integer, parameter :: samples = 8
     complex(dp) :: z(size(self%miss), 0:samples)
@@ -178,11 +181,12 @@ contains
     end do
   end function is_smooth
 
-  !> True if the phase of multiplier i comes close to that of another one. Their growth is then followed by the search for meetings.
+  !> True if the phase of multiplier `i` comes close to the phase of another multiplier. The search for meetings then determines
+  !> their growth.
   pure logical function meets_another(z, i)
     complex(dp), intent(in) :: z(:, :)
     integer, intent(in) :: i
-    !> Radians: phases meet below `near`; phases closer than `locked` all the way are equal.
+    !> Limits in radians. Two phases meet if they come closer than `near`, unless they differ by less than `locked` everywhere.
     real(dp), parameter :: near = 0.02_dp, locked = 1.0e-9_dp
     real(dp) :: apart(size(z, 2))
     integer :: k
@@ -205,7 +209,7 @@ contains
       & i = 1, size(z))])
   end function crowded
 
-  !> z with its imaginary part reduced to the range from -pi to pi.
+  !> z with its imaginary part shifted by a multiple of 2 pi into the range from -pi to pi.
   elemental complex(dp) function wrapped(z)
     complex(dp), intent(in) :: z
 

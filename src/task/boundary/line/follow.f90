@@ -1,4 +1,4 @@
-!> Continuation of all multipliers along a line from node to node. Nodes are added where the multipliers require it.
+!> Follows all multipliers along a line from node to node, and adds nodes where the multipliers require it.
 module gestell_task_boundary_line_follow
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: impossible, operator(==)
@@ -12,15 +12,17 @@ module gestell_task_boundary_line_follow
 
   public :: follow_multipliers
 
-  !> Consecutive stretches in `list(:count)`. Parts without systems have no stretches. `holes`, shape (2, n): ends of the parts that
-  !> remain unknown, because a system exists but could not be solved, or because systems of different size meet.
+  !> The multipliers along a line, interval by interval. Parts of the line without systems have no intervals.
   type, public :: way_type
     integer :: count = 0
+    !> Consecutive intervals between nodes, of which the first `count` are used.
     type(stretch_type), allocatable :: list(:)
+    !> Ends of the parts of the line that remain unknown, shape (2, n): a system could not be solved, or systems of different size
+    !> meet.
     real(dp), allocatable :: holes(:, :)
   end type way_type
 
-  !> Computation of nodes; each piece of work is one node.
+  !> Parallel work: each piece solves one node.
   type, extends(work_type) :: nodes_type
     type(line_type), pointer :: line => null()
     real(dp), allocatable :: t(:)
@@ -31,19 +33,19 @@ module gestell_task_boundary_line_follow
     procedure :: exchange
   end type nodes_type
 
-  !> Lengths relative to the line below which a stretch is not divided: `shortest` in general, `beside_nothing` if one end has no
-  !> system.
+  !> An interval shorter than `shortest` times the line is not divided. If one of its ends has no system, the limit is
+  !> `beside_nothing`.
   real(dp), parameter :: shortest = 1.0e-7_dp, beside_nothing = 1.0e-4_dp
-  !> Number of nodes beyond which stretches are no longer divided.
+  !> Number of nodes above which intervals are no longer divided.
   integer, parameter :: most = 4000
-  !> States of a stretch.
+  !> States of an interval: to be divided, final, or without systems.
   integer, parameter :: open = 0, done = 1, empty = 2
 
 contains
 
-  !> Follows the multipliers between the first and the last of the ascending positions `t`. Nodes are placed at all `t`, and between
-  !> them where the multipliers do not continue as their slopes predict. All stretches that are too long are halved at once, so that
-  !> the shortest are the ones left rough if there are too many nodes. Fails if the parameters are invalid.
+  !> Follows the multipliers from the first to the last of the ascending positions `t`. Nodes are placed at all `t`, and between
+  !> them where the multipliers deviate from the prediction of their slopes. All intervals that are too long are halved in the same
+  !> round. Therefore, if there are too many nodes, only the shortest intervals remain rough. Fails if the parameters are invalid.
   subroutine follow_multipliers(line, t, way, error)
     type(line_type), intent(in), target :: line
     real(dp), intent(in) :: t(:)
@@ -131,7 +133,7 @@ contains
     if (.not. self%nodes(k)%at%missing()) call record%pass(self%nodes(k)%slope)
   end subroutine exchange
 
-  !> State of the stretch between two nodes: `done` if it need not be divided, `empty` if it has no systems.
+  !> State of the interval between two nodes: `open` if it must be divided, `empty` if it has no systems, otherwise `done`.
   pure integer function state_of(l, r, span) result(state)
     type(node_type), intent(in) :: l, r
     real(dp), intent(in) :: span
@@ -148,7 +150,7 @@ contains
     end associate
   end function state_of
 
-  !> True if both nodes have systems and these have the same size.
+  !> True if both nodes have systems, and these systems have the same size.
   pure logical function alike(l, r)
     type(node_type), intent(in) :: l, r
 

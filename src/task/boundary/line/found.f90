@@ -12,33 +12,32 @@ module gestell_task_boundary_line_found
 
   !> A crossing on a line: a stability border, or a crossing of a level.
   type, public :: crossing_type
-    !> Position, and distance at which the systems on both sides certainly differ.
+    !> `t`: position on the line. `error`: distance from it at which the systems on both sides certainly differ.
     real(dp) :: t = 0, error = 0
     integer :: kind = 0
     !> Argument of the multiplier on the unit circle (0 to pi).
     real(dp) :: arg = 0
     !> True if the systems at larger t are unstable, or above the level.
     logical :: enters = .false.
-    !> Verdicts at the smaller and at the larger t.
+    !> Verdicts on the systems at smaller t and at larger t.
     type(verdict_type) :: verdicts(2) = undecided
   end type crossing_type
 
-  !> Place where a border could not be excluded, and its width, both in t.
+  !> Part of a line in which a border cannot be excluded: its middle `t` and its `width` in t.
   type, public :: doubt_type
     real(dp) :: t = 0, width = 0
   end type doubt_type
 
-  !> Results of a search along a line: borders, places where a border could not be excluded, and systems along the line.
+  !> Results of a search along a line: borders, parts in which a border cannot be excluded, and systems along the line.
   type, public :: search_type
     type(crossing_type), allocatable :: borders(:)
     type(doubt_type), allocatable :: doubts(:)
-    !> `meetings`: number of places where multipliers meet. `thin`: number of such places without damping and without growth at a
-    !> distance of the tolerance.
+    !> `meetings`: number of places where multipliers meet. `thin`: number of these places where, without damping, no growth was
+    !> found at a distance of the tolerance.
     integer :: meetings = 0, thin = 0
-    !> Number of meetings that were not searched because a line has a maximum number.
+    !> Number of meetings of multipliers that were not searched because they exceed the maximum number of a line.
     integer :: left_out = 0
-    !> Systems along the line, at least one on each side of each border; ascending in t after sorting. Only the first `marked` are
-    !> filled.
+    !> Systems along the line, at least one on each side of each border; `sort_marks` sorts them. Only the first `marked` are used.
     type(probe_type), allocatable :: marks(:)
     integer :: marked = 0
   contains
@@ -51,7 +50,7 @@ module gestell_task_boundary_line_found
     procedure :: name_unexplained
   end type search_type
 
-  !> Work in which each piece is a search.
+  !> Parallel work in which each piece is one search.
   type, abstract, extends(work_type), public :: searches_type
     type(search_type), allocatable :: found(:)
   contains
@@ -67,7 +66,7 @@ contains
     allocate(self%borders(0), self%doubts(0), self%marks(0))
   end subroutine begin
 
-  !> Adds the results of a search at one place of the line.
+  !> Appends the results of a search at one place of the line.
   pure subroutine take(self, part)
     class(search_type), intent(inout) :: self
     type(search_type), intent(in) :: part
@@ -82,8 +81,8 @@ contains
     self%borders = [self%borders, part%borders]
   end subroutine take
 
-  !> Adds a doubt for each stretch whose borders do not explain its verdicts. Two marks with different verdicts need an odd number
-  !> of borders between them, two marks with equal verdicts an even number. Marks within the error of a border do not count.
+  !> Adds to `doubts` each part of the line whose borders do not explain the verdicts at its ends. The number of borders between two
+  !> systems must be odd if exactly one of them is unstable, otherwise even. Systems within the error of a border are ignored.
   pure subroutine name_unexplained(self)
     class(search_type), intent(inout) :: self
     integer :: i, last
@@ -139,7 +138,7 @@ contains
     call self%found(k)%exchange(record)
   end subroutine exchange_search
 
-  !> Adds a system, unless it is missing.
+  !> Adds a system to `marks`, unless it does not exist or could not be solved.
   pure subroutine add_mark(self, mark)
     class(search_type), intent(inout) :: self
     type(probe_type), intent(in) :: mark
@@ -174,7 +173,7 @@ contains
     call move_alloc(sorted, self%marks)
   end subroutine sort_marks
 
-  !> Sorts the borders along the line, removes duplicates, and removes regions narrower than `least`.
+  !> Sorts the borders along the line, removes duplicates, and removes pairs of borders that enclose a region narrower than `least`.
   pure subroutine sort_borders(self, least)
     class(search_type), intent(inout) :: self
     real(dp), intent(in) :: least

@@ -1,16 +1,16 @@
 !> Functions of the multipliers that are smooth and change their sign where a system loses its stability.
 !>
-!> rho_max itself has kinks and, where two multipliers meet, behaves like a square root. Smooth functions are the products over all
-!> multipliers
+!> rho_max itself has kinks and, where two multipliers meet, behaves like a square root. The following products over all multipliers
+!> are smooth:
 !>
 !>     f+ = product of (rho_k - 1),   f- = product of (rho_k + 1),   h = product over pairs of (1 - rho_i rho_k)
 !>
-!> They are symmetric in the multipliers and therefore as smooth as the monodromy matrix Phi. Their zeros are divergence (f+ =
-!> det(Phi - E)), period doubling (f-), and a conjugate pair that crosses the unit circle (h). Each factor is divided by sqrt(1 +
-!> |.|**2) to prevent overflow; only the signs count.
+!> They are symmetric in the multipliers and therefore as smooth as the monodromy matrix Phi. f+ = det(Phi - E) is zero at
+!> divergence, f- at period doubling, and h where a conjugate pair crosses the unit circle. Only the signs matter. To prevent
+!> overflow, each factor is divided by sqrt(1 + |p|**2), where p is rho_k or rho_i rho_k.
 !>
-!> Without damping the multipliers form pairs rho, 1/rho and h vanishes everywhere. It is replaced by the discriminant of z = rho +
-!> 1/rho, the product of (z_i - z_k)**2, which is zero where two pairs meet.
+!> Without damping the multipliers form pairs rho, 1/rho, and h is zero everywhere. The discriminant of z = rho + 1/rho then
+!> replaces h: the product of (z_i - z_k)**2, which is zero where two pairs meet.
 module gestell_task_boundary_line_functions
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_multipliers, only: multipliers_type
@@ -23,17 +23,17 @@ module gestell_task_boundary_line_functions
   character(len=15), parameter, public :: kind_names(border_kinds) = [character(len=15) :: "divergence", "period_doubling", &
     & "flutter"]
 
-  !> Limit of ln |rho|: beyond it only the argument matters.
+  !> Upper limit of ln |rho|: larger multipliers are represented by this modulus and their argument.
   real(dp), parameter :: most = 100
 
 contains
 
-  !> Computes the functions f+, f- and h; for multipliers in reciprocal pairs the discriminant replaces h. `known`: true if the
-  !> function differs from zero by more than the errors of the multipliers.
+  !> Computes the functions f+, f- and h. For multipliers in reciprocal pairs the discriminant replaces h. `known`: true for
+  !> functions that differ from zero by more than the errors of the multipliers.
   pure subroutine border_functions(multipliers, f, known, reciprocal)
     type(multipliers_type), intent(in) :: multipliers
     real(dp), intent(out) :: f(border_kinds)
-    !> True for functions that certainly differ from zero; true if the multipliers form reciprocal pairs
+    !> `known`: true for functions that certainly differ from zero. `reciprocal`: true if the multipliers form pairs rho, 1/rho
     logical, intent(out) :: known(border_kinds), reciprocal
     complex(dp), dimension(size(multipliers%rho)) :: w
     complex(dp) :: z(size(w) / 2)
@@ -57,7 +57,8 @@ contains
     end if
   end subroutine border_functions
 
-  !> Computes h. `known`: true if each factor differs from zero by more than its error.
+  !> Computes h, the product over pairs of (1 - w_i w_k), with scaled factors. `known`: true if each factor differs from zero by
+  !> more than its error.
   pure subroutine product_of_pairs(w, radius, h, known)
     complex(dp), intent(in) :: w(:)
     real(dp), intent(in) :: radius(:)
@@ -79,7 +80,8 @@ contains
     h = real(all_pairs)
   end subroutine product_of_pairs
 
-  !> Computes the discriminant of `z`. `known`: true if each factor differs from zero by more than its error.
+  !> Computes the discriminant of `z`, the product of (z_i - z_k)**2, with scaled factors. `known`: true if each factor differs from
+  !> zero by more than its error.
   pure subroutine discriminant(z, error, value, known)
     complex(dp), intent(in) :: z(:)
     real(dp), intent(in) :: error(:)

@@ -1,6 +1,6 @@
-!> Straight lines through the parameters of a family, and the systems on them.
+!> Straight lines in the space of a family's parameters, and the systems on them.
 !>
-!> Each axis has the coordinate u, 0 at the start of its range and 1 at its end, linear in the logarithm on a logarithmic axis.
+!> Each axis has a coordinate u: 0 at the start of its range, 1 at its end, and linear in the logarithm on a logarithmic axis.
 !> Tolerances of borders are differences of u and therefore relative to the ranges.
 module gestell_task_boundary_line
   use gestell_base_error, only: error_type, fatal_error, invalid_input
@@ -27,40 +27,42 @@ module gestell_task_boundary_line
   !> Options of a search for stability borders.
   type, public :: border_options
     type(accuracy_type) :: accuracy
-    !> Error of borders over one parameter; deviation of curves over two parameters from the border. Relative to the ranges.
+    !> Allowed error of borders over one parameter, or allowed deviation of curves over two parameters, relative to the ranges.
     real(dp) :: tolerance = usual_tolerance
-    !> Spreads the work over threads; several of them may then request members of the family.
+    !> Distributes the work over threads, which may request members of the family at the same time.
     class(executor_type), pointer :: executor => null()
   end type border_options
 
-  !> Maximum number of search points; limits of the tolerance.
+  !> Maximum number of search points.
   integer(int64), parameter, public :: most_searched = 10_int64**7
+  !> Limits of the tolerance of borders.
   real(dp), parameter, public :: least_tolerance = 1.0e-13_dp, greatest_tolerance = 0.1_dp
 
-  !> Line u(t) = start + t way through the parameters of a family.
+  !> Line u(t) = `start` + t `way` in the space of a family's parameters.
   type, extends(border_options), public :: line_type
     class(family_type), pointer :: family => null()
     type(axis_type), allocatable :: axes(:)
-    !> Coordinates u at t = 0, and their change from t = 0 to 1; shapes (parameters)
+    !> `start`: coordinates u at t = 0. `way`: change of u from t = 0 to t = 1. Both have shape (parameters).
     real(dp), allocatable :: start(:), way(:)
-    !> Maximum number of meetings of multipliers to search: at low speed their number is unlimited.
+    !> Maximum number of meetings of multipliers that are searched: towards zero speed their number grows without limit.
     integer :: most_meetings = 5000
   contains
     procedure :: step
   end type line_type
 
-  !> The system at a point of a line.
+  !> System at a point of a line.
   type, public :: probe_type
     real(dp) :: t = 0
     type(verdict_type) :: verdict = failed
-    !> Functions of the multipliers, true where their sign is certain, and true if multipliers form reciprocal pairs
-    !> (`border_functions`)
+    !> Functions of the multipliers (see `border_functions`).
     real(dp) :: f(border_kinds) = 0
+    !> `known`: true for the functions in `f` whose sign is certain. `reciprocal`: true if the multipliers form pairs rho, 1/rho.
     logical :: known(border_kinds) = .false., reciprocal = .false.
     !> Argument of the largest multiplier (0 to pi).
     real(dp) :: arg = 0
-    !> `z`: ln(rho) of all multipliers with imaginary parts in (-pi, pi], shape (n). `noise`: errors of their real parts, shape (n).
+    !> ln(rho) of all multipliers, with imaginary parts in (-pi, pi]; shape (n).
     complex(dp), allocatable :: z(:)
+    !> Errors of the real parts of `z`, shape (n).
     real(dp), allocatable :: noise(:)
   contains
     procedure :: missing
@@ -70,8 +72,8 @@ module gestell_task_boundary_line
 
 contains
 
-  !> Checks the options of a search. Errors: an axis is invalid or has fewer than two values, there are too many search points, a
-  !> tolerance or an accuracy is out of range.
+  !> Checks the options of a search. Fails if an axis is invalid or has fewer than two values, if there are too many search points,
+  !> or if a tolerance or an accuracy is out of range.
   pure subroutine check_search(axes, accuracy, tolerance, error)
     type(axis_type), intent(in) :: axes(:)
     type(accuracy_type), intent(in) :: accuracy
@@ -93,14 +95,14 @@ contains
     end if
   end subroutine check_search
 
-  !> Tolerance as a difference of t.
+  !> Tolerance of a border as a difference of t.
   pure real(dp) function step(self)
     class(line_type), intent(in) :: self
 
     step = self%tolerance / norm2(self%way)
   end function step
 
-  !> True if no system exists here, or it could not be solved.
+  !> True if no system exists at this point, or the system could not be solved.
   elemental logical function missing(self)
     class(probe_type), intent(in) :: self
 
@@ -114,7 +116,7 @@ contains
     is_unstable = self%verdict == unstable
   end function is_unstable
 
-  !> Writes all components to a record, or reads them from it.
+  !> Writes all components of the system to a record, or reads them from it.
   subroutine exchange(self, record)
     class(probe_type), intent(inout) :: self
     type(record_type), intent(inout) :: record
@@ -160,7 +162,7 @@ contains
     call border_functions(multipliers, probe%f, probe%known, probe%reciprocal)
   end subroutine probe_line
 
-  !> Parameter at coordinate `u` of an axis. At u = 0 and 1 it is exactly `from` and `to`.
+  !> Parameter at coordinate `u` of an axis. At `u` = 0 and 1 it is exactly the start and the end of the range.
   elemental real(dp) function parameter_at(axis, u) result(value)
     type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: u
@@ -176,7 +178,7 @@ contains
     end if
   end function parameter_at
 
-  !> Derivative of the parameter with respect to u.
+  !> Derivative of the parameter with respect to its coordinate `u`.
   elemental real(dp) function sensitivity(axis, u)
     type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: u
@@ -188,7 +190,8 @@ contains
     end if
   end function sensitivity
 
-  !> Coordinate u of a parameter; 0 on an axis of one value, -huge for values of opposite sign on a logarithmic axis.
+  !> Coordinate u of a parameter. It is 0 on an axis with a single value, and -huge if the sign of `value` differs from the sign of
+  !> a logarithmic axis.
   elemental real(dp) function coordinate(axis, value) result(u)
     type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: value
@@ -204,8 +207,8 @@ contains
     end if
   end function coordinate
 
-  !> Coordinates u of the values of an axis, with the inner ones slightly shifted. Borders often lie at round values, and a search
-  !> works best if they lie between its points.
+  !> Coordinates u of the `count` values of an axis, with the inner ones slightly shifted. Borders often lie at round values, and a
+  !> search works best if they lie between its points.
   pure function skewed(count) result(u)
     integer, intent(in) :: count
     real(dp) :: u(max(count, 2))

@@ -1,4 +1,4 @@
-!> Search for a tongue of parametric resonance where the phases of two multipliers meet.
+!> Search for a tongue (range of instability) of parametric resonance where the phases of two multipliers meet.
 module gestell_task_boundary_line_meeting
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -10,19 +10,21 @@ module gestell_task_boundary_line_meeting
 
   public :: search_meeting, tongue_end
 
-  !> Outcomes of a search: no growth; growth; without damping no growth at a distance of the tolerance from the middle; undecided.
+  !> Outcomes of a search. `no_tongue`: no growth. `tongue`: growth. `thin`: without damping, no growth at a distance of the
+  !> tolerance from the middle. `open_question`: undecided.
   integer, parameter, public :: no_tongue = 0, tongue = 1, thin = 2, open_question = 3
 
-  !> Result of the search at one meeting of two multipliers.
+  !> Result of a search for a tongue where two multipliers meet.
   type, public :: meeting_type
-    !> One of the outcomes above
+    !> `no_tongue`, `tongue`, `thin` or `open_question`
     integer :: outcome = open_question
-    !> Position of the maximum growth of the pair, and width of the part around it in which the growth may be positive.
+    !> `t`: position of the maximum growth of the pair. `width`: width of the part around it in which the growth may be positive.
     real(dp) :: t = 0, width = 0
-    !> Pair with the largest growth that was found
+    !> The pair at the position with the largest growth found
     type(pair_type) :: top
-    !> Nearest solved pairs on both sides of a tongue in which both multipliers decay; `outside`: true if the side has one.
+    !> On each side of a tongue, the nearest solved pair in which both multipliers decay.
     type(pair_type) :: sides(2)
+    !> True for each side of the tongue on which a pair of decaying multipliers was found.
     logical :: outside(2) = .false.
   end type meeting_type
 
@@ -31,22 +33,21 @@ module gestell_task_boundary_line_meeting
 
 contains
 
-  !> Follows the growth of a pair to its maximum near `start`, where the phases of the two multipliers meet. `rate` is the rate
-  !> (1/t) at which the phases separate. Fails if the parameters are invalid.
+  !> Finds the maximum growth of a pair of multipliers near `start`, where their phases meet. Fails if the parameters are invalid.
   subroutine search_meeting(path, start, rate, meeting, error)
     type(pair_path_type), intent(in) :: path
-    !> Position where the phases meet, and rate (1/t) at which they separate
+    !> `start`: position where the phases meet. `rate`: rate (1/t) at which the phases separate
     real(dp), intent(in) :: start, rate
     type(meeting_type), intent(out) :: meeting
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: most = 30
-    !> The fit is good enough if it predicts the growth to this relative accuracy.
+    !> The fit is accurate enough if it predicts the growth to this relative accuracy.
     real(dp), parameter :: part = 0.25_dp
-    !> Distance beyond the three points of the fit within which the maximum is sought, relative to their distance.
+    !> The maximum is sought up to this distance beyond the three points of the fit, relative to the distance between the outer two.
     real(dp), parameter :: beyond = 2
     !> A mean growth of at most this multiple of its error counts as zero.
     real(dp), parameter :: neutral = 10
-    !> Distance beyond both ends of a stretch to which its pairs are followed, relative to its length.
+    !> Pairs are followed up to this distance beyond both ends of their interval, relative to its length.
     real(dp), parameter :: beside = 0.25_dp
     type(pair_type) :: seen(most), near(3)
     type(pair_fit_type) :: fit
@@ -105,7 +106,7 @@ contains
   end subroutine search_meeting
 
   !> Finds, on each side of a tongue's maximum, a pair in which both multipliers decay. This is the nearest such pair already
-  !> solved, or else one at a distance that is doubled until both multipliers decay.
+  !> solved. Otherwise the distance from the maximum is doubled until both multipliers decay.
   subroutine find_outside(path, seen, bounds, meeting, error)
     type(pair_path_type), intent(in) :: path
     type(pair_type), intent(in) :: seen(:)
@@ -141,7 +142,7 @@ contains
     end do
   end subroutine find_outside
 
-  !> Solves the pair at `start` and at equal distances on both sides, where the detuning is about three times the growth.
+  !> Solves the pair at `start` and at equal distances on both sides of it, where the detuning is about three times the growth.
   subroutine three_about(path, start, rate, bounds, three, error)
     type(pair_path_type), intent(in) :: path
     real(dp), intent(in) :: start, rate, bounds(2)
@@ -161,15 +162,15 @@ contains
     if (.not. allocated(error)) call path%solve(middle + s, three(3), error)
   end subroutine three_about
 
-  !> Computes the end of a tongue, the zero of `excess` between a pair that decays and one that grows. Fails if the parameters are
-  !> invalid.
+  !> Computes the end of a tongue: the zero of `excess` between a pair that decays and a pair that grows. Fails if the parameters
+  !> are invalid.
   subroutine tongue_end(path, outside, top, t, missing, error)
     type(pair_path_type), intent(in) :: path
-    !> Pair that decays, and pair that grows
+    !> `outside`: pair that decays. `top`: pair that grows
     type(pair_type), intent(in) :: outside, top
     !> Position of the end of the tongue
     real(dp), intent(out) :: t
-    !> True if a system in between could not be solved
+    !> True if a system between the two pairs could not be solved
     logical, intent(out) :: missing
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: share = 0.125_dp

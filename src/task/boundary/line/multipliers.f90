@@ -1,4 +1,4 @@
-!> Multipliers for the search for borders. They keep their accuracy even if the motion grows by many decades within the period and
+!> Multipliers for the search for borders. They remain accurate even if the motion grows by many decades within the period and
 !> decays again.
 module gestell_task_boundary_line_multipliers
   use gestell_base_error, only: error_type
@@ -18,10 +18,10 @@ module gestell_task_boundary_line_multipliers
 
 contains
 
-  !> Computes all multipliers of a system, separately for parts that do not interact. The multipliers are computed from the factors
-  !> of the monodromy matrix, because forming the product loses digits. For example, Mathieu's equation with q = 25 reaches 1e7 in
-  !> the middle of the period and +-1 at its end. Where the factors are not available or too expensive, `solve_floquet` is used.
-  !> Errors: as in `solve_floquet`.
+  !> Computes all multipliers of a system. Parts of the system that do not interact are solved separately. The multipliers are
+  !> computed from the factors of the monodromy matrix, because forming the product loses digits. For example, solutions of
+  !> Mathieu's equation with q = 25 reach 1e7 in the middle of the period and +-1 at its end. If the factors are not available or
+  !> too expensive, `solve_floquet` is used. Fails as `solve_floquet` does.
   subroutine border_multipliers(system, accuracy, multipliers, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -53,7 +53,7 @@ contains
     type(accuracy_type), intent(in) :: accuracy
     type(multipliers_type), intent(out) :: multipliers
     type(error_type), allocatable, intent(out) :: error
-    !> Phase (rad) through which the fastest vibration turns within the period; above this value order reduction may be cheaper than
+    !> Limit of the phase (rad) of the fastest vibration within the period: above it, order reduction may be cheaper than the
     !> factors.
     real(dp), parameter :: many_turns = 700
     type(factored_type) :: factored

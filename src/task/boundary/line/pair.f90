@@ -1,8 +1,8 @@
-!> Two multipliers that meet: z = mean +- sqrt(delta).
+!> Pairs of multipliers that meet. Their logarithms are z = mean +- sqrt(delta).
 !>
-!> Where the phases of two multipliers meet neither z is smooth, but mean and delta are, because they belong to the plane of both
-!> modes. Outside a tongue delta is negative, -(detuning/2)**2, inside it is positive. The larger growth is the real part of mean +
-!> sqrt(delta).
+!> Where the phases of two multipliers meet, neither z is smooth. But mean and delta are smooth, because they depend only on the
+!> plane of both modes. delta is -(detuning/2)**2 < 0 outside a tongue, and positive inside. The larger growth is the real part of
+!> mean + sqrt(delta).
 module gestell_task_boundary_line_pair
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: failed
@@ -14,12 +14,14 @@ module gestell_task_boundary_line_pair
 
   public :: fit_pair, greatest_growth
 
-  !> Indices of two multipliers of a stretch, and the number of turns by which the first is ahead of the second where they meet.
+  !> Identifies two multipliers that meet in an interval between nodes.
   type, public :: pair_name_type
+    !> `i`, `k`: indices of the two multipliers. `turns`: number of turns by which the phase of `i` exceeds that of `k` where they
+    !> meet.
     integer :: i = 0, k = 0, turns = 0
   end type pair_name_type
 
-  !> The pair `name` of a stretch, which can be solved at any position of the line.
+  !> A pair of multipliers in an interval between nodes, which can be solved at any position of the line.
   type, public :: pair_path_type
     type(line_type), pointer :: line => null()
     type(stretch_type), pointer :: stretch => null()
@@ -31,9 +33,9 @@ module gestell_task_boundary_line_pair
   !> Two multipliers at one position of a line.
   type, public :: pair_type
     real(dp) :: t = 0
-    !> Mean of the two logarithms z, and square of half their difference
+    !> `mean`: mean of the two logarithms z. `delta`: square of half their difference
     complex(dp) :: mean = 0, delta = 0
-    !> Larger real part of the two logarithms, and larger of their errors.
+    !> `growth`: larger real part of the two logarithms. `noise`: larger of their errors.
     real(dp) :: growth = 0, noise = 0
     !> The system with all its multipliers
     type(probe_type) :: at
@@ -41,7 +43,7 @@ module gestell_task_boundary_line_pair
     procedure :: excess
   end type pair_type
 
-  !> mean and delta as quadratic polynomials of t - origin: coefficients of 1, t and t**2.
+  !> Quadratic polynomials of x = t - `origin` for `mean` and `delta`: coefficients of 1, x and x**2.
   type, public :: pair_fit_type
     real(dp) :: origin = 0
     complex(dp) :: mean(0:2) = 0, delta(0:2) = 0
@@ -51,8 +53,8 @@ module gestell_task_boundary_line_pair
 
 contains
 
-  !> Solves the pair at `t`: selects the two multipliers closest to the values that the curves of the stretch predict. Fails if the
-  !> parameters are invalid.
+  !> Solves the pair at `t`: selects the two multipliers closest to the values that the cubic curves of the interval predict. Fails
+  !> if the parameters are invalid.
   subroutine solve(self, t, pair, error)
     class(pair_path_type), intent(in) :: self
     real(dp), intent(in) :: t
@@ -93,8 +95,8 @@ contains
     pair%growth = max(real(one), real(other))
   end subroutine solve
 
-  !> Positive if both multipliers decay, otherwise negative. Smooth except where both grow. It follows from (i y - mean)**2 = delta
-  !> with real y.
+  !> Positive if both multipliers decay, otherwise negative. Smooth except where both grow. Derived from the condition for a
+  !> multiplier on the unit circle: (i y - mean)**2 = delta with real y.
   elemental real(dp) function excess(self)
     class(pair_type), intent(in) :: self
     real(dp), parameter :: clear = 10
@@ -104,7 +106,7 @@ contains
     if (real(self%mean) > clear * self%noise) excess = -abs(excess)
   end function excess
 
-  !> Parabolas for mean and delta through three pairs.
+  !> Fits parabolas to `mean` and `delta` through three pairs.
   pure function fit_pair(three) result(fit)
     type(pair_type), intent(in) :: three(3)
     type(pair_fit_type) :: fit
@@ -130,7 +132,7 @@ contains
     end associate
   end function parabola
 
-  !> Growth, the larger real part of the two logarithms, according to the fit.
+  !> Growth of the pair at `t` according to the fit: the larger real part of the two logarithms.
   elemental real(dp) function growth_of_fit(self, t) result(growth)
     class(pair_fit_type), intent(in) :: self
     real(dp), intent(in) :: t
@@ -141,8 +143,8 @@ contains
     end associate
   end function growth_of_fit
 
-  !> Position of the maximum growth between `low` and `high`, by golden-section search. The search is restricted to a neighbourhood
-  !> of the vertex of delta, whose width depends on delta at the vertex.
+  !> Position of the maximum growth of the fit between `low` and `high`, by golden-section search. The search is restricted to a
+  !> neighbourhood of the vertex of delta, whose width depends on the value of delta at the vertex.
   pure real(dp) function greatest_growth(fit, low, high) result(t)
     type(pair_fit_type), intent(in) :: fit
     real(dp), intent(in) :: low, high

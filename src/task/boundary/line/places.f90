@@ -1,4 +1,4 @@
-!> Places on a line where two multipliers meet and a tongue may lie.
+!> Places on a line where two multipliers meet and a tongue may exist.
 module gestell_task_boundary_line_places
   use gestell_base_kinds, only: dp, pi
   use gestell_task_boundary_line_exponents, only: stretch_type
@@ -8,23 +8,24 @@ module gestell_task_boundary_line_places
 
   public :: fastest_within, meetings_on
 
-  !> Place where two multipliers meet: number of the stretch, position on it (0 to 1), and rate at which their phases separate (rad
-  !> per t).
+  !> Place where two multipliers meet.
   type, public :: place_type
+    !> Number of the interval between nodes that contains the place.
     integer :: stretch = 0
     type(pair_name_type) :: name
+    !> `x`: position in the interval (0 to 1). `rate`: rate at which the phases separate (rad per t).
     real(dp) :: x = 0, rate = 0
   end type place_type
 
-  !> Places on one stretch.
+  !> Places in one interval where multipliers meet.
   type, public :: places_type
     type(place_type), allocatable :: list(:)
   end type places_type
 
 contains
 
-  !> Largest rate such that at most `most` places have this rate or a lower one. Over the speed the places with the lowest rates
-  !> have the lowest orders and therefore the widest tongues.
+  !> Largest rate such that at most `most` places have this rate or a lower one. If the speed varies, the places with the lowest
+  !> rates have the lowest orders and therefore the widest tongues.
   pure real(dp) function fastest_within(places, most) result(rate)
     type(place_type), intent(in) :: places(:)
     integer, intent(in) :: most
@@ -48,17 +49,17 @@ contains
     end associate
   end function fastest_within
 
-  !> Places where two multipliers of a stretch meet, `number` being the number of the stretch. Of two conjugate places only one is
-  !> included.
+  !> Places where two multipliers of interval `number` meet. Of two conjugate places only one is included.
   pure function meetings_on(stretch, number) result(places)
     type(stretch_type), intent(in) :: stretch
     integer, intent(in) :: number
     type(place_type), allocatable :: places(:)
     integer, parameter :: samples = 16
-    !> Limits in radians. `close`: largest distance at which multipliers may pass each other and still be searched, apart from their
-    !> error. `below`: smallest sine of the argument. `locked`: multipliers with a smaller difference count as one.
+    !> Limits in radians. `close`: two phases meet if their distance, apart from errors, is smaller. `below`: smallest sine of the
+    !> argument. `locked`: phases with a smaller difference count as one. `safety`: factor of the errors.
     real(dp), parameter :: close = 0.02_dp, below = -0.2_dp, locked = 1.0e-9_dp, safety = 4
-    !> Pairs with a stronger decay (ln |rho|) cannot lose stability at a meeting without the curves showing it.
+    !> Pairs that decay more strongly than this (ln |rho|) are ignored: if they lost stability where they meet, the curves would
+    !> show it.
     real(dp), parameter :: strong = -3
     complex(dp) :: z(size(stretch%miss), 0:samples)
     real(dp) :: ahead(0:samples), rest(0:samples), near, x

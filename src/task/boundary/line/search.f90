@@ -1,4 +1,4 @@
-!> Search for all stability borders along a line from 0 to 1, based on the multipliers followed along it.
+!> Search for all stability borders along a line from t = 0 to 1. It follows the multipliers along the line.
 module gestell_task_boundary_line_search
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -16,7 +16,7 @@ module gestell_task_boundary_line_search
 
   public :: merged, range_nodes, search_line
 
-  !> Search at the places where multipliers meet; each piece of work is one place.
+  !> Parallel work: each piece searches one place where two multipliers meet.
   type, extends(searches_type) :: meetings_type
     type(line_type), pointer :: line => null()
     type(way_type), pointer :: way => null()
@@ -25,16 +25,17 @@ module gestell_task_boundary_line_search
     procedure :: compute => search_place
   end type meetings_type
 
-  !> Search in gaps between neighbouring marks; each piece of work is one gap. `gaps`: numbers of the marks before the gaps.
+  !> Parallel work: each piece searches one gap between neighbouring marks, the solved systems on the line.
   type, extends(searches_type) :: gaps_type
     type(line_type), pointer :: line => null()
     type(probe_type), pointer :: marks(:) => null()
+    !> For each gap, the number of the mark before it.
     integer, allocatable :: gaps(:)
   contains
     procedure :: compute => close_gap
   end type gaps_type
 
-  !> Initial nodes of a search on a short line, without symmetry.
+  !> Initial nodes of a search on a short line. They are not symmetric about its middle.
   real(dp), parameter, public :: short_nodes(5) = [0.0_dp, 0.27_dp, 0.5_dp, 0.74_dp, 1.0_dp]
 
 contains
@@ -48,7 +49,7 @@ contains
     nodes = merged(skewed(least_nodes), skewed(count))
   end function range_nodes
 
-  !> Finds all stability borders along the line from 0 to 1. `nodes`: initial nodes in ascending order from 0 to 1. Fails if the
+  !> Finds all stability borders along a line from t = 0 to 1. `nodes`: initial nodes, ascending from 0 to 1. Fails if the
   !> parameters are invalid.
   subroutine search_line(line, nodes, search, error)
     type(line_type), intent(in), target :: line
@@ -101,7 +102,7 @@ contains
     call search%sort_borders(2 * line%step())
   end subroutine search_line
 
-  !> Adds a doubt for each group of neighbouring stretches that contain places left out of the search.
+  !> Adds to `search%doubts` each group of neighbouring intervals that contain places left out of the search.
   pure subroutine name_left_out(places, fastest, way, search)
     type(place_type), intent(in) :: places(:)
     real(dp), intent(in) :: fastest
@@ -129,7 +130,7 @@ contains
     search%doubts = [own, search%doubts]
   end subroutine name_left_out
 
-  !> Union of two ascending lists, with equal values only once.
+  !> Union of two ascending lists, in which equal values occur only once.
   pure function merged(a, b) result(all)
     real(dp), intent(in) :: a(:), b(:)
     real(dp), allocatable :: all(:)
@@ -140,7 +141,7 @@ contains
     all = pack(all, [.true., all(2:) - all(:size(all) - 1) > same])
   end function merged
 
-  !> Searches for a tongue where two multipliers meet.
+  !> Searches for a tongue at place `k`, where two multipliers meet.
   recursive subroutine search_place(self, k, error)
     class(meetings_type), intent(inout) :: self
     integer, intent(in) :: k
@@ -169,7 +170,7 @@ contains
     end associate
   end subroutine search_place
 
-  !> Adds the borders at both ends of a tongue, and systems inside and beside it.
+  !> Adds the borders at both ends of a tongue, and systems inside the tongue and on both sides of it, to `search`.
   subroutine add_tongue(path, meeting, search, error)
     type(pair_path_type), intent(in) :: path
     type(meeting_type), intent(in) :: meeting
@@ -197,8 +198,8 @@ contains
     end do
   end subroutine add_tongue
 
-  !> Searches for borders in gaps that are not explained. Between neighbouring marks with equal verdicts the number of borders must
-  !> be even, with different verdicts odd. Where no border was found, no function of the multipliers may change its sign.
+  !> Searches for missing borders in the gaps between neighbouring marks. The number of borders in a gap must be odd if exactly one
+  !> of its marks is unstable, otherwise even. In a gap without borders, no function of the multipliers may change its sign.
   subroutine close_gaps(line, search, error)
     type(line_type), intent(in), target :: line
     type(search_type), intent(inout), target :: search
@@ -219,7 +220,7 @@ contains
 
   contains
 
-    !> True if borders must be sought between mark `i` and the next one.
+    !> True if borders must be sought between mark `i` and the next mark.
     pure logical function is_open(i)
       integer, intent(in) :: i
       integer :: n
@@ -232,12 +233,12 @@ contains
 
   end subroutine close_gaps
 
-  !> Searches for borders between two neighbouring marks.
+  !> Searches gap `k` between two neighbouring marks for borders.
   recursive subroutine close_gap(self, k, error)
     class(gaps_type), intent(inout) :: self
     integer, intent(in) :: k
     type(error_type), allocatable, intent(out) :: error
-    !> Up to two to this power borders can be separated in one gap.
+    !> Depth of the recursion: up to 2**depth borders in one gap can be separated.
     integer, parameter :: depth = 6
 
     call self%found(k)%begin()

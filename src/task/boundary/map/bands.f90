@@ -1,4 +1,4 @@
-!> Borders that cross a box side by side, like those of many tongues.
+!> Borders that cross a box side by side, as those of many tongues do.
 module gestell_task_boundary_map_bands
   use gestell_base_kinds, only: dp
   use gestell_math_sorting, only: ascending
@@ -15,8 +15,8 @@ module gestell_task_boundary_map_bands
 
 contains
 
-  !> Number of the coordinate that is constant on two opposite sides that contain all vertices `ids`, half of them each; 0 if there
-  !> is none.
+  !> Number of the coordinate that is constant on two opposite sides, if each of these sides contains half of the vertices `ids`;
+  !> otherwise 0.
   pure integer function opposite_sides(box, ids, vertices) result(k)
     type(box_type), intent(in) :: box
     integer, intent(in) :: ids(:)
@@ -28,7 +28,7 @@ contains
     end do
   end function opposite_sides
 
-  !> Vertices among `ids` whose coordinate `k` equals `value`, in ascending order of the other coordinate.
+  !> Numbers of those vertices among `ids` whose coordinate `k` equals `value`, in ascending order of the other coordinate.
   pure function along(value, k, ids, vertices) result(found)
     real(dp), intent(in) :: value
     integer, intent(in) :: k, ids(:)
@@ -39,8 +39,8 @@ contains
     found = found(ascending((vertices%list(found)%u(3 - k))))
   end function along
 
-  !> Corresponding vertices on the lower side, half way and on the upper side, each in ascending order; shape (n, 3). n = 0 if they
-  !> do not correspond.
+  !> Numbers of corresponding vertices on the lower side, on the line half way and on the upper side, in ascending order; shape (n,
+  !> 3). If the vertices do not correspond, n is 0.
   pure function rows(box, ids, half_way, k, vertices)
     type(box_type), intent(in) :: box
     integer, intent(in) :: ids(:), half_way(:), k
@@ -65,12 +65,13 @@ contains
     end do
   end function rows
 
-  !> True if the borders at `half_way` show that all borders cross the box straight from one side to the other. Each must lie close
-  !> to the middle between its two end points, much closer than to its neighbours. Two borders close together, of a tongue or a gap,
-  !> are represented by their centre line.
+  !> True if all borders cross the box straight from one side to the other. On the line half way, each border must lie close to the
+  !> middle between its two end points, much closer than to its neighbours. Two borders close together (of a tongue or a gap) are
+  !> represented by their centre line.
   pure logical function pass_straight(box, ids, half_way, k, vertices)
     type(box_type), intent(in) :: box
-    !> Numbers of the vertices on the two sides and half way; coordinate that is constant on these lines
+    !> `ids`, `half_way`: numbers of the vertices on the two sides and on the line half way. `k`: coordinate that is constant on
+    !> these lines
     integer, intent(in) :: ids(:), half_way(:), k
     type(vertices_type), intent(in) :: vertices
     real(dp), parameter :: near = 0.25_dp
@@ -111,7 +112,7 @@ contains
     end associate
   end function pass_straight
 
-  !> Links the borders that cross the box through their points half way, with the region on the left.
+  !> Links the two ends of each border that crosses the box through its vertex half way, so that the region lies on the left.
   pure subroutine link_through(box, ids, half_way, k, vertices)
     type(box_type), intent(in) :: box
     !> Numbers of the vertices on the two sides and half way; coordinate that is constant on these lines

@@ -1,4 +1,4 @@
-!> Connection of the borders on the sides of each cell through its interior.
+!> Connects the borders on the sides of each cell of the search grid through the interior of the cell.
 module gestell_task_boundary_map_cells
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -14,14 +14,14 @@ module gestell_task_boundary_map_cells
 
   public :: connect_cells
 
-  !> Cell of the search grid; `sides`: numbers of the vertices on its sides in the list of all vertices.
+  !> Cell of the search grid.
   type :: cell_type
     type(box_type) :: box
+    !> Numbers, in the list of all vertices, of the vertices on the sides of the cell.
     integer, allocatable :: sides(:)
   end type cell_type
 
-  !> Connection of the cells; each piece of work is one cell. It adds vertices to those on the sides and links each vertex to the
-  !> next.
+  !> Parallel work: each piece connects one cell. It adds vertices to those on the sides, and links each vertex to the next.
   type, extends(traces_type) :: cells_type
     class(plane_type), pointer :: plane => null()
     type(cell_type), allocatable :: cells(:)
@@ -36,7 +36,7 @@ contains
     class(plane_type), intent(in), target :: plane
     !> Coordinates of the lines of the search grid
     real(dp), intent(in) :: u1(:), u2(:)
-    !> Number of the first vertex of each line at constant u1 and u2, and at the end one more than the last number
+    !> Number of the first vertex on each line of constant u1 or u2; the last element is one more than the last number
     integer, intent(in) :: first1(:), first2(:)
     type(vertices_type), intent(inout) :: vertices
     type(error_type), allocatable, intent(out) :: error
@@ -76,7 +76,7 @@ contains
     call connect_cell(self%plane, self%cells(k)%box, [(i, i = 1, size(self%cells(k)%sides))], self%found(k), error)
   end subroutine compute
 
-  !> Merges the results of a cell, whose vertices have the numbers `sides`, into the list of all vertices.
+  !> Merges the results of a cell into the list of all vertices. `sides`: numbers of the vertices on the sides of the cell.
   pure subroutine take(sides, found, vertices)
     integer, intent(in) :: sides(:)
     type(vertices_type), intent(in) :: found
@@ -98,19 +98,20 @@ contains
     vertices%left_out = vertices%left_out + found%left_out
   end subroutine take
 
-  !> Links the vertices of `pool` that lie on the sides of `box`. On a counter-clockwise turn about the box, sections inside the
-  !> region begin at vertices that `enter` it and end at vertices that leave it.
-  !> Two vertices are linked directly. With four vertices the system at their mean decides if the sections inside the region are
-  !> connected. With four or more on two opposite sides, the line midway between the sides decides. The box is halved if the
-  !> decision is uncertain, systems are missing or a narrow tongue ends in the box, down to the allowed deviation. Fails if the
-  !> parameters are invalid.
+  !> Links the vertices of `pool` that lie on the sides of `box`. Between them, the sides of the box lie alternately inside and
+  !> outside the region.
+  !>
+  !> Two vertices are linked directly. For four vertices, the system at their mean decides whether the two parts of the sides inside
+  !> the region are connected. For four or more vertices on two opposite sides, a search along the line midway between these sides
+  !> decides. The box is halved if the decision is uncertain, systems are missing, or a narrow tongue ends in the box, down to the
+  !> allowed deviation. Fails if the parameters are invalid.
   recursive subroutine connect_cell(plane, box, pool, vertices, error)
     class(plane_type), intent(in) :: plane
     type(box_type), intent(in) :: box
     integer, intent(in) :: pool(:)
     type(vertices_type), intent(inout) :: vertices
     type(error_type), allocatable, intent(out) :: error
-    !> A box is halved across its longer side if it is more elongated than this ratio.
+    !> If the ratio of the sides of a box is smaller than this, the box is halved across its longer side.
     real(dp), parameter :: flat = 0.125_dp
     integer, allocatable :: ids(:)
     logical, allocatable :: enter(:)
@@ -153,8 +154,7 @@ contains
     end do
   end subroutine connect_cell
 
-  !> True if both vertices lie on one side of the box, close together. Then a tongue ends at an unknown position inside the
-  !> box.
+  !> True if both vertices lie close together on one side of the box. Then a tongue ends at an unknown position inside the box.
   pure logical function tip(box, u, v)
     type(box_type), intent(in) :: box
     real(dp), intent(in) :: u(2), v(2)
@@ -165,8 +165,8 @@ contains
     tip = any(same([2, 1]) .and. abs(u - v) < close * (box%high - box%low))
   end function tip
 
-  !> Selects the vertices of `pool` on the sides of the box, counter-clockwise from its lowest corner. `enter`: true if the turn
-  !> about the box enters the region at the vertex.
+  !> Selects the vertices of `pool` on the sides of the box, counter-clockwise from the corner `box%low`. `enter`: true if this path
+  !> around the box enters the region at the vertex.
   pure subroutine around(box, pool, vertices, ids, enter)
     type(box_type), intent(in) :: box
     integer, intent(in) :: pool(:)
@@ -190,8 +190,8 @@ contains
     enter = entering(places)
   end subroutine around
 
-  !> Computes the position of `u` on the turn about the box and the direction of the turn there. The position is 0 to 4, or -1 if
-  !> `u` is not on a side.
+  !> Computes the position of `u` on the counter-clockwise path around the box, and the direction of the path there. The position is
+  !> 0 to 4, or -1 if `u` is not on a side.
   pure subroutine position_around(box, u, position, tangent)
     type(box_type), intent(in) :: box
     real(dp), intent(in) :: u(2)
@@ -217,10 +217,10 @@ contains
     end if
   end subroutine position_around
 
-  !> Decides if the sections inside the region are connected (`joined`) between four vertices. The shorter chords are taken for the
-  !> ends of a tongue, which lies inside or outside the region. The decision is certain if the system at the mean of the vertices
-  !> agrees. If it does not, the tongue may pass beside the mean, or end. Then a line through the mean, across the tongue, is
-  !> searched for both borders of the tongue.
+  !> Decides, for four vertices, whether the two parts of the box's sides inside the region are connected (`joined`). The shorter
+  !> chords are assumed to be the ends of a tongue, which lies inside or outside the region. The decision is `certain` if the system
+  !> at the mean of the vertices agrees. If it disagrees, the tongue may pass beside the mean, or end. Then both borders of the
+  !> tongue are sought on a line through the mean, across the tongue.
   subroutine mean_tells(plane, box, ids, enter, opposite, vertices, joined, certain, error)
     class(plane_type), intent(in) :: plane
     type(box_type), intent(in) :: box
@@ -264,9 +264,9 @@ contains
     end associate
   end subroutine mean_tells
 
-  !> Divides a box by the line through its middle on which coordinate `k` is constant. If the borders are `parallel` and those on
-  !> this line show that all cross the box, they are linked. Otherwise the box is halved and both halves are connected, unless the
-  !> box is too `small`; then it is `left` as it is. Fails if the parameters are invalid.
+  !> Divides a box by the line through its middle on which coordinate `k` is constant. If the borders are `parallel`, and those on
+  !> this line show that all cross the box, they are linked. Otherwise both halves are connected, unless the box is too `small`:
+  !> then `left` is true and the box is not divided. Fails if the parameters are invalid.
   recursive subroutine divide(plane, box, ids, k, parallel, small, vertices, left, error)
     class(plane_type), intent(in) :: plane
     type(box_type), intent(in) :: box

@@ -22,16 +22,17 @@ module gestell_task_boundary_map
   type, public :: border_vertex_type
     integer :: curve = 0
     real(dp) :: parameters(2) = 0
-    !> Error bound along the line on which the vertex was found: the border lies within this distance on both sides.
+    !> Error bound along the line on which the vertex was found: the border lies within this distance on either side.
     real(dp) :: error(2) = 0
-    !> Argument of the multiplier and kind of the border, as in border_type.
+    !> Argument of the multiplier, as in `border_type`.
     real(dp) :: arg_rad = 0
+    !> Kind of the border, as in `border_type`.
     character(len=15) :: kind = ""
     !> State of the machine at the crossing of a level, as in gestell_study_speed_point.
     character(len=15) :: state = ""
   end type border_vertex_type
 
-  !> Place on a line where a border could not be excluded, and width of the undecided part along this line, in units of the
+  !> Place on a line where a border cannot be excluded, and width of the undecided part of this line, in the units of the
   !> parameters.
   type, public :: open_place_type
     real(dp) :: parameters(2) = 0, width(2) = 0
@@ -39,20 +40,20 @@ module gestell_task_boundary_map
 
   !> Border curves in the plane of two parameters.
   type, public :: border_map_type
-    !> Vertices in their order along the curves. The region lies on the left if the first parameter points to the right and the
-    !> second upward. A closed curve ends with its first vertex.
+    !> Vertices in their order along the curves. The region lies to the left of a curve if the first parameter points to the right
+    !> and the second upward. A closed curve ends with its first vertex.
     type(border_vertex_type), allocatable :: vertices(:)
     !> Number of curves.
     integer :: curves = 0
-    !> Number of stretches between vertices that could not be refined.
+    !> Number of connections between vertices that could not be refined.
     integer :: rough = 0
-    !> Open places and numbers of meetings, as in border_rest_type, on all lines of the search grid and on the lines that divide its
-    !> cells.
+    !> Places where a border cannot be excluded, on the lines of the search grid and on the lines that divide its cells.
     type(open_place_type), allocatable :: places(:)
+    !> Numbers of meetings of multipliers on all searched lines, as in `border_rest_type`.
     integer :: thin = 0, left_out = 0
   end type border_map_type
 
-  !> Search of the grid; each piece of work is one line.
+  !> Parallel work: each piece searches one line of the grid.
   type, extends(searches_type) :: lines_type
     class(plane_type), pointer :: plane => null()
     type(line_type), allocatable :: lines(:)
@@ -63,21 +64,22 @@ module gestell_task_boundary_map
 contains
 
   !> Computes the stability borders in the plane of two parameters. Borders on the lines of the grid are found as in
-  !> gestell_task_boundary_line_search, connected cell by cell, and refined. Errors: the grid does not have two axes; as in
-  !> `check_search`; the parameters are invalid.
+  !> gestell_task_boundary_line_search, connected cell by cell, and refined. Fails as `check_search` does, if the grid does not have
+  !> two axes, or if the parameters are invalid.
   subroutine trace_borders(family, grid, accuracy, deviation, map, error, executor)
-    !> Systems over two parameters
+    !> Systems as a function of two parameters
     class(family_type), intent(in), target :: family
-    !> Ranges of the two parameters and numbers of search lines
+    !> Ranges of the two parameters, and numbers of search lines
     type(grid_type), intent(in) :: grid
     !> Tolerances of the monodromy matrix
     type(accuracy_type), intent(in) :: accuracy
-    !> Allowed deviation of the curves from the border relative to the ranges, in the logarithm on logarithmic axes
+    !> Allowed deviation of the curves from the border, relative to the ranges or, on logarithmic axes, to the ranges of the
+    !> logarithms
     real(dp), intent(in) :: deviation
     !> The curves
     type(border_map_type), intent(out) :: map
     type(error_type), allocatable, intent(out) :: error
-    !> Spreads the work over threads, several of which may then request members of the family
+    !> Distributes the work over threads, which may request members of the family at the same time
     class(executor_type), intent(inout), optional, target :: executor
     type(plane_type), target :: plane
 
@@ -89,8 +91,8 @@ contains
     call trace_curves(plane, grid, map, error)
   end subroutine trace_borders
 
-  !> Computes the border curves of the region of a plane. All components of the plane except its axes must be set. Errors: as in
-  !> `trace_borders`.
+  !> Computes the curves that enclose the region of a plane. All components of the plane except its axes must be set. Fails as
+  !> `trace_borders` does.
   subroutine trace_curves(plane, grid, map, error)
     class(plane_type), intent(inout), target :: plane
     type(grid_type), intent(in) :: grid
@@ -118,15 +120,15 @@ contains
       & abs(sensitivity(plane%axes, vertices%open(k)%u)) * vertices%open(k)%width), k = 1, size(vertices%open))]
   end subroutine trace_curves
 
-  !> Searches the lines of the grid, first those with a constant second parameter, and connects the borders within the cells. Fails
-  !> if the parameters are invalid.
+  !> Searches the lines of the grid, first those of constant second parameter, and connects the borders within the cells. Fails if
+  !> the parameters are invalid.
   subroutine search_grid(plane, vertices, error)
     class(plane_type), intent(in), target :: plane
     type(vertices_type), intent(out) :: vertices
     type(error_type), allocatable, intent(out) :: error
     type(lines_type) :: work
     real(dp), allocatable :: u1(:), u2(:)
-    !> Line k has the vertices first(k) ... first(k + 1) - 1.
+    !> Number of the first vertex on each line: line k has the vertices first(k) to first(k + 1) - 1.
     integer, allocatable :: first(:)
     integer :: k
 
@@ -151,8 +153,8 @@ contains
     if (.not. allocated(error)) call name_isolated(first(size(first)) - 1, vertices)
   end subroutine search_grid
 
-  !> Lists as open those of the first `number` vertices, on the lines of the grid, that belong to no curve. Their border could not
-  !> be followed into the cells on either side.
+  !> Adds to `vertices%open` those of the first `number` vertices (on the lines of the grid) that belong to no curve. Their border
+  !> could not be followed into the cells on either side.
   pure subroutine name_isolated(number, vertices)
     integer, intent(in) :: number
     type(vertices_type), intent(inout) :: vertices
@@ -177,7 +179,7 @@ contains
     class(lines_type), intent(inout) :: self
     integer, intent(in) :: k
     type(error_type), allocatable, intent(out) :: error
-    !> Upper limit of the initial nodes of a line: the search adds nodes where it needs them.
+    !> Maximum number of initial nodes on a line; the search adds nodes where it needs them.
     integer, parameter :: most_nodes = 20
     integer :: along
 
@@ -185,13 +187,13 @@ contains
     call self%plane%search(self%lines(k), range_nodes(min(self%plane%axes(along)%count, most_nodes)), self%found(k), error)
   end subroutine compute
 
-  !> Assembles the refined curves one after the other, open curves first, then the closed ones.
+  !> Assembles the refined curves one after another: first the open curves, then the closed ones.
   subroutine follow_curves(plane, vertices, map, error)
     class(plane_type), intent(in) :: plane
     type(vertices_type), intent(in) :: vertices
     type(border_map_type), intent(inout) :: map
     type(error_type), allocatable, intent(out) :: error
-    !> Curves shorter than this multiple of the tolerance are omitted: they belong to regions too narrow for the allowed deviation.
+    !> Curves shorter than this multiple of the tolerance are omitted: their regions are too narrow for the allowed deviation.
     real(dp), parameter :: least = 2
     type(vertices_type) :: curves
     type(vertices_type), allocatable :: between(:)
@@ -240,7 +242,7 @@ contains
     end if
   end subroutine follow_curves
 
-  !> Appends the curve that begins at vertex `start`, including the vertices `between` each vertex and its next.
+  !> Appends the curve that begins at vertex `start`, including the vertices `between` each of its vertices and the next.
   pure subroutine follow_curve(vertices, between, start, done, curves)
     type(vertices_type), intent(in) :: vertices, between(:)
     integer, intent(in) :: start

@@ -18,11 +18,12 @@ module gestell_task_boundary_map_plot
 
 contains
 
-  !> Plot boundary.gp: the curves, dashed according to their kind, and the shaded region on their left.
+  !> Plot boundary.gp: the curves, each kind with its own dashes, and the shaded region on their left.
   function plot_curves(plan, map, kinds, states, meanings, title, side) result(figure)
     type(sweep_plan_type), intent(in) :: plan
     type(border_map_type), intent(in) :: map
-    !> Kinds and states that have legend entries `meanings`; start of the title; name of the shaded region
+    !> `kinds`, `states`: combinations with the legend entries `meanings`. `title`: start of the title. `side`: name of the shaded
+    !> region
     character(len=*), intent(in) :: kinds(:), states(:), meanings(:), title, side
     type(figure_type) :: figure
     character(len=:), allocatable :: lines, list, condition
@@ -59,7 +60,7 @@ contains
     figure = new_figure("boundary", title // ": " // found(map%curves), lines // list // newline, width=800, height=560)
   end function plot_curves
 
-  !> Plot commands for the curves on top of a chart over the same parameters.
+  !> Plot commands that draw the curves over a chart of the same parameters.
   pure function over_chart(map) result(curves)
     type(border_map_type), intent(in) :: map
     character(len=:), allocatable :: curves
@@ -69,7 +70,7 @@ contains
       & // "NaN):(Y(column(3))) with lines lt 7 dt 1 lw 1.5"
   end function over_chart
 
-  !> Data block $side with boxes that fill the region on the left of the curves; columns x from, x to, y from, y to.
+  !> Data block $side: boxes that fill the region on the left of the curves. Columns: x from, x to, y from, y to.
   pure function left_boxes(grid, map) result(lines)
     type(grid_type), intent(in) :: grid
     type(border_map_type), intent(in) :: map
@@ -106,7 +107,7 @@ contains
     lines = lines // "END" // newline
   end function left_boxes
 
-  !> Label for a plot without curves.
+  !> Label "none found" for a plot without curves; empty if there are curves.
   pure function empty(number) result(line)
     integer, intent(in) :: number
     character(len=:), allocatable :: line
@@ -115,7 +116,7 @@ contains
     if (number == 0) line = "set label 1 'none found' at graph 0.5,graph 0.5 center textcolor rgb '#444444'" // newline
   end function empty
 
-  !> Text with the number of borders.
+  !> Text that states the number of borders found.
   pure function found(number) result(words)
     integer, intent(in) :: number
     character(len=:), allocatable :: words

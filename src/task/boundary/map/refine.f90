@@ -12,7 +12,7 @@ module gestell_task_boundary_map_refine
 
   public :: refine_stretches
 
-  !> Refinement of stretches; each piece of work is one stretch of a curve between two vertices.
+  !> Parallel work: each piece refines the connection between two vertices of a curve.
   type, extends(traces_type) :: stretches_type
     class(plane_type), pointer :: plane => null()
     type(vertex_type), allocatable :: ends(:, :)
@@ -22,7 +22,7 @@ module gestell_task_boundary_map_refine
 
 contains
 
-  !> Computes the additional vertices between each vertex and its next one. Fails if the parameters are invalid.
+  !> Computes additional vertices between each vertex and the next one on its curve. Fails if the parameters are invalid.
   subroutine refine_stretches(plane, vertices, between, error)
     class(plane_type), intent(in), target :: plane
     type(vertices_type), intent(in) :: vertices
@@ -56,10 +56,10 @@ contains
     call refine(self%plane, self%ends(1, k), self%ends(2, k), most_divisions, self%found(k), error)
   end subroutine compute
 
-  !> Adds to `curve` the vertices needed between `p` and its successor `q`. The distance of the border is measured across the
-  !> straight connection at 1/2, 1/4 and 3/4 and must not exceed the allowed deviation. Where the kind of border changes, the
-  !> stretch is divided until its corner is located to the precision of the search lines. A stretch on which no border is found is
-  !> counted as rough. Fails if the parameters are invalid.
+  !> Adds to `curve` the vertices needed between `p` and its successor `q`. At 1/2, 1/4 and 3/4 of the straight connection, the
+  !> distance of the border must not exceed the allowed deviation. Between different kinds of border, the connection is divided
+  !> until the corner is located to the precision of the search lines. A connection on which no border is found is counted as rough.
+  !> Fails if the parameters are invalid.
   recursive subroutine refine(plane, p, q, divisions, curve, error)
     class(plane_type), intent(in) :: plane
     type(vertex_type), intent(in) :: p, q
@@ -89,9 +89,9 @@ contains
     call refine(plane, middle, q, divisions - 1, curve, error)
   end subroutine refine
 
-  !> Finds the border across the connection from `p` to `q` at the fraction `part` of its length. Of several borders it takes the
-  !> nearest with the region on the left, since the border of a narrow tongue may lie on either side. `near`: true if `near_will_do`
-  !> and the border is not farther away than the allowed deviation, or the edge of the ranges is that close.
+  !> Finds the border on the line across the connection from `p` to `q`, at the fraction `part` of its length. Of several borders it
+  !> selects the nearest with the region on the left, because the border of a narrow tongue may lie on either side. `near`: true if
+  !> `near_will_do` and the border, or the edge of the ranges, is not farther away than the allowed deviation.
   subroutine cross(plane, p, q, part, near_will_do, vertex, found, near, error)
     class(plane_type), intent(in) :: plane
     type(vertex_type), intent(in) :: p, q
@@ -129,7 +129,8 @@ contains
     end do
   end subroutine cross
 
-  !> Finds the border nearest to `middle`, within `distance` in both directions along `left`, that has the region on the `left`.
+  !> Finds the border nearest to `middle` on the line along `left`, up to `distance` on both sides. The region must lie on the side
+  !> to which `left` points.
   subroutine nearest_crossing(plane, middle, left, distance, vertex, found, error)
     class(plane_type), intent(in) :: plane
     real(dp), intent(in) :: middle(2), left(2), distance
@@ -155,7 +156,7 @@ contains
     end associate
   end subroutine nearest_crossing
 
-  !> Distance from `u` in direction `way` to the edge of the ranges.
+  !> Distance from `u` to the edge of the ranges in direction `way`.
   pure real(dp) function to_edge(u, way) result(distance)
     real(dp), intent(in) :: u(2), way(2)
     integer :: k

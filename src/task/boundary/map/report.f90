@@ -12,13 +12,13 @@ module gestell_task_boundary_map_report
   public :: curve_lines, curves_over, unsearched_lines, words
 
   character, parameter :: newline = new_line("a")
-  !> Maximum number of curves, values and open places in the report.
+  !> Maximum number of curves, of values and of undecided places in the report.
   integer, parameter, public :: most_listed = 40
   character(len=*), parameter, public :: more_listed = "  ... all in boundary.csv" // newline
 
 contains
 
-  !> Part of a heading with the names of the parameters and the number of curves.
+  !> Part of a heading that states the names of the parameters and the number of curves.
   pure function curves_over(map, paths) result(line)
     type(border_map_type), intent(in) :: map
     character(len=*), intent(in) :: paths(:)
@@ -27,7 +27,7 @@ contains
     line = " over " // trim(paths(1)) // " and " // trim(paths(2)) // ": " // counted(map%curves, "curve")
   end function curves_over
 
-  !> Lines on the curves and on the open places.
+  !> Lines of the report about the curves and the places where a border cannot be excluded.
   pure function curve_lines(map, paths) result(report)
     type(border_map_type), intent(in) :: map
     character(len=*), intent(in) :: paths(:)
@@ -60,8 +60,8 @@ contains
     if (size(map%places) > most_listed) report = report // more_listed
   end function curve_lines
 
-  !> Notes on `thin` meetings of multipliers, whose tongues are narrower than `width` of the range, and on meetings that were not
-  !> searched.
+  !> Notes on meetings of multipliers. Tongues at the `thin` meetings are narrower than `width` (relative to the range); `left_out`
+  !> meetings were not searched.
   pure function unsearched_lines(thin, width, left_out) result(report)
     integer, intent(in) :: thin, left_out
     real(dp), intent(in) :: width
@@ -74,8 +74,8 @@ contains
       & " were not searched; they lie in the open ranges below. Search these ranges separately" // newline
   end function unsearched_lines
 
-  !> List such as ": divergence, flutter": each kind once, in the order along the curve, with the state of the machine unless it is
-  !> stable.
+  !> List such as ": divergence, flutter". It contains each kind once, in the order along the curve, with the state of the machine
+  !> unless that is stable.
   pure function kinds_of(curve) result(list)
     type(border_vertex_type), intent(in) :: curve(:)
     character(len=:), allocatable :: list, kind
@@ -98,7 +98,7 @@ contains
     place = "(" // concise(parameters(1), 6) // ", " // concise(parameters(2), 6) // ")"
   end function place
 
-  !> Kind with blanks instead of underscores.
+  !> Kind of border with blanks instead of underscores.
   pure function words(kind)
     character(len=*), intent(in) :: kind
     character(len=:), allocatable :: words

@@ -17,20 +17,20 @@ module gestell_task_boundary_map_vertex
 
   public :: vertex_of
 
-  !> Upper limit of the tolerance of borders on lines, in u. It keeps narrow tongues visible whatever the allowed deviation of the
-  !> curves is.
+  !> Upper limit of the tolerance of borders on lines, in u. It ensures that narrow tongues are found whatever the allowed deviation
+  !> of the curves is.
   real(dp), parameter, public :: finest_lines = 1.0e-8_dp
 
   !> Point of a border in the plane.
   type, public :: vertex_type
-    !> Coordinates of the point.
+    !> Coordinates u of the point.
     real(dp) :: u(2) = 0
     !> Unit vector along the line on which the vertex was found, pointing into the region.
     real(dp) :: inward(2) = 0
     integer :: kind = 0
-    !> Argument of the multiplier (0 to pi); distance in u within which the border lies on both sides
+    !> `arg`: argument of the multiplier (0 to pi). `error`: the border lies within this distance, in u, on either side
     real(dp) :: arg = 0, error = 0
-    !> Number of the next vertex of the curve, with the region on the left of the connection; 0 if there is none.
+    !> Number of the next vertex of the curve, or 0. The region lies on the left of the connection.
     integer :: next = 0
   end type vertex_type
 
@@ -39,14 +39,15 @@ module gestell_task_boundary_map_vertex
     real(dp) :: u(2) = 0, width(2) = 0
   end type open_spot_type
 
-  !> List of vertices, of which the first `count` are used, and open places.
+  !> List of vertices, and places where a border cannot be excluded.
   type, public :: vertices_type
     integer :: count = 0
+    !> Vertices, of which the first `count` are used.
     type(vertex_type), allocatable :: list(:)
-    !> Open places on the searched lines.
+    !> Places on the searched lines where a border cannot be excluded.
     type(open_spot_type), allocatable :: open(:)
-    !> `thin`: number of undamped places whose tongues are narrower than the lines resolve. `left_out`: number of meetings of
-    !> multipliers that were not searched. `rough`: number of stretches between vertices that could not be refined.
+    !> `thin`: number of undamped meetings whose tongues are narrower than the tolerance of the lines. `left_out`: number of
+    !> meetings of multipliers that were not searched. `rough`: number of connections between vertices that could not be refined.
     integer :: thin = 0, left_out = 0, rough = 0
   contains
     procedure :: add
@@ -54,7 +55,7 @@ module gestell_task_boundary_map_vertex
     procedure :: exchange
   end type vertices_type
 
-  !> Work in which each piece finds vertices.
+  !> Parallel work in which each piece finds vertices.
   type, abstract, extends(work_type), public :: traces_type
     type(vertices_type), allocatable :: found(:)
   contains
@@ -62,11 +63,11 @@ module gestell_task_boundary_map_vertex
   end type traces_type
 
   !> Plane of two parameters with a region, here the unstable machines. An extension defines another region by its own `probe` and
-  !> `search`. `tolerance` is the allowed deviation of the curves from the border, in u.
+  !> `search`. `tolerance` is the allowed deviation, in u, of the curves from the border.
   type, extends(border_options), public :: plane_type
     class(family_type), pointer :: family => null()
     type(axis_type) :: axes(2)
-    !> Kinds of borders, and state of the machine on each.
+    !> `kinds`: kinds of borders. `states`: state of the machine on each kind of border.
     character(len=15), allocatable :: kinds(:), states(:)
   contains
     procedure :: line
@@ -93,7 +94,7 @@ contains
     self%list(self%count) = vertex
   end subroutine add
 
-  !> Adds the borders found along a line, in the order of the line, and the open places on it.
+  !> Adds the borders found along a line, in the order of the line, and the places on it where a border cannot be excluded.
   pure subroutine add_search(self, line, search)
     class(vertices_type), intent(inout) :: self
     type(line_type), intent(in) :: line
@@ -110,7 +111,7 @@ contains
     self%left_out = self%left_out + search%left_out
   end subroutine add_search
 
-  !> Writes all vertices and open places to a record, or reads them from it.
+  !> Writes all vertices and undecided places to a record, or reads them from it.
   subroutine exchange(self, record)
     class(vertices_type), intent(inout) :: self
     type(record_type), intent(inout) :: record
@@ -158,7 +159,8 @@ contains
     precision = share * self%tolerance
   end function precision_of_lines
 
-  !> Finds out if the system at `u` is in the region (`inside`) or does not exist (`missing`). Fails if the parameters are invalid.
+  !> Determines whether the system at `u` is in the region (`inside`), and whether no system exists there or it could not be solved
+  !> (`missing`). Fails if the parameters are invalid.
   subroutine probe(self, u, inside, missing, error)
     class(plane_type), intent(in) :: self
     real(dp), intent(in) :: u(2)
@@ -173,7 +175,7 @@ contains
     missing = system%missing()
   end subroutine probe
 
-  !> Finds all borders along a line from 0 to 1. `nodes`: initial nodes in ascending order from 0 to 1. Fails if the parameters are
+  !> Finds all borders along a line from t = 0 to 1. `nodes`: initial nodes, ascending from 0 to 1. Fails if the parameters are
   !> invalid.
   subroutine search(self, along, nodes, found, error)
     class(plane_type), intent(in) :: self
@@ -190,7 +192,7 @@ contains
     end associate
   end subroutine search
 
-  !> Sets up the line start + t way.
+  !> Sets up the line u(t) = `start` + t `way`.
   subroutine line(self, start, way, along)
     class(plane_type), intent(in) :: self
     real(dp), intent(in) :: start(2), way(2)
