@@ -196,7 +196,7 @@ contains
 
   !> Computes the phase by which each free vibration advances over the period. Conjugate multipliers describe one vibration and
   !> differ in the sign of this phase. The sign of Im(q* M q'), q the eigenvector, decides: it is positive for the multiplier of
-  !> exp(i w t) with w > 0. Two equal real multipliers count once.
+  !> exp(i w t) with w > 0. Real multipliers of one sign come in pairs, of which only one is used.
   subroutine take_turns(frame, arg, log_abs, vectors, point)
     class(frame_type), intent(in) :: frame
     !> Imaginary and real parts of ln(rho) of all multipliers, shapes (states)

@@ -37,8 +37,7 @@ module gestell_study_balance
 
   !> Shaking on rigid ground: of the linkage alone, and of unit counterweights on its bodies.
   type, public :: rigid_ground_type
-    !> Shaking force (kg m) and moment (kg m^2) of the linkage, both divided by -Omega^2; shape (rows, equidistant crank angles from
-    !> 0)
+    !> Shaking force (kg m) and moment (kg m^2) divided by -Omega^2, at equidistant crank angles from 0 on; shape (rows, angles)
     real(dp), allocatable :: found(:, :)
     !> The bodies that can carry counterweights, with their effects
     type(turning_body_type), allocatable :: bodies(:)

@@ -8,18 +8,18 @@ module gestell_study_mode_components
 
   public :: find_components, keep_component
 
-  !> Components with a smaller share of the whole are dropped.
+  !> Components with a smaller share of the total strength are dropped.
   real(dp), parameter :: least_share = 1.0e-3_dp
 
 contains
 
-  !> Finds the components c_m of a mode from p at equidistant phases and sorts them by strength, strongest first. The strength
-  !> |c_m|^2 in the norm of `mass` does not depend on the springs; the strengths add up to the mean square of the motion (Parseval).
-  !> If lambda is real, p has conjugate components; two of them count as one vibration. If the strongest component has less than
-  !> half of the strength, as when a slow crank modulates the frequency, its frequency is replaced by the one nearest to the mean
-  !> over all components of similar shape.
+  !> Finds the components c_m of a mode from p at equidistant phases and sorts them, strongest first. The strength |c_m|^2 is
+  !> measured in the norm of `mass`, so it does not depend on the springs. The strengths add up to the mean square of the motion
+  !> (Parseval). If lambda is real, p has conjugate components; two of them count as one vibration. The strongest component may have
+  !> less than half of the total strength, as when a slow crank modulates the frequency. Then its frequency is replaced by the one
+  !> nearest to the mean over all components of similar shape.
   pure subroutine find_components(p, turn, period, mass, mode)
-    !> Positions without growth, shape (samples, f)
+    !> The positions of p, that is without growth; shape (samples, f)
     complex(dp), intent(in) :: p(:, :)
     !> `turn`: Im lambda (rad/s). `period`: the period (s). `mass`: the mean mass matrix, shape (f, f)
     real(dp), intent(in) :: turn, period, mass(:, :)
@@ -60,7 +60,7 @@ contains
 
   contains
 
-    !> Order of the component at an index of the transform.
+    !> Order of the harmonic at index `at` of the Fourier transform.
     pure integer function order(at)
       integer, intent(in) :: at
 

@@ -15,10 +15,11 @@ module gestell_study_mode_motion
 
   public :: solve_motions
 
-  !> The free vibrations of all n multipliers.
+  !> The free vibrations that belong to the n multipliers.
   type, public :: motions_type
-    !> lambda (1/s), its imaginary part up to multiples of 2 pi / T, and the bound on the relative error of rho; shapes (n)
+    !> The exponents lambda (1/s), whose imaginary parts are known up to multiples of 2 pi / T; shape (n)
     complex(dp), allocatable :: exponent(:)
+    !> Bounds on the relative errors of the multipliers rho; shape (n)
     real(dp), allocatable :: error(:)
     !> Positions of p(t) at t / T = k / samples, k = 0, 1, ...; shape (samples, n / 2, n). `samples` is a power of two
     complex(dp), allocatable :: positions(:, :, :)
@@ -26,14 +27,14 @@ module gestell_study_mode_motion
 
   !> Largest phase advance within the period (rad) for which free vibrations are computed.
   real(dp), parameter :: most_turns = 1.0e5_dp
-  !> Number of maps held at a time.
+  !> Number of maps over integration steps that are computed at a time.
   integer, parameter :: block_length = 64
 
 contains
 
-  !> Computes all free vibrations from the factors of the monodromy matrix and the eigenvectors at the ends of the factors.
-  !> So no vibration is lost beside a larger one, and none underflows or overflows.
-  !> Fails as `solve_factored` does, or if the vibrations are too fast against the period.
+  !> Computes all free vibrations from the factors of the monodromy matrix and the eigenvectors at the ends of the factors. In this
+  !> way a small vibration keeps its digits next to a larger one, and none underflows or overflows. Fails as `solve_factored` does,
+  !> or if the vibrations are too fast for the period.
   subroutine solve_motions(system, accuracy, motions, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -62,7 +63,7 @@ contains
     motions%exponent = motions%exponent / system%period
   end subroutine solve_motions
 
-  !> Computes p at equidistant phases; within each segment it starts from the eigenvectors at the start of the segment.
+  !> Computes p at equidistant phases. Within each segment the integration starts from the eigenvectors at the start of the segment.
   subroutine follow_vectors(system, factored, motions, error)
     class(periodic_system), intent(in) :: system
     type(factored_type), intent(in) :: factored

@@ -1,4 +1,5 @@
-!> Assigns multipliers to modes. A multiplier leaves multiples of the crank speed open; its mode determines them.
+!> Assigns multipliers to modes. A multiplier determines a frequency only up to multiples of the crank speed; its mode determines
+!> the frequency itself.
 module gestell_study_mode_naming
   use gestell_base_kinds, only: dp
   use gestell_floquet_multipliers, only: multipliers_type
@@ -8,13 +9,13 @@ module gestell_study_mode_naming
 
   public :: modes_of_multipliers
 
-  !> Difference, relative to the crank speed, up to which two exponents are equal apart from their errors.
+  !> Two exponents are equal if their distance exceeds their errors by less than this fraction of the crank speed.
   real(dp), parameter :: alike = 1.0e-6_dp
 
 contains
 
-  !> For each multiplier the index of the mode with its exponent; 0 if no mode has it within the errors. Best matches are
-  !> assigned first, at most two multipliers to a mode. `speed`: of the crank (rad/s).
+  !> For each multiplier the index of the mode that has the same exponent within the errors; 0 if there is none. Best matches are
+  !> assigned first, at most two multipliers to a mode. `speed`: speed of the crank (rad/s).
   pure function modes_of_multipliers(multipliers, modes, speed) result(mode)
     type(multipliers_type), intent(in) :: multipliers
     type(mode_type), intent(in) :: modes(:)

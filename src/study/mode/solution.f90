@@ -21,8 +21,8 @@ module gestell_study_mode_solution
 contains
 
   !> Computes the modes of `system`, one for each degree of freedom, in ascending order of frequency. Uncoupled parts are solved
-  !> separately. Modes that cannot be identified, and all modes of a part without a solution, are not `identified` and come last.
-  !> Fails if the system or the accuracy is invalid, or if the system has more than `most_dofs` degrees of freedom.
+  !> separately. Modes that cannot be identified, and all modes of a part without a solution, come last; their `identified` is
+  !> false. Fails if the system or the accuracy is invalid, or if the system has more than `most_dofs` degrees of freedom.
   subroutine solve_modes(system, accuracy, modes, mass, error)
     !> A system of f degrees of freedom
     class(second_order_system), intent(in) :: system
@@ -100,8 +100,8 @@ contains
     mean = sum(m, dim=1) / samples
   end function mean_mass
 
-  !> Computes modes from the eigenvalues of constant matrices. Their imaginary parts are the frequencies, without multiples of
-  !> Omega.
+  !> Computes modes from the eigenvalues of constant matrices. The imaginary parts of the eigenvalues are the frequencies
+  !> themselves, not only up to multiples of Omega.
   subroutine constant_modes(system, mass, modes)
     type(averaged_system), intent(in) :: system
     real(dp), intent(in) :: mass(:, :)
@@ -153,8 +153,8 @@ contains
     call pair(motions%exponent, error, system%period, mass, single, modes)
   end subroutine periodic_modes
 
-  !> Removes rounding errors from real exponents. An exponent is its own partner if it is nearer to its own conjugate, up to
-  !> multiples of i 2 pi / T, than to any other. Its imaginary part is rounded to a multiple of pi / T.
+  !> Removes rounding errors from real exponents. An exponent is real if no other exponent is nearer to its conjugate, up to
+  !> multiples of i 2 pi / T. Its imaginary part is then rounded to a multiple of pi / T.
   pure subroutine settle(period, z)
     real(dp), intent(in) :: period
     complex(dp), intent(inout) :: z(:)
@@ -170,7 +170,8 @@ contains
     end do
   end subroutine settle
 
-  !> Index of the unpaired exponent nearest to the conjugate of the i-th, up to multiples of i 2 pi / T (none if `period` is 0).
+  !> Index of the unpaired exponent nearest to the conjugate of the i-th exponent. Multiples of i 2 pi / T are ignored, unless
+  !> `period` is 0.
   pure integer function partner_of(z, period, paired, i) result(partner)
     complex(dp), intent(in) :: z(:)
     real(dp), intent(in) :: period
@@ -184,8 +185,8 @@ contains
     partner = minloc(abs(difference), dim=1, mask=.not. paired)
   end function partner_of
 
-  !> Pairs exponents into modes: conjugate exponents first, then real exponents of similar sign, shape and frequency, best match
-  !> first.
+  !> Pairs exponents into modes, conjugate exponents first. Then real exponents are paired, best match first, if their multipliers
+  !> have the same sign and their shapes and frequencies are similar.
   subroutine pair(z, error, period, mass, single, modes)
     complex(dp), intent(in) :: z(:)
     real(dp), intent(in) :: error(:), period, mass(:, :)
@@ -229,7 +230,7 @@ contains
 
   contains
 
-    !> Similarity of two real exponents: similar shapes and frequencies, and multipliers of equal sign.
+    !> Similarity of two real exponents: large for similar shapes and frequencies and for multipliers of equal sign.
     pure real(dp) function likeness(i, k)
       integer, intent(in) :: i, k
       real(dp), parameter :: other_sign = 10
@@ -240,7 +241,7 @@ contains
         & - aimag(z(i) - z(k)) * period / (2 * pi))
     end function likeness
 
-    !> The mode of two exponents; frequency and shape are those of the exponent that grows more.
+    !> The mode of two exponents. Its frequency and shape are those of the exponent with the larger growth rate.
     pure type(mode_type) function merge_pair(i, k) result(mode)
       integer, intent(in) :: i, k
 

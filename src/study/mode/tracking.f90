@@ -7,23 +7,23 @@ module gestell_study_mode_tracking
 
   public :: track
 
-  !> `alike`: two modes with a larger likeness are accepted as the same mode. `apart`: the second-best assignment must stay below
-  !> this part of the best one.
+  !> `alike`: modes at two speeds are the same if their likeness is larger. `apart`: the second-best assignment must be below this
+  !> fraction of the best one.
   real(dp), parameter :: alike = 0.8_dp, apart = 0.7_dp
 
 contains
 
-  !> Sorts `modes` into the order of `last`. The principal component of each mode becomes the one most similar in shape and
-  !> frequency to the principal component in `last`. A mode that is not identified gets a remaining place.
+  !> Sorts `modes` into the order of `last`. As principal component each mode gets the component most similar in shape and frequency
+  !> to the principal component of its predecessor in `last`. A mode that is not identified gets a remaining place.
   pure subroutine track(last, mass, base, modes, like, unambiguous)
-    !> Modes at the last speed, in order
+    !> Modes at the previous speed, in their order
     type(mode_type), intent(in) :: last(:)
-    !> The mean mass matrix, shape (f, f), and 2 pi / T (rad/s)
+    !> `mass`: the mean mass matrix, shape (f, f). `base`: 2 pi / T (rad/s)
     real(dp), intent(in) :: mass(:, :), base
     !> Modes at the new speed
     type(mode_type), intent(inout) :: modes(:)
-    !> `like`: every mode is similar to its predecessor, so no smaller step is needed; `unambiguous`: no other assignment is
-    !> nearly as good either, as happens where modes mix
+    !> `like`: true if every mode is similar to its predecessor, so no smaller step is needed. `unambiguous`: true if also no other
+    !> assignment is nearly as good, as there may be where modes mix
     logical, intent(out) :: like, unambiguous
     type(mode_type) :: ordered(size(modes))
     real(dp) :: likeness(size(last), size(modes)), best, second, least
@@ -49,9 +49,9 @@ contains
     modes = ordered
   end subroutine track
 
-  !> Finds the assignment of modes to the last modes with the largest product of likenesses (`order`, `best`), and the
-  !> second-largest product. The modes before `from` are assigned in `trial`; `total` is the product of their likenesses. Likenesses
-  !> are at most 1, so branches whose product falls to the second-best are cut.
+  !> Finds the assignment of modes to the previous modes with the largest product of likenesses (`order`, `best`), and the
+  !> second-largest product (`second`). The modes before `from` are assigned in `trial`; `total` is the product of their likenesses.
+  !> Likenesses are at most 1, so an incomplete assignment is abandoned if its product is not above the second-largest.
   pure recursive subroutine assign(likeness, from, total, trial, order, best, second)
     real(dp), intent(in) :: likeness(:, :), total
     integer, intent(in) :: from
@@ -73,7 +73,7 @@ contains
     end do
   end subroutine assign
 
-  !> Computes the likeness of a mode to the last one, from 0 to 1, by its best component.
+  !> Computes the likeness of a mode to a mode at the previous speed, from 0 to 1, and the index of its most similar component.
   pure subroutine compare(last, mode, mass, base, likeness, component)
     type(mode_type), intent(in) :: last, mode
     real(dp), intent(in) :: mass(:, :), base

@@ -10,24 +10,25 @@ module gestell_study_mode_type
   !> `most_dofs`: maximum number of degrees of freedom. `most_components`: maximum number of components that are kept.
   integer, parameter, public :: most_dofs = 6, most_components = 8
 
-  !> One mode: the motion of a conjugate pair of multipliers, or of two real multipliers that belong together.
+  !> A mode: the motion of a conjugate pair of multipliers, or of two real multipliers that form a pair.
   !>
   !>     q(t) = Re sum_m c_m exp((growth + i w_m) t),   w_m = Im lambda + m 2 pi / T
   type, public :: mode_type
-    !> True if the mode is known. A multiplier may be lost in rounding; then the other components are NaN or empty
+    !> False if the multiplier is lost in rounding. Then frequency, damping ratio and share are NaN
     logical :: identified = .false.
     !> True for two real multipliers: the mode is locked to a multiple of half the crank speed, or does not oscillate
     logical :: real_pair = .false.
-    !> True if the mode is proved to neither grow nor decay
+    !> True if the mode is proved neither to grow nor to decay
     logical :: neutral = .false.
     !> Growth rates of the multiplier with the larger modulus and of the other multiplier (1/s)
     real(dp) :: growth = 0, partner_growth = 0
     !> Bound on the errors of the growth rate (1/s) and the frequency (rad/s)
     real(dp) :: error = 0
-    !> The strongest components, strongest first: frequencies (rad/s, not negative), shares of |p|^2 in the norm of the mean mass
-    !> matrix, and shapes of the positions, unit vectors in this norm, shape (degrees of freedom, components)
+    !> Number of components that are kept, the strongest first
     integer :: components = 0
+    !> Frequencies of the components (rad/s, not negative), and their shares of |p|^2 in the norm of the mean mass matrix
     real(dp) :: frequencies(most_components) = 0, shares(most_components) = 0
+    !> Shapes of the components in the positions, unit vectors in this norm; shape (degrees of freedom, components)
     complex(dp) :: shapes(most_dofs, most_components) = 0
     !> Index of the component whose frequency is the frequency of the mode
     integer :: principal = 1
@@ -82,8 +83,8 @@ contains
     if (abs(self%growth) > 0) damping_ratio = -self%growth / hypot(self%growth, self%frequency())
   end function damping_ratio
 
-  !> The modal assurance criterion |a* M b|^2 / (a* M a) (b* M b): 1 for equal shapes, 0 for orthogonal shapes. Elements of a
-  !> and b beyond the size of M are ignored (doc/theory.md, equation 79).
+  !> The modal assurance criterion |a* M b|^2 / ((a* M a) (b* M b)): 1 for equal shapes, 0 for orthogonal shapes. Elements of a and
+  !> b beyond the size of M are ignored (doc/theory.md, equation 79).
   pure real(dp) function assurance(a, b, mass)
     complex(dp), intent(in) :: a(:), b(:)
     real(dp), intent(in) :: mass(:, :)

@@ -24,36 +24,38 @@ module gestell_study_vibration_analysis
 
   !> Results requested from `analyse`.
   type, public :: analysis_options
-    !> `stability`: multipliers and verdict. `modes`: eigenvectors too. `response`: the periodic vibration
+    !> `stability`: multipliers and verdict. `modes`: also the eigenvectors. `response`: the periodic vibration
     logical :: stability = .true., modes = .false., response = .true.
     !> `points`: number of intervals of the history over one period. `harmonics`: minimum number of harmonics
     integer :: points = 360, harmonics = 20
     !> True if M, B, C are averaged over the turn
     logical :: averaged = .false.
-    !> The frame's model (gestell_study_frame_model)
+    !> Model of the frame (gestell_study_frame_model)
     character(len=11) :: model = "exact"
     !> True if all vibrations of the exact frame are sought, not only the reported one
     logical :: all_vibrations = .false.
-    !> Rows of the motion that are kept, 0: none (gestell_model_quantity); forces, probes and power need them
+    !> Number of rows of the motion to compute (gestell_model_quantity), 0: none. Forces, probes and power need these rows
     integer :: rows = 0
-    !> True if the verdict is requested even without the other results
+    !> True if a verdict is requested even if nothing else is
     logical :: verdict = .false.
   contains
     procedure :: vibration
     procedure :: judged
   end type analysis_options
 
-  !> Requested results; others stay unallocated. Every vibration comes with its multipliers, because its stability belongs to it.
+  !> Results of `analyse`; results that were not requested stay unallocated. A vibration always comes with its multipliers, because
+  !> they decide its stability.
   type, public :: analysis_type
     type(floquet_type) :: floquet
     type(multipliers_type), allocatable :: multipliers
-    !> The frame by its model, and the way in which an exact vibration was found
+    !> The frame, settled on its model
     class(frame_type), allocatable :: frame
+    !> How the exact vibration was found
     type(newton_type) :: newton
-    !> The exact vibrations that were found, smallest first, if there are several or if they were sought
+    !> All known vibrations of the exact frame, smallest first; allocated if there are several, or if all were sought
     type(several_type), allocatable :: several(:)
     type(vibration_type), allocatable :: vibration
-    !> If a resonance costs the vibration a digit or more: the multiplier, and its mode after `find_modes`
+    !> The multiplier nearest to 1, if this resonance costs the vibration a digit or more; `find_modes` adds its mode
     type(resonance_type), allocatable :: resonance
     !> The modes of the vibration, set by `find_modes`; empty if they cannot be computed
     type(mode_type), allocatable :: modes(:)
@@ -83,7 +85,7 @@ contains
   !> Computes the verdict and the vibration of a frame. Fails if the frame or the options are invalid, or if a part of the solution
   !> fails. If only the vibration fails, the multipliers are kept, and the message names the resonance.
   subroutine analyse(frame, options, accuracy, analysis, error)
-    !> The frame, not yet settled by a model
+    !> The frame, before it is settled on a model
     class(frame_type), intent(in) :: frame
     type(analysis_options), intent(in) :: options
     type(accuracy_type), intent(in) :: accuracy
@@ -93,7 +95,7 @@ contains
     type(averaged_system), target :: model
     class(periodic_system), pointer :: system
     type(multipliers_type) :: multipliers
-    !> Not allocated if no rows are kept
+    !> Unallocated if no rows are requested; passed on, it then counts as an absent argument
     integer, allocatable :: rows
     logical :: blamed
 
@@ -129,7 +131,8 @@ contains
     end if
   end subroutine analyse
 
-  !> Lists the vibrations found besides the reported one, and searches for more if requested. Fails as `list_vibrations` does.
+  !> Lists all vibrations if more than the reported one are known, and searches for further ones if requested. Fails as
+  !> `list_vibrations` does.
   subroutine take_several(frame, options, accuracy, analysis, error)
     class(frame_type), intent(in) :: frame
     type(analysis_options), intent(in) :: options
@@ -154,10 +157,11 @@ contains
     call list_vibrations(list, accuracy, options%points, options%harmonics, analysis%several, error)
   end subroutine take_several
 
-  !> Computes the modes of the vibration, and sets the mode of a resonance.
+  !> Computes the modes of the vibration. If there is a resonance, also sets its mode.
   subroutine find_modes(frame, averaged, accuracy, analysis)
-    !> The frame, and whether its averaged model was analysed
+    !> The frame that was analysed
     class(frame_type), intent(in) :: frame
+    !> True if its averaged model was analysed
     logical, intent(in) :: averaged
     type(accuracy_type), intent(in) :: accuracy
     !> The analysis of the frame; receives the modes
@@ -179,7 +183,7 @@ contains
     if (allocated(error)) deallocate(analysis%resonance)
   end subroutine find_modes
 
-  !> Adds the reason of a missing vibration to the message: a direction that is not held, a resonance about rest, or advice.
+  !> Adds to the message why there is no vibration: a direction that is not held, a resonance about rest, or advice what to try.
   subroutine explain_at_rest(frame, accuracy, failure)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
@@ -207,7 +211,7 @@ contains
     call explain(frame, accuracy, at_rest, failure)
   end subroutine explain_at_rest
 
-  !> Replaces the message of `failure` if the mounting leaves the frame free in some direction; then `blamed` is true.
+  !> If the mounting leaves the frame free in some direction, replaces the message of `failure` and sets `blamed`.
   subroutine blame_the_mounting(frame, failure, blamed)
     class(frame_type), intent(in) :: frame
     type(error_type), intent(inout) :: failure

@@ -11,16 +11,18 @@ module gestell_study_vibration_held
 
   public :: unheld
 
-  !> `rounding`: a stiffness below this part of the largest counts as zero. `small_part`: elements of a motion below this part of
-  !> the largest are dropped.
+  !> `rounding`: a stiffness below this fraction of the largest counts as zero. `small_part`: elements of a motion below this
+  !> fraction of the largest are dropped.
   real(dp), parameter :: rounding = 1.0e-13_dp, small_part = 1.0e-6_dp
 
-  !> Longer than any sentence here. Texts of varying length are avoided: gfortran stores their length where threads share it.
+  !> Length of the sentences, enough for all of them. It is fixed, because gfortran keeps the length of a text of variable length in
+  !> memory that threads share.
   integer, parameter :: sentence_length = 160
 
 contains
 
-  !> Sentence that names the directions in which nothing holds the frame about rest; empty if it is held in all directions.
+  !> Sentence that names the directions in which the mounting does not hold the frame, about rest; empty if it holds in all
+  !> directions.
   function unheld(frame) result(sentence)
     class(frame_type), intent(in) :: frame
     character(len=sentence_length) :: sentence

@@ -26,8 +26,8 @@ module gestell_study_vibration_motion
 
 contains
 
-  !> Number of rows of the motion of `frame` down to `last`: velocities, accelerations or guide_forces.
-  !> The motion of the exact frame always has all its rows.
+  !> Number of rows of the motion of `frame` up to the group `last`: `velocities`, `accelerations` or `guide_forces`. The motion of
+  !> the exact frame always has all its rows.
   pure integer function motion_rows(frame, last)
     class(frame_type), intent(in) :: frame
     integer, intent(in) :: last
@@ -47,7 +47,7 @@ contains
     real(dp), contiguous, intent(in) :: phases(:)
     !> States, shape (states, phases)
     real(dp), intent(in) :: x(:, :)
-    !> Last rows that are needed (see `motion_rows`)
+    !> Last group of rows that is needed (see `motion_rows`)
     integer, intent(in) :: last
     !> The motion, shape (rows, phases)
     real(dp), allocatable, intent(out) :: motion(:, :)
@@ -66,8 +66,8 @@ contains
     if (size(motion, 1) >= rows_of(dofs, guide_forces)) call complete_motion(frame, system, phases, motion)
   end subroutine whole_motion
 
-  !> Computes the rows beyond the accelerations: forces of the guides and rows of the exact frame. The positions, velocities and
-  !> accelerations in `motion`, shape (rows, phases), need not be a solution.
+  !> Computes the rows after the accelerations: forces of the guides and rows of the exact frame. The positions, velocities and
+  !> accelerations in `motion`, shape (rows, phases), need not satisfy the equations of motion.
   subroutine complete_motion(frame, system, phases, motion)
     class(frame_type), intent(in) :: frame
     class(periodic_system), intent(in) :: system
@@ -89,9 +89,9 @@ contains
     end do
   end subroutine complete_motion
 
-  !> Moves the guides' moments of the exact frame to F at rest; the guides' forces act at F as it moves. In space the moments rho
-  !> along the coordinates theta become moments T^-1 rho along axes fixed in space: with w = T theta' in the frame's axes, rho = T^T
-  !> R^T M and R = T^T T^-1, where T and T^T commute.
+  !> Refers the moments of the guides to F at rest. In the exact frame the forces of the guides act at F as it moves. In space the
+  !> guides exert generalised moments rho along the rotation coordinates theta. The moments along axes fixed in space are M = T^-1
+  !> rho. The reason: with w = T theta' in the frame's axes, rho = T^T R^T M and R = T^T T^-1, where T and T^T commute.
   pure subroutine move_moments(frame, motion)
     class(frame_type), intent(in) :: frame
     real(dp), intent(inout) :: motion(:, :)
@@ -116,8 +116,8 @@ contains
     end do
   end subroutine move_moments
 
-  !> Computes the rows that only the exact frame has: the parts of its rotation, of the moments and of the forces of supports beyond
-  !> the linear terms. `less_one` computes cos psi - 1: the difference itself loses the digits of a small rotation.
+  !> Computes the rows that only the exact frame has: its rotation, moments and forces of supports beyond the linear terms. cos psi
+  !> - 1 is computed by `less_one`, because the plain difference loses the digits of a small rotation.
   subroutine add_turned(frame, x, motion)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: x(:, :)
@@ -176,7 +176,7 @@ contains
     end do
   end subroutine add_accelerations
 
-  !> Returns the frame with all degrees of freedom free, averaged if `system` is.
+  !> Returns the frame with all degrees of freedom free, as an averaged model if `system` is averaged.
   subroutine free_all(frame, system, whole)
     class(frame_type), intent(in) :: frame
     class(periodic_system), intent(in) :: system
@@ -203,8 +203,8 @@ contains
     end select
   end subroutine free_all
 
-  !> Computes the forces of the guides: the residual of the equations of motion of the blocked degrees of freedom. `whole` has all
-  !> degrees of freedom free.
+  !> Computes the forces of the guides: the residuals of the equations of motion of the blocked degrees of freedom. In `whole` all
+  !> degrees of freedom are free.
   subroutine add_guides(frame, whole, phases, motion)
     class(frame_type), intent(in) :: frame
     class(second_order_system), intent(in) :: whole
@@ -225,15 +225,17 @@ contains
     end do
   end subroutine add_guides
 
-  !> Bounds the errors of the rows of the motion that errors of the states cause.
+  !> Bounds the errors of the rows of the motion that result from errors of the states.
   subroutine motion_errors(frame, system, phases, states, parts, motion, errors)
-    !> The frame or its averaged model
+    !> The frame whose motion was computed
     class(frame_type), intent(in) :: frame
+    !> The frame or its averaged model; the states are a solution of this system
     class(periodic_system), intent(in) :: system
-    !> `states`: errors of the states, shape (states). `parts`: relative error of the load as it moves the frame, and relative
-    !> rounding error of the load's terms in the guides' forces, where they may cancel. `motion`: the rows at the phases, shape
-    !> (rows, phases)
+    !> Phases at which the errors are evaluated
     real(dp), contiguous, intent(in) :: phases(:)
+    !> `states`: errors of the states, shape (states). `parts`: relative error of the load that moves the frame, and relative
+    !> rounding error of the load's terms in the guides' forces, where terms may cancel. `motion`: rows at the phases, shape (rows,
+    !> phases)
     real(dp), intent(in) :: states(:), parts(2), motion(:, :)
     !> Errors of the rows, shape (rows)
     real(dp), intent(out) :: errors(:)
@@ -273,8 +275,8 @@ contains
     if (size(errors) > rows_of(n, guide_forces)) call add_moment_errors(frame, maxval(abs(motion(:4 * n, :)), dim=2), errors)
   end subroutine motion_errors
 
-  !> Adds to the errors of the guides' moments those that `move_moments` causes. `large`: maxima of the rows, shape (rows).
-  !> u x r changes by du x r + u x dr, and T^-1 rho by about theta x rho/2.
+  !> Adds the errors that `move_moments` causes to the errors of the guides' moments. `large`: maxima of the rows, shape (rows). The
+  !> product u x r changes by du x r + u x dr. T^-1 rho differs from rho by about theta x rho/2.
   pure subroutine add_moment_errors(frame, large, errors)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: large(:)
@@ -295,8 +297,9 @@ contains
       & + sum(large(turns)) * sum(errors(first + turns))
   end subroutine add_moment_errors
 
-  !> Computes the errors of the rows that only the exact frame has: |ds| <= |dpsi|, |dc| <= |dpsi| and so on, as psi is at most
-  !> about 1; in space the sum over all rotations. Errors of moments and supports follow from the linear terms.
+  !> Computes the errors of the rows that only the exact frame has. For s = sin psi - psi and c = cos psi - 1 they are at most
+  !> |dpsi|, because psi is at most about 1; the derivatives are bounded alike. In space the errors of all rotations are added.
+  !> Errors of moments and supports follow from the linear terms.
   subroutine add_turned_errors(frame, errors)
     class(frame_type), intent(in) :: frame
     real(dp), intent(inout) :: errors(:)

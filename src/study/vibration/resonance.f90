@@ -1,4 +1,4 @@
-!> Finds the free vibration that is close to an order of the crank: the multiplier nearest to 1, and its mode.
+!> Finds the free vibration whose frequency is close to an order of the crank: the multiplier nearest to 1, and its mode.
 module gestell_study_vibration_resonance
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -14,21 +14,23 @@ module gestell_study_vibration_resonance
 
   !> A multiplier near 1, and the natural frequency of its mode.
   type, public :: resonance_type
-    !> Index of the multiplier, and |1 - rho|
+    !> Index of the multiplier
     integer :: multiplier = 0
+    !> Distance of the multiplier from 1, |1 - rho|
     real(dp) :: distance = 0
-    !> `frequency`: natural frequency of the mode (rad/s), 0 if the motion does not oscillate. `ratio`: its ratio to 2 pi / T.
-    !> `order`: the nearest multiple
+    !> `frequency`: natural frequency of the mode (rad/s), 0 if the motion does not oscillate. `ratio`: this frequency divided by 2
+    !> pi / T
     real(dp) :: frequency = 0, ratio = 0
+    !> The integer nearest to `ratio`
     integer :: order = 0
-    !> Turns of the drive in the period: `ratio` and `order` divided by `turns` are multiples of the drive speed
+    !> Number of turns of the drive in the period. `ratio` and `order` divided by this number are multiples of the drive speed
     integer :: turns = 1
   contains
     procedure :: loose
     procedure :: near
   end type resonance_type
 
-  !> A frequency is near an order if it is closer than both of these distances: relative to the order, and absolute in orders.
+  !> A frequency is near an order if its distance, in orders, is below `near_order` times the order and below `near_spacing`.
   real(dp), parameter :: near_order = 0.05_dp, near_spacing = 0.125_dp
 
 contains
@@ -41,14 +43,14 @@ contains
     resonance%distance = abs(1 - multipliers%rho(resonance%multiplier))
   end function find_nearest
 
-  !> Sets the frequency to that of the mode to which the multiplier belongs. If this mode is unknown, the natural frequency about
-  !> rest that fits the argument of the multiplier best is taken. Fails if there are no natural frequencies about rest.
+  !> Sets the frequency to that of the multiplier's mode. If this mode is unknown, the natural frequency about rest that best fits
+  !> the argument of the multiplier is used. Fails if there are no natural frequencies about rest.
   subroutine name_resonance(resonance, frame, multipliers, modes, error)
     !> Multiplier found by `find_nearest`; receives frequency, ratio, order and turns
     type(resonance_type), intent(inout) :: resonance
     class(frame_type), intent(in) :: frame
     type(multipliers_type), intent(in) :: multipliers
-    !> The modes of the same vibration
+    !> Modes of the vibration to which the multiplier belongs
     type(mode_type), intent(in) :: modes(:)
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: frequencies(:), ratios(:)
@@ -85,7 +87,7 @@ contains
     near = is_near(self%ratio, self%order)
   end function near
 
-  !> True if `ratio`, a frequency over a speed, is near the multiple `order`.
+  !> True if `ratio`, a frequency divided by a speed, is near the multiple `order`.
   elemental logical function is_near(ratio, order)
     real(dp), intent(in) :: ratio
     integer, intent(in) :: order

@@ -1,9 +1,10 @@
 !> Finds several periodic vibrations of one machine at one speed.
 !>
-!> The path over the speed is followed both ways from every known vibration, and the path over the excitation from rest. Each
-!> crossing of the machine's own speed or excitation is a vibration. The index of a vibration, the sign of det(E - Phi), is -1 if
-!> the number of real multipliers above 1 is odd, as between two turning points, otherwise 1. At rest there is one vibration, of
-!> index 1. Vibrations appear and vanish in pairs of opposite index, so the indices add up to 1 (doc/theory.md, "The vibration").
+!> Paths of vibrations are followed in both directions: over the speed from every known vibration, and over the excitation from
+!> rest. Where a path crosses the machine's own speed or excitation there is a vibration. The index of a vibration is the sign of
+!> det(E - Phi): -1 if the number of real multipliers above 1 is odd, as between two turning points, otherwise 1. At rest there is
+!> one vibration, of index 1. Vibrations appear and vanish in pairs of opposite index, so the indices add up to 1 (doc/theory.md,
+!> "The vibration").
 module gestell_study_vibration_several
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -28,28 +29,27 @@ module gestell_study_vibration_several
     !> True for the vibration that the rest of the report describes
     logical :: told = .false.
     type(multipliers_type) :: multipliers
-    !> Maxima of the degrees of freedom over the turn (m, rad), bounds on their errors, and rms values; shapes (dofs), in the
-    !> frame's order
+    !> Maxima of the degrees of freedom over the turn (m, rad), bounds on their errors, and rms values; shapes (dofs)
     real(dp), allocatable :: peak(:), peak_error(:), rms(:)
   contains
     procedure :: vibration_index
   end type several_type
 
-  !> `furthest_speed`: maximum distance of a path from the machine's own speed, relative to it. `furthest_excitation`: excitation at
-  !> which the path from rest ends.
+  !> `furthest_speed`: maximum distance of a path from the machine's own speed, relative to this speed. `furthest_excitation`: the
+  !> path from rest ends at this multiple of the machine's own excitation.
   real(dp), parameter :: furthest_speed = 0.1_dp, furthest_excitation = 3
   !> `short_arc`: first arc length. `long_arc`: maximum arc length, short enough not to jump from one vibration to another.
   real(dp), parameter :: short_arc = 0.02_dp, long_arc = 0.2_dp
   !> `most_points`: maximum number of points of a path. `most_systems`: maximum number of linear systems solved for a path.
   integer, parameter :: most_points = 200, most_systems = 500
-  !> Motions whose relative difference is smaller are equal.
+  !> Two motions are equal if their relative difference is smaller.
   real(dp), parameter :: alike = 1.0e-6_dp
   !> Maximum number of vibrations that are listed.
   integer, parameter :: most_vibrations = 20
 
 contains
 
-  !> Adds to `list`, vibrations of `frame`, the vibrations on paths from them and from rest.
+  !> Extends `list`, known vibrations of `frame`, by the vibrations on paths that start from these and from rest.
   subroutine search_vibrations(frame, accuracy, list)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
@@ -74,8 +74,9 @@ contains
     end do
   end subroutine search_vibrations
 
-  !> Follows a path from the motion q at lambda = 0 and adds to `list` the vibrations at lambda = `home`. The path ends if it is
-  !> farther than `furthest` from 0, reaches a known vibration over the speed, is lost, or has used up its points or linear systems.
+  !> Follows a path from the motion q at lambda = 0 and adds the vibrations at lambda = `home` to `list`. The path ends if
+  !> abs(lambda) exceeds `furthest`, if a path over the speed reaches a known vibration, if Newton's method fails, if the frame
+  !> rotates too far, or if the points or linear systems are used up.
   subroutine walk(frame, start, q, home, furthest, way, list)
     class(frame_type), intent(in) :: frame
     class(path_family_type), intent(in) :: start
@@ -115,8 +116,8 @@ contains
     end do
   end subroutine walk
 
-  !> True if a path passes lambda = `home` twice on the arc between two points on the same side of it, by the cubic through lambda
-  !> and its slopes.
+  !> True if a path crosses lambda = `home` twice between two points on the same side of `home`. Between the points lambda is
+  !> approximated by the cubic through its values and slopes.
   pure logical function hides_turn(at, next, arc, home)
     type(point_type), intent(in) :: at, next
     real(dp), intent(in) :: arc, home
@@ -132,7 +133,7 @@ contains
     end do
   end function hides_turn
 
-  !> Adds the vibration at lambda = `home` between two points of a path to `list`, or sets `known` if it is there already.
+  !> Adds the vibration at lambda = `home` between two points of a path to `list`, or sets `known` if `list` already contains it.
   !> `arc`: length from the first point to the second.
   subroutine add_crossing(frame, family, from, to, arc, home, list, known)
     class(frame_type), intent(in) :: frame
@@ -141,7 +142,8 @@ contains
     real(dp), intent(in) :: arc, home
     type(varied_frame_type), allocatable, intent(inout) :: list(:)
     logical, intent(inout) :: known
-    !> Number of secant steps toward lambda = `home`, so that Newton's method does not converge to a neighbour.
+    !> Number of secant steps toward lambda = `home`. They bring the start so close that Newton's method does not find another
+    !> vibration.
     integer, parameter :: secants = 2
     real(dp), parameter :: least_tolerance = 1.0e-12_dp
     type(varied_frame_type) :: found
@@ -204,12 +206,13 @@ contains
     same = size_of(q - r) <= alike * size_of(q)
   end function same
 
-  !> Solves each vibration of `list` and sorts them, smallest first. Fails as `solve_floquet` and `solve_vibration` do.
+  !> Computes multipliers and peaks of each vibration of `list` and sorts the vibrations, smallest first. Fails as `solve_floquet`
+  !> and `solve_vibration` do.
   subroutine list_vibrations(list, accuracy, points, harmonics, several, error)
     !> The vibrations; the first is the one that the rest of the report describes
     type(varied_frame_type), intent(in) :: list(:)
     type(accuracy_type), intent(in) :: accuracy
-    !> Number of intervals of the history; minimum number of harmonics
+    !> Number of intervals of the history, and minimum number of harmonics
     integer, intent(in) :: points, harmonics
     type(several_type), allocatable, intent(out) :: several(:)
     type(error_type), allocatable, intent(out) :: error

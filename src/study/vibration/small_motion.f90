@@ -9,14 +9,16 @@ module gestell_study_vibration_small_motion
 
   !> Largest rotation (rad) that counts as small: the cosine of a larger angle differs from 1 by more than half a per cent.
   real(dp), parameter, public :: small_turn = 0.1_dp
-  !> Largest displacement of F that counts as small, relative to the machine's size. Larger ones move the points where springs act.
+  !> Largest displacement of F that counts as small, relative to the machine's size. Larger displacements noticeably move the points
+  !> at which springs act.
   real(dp), parameter, public :: small_part = 0.1_dp
-  !> Motions larger than the limits by this factor are large even for the exact frame, because its springs and dampers stay linear.
+  !> Beyond this multiple of the limits a motion is too large even for the exact frame, because its springs and dampers stay linear.
   real(dp), parameter :: great = 5
 
-  !> Extent of the frame's motion. `displacement`: maximum of xi, eta and zeta (m). `turn`: maximum of the rotations (rad). `size`:
-  !> size of the machine (m), the largest distance of a support or of O from F; 0 if unknown, as for a foundation alone below O.
+  !> Extent of the frame's motion, and size of the machine to which it is compared.
   type, public :: moved_type
+    !> `displacement`: maximum of xi, eta and zeta (m). `turn`: maximum of the rotations (rad). `size`: largest distance of a
+    !> support or of O from F (m), 0 if there is none
     real(dp) :: displacement = 0, turn = 0, size = 0
     !> The coordinate with the largest rotation
     character(len=7) :: rotation = "psi"
@@ -29,7 +31,7 @@ module gestell_study_vibration_small_motion
 
 contains
 
-  !> Extent of the motion from the peaks of the degrees of freedom, in the frame's order.
+  !> Largest displacement and rotation of the motion. `peaks`: maxima of the degrees of freedom (m, rad), in the order of the frame.
   pure type(moved_type) function moved(frame, peaks)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: peaks(:)
@@ -71,7 +73,7 @@ contains
     goes_too_far = self%size > 0 .and. self%displacement > small_part * self%size
   end function goes_too_far
 
-  !> True if the motion is large even for the exact frame.
+  !> True if the motion is too large even for the exact frame.
   elemental logical function is_great(self)
     class(moved_type), intent(in) :: self
 

@@ -14,7 +14,7 @@ module gestell_study_vibration_statistics
 
   !> Statistics of one quantity over one period, in its unit.
   type, public :: statistics_type
-    !> Harmonics, shape (components): 1 for a signed quantity, 2 or 3 for the magnitude of a vector
+    !> Harmonics of each component, shape (components). A signed quantity has 1 component, the magnitude of a vector has 2 or 3
     type(fourier_type), allocatable :: series(:)
     !> `peak`: maximum of the absolute value over the period. `peak_error`: bound on the error of the peak. `error`: bound on the
     !> error at any time, which also bounds the error of `rms`
@@ -93,8 +93,8 @@ contains
     least_error = statistics%peak_error
   end subroutine take_least
 
-  !> Maximum of the magnitude of a vector, from the samples of its components, shape (samples, components), and their series.
-  !> The square has twice the orders; if the upper half of the orders matters, it is sampled twice as finely.
+  !> Maximum of the magnitude of a vector, from the samples of its components, shape (samples, components), and their series. The
+  !> square of the magnitude has twice the orders. If the upper half of the orders matters, it is sampled twice as finely.
   pure real(dp) function greatest_size(series, samples)
     type(fourier_type), intent(in) :: series(:)
     real(dp), intent(in) :: samples(:, :)
@@ -186,7 +186,7 @@ contains
     samples = matmul(transpose(motion), quantity%weights(:size(motion, 1), :))
   end subroutine components
 
-  !> Computes the quantity at the times of the history, shape (points + 1); the magnitude of a vector. Fails as `take_statistics`
+  !> Computes the quantity, for a vector its magnitude, at the times of the history, shape (points + 1). Fails as `take_statistics`
   !> does.
   pure subroutine history_of(vibration, quantity, history, error)
     type(vibration_type), intent(in) :: vibration
@@ -226,8 +226,8 @@ contains
     if (self%rms > 0) crest = self%peak / self%rms
   end function crest
 
-  !> Amplitude of an order from 1 on; for a vector, the root of the sum of the squares over its components. Orders that the samples
-  !> do not resolve are zero.
+  !> Amplitude of an order (1, 2, ...). For a vector it is the root of the sum of the squares over the components. Orders that the
+  !> samples do not resolve are zero.
   pure real(dp) function amplitude(self, order)
     class(statistics_type), intent(in) :: self
     integer, intent(in) :: order
@@ -251,10 +251,11 @@ contains
   !> Computes the rms of the orders whose frequency, order / period, lies in `band`, both ends included.
   !> Fails if `statistics` is empty, the period is not positive or the band is not ascending.
   pure subroutine band_rms(statistics, period, band, along, greatest_direction, error)
-    !> Period (s) and band (Hz, ascending)
+    !> Statistics of the velocity of a probe
     type(statistics_type), intent(in) :: statistics
+    !> Period (s) and frequency band (Hz, ascending)
     real(dp), intent(in) :: period, band(2)
-    !> Rms of each component, shape (components), and in the direction in which it is largest
+    !> `along`: rms of each component, shape (components). `greatest_direction`: rms in the direction in which it is largest
     real(dp), intent(out) :: along(:), greatest_direction
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: square(3, 3), unit

@@ -34,40 +34,41 @@ module gestell_study_vibration
     type(fourier_type), allocatable :: series(:)
     !> Maximum absolute value over the period, a bound on its error, and rms; shapes (quantities)
     real(dp), allocatable :: peak(:), peak_error(:), rms(:)
-    !> Bounds on the errors of the history at any time, which also bound the errors of the rms; shape (quantities)
+    !> Bounds on the errors of the quantities at any time; they also bound the errors of the rms values. Shape (quantities)
     real(dp), allocatable :: error(:)
     !> |x(T) - x(0)| of the computed motion relative to the maximum of |x(t)|, in balanced units
     real(dp) :: closing_defect = 0
-    !> Allocated if rows of the motion were requested (gestell_model_quantity). `motion`: rows at equidistant phases that resolve
-    !> the motion, shape (rows, samples). `motion_history`: rows at the times of the history, shape (rows, points + 1).
-    !> `motion_series`: harmonics, shape (rows)
+    !> Rows of the motion (gestell_model_quantity), allocated if requested. `motion`: at equidistant phases that resolve the motion,
+    !> shape (rows, samples). `motion_history`: at the times of the history, shape (rows, points + 1)
     real(dp), allocatable :: motion(:, :), motion_history(:, :)
+    !> Bounds on the errors of these rows
     type(turn_errors_type) :: motion_errors
+    !> Harmonics of these rows, shape (rows)
     type(fourier_type), allocatable :: motion_series(:)
   end type vibration_type
 
-  !> Maximum number of points of the history that also serve as samples of the harmonics.
+  !> If the history has more points than this, the harmonics are computed from samples of their own.
   integer, parameter :: most_shared = 1024
-  !> Number of samples per period beyond which a vibration is not refined further.
+  !> Maximum number of samples per period.
   integer, parameter :: most_samples = 2**14
-  !> Harmonics count as resolved if the highest are below this part of the largest harmonic, or below this part of the quantity's
-  !> error. The steps of a coarse solution leave kinks of the size of its error, which no number of samples resolves.
+  !> Harmonics count as resolved if the highest are below `resolved` times the largest harmonic, or below `part_of_error` times the
+  !> error of the quantity. The integration steps of a coarse solution leave kinks of the size of its error, which no number of
+  !> samples resolves.
   real(dp), parameter :: resolved = 1.0e-9_dp, part_of_error = 0.1_dp
 
 contains
 
-  !> Computes the periodic vibration of `system`, a frame or the averaged model of one.
-  !> Fails as `check_times` does, and if `system` is no frame, `floquet` does not belong to it or has no load, at a resonance, or if
-  !> the vibration overflows.
+  !> Computes the periodic vibration of `system`, which is a frame or its averaged model. Fails as `check_times` does. Fails also if
+  !> `system` is neither, if `floquet` is of another system or has no load, at a resonance, or if the vibration overflows.
   subroutine solve_vibration(system, floquet, points, harmonics, vibration, error, rows)
     class(periodic_system), intent(in), target :: system
     !> Floquet solution of `system` with its load
     type(floquet_type), intent(in) :: floquet
-    !> Number of intervals of the history; minimum number of harmonics
+    !> Number of intervals of the history, and minimum number of harmonics
     integer, intent(in) :: points, harmonics
     type(vibration_type), intent(out) :: vibration
     type(error_type), allocatable, intent(out) :: error
-    !> If present, `vibration` also holds so many rows of the motion: `velocities`, `accelerations` or `guide_forces`
+    !> If present, `vibration` also holds the rows of the motion up to this group: `velocities`, `accelerations` or `guide_forces`
     integer, intent(in), optional :: rows
     class(frame_type), pointer :: frame
     real(dp), allocatable :: x(:, :), all(:, :), phases(:)
@@ -145,7 +146,7 @@ contains
       & "the periodic vibration or its error bound overflows double precision", failed_computation)
   end subroutine solve_vibration
 
-  !> Fails if points, harmonics or rows of the motion are out of range.
+  !> Fails if the number of points, of harmonics or of rows of the motion is out of range.
   pure subroutine check_times(points, harmonics, error, rows)
     integer, intent(in) :: points, harmonics
     type(error_type), allocatable, intent(out) :: error
@@ -162,7 +163,7 @@ contains
     end if
   end subroutine check_times
 
-  !> Fails if the vibration does not hold so many rows of the motion.
+  !> Fails if the vibration holds fewer than `rows` rows of the motion.
   pure subroutine check_rows(vibration, rows, error)
     type(vibration_type), intent(in) :: vibration
     integer, intent(in) :: rows
@@ -175,7 +176,7 @@ contains
       & // "rows in solve_vibration", invalid_input)
   end subroutine check_rows
 
-  !> The largest stride that keeps at least `wanted` of the samples.
+  !> The largest stride that selects at least `wanted` of the samples.
   pure integer function stride(samples, wanted)
     integer, intent(in) :: samples, wanted
     integer :: k
@@ -186,7 +187,8 @@ contains
     end do
   end function stride
 
-  !> Errors of the quantities, from those of the free states x, shape (states, phases), and rounding of the mounting's matrices.
+  !> Error bounds of all quantities. They follow from the errors `states` of the free states x, shape (states, phases), and from
+  !> rounding of the mounting's matrices.
   pure function quantity_errors(frame, states, x) result(errors)
     class(frame_type), intent(in) :: frame
     type(turn_errors_type), intent(in) :: states
@@ -211,8 +213,9 @@ contains
     errors(2 * n + 1:) = [(states%along(weights(:, i)), i = 1, n)] + matmul(maxval(abs(x), dim=2), rounding)
   end function quantity_errors
 
-  !> Computes the errors of the motion's rows from those of the free states at the same phases. Differences of states are added to
-  !> rest or, for the exact frame, to the motion. Rounding errors come from the states, the load and the sums.
+  !> Computes the errors of the motion's rows from the errors of the free states at the same phases. The rows are computed again
+  !> with these errors added to the motion of the exact frame, or to rest for other models. Rounding errors come from the states,
+  !> the load and the sums.
   subroutine take_motion_errors(frame, system, phases, x, rows, states, errors)
     class(frame_type), intent(in) :: frame
     class(periodic_system), intent(in) :: system
@@ -247,7 +250,7 @@ contains
     end associate
   end subroutine take_motion_errors
 
-  !> Computes the harmonics of the motion's rows; those of the states are known already.
+  !> Computes the harmonics of the motion's rows. The first rows are the states, whose harmonics are copied from `vibration%series`.
   pure subroutine take_series(vibration)
     type(vibration_type), intent(inout) :: vibration
     integer :: samples, states, k
@@ -262,7 +265,7 @@ contains
     end do
   end subroutine take_series
 
-  !> True if the samples resolve the rows of the motion beyond the states: accelerations and forces of guides. Harmonics below the
+  !> True if the samples resolve the rows of the motion after the states: accelerations and forces of guides. Harmonics below the
   !> rounding error of a row's terms count as resolved. So do harmonics below both the row's error and its closing defect.
   logical function rows_resolved(frame, system, phases, x, vibration)
     class(frame_type), intent(in) :: frame
@@ -283,9 +286,9 @@ contains
     end associate
   end function rows_resolved
 
-  !> True if the samples resolve the free states; the forces follow from the states. Harmonics below the rounding error of the other
-  !> states, in balanced units, count as resolved. So do harmonics below both the state's error and `missed`, its closing
-  !> defect: free vibrations of this size are no harmonics.
+  !> True if the samples resolve the free states, from which the forces follow. Harmonics below the rounding error of the largest
+  !> state, in balanced units, count as resolved. So do harmonics below both the error of the state and `missed`, its closing
+  !> defect: motions of this size are free vibrations, not harmonics.
   pure logical function states_resolved(frame, floquet, vibration, missed)
     class(frame_type), intent(in) :: frame
     type(floquet_type), intent(in) :: floquet
@@ -304,7 +307,7 @@ contains
     end associate
   end function states_resolved
 
-  !> True if the upper orders of a series are negligible: relative to the largest order, below `rounding`, or below its `error`.
+  !> True if the upper orders of a series are negligible against its largest order, against `rounding`, or against its `error`.
   pure logical function is_resolved(series, rounding, error)
     type(fourier_type), intent(in) :: series
     real(dp), intent(in) :: rounding, error
