@@ -1,6 +1,7 @@
 !> Composes the affine maps of many steps, x <- A_k x + b_k for k = 1 ... m.
 !>
-!> Every step is applied to all columns of Phi and to x_p at once. The columns lie side by side in lanes (gestell_math_lanes).
+!> Every step is applied to all columns of Phi and to x_p at once. The columns are stored side by side in lanes
+!> (gestell_math_lanes).
 module gestell_floquet_period_composition
   use gestell_base_kinds, only: dp
   use gestell_math_lanes, only: lanes
@@ -10,32 +11,32 @@ module gestell_floquet_period_composition
 
   public :: follow_maps, multiply_maps
 
-  !> Measures the transient growth of Phi while the maps are applied. Norms are those of D^-1 Phi D with D = diag(scale).
+  !> Measures the transient growth of Phi while the maps are applied. Norms are norms of D^-1 Phi D with D = diag(scale).
   type, public :: transient_type
-    !> Phi where its norm was largest so far, and Phi after step `middle`; shapes (n, n)
+    !> `peak`: Phi where its norm was largest so far. `halfway`: Phi after step `middle`. Shapes (n, n).
     real(dp), allocatable :: peak(:, :), halfway(:, :)
     !> Norm of `peak`
     real(dp) :: peak_norm = 0
-    !> Number of steps from the next map to be applied to the step at which `halfway` is stored
+    !> Number of steps from now to the step after which Phi is stored in `halfway`
     integer :: middle = 0
   end type transient_type
 
-  !> Limit on every number: squares of larger numbers overflow in a norm.
+  !> Limit on all numbers: beyond it, squares overflow in a norm.
   real(dp), parameter :: greatest = 1.0e150_dp
 
 contains
 
-  !> Applies the maps of `steps` steps to Phi, and to x_p if it is present.
+  !> Applies the maps of `steps` steps to Phi, and to x_p if present.
   pure subroutine multiply_maps(steps, maps, scale, phi, fits, xp, xp_peak, transient)
     !> Number of steps
     integer, intent(in) :: steps
-    !> Maps of the steps, [A b] or A alone, shape (steps or more, n, n + 1 or n); and units of the states, shape (n)
+    !> `maps`: maps of the steps, [A b] or A alone, shape (steps or more, n, n + 1 or n). `scale`: units of the states, shape (n).
     real(dp), contiguous, intent(in) :: maps(:, :, :), scale(:)
     !> Phi, shape (n, n), before and after these steps
     real(dp), intent(inout) :: phi(:, :)
     !> False if a number exceeds `greatest`; Phi and x_p are then unchanged.
     logical, intent(out) :: fits
-    !> x_p, shape (n), before and after these steps; and its largest norm of x / scale so far
+    !> `xp`: x_p, shape (n), before and after these steps. `xp_peak`: largest norm of x_p / scale so far.
     real(dp), intent(inout), optional :: xp(:), xp_peak
     !> Transient growth so far, updated by these steps
     type(transient_type), intent(inout), optional :: transient
@@ -75,9 +76,9 @@ contains
     call take_columns(motion(:, :, :, k), transient%peak)
   end subroutine multiply_maps
 
-  !> Applies the maps of `steps` steps, beginning with number `first`, to `now`.
+  !> Applies the maps of `steps` steps, beginning with map number `first`, to `now`.
   pure subroutine follow_maps(first, steps, maps, now, fits)
-    !> Number of the first map, and number of steps
+    !> `first`: number of the first map. `steps`: number of steps.
     integer, intent(in) :: first, steps
     !> Maps, [A b] or A alone, shape (last step or more, n, n + 1 or n)
     real(dp), contiguous, intent(in) :: maps(:, :, :)
@@ -98,7 +99,7 @@ contains
     fits = done == steps
   end subroutine follow_maps
 
-  !> Stores the columns in lanes. Lanes without a column are zero.
+  !> Stores the columns in lanes. Lanes without a column are set to zero.
   pure subroutine lay_out(columns, motion)
     real(dp), intent(in) :: columns(:, :)
     real(dp), contiguous, intent(out) :: motion(:, :, :)
@@ -121,7 +122,7 @@ contains
     end do
   end subroutine take_columns
 
-  !> Finds the step after which the norm of D^-1 Phi D is largest, and this norm. x_p does not count.
+  !> Finds the step `greatest_of` after which the norm of D^-1 Phi D is largest, and this norm. x_p is not included.
   pure subroutine find_greatest(n, scale, motion, greatest_of, norm)
     integer, intent(in) :: n
     real(dp), intent(in) :: scale(n)

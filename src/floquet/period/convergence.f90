@@ -1,5 +1,5 @@
-!> Estimates errors of Phi(T) and x_p(T) from the differences between solutions with several numbers of steps, equation (62) of
-!> doc/theory.md, or between a method and its embedded methods, equation (61).
+!> Estimates errors of Phi(T) and x_p(T). It compares solutions with several numbers of steps, equation (62) of doc/theory.md, or a
+!> method with its embedded methods, equation (61).
 module gestell_floquet_period_convergence
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -11,11 +11,11 @@ module gestell_floquet_period_convergence
 
   public :: detect_rounding, left_by_pair, left_unseen, more_steps, next_steps, promised, remaining, too_many_steps
 
-  !> The first solution whose Phi(T) had converged to the tolerance
+  !> Describes the first solution in which Phi(T) had converged to the tolerance.
   type, public :: begin_type
-    !> Its number of steps; 0 if there is none yet
+    !> Number of steps of the first solution that has converged; 0 if there is none yet
     integer :: steps = 0
-    !> Change of x_p(T) at this number of steps, relative to the largest x_p(t)
+    !> Change of x_p(T) at the first solution that has converged, relative to the largest x_p(t)
     real(dp) :: change = 0
   end type begin_type
 
@@ -26,7 +26,7 @@ module gestell_floquet_period_convergence
 
 contains
 
-  !> Reports that more than `most_steps` steps would be needed.
+  !> Creates the error message that more than `most_steps` steps would be required.
   pure subroutine too_many_steps(error)
     type(error_type), allocatable, intent(out) :: error
 
@@ -35,12 +35,12 @@ contains
       & failed_computation)
   end subroutine too_many_steps
 
-  !> Number of steps to try after `n1` and `n2` steps. It doubles until the method has begun to converge; after that it is the
+  !> Number of steps to try after `n1` and `n2` steps. It is doubled until the method has begun to converge. After that it is the
   !> number that the method's order predicts for the allowed error, with a margin.
   pure integer function next_steps(n1, n2, d12, order, allowed) result(steps)
-    !> The last two numbers of steps, and the order of the method
+    !> `n1`, `n2`: last two numbers of steps. `order`: order of the method.
     integer, intent(in) :: n1, n2, order
-    !> Difference of the two solutions, and the allowed error; both relative
+    !> `d12`: relative difference between the two solutions. `allowed`: allowed relative error.
     real(dp), intent(in) :: d12, allowed
     real(dp) :: error, factor
 
@@ -53,11 +53,11 @@ contains
     steps = ceiling(n2 * factor)
   end function next_steps
 
-  !> Number of steps (not rounded) to try after `n` steps with a method that contains an embedded method.
+  !> Number of steps, not rounded, to try after `n` steps with a method that has an embedded method.
   pure real(dp) function more_steps(n, change, order, allowed) result(steps)
-    !> Last number of steps, and order of the embedded method
+    !> `n`: last number of steps. `order`: order of the embedded method.
     integer, intent(in) :: n, order
-    !> Difference between the solutions of the method and of its embedded method, and the allowed error; both relative
+    !> `change`: relative difference between the solutions of the method and its embedded method. `allowed`: allowed relative error.
     real(dp), intent(in) :: change, allowed
     real(dp) :: factor
 
@@ -66,20 +66,21 @@ contains
     steps = n * factor
   end function more_steps
 
-  !> Estimates the relative errors of Phi(T), 1, and x_p(T), 2, for a method that is fitted to a motion and contains two embedded
-  !> methods.
+  !> Estimates the relative errors of Phi(T), index 1, and x_p(T), index 2, of a fitted method with two embedded methods:
   !>
-  !> Until the second difference is below `pair_begun` the methods have not begun to converge: the estimate is then the whole
-  !> change. Afterwards it is a sum, the larger of `rest` and a part of the change, plus a fiftieth of the change. The sum is
-  !> multiplied by twice change / next, but by no less than 1/32 (1/16 where `rest` is the whole change). The part that the fitting
-  !> misses is added.
+  !>     left = min(max(rest, part change) + change / 50, change) min(max(2 c, (1 + part) / 32), 1) + change missed,
+  !>     c = change / next,   part = rest / change of Phi(T).
   !>
-  !> x_p(T) is not assumed to converge faster than Phi(T), nor to have a smaller relative rest: its change and its rest may be small
-  !> by chance.
+  !> The last term is the leading error term. The other term is the part of `change` that the leading term does not explain, times a
+  !> bound on the factor by which the error falls from the first embedded method to the method itself. Until `next` is below
+  !> `pair_begun` the methods have not begun to converge, and the estimate is `change` itself.
+  !>
+  !> x_p(T) may have a small change or rest by chance. Therefore its c and its part are at least as large as those of Phi(T), and
+  !> its change counts as at least c next.
   pure function left_by_pair(change, next, rest, missed) result(left)
-    !> `change`: difference between the method and the first embedded one; `next`: between the first and the second embedded one;
-    !> `rest`: part of the change that the leading term does not explain; `missed`: part of the change by which the method misses a
-    !> motion that it is not fitted to (all relative, see gestell_floquet_period_pair)
+    !> Relative differences (see gestell_floquet_period_pair). `change`: between the method and the first embedded one. `next`:
+    !> between the first and the second embedded one. `rest`: part of `change` that the leading error term does not explain.
+    !> `missed`: error in motions to which the method is not fitted, as a fraction of `change`.
     real(dp), intent(in) :: change(2), next(2), rest(2), missed
     real(dp) :: left(2), contraction(2), whole(2), part
 
@@ -93,23 +94,24 @@ contains
       & + whole * min(missed, 1.0_dp)
   end function left_by_pair
 
-  !> Estimates the relative errors of Phi(T), 1, and x_p(T), 2, from variations of coefficients and loads between the nodes. The
-  !> embedded methods use the same nodes, so comparing them does not reveal these errors.
+  !> Estimates the relative errors of Phi(T), index 1, and x_p(T), index 2, that arise from variations of coefficients and loads
+  !> between the nodes. Comparing the embedded methods does not reveal these errors, because they use the same nodes.
   !>
-  !> The part of the coefficients counts 24 times: this covers a change that takes no longer than a step. For the loads the largest
-  !> of three estimates counts, but at most the whole load:
+  !> The estimate for the coefficients is multiplied by 24, which is sufficient for a change that takes no longer than a step. For
+  !> the loads the largest of three estimates is used, but at most the whole load:
   !> - the error of the loads, times 2 + turns / 4;
   !> - the interpolation error between the s nodes times (z / 2)^s / (1 3 ... (2 s - 1)), where the fastest motion turns by z in a
-  !>   step. The factor bounds the part of cos(z t) along the Legendre polynomial P_s. A fast motion does not average this error
-  !>   out;
-  !> - half of the changes of velocity by the error of the loads, relative to the largest x_p. This matters where a small load
-  !>   moves the system most.
+  !>   step. The factor bounds the part of cos(z t) along the Legendre polynomial P_s. The oscillation of a fast motion does not
+  !>   average this error out;
+  !> - half of the changes of velocity due to the error of the loads, relative to the largest x_p. This estimate is the largest
+  !>   where a small load moves the system most.
   !>
-  !> With the safety factor each estimate is at least 1.5 times what random machines need.
+  !> With the safety factor each estimate is at least 1.5 times the error observed for random machines.
   pure function left_unseen(unseen, scale, peak, angle, stages) result(left)
-    !> Variations between the nodes, summed over the steps
+    !> Variations of coefficients and loads between the nodes, summed over the steps
     type(unseen_type), intent(in) :: unseen
-    !> Units of the states, shape (n); largest norm of x_p / scale; angle (radians) by which the fastest motion turns in a step
+    !> `scale`: units of the states, shape (n). `peak`: largest norm of x_p / scale. `angle`: angle (radians) by which the fastest
+    !> motion turns in a step.
     real(dp), intent(in) :: scale(:), peak, angle
     !> Number of stages s
     integer, intent(in) :: stages
@@ -124,17 +126,17 @@ contains
     left(2) = left(1) + min(loads, 1.0_dp)
   end function left_unseen
 
-  !> Detects whether x_p(T) is limited by rounding, as happens where the forces cancel. This is so if there are at least 4096 steps,
-  !> Phi(T) had converged with a 64th of them, and the change of x_p(T) has since fallen more slowly than the number of steps has
-  !> grown.
+  !> Detects whether rounding limits the accuracy of x_p(T), as happens where forces cancel. Three conditions must hold: there are
+  !> at least 4096 steps; Phi(T) had converged with a 64th of them; and since then the change of x_p(T) has fallen by a smaller
+  !> factor than the number of steps has grown.
   pure subroutine detect_rounding(change, steps, allowed, begin, rounding)
-    !> Changes of Phi(T) and of x_p(T) by the last number of steps; and the tolerance, all relative
+    !> `change`: relative changes of Phi(T) and x_p(T) by the last increase of the number of steps. `allowed`: relative tolerance.
     real(dp), intent(in) :: change(2), allowed
-    !> Last number of steps
+    !> Number of steps of the last solution
     integer, intent(in) :: steps
-    !> The first solution whose Phi(T) had converged; set here when the change first falls to the tolerance
+    !> The first solution in which Phi(T) had converged; set here when the change of Phi(T) first falls to the tolerance
     type(begin_type), intent(inout) :: begin
-    !> True if more steps do not make x_p(T) more accurate
+    !> True if x_p(T) does not become more accurate with more steps
     logical, intent(out) :: rounding
     integer, parameter :: long = 64, many = 4096
 
@@ -144,15 +146,15 @@ contains
     rounding = change(2) * steps > begin%change * begin%steps
   end subroutine detect_rounding
 
-  !> Estimated error of the finest of three solutions with n1 < n2 < n3 steps, in the units of d12 and d23.
+  !> Estimated error of the finest of three solutions with n1 < n2 < n3 steps, in the units of `d12` and `d23`.
   !>
-  !> The observed order p follows from (n1^-p - n2^-p) / (n2^-p - n3^-p) = d12 / d23 and is never taken above the method's order.
-  !> The error is d23 c / (1 - c) with c = (n2 / n3)^p, times `unevenness`. Errors change sign now and then, so a difference can be
-  !> small by chance: the estimate is at least the error that d12 and the method's order predict.
+  !> The observed order p follows from (n1^-p - n2^-p) / (n2^-p - n3^-p) = d12 / d23; it is limited to the method's order. The error
+  !> is d23 c / (1 - c) with c = (n2 / n3)^p, times `unevenness`. Errors occasionally change sign, so a difference can be small by
+  !> chance. Therefore the estimate is at least the error that `d12` and the method's order predict.
   elemental real(dp) function remaining(d12, d23, n1, n2, n3, order) result(left)
-    !> Differences between solutions 1 and 2, and between solutions 2 and 3
+    !> `d12`: difference between solutions 1 and 2. `d23`: difference between solutions 2 and 3.
     real(dp), intent(in) :: d12, d23
-    !> Numbers of steps, and order of the method
+    !> Numbers of steps of the three solutions, and order of the method
     integer, intent(in) :: n1, n2, n3, order
     real(dp) :: contraction
 
@@ -160,22 +162,23 @@ contains
     left = max(d23 * unevenness(order) * contraction / (1 - contraction), d12 * promised(n1, n3, order))
   end function remaining
 
-  !> Factor by which the method's order promises to reduce the error from `steps` to `finer` steps, times `unevenness`.
+  !> Ratio of the error with `finer` steps to the error with `steps` steps that the method's order predicts, times `unevenness`.
   elemental real(dp) function promised(steps, finer, order)
     integer, intent(in) :: steps, finer, order
 
     promised = unevenness(order) * (real(steps, dp) / finer)**order
   end function promised
 
-  !> Margin for the uneven convergence of methods of high order. Their error falls as if a step were now and then a tenth longer
-  !> than its number says. Up to order four the safety factor covers this.
+  !> Margin for the uneven convergence of methods of high order. Their error sometimes is as large as if the steps were a tenth
+  !> longer. Up to order four the safety factor is margin enough.
   elemental real(dp) function unevenness(order)
     integer, intent(in) :: order
 
     unevenness = max(1.0_dp, 1.1_dp**(order - 4))
   end function unevenness
 
-  !> Observed order p from (n1^-p - n2^-p) / (n2^-p - n3^-p) = d12 / d23, by bisection between 1/2 and the method's order.
+  !> Observed order p of convergence, by bisection between 1/2 and the method's order of (n1^-p - n2^-p) / (n2^-p - n3^-p) = d12 /
+  !> d23.
   elemental real(dp) function measured_order(d12, d23, n1, n2, n3, order) result(p)
     real(dp), intent(in) :: d12, d23
     integer, intent(in) :: n1, n2, n3, order

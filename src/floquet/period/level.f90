@@ -12,13 +12,13 @@ module gestell_floquet_period_level
 
   public :: distance, roundoff, solve_level
 
-  !> The map of the period with a given number of steps
+  !> Map of the period, computed with a given number of steps
   type, public, extends(period_map_type) :: level_type
     !> Ends of the steps, as phases t / T, shape (0:steps)
     real(dp), allocatable :: nodes(:)
-    !> Norm of Phi(T); largest norm of x_p(t); growth of rounding errors (see `period_map`)
+    !> `norm`: norm of Phi(T). `xp_peak`: largest norm of x_p(t). `transient_growth`: growth of rounding errors (see `period_map`).
     real(dp) :: norm = 0, xp_peak = 0, transient_growth = 1
-    !> Numbers of steps and of stages per step
+    !> `steps`: number of steps. `stages`: number of stages per step.
     integer :: steps = 0, stages = 0
     !> Variations of coefficients and loads between the nodes
     type(unseen_type) :: unseen
@@ -26,7 +26,7 @@ module gestell_floquet_period_level
 
 contains
 
-  !> Computes the map of the period with `steps` steps or slightly more: every break of the coefficients ends a step.
+  !> Computes the map of the period with `steps` steps, or slightly more because every break of the coefficients must end a step.
   !> Errors: those of `period_map`.
   subroutine solve_level(system, method, scale, steps, forced, level, error, lower)
     class(periodic_system), intent(in) :: system
@@ -39,7 +39,7 @@ contains
     logical, intent(in) :: forced
     type(level_type), intent(out) :: level
     type(error_type), allocatable, intent(out) :: error
-    !> Maps by the two embedded methods, shape (2)
+    !> Maps of the period by the two embedded methods, shape (2)
     type(period_map_type), intent(out), optional :: lower(:)
 
     level%nodes = mesh(system, steps)
@@ -53,8 +53,8 @@ contains
     if (.not. allocated(error)) level%norm = norm2(balanced(level%phi, scale))
   end subroutine solve_level
 
-  !> Differences of Phi(T) and of x_p(T) between two solutions, relative to `other`. If all free vibrations decay below the smallest
-  !> number, Phi(T) counts as zero.
+  !> Differences between two solutions, relative to `other`: of Phi(T), index 1, and of x_p(T), index 2. If all free vibrations
+  !> decay below the smallest number, Phi(T) is treated as zero.
   pure function distance(one, other, scale) result(d)
     type(level_type), intent(in) :: one, other
     real(dp), intent(in) :: scale(:)
@@ -67,9 +67,13 @@ contains
     end if
   end function distance
 
-  !> Bound on the rounding error relative to Phi(T). It has three parts: the roundings in every step, which all have the same sign
-  !> for nearly constant coefficients; the phase error of the fastest motion by rounded coefficients; and the rounding of the model.
-  !> All are multiplied by the transient growth of Phi(t).
+  !> Bound on the rounding error relative to Phi(T), the sum of three parts:
+  !>
+  !> - the roundings in every step, which all have the same sign for nearly constant coefficients,
+  !> - the phase error of the fastest motion due to rounded coefficients,
+  !> - the rounding of the model.
+  !>
+  !> The sum is multiplied by the transient growth of Phi(t).
   pure real(dp) function roundoff(system, level, phase_advance)
     class(periodic_system), intent(in) :: system
     type(level_type), intent(in) :: level

@@ -13,20 +13,20 @@ module gestell_floquet_period_liouville
 
   public :: defect_of, trace_integral
 
-  !> Number of steps whose points are sampled at a time
+  !> Number of steps whose coefficients are sampled at a time
   integer, parameter :: block_length = 16
 
 contains
 
-  !> Computes the Liouville defect: ln |det Phi(T)| minus the integral of tr P. If a determinant underflows the defect is very
-  !> large, so nothing is proved. Error: P is not finite somewhere.
+  !> Computes the Liouville defect: ln |det Phi(T)| minus the integral of tr P. If a determinant underflows, the defect is very
+  !> large and proves nothing. Error: P is not finite at some phase.
   subroutine defect_of(system, steps, factors, defect, error)
     class(periodic_system), intent(in) :: system
-    !> Number of steps that Phi(T) was computed with
+    !> Number of steps with which Phi(T) was computed
     integer, intent(in) :: steps
     !> Factors whose product is Phi(T), shape (n, n, factors)
     real(dp), intent(in) :: factors(:, :, :)
-    !> Defect (dimensionless), zero for exact factors
+    !> Defect (dimensionless); zero if the factors are exact
     real(dp), intent(out) :: defect
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: singular
@@ -42,12 +42,12 @@ contains
     end do
   end subroutine defect_of
 
-  !> Computes the integral of tr P over the period with 8 points in each step. The points are equidistant if the coefficients are
-  !> smooth: for periodic functions this converges faster than any power. If the coefficients jump they are Gauss points.
-  !> Error: P is not finite somewhere.
+  !> Computes the integral of tr P over the period with 8 points in each step. If the coefficients are smooth, the points are
+  !> equidistant: for periodic functions the error then falls faster than any power. If the coefficients jump, the points are Gauss
+  !> points. Error: P is not finite at some phase.
   subroutine trace_integral(system, nodes, integral, error)
     class(periodic_system), intent(in) :: system
-    !> Ends of the steps, as phases
+    !> Ends of the steps, as phases t / T
     real(dp), intent(in) :: nodes(:)
     real(dp), intent(out) :: integral
     type(error_type), allocatable, intent(out) :: error
@@ -79,7 +79,7 @@ contains
     call fatal_error(error, "the system's coefficients contain NaN or infinity", failed_computation)
   end subroutine trace_integral
 
-  !> tr P at the phases, shape (phases)
+  !> Values of tr P at the phases, shape (phases)
   function traces(system, phases)
     class(periodic_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:)

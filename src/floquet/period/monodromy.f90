@@ -27,41 +27,42 @@ module gestell_floquet_period_monodromy
   type, public :: accuracy_type
     !> Relative error allowed in Phi(T) and x_p(T)
     real(dp) :: tolerance = 1.0e-9_dp
-    !> Name of the integration method, one of `method_names()`; unallocated: auto. `solve_floquet` also accepts 'reduced'.
+    !> Name of the integration method, one of `method_names()`; unallocated means auto. `solve_floquet` also accepts 'reduced'.
     character(len=:), allocatable :: method
-    !> Steps per period; 0: as many as the tolerance needs
+    !> Number of steps per period; 0: as many as the tolerance requires
     integer :: steps = 0
   end type accuracy_type
 
-  !> Phi(T) and x_p(T) with bounds on their errors. Norms are those of x / scale, for matrices the Frobenius norm of the scaled
-  !> matrix.
+  !> Phi(T) and x_p(T) with bounds on their errors. Vector norms are norms of x / scale; matrix norms are Frobenius norms of the
+  !> scaled matrix.
   type, public :: monodromy_type
     !> Period T
     real(dp) :: period = 0
     !> Phi(T), shape (n, n)
     real(dp), allocatable :: phi(:, :)
-    !> x_p(T) of the motion that starts from zero, shape (n); unallocated unless requested
+    !> State x_p(T) of the forced motion that starts from zero, shape (n); unallocated unless requested
     real(dp), allocatable :: xp(:)
     !> Units of the states, shape (n): powers of two that make the states comparable
     real(dp), allocatable :: scale(:)
-    !> Norm of Phi(T); bound on the norm of its error; bound on the norm of the error of x_p(T)
+    !> `norm`: norm of Phi(T). `error`: bound on the norm of its error. `xp_error`: bound on the norm of the error of x_p(T).
     real(dp) :: norm = 0, error = 0, xp_error = 0
-    !> Parts of `error` and `xp_error` whose direction is unknown: roundoff, and variations between the nodes that a pair of methods
-    !> misses
+    !> Parts of `error` and `xp_error` whose direction is unknown: roundoff, and variations of coefficients and loads between the
+    !> nodes, which embedded methods do not reveal
     real(dp) :: roundoff = 0, xp_roundoff = 0
-    !> Two estimates of the integration error of each entry of Phi(T) and x_p(T), including the safety factor; shapes (n, n, 2) and
-    !> (n, 2). Unallocated if only the norms are known.
+    !> Two estimates, multiplied by the safety factor, of the integration error of each element of Phi(T) and x_p(T); shapes (n, n,
+    !> 2) and (n, 2). Unallocated if only norms of the errors are known.
     real(dp), allocatable :: phi_change(:, :, :), xp_change(:, :)
-    !> False if the differences between the numbers of steps say nothing about the error of Phi(T) (of x_p(T)): then `error`
-    !> (`xp_error`) is not a bound.
+    !> False if comparing numbers of steps gives no information on the error of Phi(T) (`known`) or x_p(T) (`xp_known`). Then
+    !> `error` or `xp_error` is not a bound.
     logical :: known = .true., xp_known = .true.
-    !> Growth of a rounding error on the way, relative to Phi(T); far above 1 where Phi(t) grows and falls again
+    !> Factor by which a rounding error can grow within the period, relative to Phi(T); far above 1 where Phi(t) grows and falls
+    !> again
     real(dp) :: transient_growth = 1
     !> Angle (radians) by which the fastest motion turns within the period
     real(dp) :: phase_advance = 0
-    !> Steps of the result; evaluations of the coefficients in all solutions together
+    !> `steps`: steps of the result. `evaluations`: evaluations of the coefficients in all solutions together.
     integer :: steps = 0, evaluations = 0
-    !> True if a step or the product of the steps failed, for instance by overflow: there is no result.
+    !> True if there is no result because a step or the product of the steps failed, for instance by overflow
     logical :: broken = .false.
     !> Ends of the steps, as phases t / T
     real(dp), allocatable :: nodes(:)
@@ -77,14 +78,18 @@ module gestell_floquet_period_monodromy
 
 contains
 
-  !> Computes Phi(T) of `system`, and x_p(T) if `forced`, to the requested accuracy.
+  !> Computes Phi(T) of `system`, and x_p(T) if `forced`, to the requested accuracy, with bounds on their errors.
   !>
-  !> The error is measured on the system itself. Solutions with three numbers of steps N1 < N2 < N3 are compared, d12 = |Phi_1 -
-  !> Phi_2|, d23 = |Phi_2 - Phi_3|. They give the observed order p from (N1^-p - N2^-p) / (N2^-p - N3^-p) = d12 / d23, never taken
-  !> above the method's order. The error of Phi_3 is then d23 c / (1 - c) with c = (N2 / N3)^p, or d12 (N1 / N3)^order if that is
-  !> greater, times the margin of the order. A method with embedded methods of lower order is compared with these instead
-  !> (gestell_floquet_period_pair). A number of steps given by the user is compared with half and twice as many; see
-  !> `monodromy%known`.
+  !> The error is estimated from solutions of the system itself. With a method without embedded methods, solutions with three
+  !> numbers of steps N1 < N2 < N3 are compared:
+  !>
+  !>     d12 = |Phi_1 - Phi_2|,   d23 = |Phi_2 - Phi_3|,
+  !>     (N1^-p - N2^-p) / (N2^-p - N3^-p) = d12 / d23,   p <= order,
+  !>     error of Phi_3 = u max(d23 c / (1 - c), d12 (N1 / N3)^order),   c = (N2 / N3)^p.
+  !>
+  !> p is the observed order, and u the margin for uneven convergence of methods of high order. Methods with embedded methods are
+  !> compared with these instead (gestell_floquet_period_pair). If the user gives `steps`, the result is compared with solutions
+  !> with `steps` / 2 and 2 `steps` steps; see `monodromy%known`.
   !>
   !> Errors: invalid system (`check`) or accuracy, unknown method, singular equations, overflow, tolerance out of reach.
   subroutine solve_monodromy(system, accuracy, forced, monodromy, error, surveyed)
@@ -95,7 +100,7 @@ contains
     !> Phi(T) and x_p(T) with bounds on their errors
     type(monodromy_type), intent(out) :: monodromy
     type(error_type), allocatable, intent(out) :: error
-    !> The survey of the system, if the caller already has it
+    !> Survey of the system, if the caller already has it
     type(survey_type), intent(in), optional :: surveyed
     type(survey_type) :: survey
 
@@ -129,8 +134,8 @@ contains
     end if
   end subroutine check_accuracy
 
-  !> Creates the requested method. `auto` means the cheapest method for this system, if the number of steps is free.
-  !> Error: unknown name.
+  !> Creates the requested method. `auto` means the cheapest method for this system, unless the number of steps is given. Error:
+  !> unknown name.
   subroutine choose_method(system, accuracy, survey, method, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -148,11 +153,14 @@ contains
     end if
   end subroutine choose_method
 
-  !> Solves with N steps and measures the error by N/2 and 2 N steps.
+  !> Computes a solution with N steps and estimates its error from solutions with N/2 and 2 N steps.
   !>
-  !> The error is unknown if the method has not begun to converge. This is assumed in three cases: the differences are not small and
-  !> do not fall; the bound exceeds Phi(T) (the largest x_p(t)) itself; or a difference exceeds a hundredth while the fastest motion
-  !> turns by more radians per step than the order of the method. Such differences can fall by chance.
+  !> The error is unknown if the method has not begun to converge. This is assumed in three cases:
+  !>
+  !> - the differences are not small and do not fall,
+  !> - the bound exceeds Phi(T), or the largest x_p(t), itself,
+  !> - a difference exceeds a hundredth, and the fastest motion turns by more radians per step than the order of the method: such
+  !>   differences may fall only by chance.
   subroutine with_given_steps(system, steps, forced, phase_advance, monodromy, error)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: steps
@@ -182,7 +190,8 @@ contains
     call accept(system, level, safety * change, phase_advance, monodromy)
   end subroutine with_given_steps
 
-  !> Solves by a method with embedded methods; adds steps until the tolerance or the rounding error is reached.
+  !> Computes a solution by a method with embedded methods. Increases the number of steps until the error reaches the tolerance or
+  !> the rounding error.
   subroutine by_pair(system, accuracy, forced, survey, monodromy, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -227,8 +236,8 @@ contains
     call accept(system, level, safety * left, survey%phase_advance, monodromy, safety * unseen)
   end subroutine by_pair
 
-  !> Solves by a method without embedded methods: compares three numbers of steps until the tolerance or the rounding error is
-  !> reached.
+  !> Computes a solution by a method without embedded methods. Compares three numbers of steps, and increases them until the error
+  !> reaches the tolerance or the rounding error.
   subroutine with_tolerance(system, tolerance, forced, phase_advance, monodromy, error)
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: tolerance, phase_advance
@@ -280,9 +289,9 @@ contains
     call accept(system, fine, safety * left, phase_advance, monodromy)
   end subroutine with_tolerance
 
-  !> Stores two estimates of the errors of Phi(T) and x_p(T) at `level`, entry by entry: the differences of two other solutions from
-  !> `level`, times factors. The directions of the errors say more than their norms: slow modes and the periodic motion are more
-  !> accurate than the fastest mode.
+  !> Stores two estimates of the errors of Phi(T) and x_p(T) at `level`, element by element: the differences between two other
+  !> solutions and `level`, times factors. The elements contain more information than their norm: errors of slow modes and of the
+  !> periodic motion are smaller than those of the fastest mode.
   pure subroutine estimate_changes(monodromy, level, first, first_factor, second, second_factor)
     type(monodromy_type), intent(inout) :: monodromy
     class(period_map_type), intent(in) :: level, first, second
@@ -297,7 +306,7 @@ contains
     monodromy%xp_change(:, 2) = second_factor(2) * (second%xp - level%xp)
   end subroutine estimate_changes
 
-  !> Calls `solve_level` and counts the evaluations of the coefficients.
+  !> Calls `solve_level` and adds up the evaluations of the coefficients.
   subroutine try(system, steps, forced, monodromy, level, error, lower)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: steps
@@ -312,8 +321,8 @@ contains
     if (.not. allocated(error)) monodromy%evaluations = monodromy%evaluations + level%steps * monodromy%method%stages
   end subroutine try
 
-  !> Makes `level` the result. `errors`: relative integration errors of Phi(T) and x_p(T); `unseen`: relative errors by variations
-  !> between the nodes, which are added.
+  !> Stores `level` as the result. `errors`: relative integration errors of Phi(T) and x_p(T). `unseen`: additional relative errors
+  !> due to variations between the nodes.
   subroutine accept(system, level, errors, phase_advance, monodromy, unseen)
     class(periodic_system), intent(in) :: system
     type(level_type), intent(inout) :: level
@@ -340,8 +349,8 @@ contains
     call move_alloc(level%xp, monodromy%xp)
   end subroutine accept
 
-  !> Computes ln |det Phi(T)| minus the integral of tr P, which is zero by Liouville's theorem, for a solved system.
-  !> Error: P is not finite somewhere.
+  !> Computes ln |det Phi(T)| minus the integral of tr P for a solved system. By Liouville's theorem it is zero. Error: P is not
+  !> finite at some phase.
   subroutine liouville_defect(self, system, defect, error)
     class(monodromy_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
@@ -351,11 +360,11 @@ contains
     call defect_of(system, self%steps, reshape(self%phi, [shape(self%phi), 1]), defect, error)
   end subroutine liouville_defect
 
-  !> True if the error of Phi(T) is too large for its smallest multipliers, so that factors of Phi(T) are needed
-  !> (gestell_floquet_factors): |Phi| |Phi^-1| or the transient growth exceeds `most_spread`.
+  !> True if the error of Phi(T) is too large for its smallest multipliers, so that factors of Phi(T) are required
+  !> (gestell_floquet_factors): |Phi| |Phi^-1| or the transient growth reaches `most_spread`.
   !>
   !> The determinant gives a cheap first test. For |Phi| = 1 the smallest singular value is at least |det Phi| (n - 1)^((n - 1) /
-  !> 2), because the product of the others is largest where they are equal.
+  !> 2), because the product of the other singular values is largest if they are equal.
   logical function loses_modes(self)
     class(monodromy_type), intent(in) :: self
     real(dp), parameter :: most_spread = 1.0e4_dp

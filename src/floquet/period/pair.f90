@@ -1,26 +1,26 @@
-!> Estimates the error of the period's map from the maps of the embedded methods, equation (61) of doc/theory.md.
+!> Estimates the error of the map of the period from the maps of the embedded methods, equation (61) of doc/theory.md.
 !>
 !> For an oscillation that turns by z in a step, Gauss' method with s stages has the phase error
 !>
 !>     e_s = c_s z^(2 s + 1),   c_s = (s!)^2 / ((2 s)! (2 s + 1)!),   c_s / c_(s-1) = 1 / (4 (4 s^2 - 1)),
 !>
 !> unless it is fitted to this oscillation (gestell_floquet_integrator_tableau). The embedded methods of orders 2 s - 2 and 2 s - 4
-!> (gestell_floquet_integrator_nested) are not fitted and have this error with s - 1 and s - 2 for s: the Galerkin residual of x' =
-!> P x lies along a single Legendre polynomial, like the residual of collocation at the Gauss nodes.
+!> (gestell_floquet_integrator_nested) are not fitted. Their errors are e_(s-1) and e_(s-2), because the Galerkin residual of x' = P
+!> x lies along a single Legendre polynomial, like the residual of collocation at the Gauss nodes.
 !>
-!> With positions, which are integrated twice, the Galerkin residual lies along P_s-1 and P_s. The residual of collocation also has
-!> a part along P_s-2, which contributes as much; the embedded methods therefore have half the error. So the three maps Phi, Phi_1,
-!> Phi_2 satisfy
+!> For systems with positions, which are integrated twice, the Galerkin residual lies along P_s-1 and P_s. The residual of
+!> collocation also has an equally large part along P_s-2; the embedded methods therefore have half the error. So in leading order,
+!> wherever this oscillation causes the error, the three maps Phi, Phi_1, Phi_2 satisfy
 !>
-!>     Phi - Phi_1 = D_1,   Phi_1 - Phi_2 = D_2,   D_1 = q D_2,   q = z^2 / (4 (4 (s - 1)^2 - 1)),                    (a)
+!>     Phi - Phi_1 = D_1,   Phi_1 - Phi_2 = D_2,   D_1 = q D_2,   q = z^2 / (4 (4 (s - 1)^2 - 1)).                    (a)
 !>
-!> in leading order, wherever this oscillation causes the error. For Phi, fitted to a motion that turns by v in a step,
+!> For Phi, fitted to a motion that turns by v in a step,
 !>
 !>     the error is (z^2 - v^2) / (4 (4 s^2 - 1)) D_1, with positions twice this value.                               (b)
 !>
-!> q is measured and gives z. The difference D_1 - q D_2 shows how far (a) and (b) hold. Steps that are computed together have one
-!> v. If they are not fitted to the motion, for instance where the fastest motion dies out, errors of both signs need not cancel
-!> although the mean of v^2 equals z^2. Therefore the rms of z^2 - v^2 is used.
+!> The measured q gives z. The difference D_1 - q D_2 shows how accurately (a) and (b) hold. Steps that are computed together have
+!> one v. If the steps are not fitted to the motion, for instance because the fastest motion dies out, errors of both signs need not
+!> cancel even if the mean of v^2 equals z^2. Therefore the rms of z^2 - v^2 is used.
 module gestell_floquet_period_pair
   use gestell_base_kinds, only: dp
   use gestell_floquet_choice_methods, only: pair_begun
@@ -32,10 +32,10 @@ module gestell_floquet_period_pair
 
   public :: compare_pair, extrapolate
 
-  !> Differences between the maps of the method and of its embedded methods, for Phi(T), 1, and x_p(T), 2, relative to these
+  !> Relative differences between the maps of the method and of its embedded methods: of Phi(T), index 1, and of x_p(T), index 2
   type, public :: pair_type
-    !> Norms of D_1 (change), of D_2 (next) and of D_1 - q D_2 (rest); q of Phi(T), see (a); and the part of D_1 by which the method
-    !> misses a motion that it is not fitted to (missed), see (b)
+    !> `change`, `next`, `rest`: norms of D_1, of D_2 and of D_1 - q D_2. `q`: q of Phi(T), see (a). `missed`: error in motions to
+    !> which the method is not fitted, as a fraction of D_1, see (b).
     real(dp) :: change(2) = 0, next(2) = 0, rest(2) = 0, q = 0, missed = 0
   end type pair_type
 
@@ -43,19 +43,19 @@ contains
 
   !> Compares the map of the method with the maps of its two embedded methods.
   !>
-  !> If the embedded methods have begun to converge, q is the projection of D_1 on D_2 over |D_2|^2. It is limited to values from
-  !> 0 to slightly more than the fastest motion allows: beyond, something else causes the error.
+  !> If the embedded methods have begun to converge, q is the projection of D_1 on D_2, divided by |D_2|^2. It is limited to the
+  !> range from 0 to slightly more than the fastest motion can cause: a larger value has another cause.
   pure subroutine compare_pair(level, lower, scale, angle, fitted, positions, pair)
     !> Map of the method
     type(level_type), intent(in) :: level
     !> Maps of the first and the second embedded method
     type(period_map_type), intent(in) :: lower(2)
-    !> Units of the states, shape (n); angle (radians) by which the fastest motion turns in a step; mean square and mean fourth
-    !> power of the angles of the motions to which the method is fitted
+    !> `scale`: units of the states, shape (n). `angle`: angle (radians) by which the fastest motion turns in a step. `fitted`:
+    !> means of the squares and fourth powers of the angles to which the steps are fitted.
     real(dp), intent(in) :: scale(:), angle, fitted(2)
     !> True if the states are positions and velocities
     logical, intent(in) :: positions
-    !> Norms of the differences, q, and the part missed
+    !> Norms of the differences, q, and the fraction `missed`
     type(pair_type), intent(out) :: pair
     real(dp), parameter :: margin = 1.15_dp
     ! Inner products D_1 D_1, D_1 D_2, D_2 D_2
@@ -91,8 +91,8 @@ contains
     pair%rest = sqrt(max([phi(1) - pair%q * (2 * phi(2) - pair%q * phi(3)), xp(1) - pair%q * (2 * xp(2) - pair%q * xp(3))], 0.0_dp))
   end subroutine compare_pair
 
-  !> Replaces the map of the second embedded method by Phi_1 + q D_2, an extrapolation to the map of the method. x_p(T) is replaced
-  !> in the same way.
+  !> Replaces the map of the second embedded method by Phi_1 + q D_2, an extrapolation to the map of the method, and x_p(T)
+  !> likewise.
   pure subroutine extrapolate(lower, q)
     type(period_map_type), intent(inout) :: lower(2)
     real(dp), intent(in) :: q

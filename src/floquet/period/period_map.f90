@@ -1,4 +1,4 @@
-!> Composes the affine maps of the steps to the map of a whole period, and follows a motion along them.
+!> Composes the affine maps of the steps to the map of a whole period, and computes motions from these maps.
 module gestell_floquet_period_period_map
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -16,18 +16,19 @@ module gestell_floquet_period_period_map
 
   public :: check_phases, end_of_block, motions, period_map, trajectory
 
-  !> Map of the period: Phi(T), shape (n, n), and with loads x_p(T), shape (n)
+  !> Map of the period: Phi(T), shape (n, n), and x_p(T), shape (n), allocated only with loads
   type, public :: period_map_type
     real(dp), allocatable :: phi(:, :), xp(:)
   end type period_map_type
 
-  !> Number of steps whose maps are stored at a time. Memory does not grow with the number of steps, and the maps stay in the cache.
+  !> Number of steps whose maps are stored at a time. Memory then does not grow with the number of steps, and the maps remain in the
+  !> cache.
   integer, parameter, public :: block_length = 32
 
 contains
 
-  !> Number of the last step of the block that begins with step `first` of `steps` steps. The last block has at least as many steps
-  !> as are computed side by side (`lanes`): shorter blocks are expensive.
+  !> Number of the last step of a block that begins with step `first`; `steps` is the number of all steps. The last block has at
+  !> least as many steps as are computed side by side (`lanes`), because shorter blocks are expensive.
   pure integer function end_of_block(first, steps) result(last)
     integer, intent(in) :: first, steps
 
@@ -46,7 +47,8 @@ contains
     if (.not. sound) call fatal_error(error, "phases must be ascending and lie between 0 and 1", invalid_input)
   end subroutine check_phases
 
-  !> Fails if the ends of steps, the units and the results do not fit each other or a system of n states.
+  !> Fails if the nodes are not ascending phases, if there are fewer than two, or if one of `sizes` (of units and results) is not
+  !> `n`.
   pure subroutine check_shapes(n, nodes, sizes, error)
     integer, intent(in) :: n, sizes(:)
     real(dp), intent(in) :: nodes(:)
@@ -61,18 +63,19 @@ contains
     end if
   end subroutine check_shapes
 
-  !> Computes Phi(T) = A_m ... A_1, equation (17) of the paper, over the steps between `nodes`.
-  !> Errors: invalid nodes or shapes; a step fails; overflow.
+  !> Computes Phi(T) = A_m ... A_1, equation (17) of the paper, from the maps of the steps between `nodes`. Errors: invalid nodes or
+  !> shapes; a step fails; overflow.
   subroutine period_map(system, method, nodes, scale, phi, error, xp, xp_peak, transient_growth, lower, unseen)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method
-    !> Ends of the steps, as phases; and units of the states, shape (n)
+    !> `nodes`: ends of the steps, as phases. `scale`: units of the states, shape (n).
     real(dp), contiguous, intent(in) :: nodes(:), scale(:)
     !> Phi(T), shape (n, n)
     real(dp), intent(out) :: phi(:, :)
     type(error_type), allocatable, intent(out) :: error
-    !> x_p(T), shape (n), of the motion that starts from zero; its largest norm of x / scale on the way; and the growth of a
-    !> rounding error on the way, |Phi(T, t)| |Phi(t)| / |Phi(T)|, at least 1, at the largest Phi(t) and at half of the period
+    !> `xp`: x_p(T), shape (n), of the motion that starts from zero. `xp_peak`: largest norm of x_p / scale. `transient_growth`:
+    !> growth of a rounding error, |Phi(T, t)| |Phi(t)| / |Phi(T)|, at least 1; larger of its values at the largest Phi(t) and at
+    !> half of the period.
     real(dp), intent(out), optional :: xp(:), xp_peak, transient_growth
     !> Maps by the two embedded methods, shape (2)
     type(period_map_type), intent(out), optional :: lower(:)
@@ -131,8 +134,8 @@ contains
       & transient%peak_norm), growth_halfway(balanced(phi, scale), balanced(transient%halfway, scale)))
   end subroutine period_map
 
-  !> Growth, relative to Phi(T), of a rounding error at the time of the largest Phi(t), the peak. From there to the end the motion
-  !> is Phi(T) Phi(t)^-1. If Phi does not fall after the peak, this is about 1 and is not computed.
+  !> Growth, relative to Phi(T), of a rounding error made at the peak, where Phi(t) is largest. From there to the end the motion is
+  !> Phi(T) Phi(t)^-1. If Phi does not fall after the peak, the growth is about 1 and is not computed.
   real(dp) function growth_by(phi, peak, peak_norm) result(growth)
     real(dp), intent(in) :: phi(:, :), peak(:, :), peak_norm
     real(dp), parameter :: much = 10
@@ -151,8 +154,8 @@ contains
     end if
   end function growth_by
 
-  !> Growth of a rounding error at half of the period, |Phi(T, t)| |Phi(t)| / |Phi(T)| over its value for rotations. It is far above
-  !> 1 where nearly coincident modes decay, as at critical damping. It is taken as 1 where Phi(t) is nearly singular.
+  !> Growth of a rounding error at half of the period: |Phi(T, t)| |Phi(t)| / |Phi(T)|, divided by its value for rotations. It is
+  !> far above 1 where nearly coincident modes decay, as at critical damping. It is set to 1 where Phi(t) is nearly singular.
   real(dp) function growth_halfway(phi, halfway) result(growth)
     real(dp), intent(in) :: phi(:, :), halfway(:, :)
     real(dp), parameter :: most_spread = 1.0e12_dp
@@ -169,13 +172,13 @@ contains
     growth = max(1.0_dp, norm2(matmul(phi, back)) / (sqrt(real(size(phi, 1), dp)) * max(norm2(phi), tiny(1.0_dp))))
   end function growth_halfway
 
-  !> Computes the motion x that starts with `x0` at phase 0. The phases become ends of steps that are at most as long as those
-  !> between `nodes`, so x has the accuracy of the method there.
-  !> Errors: those of `period_map`; `x` has not a column for each phase.
+  !> Computes the motion x that starts from `x0` at phase 0. All phases are ends of steps, and the steps are at most as long as
+  !> those between `nodes`, so x has the accuracy of the method at the phases. Errors: those of `period_map`; `x` does not have one
+  !> column per phase.
   subroutine trajectory(system, method, nodes, x0, phases, x, error)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method
-    !> Ends of the steps, as phases; start, shape (n); phases in [0, 1], ascending
+    !> `nodes`: ends of the steps, as phases. `x0`: start, shape (n). `phases`: phases in [0, 1], ascending.
     real(dp), intent(in) :: nodes(:), x0(:), phases(:)
     !> Motion at the phases, shape (n, phases)
     real(dp), intent(out) :: x(:, :)
@@ -226,12 +229,12 @@ contains
 
   end subroutine trajectory
 
-  !> Computes the motion over each of `parts` equal parts of the period, from the beginning of the part.
-  !> Errors: a step fails; overflow.
+  !> Divides the period into `parts` equal parts and computes the motion over each part, from the beginning of this part. Errors: a
+  !> step fails; overflow.
   subroutine motions(system, method, nodes, parts, maps, error)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method
-    !> Ends of equal steps, as phases; the phases k / count must be among them.
+    !> Ends of equal steps, as phases; they must include all phases k / count
     real(dp), contiguous, intent(in) :: nodes(:)
     !> Number of equal parts of the period
     integer, intent(in) :: parts

@@ -1,4 +1,4 @@
-!> Computes the unique periodic solution of x' = P x + f: its start x0 = (E - Phi)^-1 x_p(T), and the motion from there.
+!> Computes the periodic solution of x' = P x + f, if it is unique: its start x0 = (E - Phi)^-1 x_p(T), and the motion from there.
 module gestell_floquet_period_periodic_solution
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input, resonance
   use gestell_base_kinds, only: dp
@@ -14,7 +14,7 @@ module gestell_floquet_period_periodic_solution
 
   !> Start of the periodic motion, with error bounds
   type, public :: periodic_solution_type
-    !> State at t = 0, and a bound on the error of each component; shape (n)
+    !> `x0`: state at t = 0, shape (n). `error`: bound on the error of each of its components, shape (n).
     real(dp), allocatable :: x0(:), error(:)
     !> |(E - Phi)^-1| (1 + |Phi|) in balanced units. The solution loses as many digits as the decimal logarithm of this number.
     real(dp) :: condition = 0
@@ -22,7 +22,7 @@ module gestell_floquet_period_periodic_solution
 
 contains
 
-  !> Reports resonance: no periodic vibration exists, or none can be computed within the error of Phi(T).
+  !> Creates the error message for resonance: no periodic vibration exists, or the error of Phi(T) is too large to compute it.
   pure subroutine raise_resonance(error)
     type(error_type), allocatable, intent(out) :: error
 
@@ -35,12 +35,12 @@ contains
   !>
   !>     |(E - Phi)^-1| (e |x0| + e_p) / (1 - |(E - Phi)^-1| e).
   !>
-  !> This bound is used for rounding errors. Integration errors are known entry by entry, as matrices E' and vectors e_p that belong
-  !> together. They change x0 by (E - Phi)^-1 (E' x0 + e_p), in which most of them cancels: the periodic motion is slower than the
-  !> free vibrations.
+  !> This bound is used for rounding errors. Integration errors are known element by element, as matrices E' with the corresponding
+  !> vectors e_p. They change x0 by (E - Phi)^-1 (E' x0 + e_p). In this sum most of them cancel, because the periodic motion is
+  !> slower than the free vibrations.
   !>
-  !> Errors: `monodromy` was solved without forcing, or with too few steps to know its error; resonance: within its error bound E -
-  !> Phi may be singular.
+  !> Errors: `monodromy` was solved without forcing, or with so few steps that its error is unknown; resonance: E - Phi may be
+  !> singular within its error bound.
   subroutine solve_periodic(monodromy, solution, error)
     type(monodromy_type), intent(in) :: monodromy
     type(periodic_solution_type), intent(out) :: solution

@@ -1,10 +1,11 @@
-!> Computes the periodic motion at equidistant phases by a single integration whose steps end at these phases. It takes a tenth of
-!> the time of a solution with error bounds, and serves for corrections of a motion, whose own relative errors matter little.
+!> Computes the periodic motion at equidistant phases by a single integration whose steps end at these phases. This takes a tenth of
+!> the time of a solution with error bounds. It is meant for corrections of a motion, for which a small relative error is not
+!> important.
 !>
-!> A periodic motion without high harmonics needs far fewer stages than Phi(T). With s stages a step h has an error of h^(s+1) times
-!> the derivative of order s + 1 of the motion, times (h |P|)^s; a discrete (E - Phi)^-1 carries this error round the period. So s +
-!> 1 of the 2 s + 1 orders of the error depend on the frequencies of the motion, and only s on the fastest vibration. The harmonics
-!> of the motion are known only after the solution.
+!> A periodic motion without high harmonics requires far fewer stages than Phi(T). With s stages a step h has an error of h^(s+1)
+!> times the derivative of order s + 1 of the motion, times (h |P|)^s. A discrete (E - Phi)^-1 carries this error round the period.
+!> So s + 1 of the 2 s + 1 orders of the error depend on the frequencies of the motion, and only s on the fastest vibration. The
+!> harmonics of the motion are known only after the solution.
 module gestell_floquet_period_quick_motion
   use gestell_math_dft, only: dft
   use gestell_base_error, only: error_type
@@ -23,30 +24,32 @@ module gestell_floquet_period_quick_motion
 
   public :: solve_quickly
 
-  !> Assumed amplification of errors before it is known; typical if no multiplier is near 1
+  !> Amplification of errors that is assumed until it is known; typical if no multiplier is near 1
   real(dp), parameter :: usual_amplification = 7
 
   type, public :: quick_motion_type
-    !> States at the phases (k - 1)/phases, shape (n, phases); and units that make the states comparable, shape (n)
+    !> `x`: states at the phases (k - 1)/phases, shape (n, phases). `scale`: units that make the states comparable, shape (n).
     real(dp), allocatable :: x(:, :), scale(:)
-    !> Estimated errors by rounding and by the steps, relative to the motion
+    !> Estimated errors relative to the motion: `rounding`, and `truncation` due to the steps
     real(dp) :: rounding = 0, truncation = 0
-    !> Angle (radians) by which the fastest vibration turns within the period; factor by which errors of the steps are amplified in
-    !> the motion
+    !> `phase_advance`: angle (radians) by which the fastest vibration turns within the period. `amplification`: factor by which the
+    !> periodic motion amplifies errors of the steps.
     real(dp) :: phase_advance = 0, amplification = usual_amplification
-    !> Norms of the harmonics of order 0, 1, ..., relative to the whole motion, in these units
+    !> Norms of the harmonics of order 0, 1, ..., relative to the whole motion, in units of `scale`
     real(dp), allocatable :: spectrum(:)
-    !> Input. True: store [Phi(t) x_p(t)] at the phases k/phases, k = 1 ... phases, in `maps`, shape (n, n + 1, phases).
+    !> Input. True: store [Phi(t) x_p(t)] at the phases k/phases, k = 1 ... phases, in `maps`, shape (n, n + 1, phases)
     logical :: keeps = .false.
     real(dp), allocatable :: maps(:, :, :)
   end type quick_motion_type
 
-  !> Maximum angle (radians per period) of the fastest vibration: above it, reduction to slowly varying modes is quicker.
+  !> Largest angle (radians per period) of the fastest vibration for this method. Beyond it, reduction to slowly varying modes is
+  !> faster.
   real(dp), parameter :: most_turns = 700
-  !> Assumed ratio of successive harmonics before they are known; factor by which the amplification may exceed the previous one
-  !> without loss of accuracy; factor by which the estimated error may exceed the allowed one before a motion is solved again
+  !> `usual_ratio`: ratio of successive harmonics that is assumed until they are known. `reserve`: factor by which the amplification
+  !> may grow without loss of accuracy. `slack`: factor by which the estimated error may exceed the allowed one before a motion is
+  !> solved again.
   real(dp), parameter :: usual_ratio = 0.5_dp, reserve = 1.5_dp, slack = 100
-  !> Maximum number of steps between two phases, and of trials
+  !> `most_between`: maximum number of steps between two phases. `most_trials`: maximum number of solutions.
   integer, parameter :: most_between = 8, most_trials = 4
 
 contains
@@ -58,11 +61,11 @@ contains
     integer, intent(in) :: phases
     !> Allowed error relative to the motion
     real(dp), intent(in) :: of_motion
-    !> The motion. On input a motion of a system that differs little, or an empty one: its units, angle, amplification and harmonics
-    !> are used.
+    !> The periodic motion. On input it may hold the motion of a similar system, whose units, angle, amplification and harmonics are
+    !> then used; or it is empty.
     type(quick_motion_type), intent(inout) :: motion
-    !> False if this method is unsuitable: the coefficients jump, the fastest vibration turns by more than `most_turns`, or a
-    !> multiplier is so near 1 that rounding exceeds the allowed error.
+    !> False if this method is unsuitable or fails. It is unsuitable if the coefficients jump, if the fastest vibration turns by
+    !> more than `most_turns`, or if a multiplier is so near 1 that rounding exceeds the allowed error.
     logical, intent(out) :: fits
     class(method_type), allocatable :: method
     type(survey_type) :: survey
@@ -104,7 +107,7 @@ contains
     end do
   end subroutine solve_quickly
 
-  !> Computes the motion from its start (in units of `scale`), and its harmonics.
+  !> Computes the motion and its harmonics from its start, given in units of `scale`.
   subroutine move(maps, start, motion)
     real(dp), intent(in) :: maps(:, :, :), start(:)
     type(quick_motion_type), intent(inout) :: motion
@@ -136,8 +139,8 @@ contains
     motion%spectrum = sqrt(motion%spectrum / sum(motion%spectrum))
   end subroutine move
 
-  !> Estimated error of a motion by `steps` Gauss steps, relative to the motion and before amplification, equation (38) of
-  !> doc/theory.md.
+  !> Estimated error of a motion computed with `steps` Gauss steps, relative to the motion and before amplification; equation (38)
+  !> of doc/theory.md.
   real(dp) function error_of(system, motion, method, steps)
     class(periodic_system), intent(in) :: system
     type(quick_motion_type), intent(in) :: motion
@@ -152,8 +155,8 @@ contains
       & * sum([(motion%spectrum(k + 1) * (2 * pi * k / steps)**(stages + 1), k = 1, size(motion%spectrum) - 1)])
   end function error_of
 
-  !> Chooses the number of Gauss stages, and of steps `between` two phases, with the least work for `tolerance`. `between` is zero
-  !> if no choice is good enough.
+  !> Chooses the number of Gauss stages and the number of steps between two phases, `between`, that reach `tolerance` with the least
+  !> work. `between` is zero if no choice reaches it.
   subroutine choose_steps(system, phases, motion, tolerance, method, between)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: phases

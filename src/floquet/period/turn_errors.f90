@@ -1,17 +1,19 @@
-!> Bounds the error of a periodic motion over the whole period by a second solution with steps half as long.
+!> Bounds the error of a periodic motion over the whole period by comparison with a second solution whose steps are half as long.
 !>
 !> The motion is computed in segments, each from its own start x_k. From these starts, steps half as long give y(t) = x(t) + l(t).
-!> At the end of segment k the motion y misses the next start by the defect d_k. With the maps A_k of the segments, the periodic
-!> motion of the shorter steps is
+!> At the end of segment k the motion y differs from the next start by the defect d_k. With the maps A_k of the segments, the
+!> periodic motion with the shorter steps is
 !>
 !>     x^(t) = y(t) + Phi(t, t_k) z_k,   z_{k+1} = A_k z_k + d_k,   z_{K+1} = z_1.
 !>
-!> So local errors are measured where they arise, with their signs and however fast they die out. A method of order p has an error
-!> of 2^-p (x^ - x) left in x^. Equal steps profit from the periodicity, unequal ones do not. Therefore all steps between
-!> equidistant phases are equal, and the defects of the starts are computed with steps half as long as those of their own mesh.
+!> So local errors are measured where they arise, with their signs, even if they die out quickly. For a method of order p, x^ still
+!> has an error of about 2^-p (x^ - x). The error is smaller with equal steps, because the motion is periodic, than with unequal
+!> ones. Therefore all steps between equidistant phases are equal, and the defects are computed with steps half as long as those
+!> from which the starts were computed.
 !>
-!> Consider a motion from the same starts with more steps and phases: its part of x^ - x due to the starts is equal, and its local
-!> errors are smaller. It lies between x and a motion without local errors, so bounds are taken for both ends.
+!> Consider a motion from the same starts with more steps and phases. The part of x^ - x due to the starts is the same, but its
+!> local errors are smaller. Its error lies between the error of x and that of a motion without local errors, so bounds are computed
+!> for both.
 module gestell_floquet_period_turn_errors
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -28,23 +30,23 @@ module gestell_floquet_period_turn_errors
 
   public :: close_turn, compare, relative_rounding, rounding_errors, take_differences
 
-  !> Error of n quantities over the period. At any phase it is some factor between -1 and 1 times the differences there, plus
-  !> rounding.
+  !> Errors of n quantities over the period. At each phase the error is a factor between -1 and 1 times the differences at this
+  !> phase, plus rounding.
   type, public :: turn_errors_type
-    !> Differences including the safety factor, shape (n, 2 * phases): first for the motion that was compared, then for one with
-    !> much shorter steps. Rounding at any time, shape (n)
+    !> `differences`: differences times the safety factor, shape (n, 2 * phases), first for the motion that was compared, then for a
+    !> motion with much shorter steps. `rounding`: rounding error at any time, shape (n).
     real(dp), allocatable :: differences(:, :), rounding(:)
   contains
     procedure :: bounds
     procedure :: along
   end type turn_errors_type
 
-  !> Comparison of a motion, in K segments, with the motion of steps half as long
+  !> Comparison of a motion, which consists of K segments, with the motion that steps half as long give
   type, public :: comparison_type
-    !> l(t), shape (n, phases); Phi(t, t_k), shape (n, n, phases); A_k, shape (n, n, K); defects d_k, shape (n, K); and the largest
-    !> |x| in balanced units within each segment, shape (K)
+    !> `local`: l(t), shape (n, phases). `transition`: Phi(t, t_k), shape (n, n, phases). `map`: A_k, shape (n, n, K). `defect`:
+    !> d_k, shape (n, K). `size`: largest |x| in balanced units within each segment, shape (K).
     real(dp), allocatable :: local(:, :), transition(:, :, :), map(:, :, :), defect(:, :), size(:)
-    !> Segment of each phase, shape (phases)
+    !> Number of the segment to which each phase belongs, shape (phases)
     integer, allocatable :: segment(:)
     !> Number of steps of the motion that is compared
     integer :: steps = 0
@@ -52,7 +54,7 @@ module gestell_floquet_period_turn_errors
 
 contains
 
-  !> Bound, valid at all times, on the error of the weighted sum of the first quantities.
+  !> Bound on the error of the weighted sum of the first quantities, valid at all times.
   pure real(dp) function along(self, weights)
     class(turn_errors_type), intent(in) :: self
     real(dp), intent(in) :: weights(:)
@@ -63,7 +65,7 @@ contains
     if (size(self%differences, 2) > 0) along = along + maxval(abs(matmul(weights, self%differences(:n, :))))
   end function along
 
-  !> Bounds, valid at all times, on the error of each quantity, shape (n).
+  !> Bounds on the error of each quantity, valid at all times; shape (n).
   pure function bounds(self)
     class(turn_errors_type), intent(in) :: self
     real(dp) :: bounds(size(self%rounding))
@@ -72,14 +74,15 @@ contains
     if (size(self%differences, 2) > 0) bounds = bounds + maxval(abs(self%differences), dim=2)
   end function bounds
 
-  !> Compares a motion with one from the same starts with steps half as long. Error: overflow.
+  !> Compares a motion with the motion from the same starts with steps half as long. Error: overflow.
   subroutine compare(system, method, nodes, scale, ends, starts, phases, x, comparison, error)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method
-    !> Ends of the steps; units of the states, shape (n); ends of the segments, shape (0:K); starts of the segments, shape (n, K);
-    !> phases, of which the last is 1; and the motion x at these phases, shape (n, phases)
+    !> `nodes`: ends of the steps. `scale`: units of the states, shape (n). `ends`: ends of the segments, shape (0:K). `starts`:
+    !> states at the starts of the segments, shape (n, K). `phases`: ascending, the last one is 1. `x`: the motion at the phases,
+    !> shape (n, phases).
     real(dp), intent(in) :: nodes(:), scale(:), ends(0:), starts(:, :), phases(:), x(:, :)
-    !> The comparison with steps half as long
+    !> Comparison with the motion whose steps are half as long
     type(comparison_type), intent(out) :: comparison
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: maps(:, :, :), half(:)
@@ -145,14 +148,14 @@ contains
 
   end subroutine compare
 
-  !> Computes the corrections z at the starts of K segments, and their part due to z_1, which solves (E - Phi) z_1 = defect of the
+  !> Computes the corrections `z` at the starts of K segments, and the part `due` to z_1. z_1 solves (E - Phi) z_1 = defect of the
   !> whole period. Error: E - Phi is singular.
   subroutine close_turn(turn, comparison, scale, z, due, inverted, error)
-    !> Comparison over the whole period as a single segment; and comparison over the K segments
+    !> `turn`: comparison over the whole period as a single segment. `comparison`: comparison over the K segments.
     type(comparison_type), intent(in) :: turn, comparison
     !> Units of the states, shape (n)
     real(dp), intent(in) :: scale(:)
-    !> Corrections, shape (n, K), and their part due to z_1, shape (n, K)
+    !> `z`: corrections at the starts of the segments, shape (n, K). `due`: part of them caused by z_1, shape (n, K).
     real(dp), intent(out) :: z(:, :), due(:, :)
     !> (E - Phi)^-1 in balanced units
     real(dp), allocatable, intent(out) :: inverted(:, :)
@@ -169,12 +172,13 @@ contains
     end do
   end subroutine close_turn
 
-  !> Computes the differences over the period, with the safety factor, and the effect of rounding.
+  !> Computes the errors over the period: the differences, times the safety factor, and the effect of rounding.
   pure subroutine take_differences(comparison, scale, z, due, at_starts, own, errors)
     !> Comparison over the K segments
     type(comparison_type), intent(in) :: comparison
-    !> Units of the states, shape (n); corrections at the starts and their part due to the starts, shape (n, K); rounding errors at
-    !> the starts, shape (n, K), and within each segment, shape (K), both in balanced units
+    !> `scale`: units of the states, shape (n). `z`, `due`: corrections at the starts of the segments, and their part caused by z_1,
+    !> shapes (n, K). `at_starts`, `own`: rounding errors at the starts, shape (n, K), and within each segment, shape (K), in
+    !> balanced units.
     real(dp), intent(in) :: scale(:), z(:, :), due(:, :), at_starts(:, :), own(:)
     !> Differences and rounding over the period
     type(turn_errors_type), intent(out) :: errors
@@ -193,8 +197,8 @@ contains
     end do
   end subroutine take_differences
 
-  !> Rounding error over a period, relative to the motion: the roundings in every step, which all have the same sign for nearly
-  !> constant coefficients; the phase error of the fastest motion; and the rounding of the model.
+  !> Rounding error over a period, relative to the motion. It has three parts: the roundings in every step, which all have the same
+  !> sign for nearly constant coefficients; the phase error of the fastest motion; and the rounding of the model.
   pure real(dp) function relative_rounding(system, steps, phase_advance) result(rounding)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: steps
@@ -203,14 +207,15 @@ contains
     rounding = epsilon(1.0_dp) * (system%states * steps + 2 * phase_advance) + system%rounding
   end function relative_rounding
 
-  !> Effect at the starts of K segments, shape (n, K), of roundings within the segments, in balanced units. Each rounding reaches
-  !> t_i through the Green's function of the periodic motion,
+  !> Errors at the starts of K segments, shape (n, K), caused by roundings within the segments, in balanced units. Each rounding
+  !> affects t_i through the Green's function of the periodic motion,
   !>
   !>     G(t_i, t_j) = Phi(t_i, t_j) [t_i > t_j] + Phi(t_i, 0) (E - Phi(T))^-1 Phi(T, t_j).
   pure function rounding_errors(comparison, scale, inverted, own) result(at_starts)
     !> Comparison over the K segments
     type(comparison_type), intent(in) :: comparison
-    !> Units of the states, shape (n); (E - Phi)^-1 in balanced units; roundings within each segment, shape (K)
+    !> `scale`: units of the states, shape (n). `inverted`: (E - Phi)^-1 in balanced units. `own`: roundings within each segment,
+    !> shape (K).
     real(dp), intent(in) :: scale(:), inverted(:, :), own(:)
     real(dp) :: at_starts(size(scale), size(own))
     real(dp), dimension(size(scale), size(scale), size(own)) :: a, to_start, to_end
