@@ -13,7 +13,7 @@ module balance_linkages
   implicit none (type, external)
   private
 
-  public :: four_bar, look_at, objective, prepared, shake, skew_four_bar, slider_crank
+  public :: four_bar, examine_linkage, objective, prepared, shake, skew_four_bar, slider_crank
 
   real(dp), parameter, public :: speed = 25
 
@@ -75,7 +75,7 @@ contains
   end subroutine prepared
 
   !> The bodies of a linkage in axes at its origin, with its crank as seen from the frame.
-  subroutine look_at(linkage, rigid, error, about)
+  subroutine examine_linkage(linkage, rigid, error, about)
     type(linkage_type), intent(in) :: linkage
     type(rigid_ground_type), intent(out) :: rigid
     type(error_type), allocatable, intent(inout) :: error
@@ -87,7 +87,7 @@ contains
     if (present(about)) point = about
     call examine(linkage, .false., point, rigid, failure)
     call check_success(error, failure, "bodies")
-  end subroutine look_at
+  end subroutine examine_linkage
 
   !> The shaking force of a linkage that carries the counterweights as links.
   subroutine shake(linkage, rigid, weights, found, error, even_in_space)

@@ -106,14 +106,14 @@ contains
     allocate(claims%quantities(size(names)))
     do k = 1, size(names)
       claims%quantities(k)%name = names(k)
-      call take_quantity(context, trim(names(k)), claims%quantities(k))
+      call read_quantity(context, trim(names(k)), claims%quantities(k))
     end do
-    call take_torque(context, claims%torque)
-    call take_places(result, claims)
+    call read_torque(context, claims%torque)
+    call read_places(result, claims)
   end subroutine solve_text
 
   !> The quantity of a name, or of the guides and everything else together, as total.fx.
-  subroutine take_quantity(context, name, claim)
+  subroutine read_quantity(context, name, claim)
     type(context_type), intent(in) :: context
     character(len=*), intent(in) :: name
     type(claim_type), intent(inout) :: claim
@@ -136,10 +136,10 @@ contains
     claim%peak_error = statistics%peak_error
     claim%rms = statistics%rms
     claim%amplitudes = [(statistics%amplitude(k), k = 1, orders)]
-  end subroutine take_quantity
+  end subroutine read_quantity
 
   !> Takes the claims about the torque. The library bounds its peak only, the power of the drive at all times.
-  subroutine take_torque(context, claim)
+  subroutine read_torque(context, claim)
     type(context_type), intent(in) :: context
     type(claim_type), intent(inout) :: claim
     type(drive_type) :: drive
@@ -155,10 +155,10 @@ contains
     claim%peak_error = drive%peak_error
     claim%rms = drive%actual%rms
     allocate(claim%amplitudes(0))
-  end subroutine take_torque
+  end subroutine read_torque
 
   !> What the tables of forces and probes contain in addition to the quantities.
-  subroutine take_places(result, claims)
+  subroutine read_places(result, claims)
     type(result_type), intent(in) :: result
     type(claims_type), intent(inout) :: claims
     integer :: k, n
@@ -201,7 +201,7 @@ contains
       number = result%tables(n)%columns(column(n, key))%numbers(row)
     end function number
 
-  end subroutine take_places
+  end subroutine read_places
 
   !> The claim about one quantity; its components are not allocated if there is none.
   pure type(claim_type) function claim_of(claims, name)

@@ -108,7 +108,7 @@ contains
     end if
     tally%vibrations = tally%vibrations + 1
     call count_verdict(one, claims, orbit, tally)
-    call hold_against(one, claims, frame, orbit, signals, tally)
+    call compare_with_oracle(one, claims, frame, orbit, signals, tally)
   end subroutine examine_one
 
   !> Maximum of abs(psi) over the period.
@@ -197,7 +197,7 @@ contains
     end select
   end subroutine count_verdict
 
-  subroutine hold_against(one, claims, frame, orbit, signals, tally)
+  subroutine compare_with_oracle(one, claims, frame, orbit, signals, tally)
     type(exact_specimen), intent(in) :: one
     type(claims_type), intent(in) :: claims
     type(frame_type), intent(in) :: frame
@@ -218,7 +218,7 @@ contains
         end if
       end associate
     end do
-  end subroutine hold_against
+  end subroutine compare_with_oracle
 
   subroutine note(lines, one, text, numbers)
     character(len=line_length), allocatable, intent(inout) :: lines(:)

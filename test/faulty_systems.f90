@@ -6,7 +6,7 @@ module faulty_systems
   implicit none (type, external)
   private
 
-  public :: answers, nan, infinite, refuse
+  public :: check_answer, nan, infinite, expect
 
   !> Mathieu's equation for each degree of freedom, with a little damping, with the given `fault`.
   type, extends(second_order_system), public :: faulty_second_order
@@ -202,7 +202,7 @@ contains
 
   !> Adds a complaint unless `failure` is an error with this code and a message of one line. Invalid input must be refused
   !> before any coefficient is evaluated.
-  subroutine refuse(failure, code, what, complaints)
+  subroutine expect(failure, code, what, complaints)
     type(error_type), allocatable, intent(in) :: failure
     integer, intent(in) :: code
     character(len=*), intent(in) :: what
@@ -218,10 +218,10 @@ contains
     end if
     if (code == invalid_input .and. evaluations > 0) complaints = complaints // what // ": evaluated; "
     evaluations = 0
-  end subroutine refuse
+  end subroutine expect
 
   !> Adds a complaint if a call neither succeeded nor failed in a documented way, or did too much work.
-  subroutine answers(failure, what, complaints)
+  subroutine check_answer(failure, what, complaints)
     type(error_type), allocatable, intent(in) :: failure
     character(len=*), intent(in) :: what
     character(len=:), allocatable, intent(inout) :: complaints
@@ -233,6 +233,6 @@ contains
     end if
     if (evaluations > too_many) complaints = complaints // what // ": too much work; "
     evaluations = 0
-  end subroutine answers
+  end subroutine check_answer
 
 end module faulty_systems

@@ -5,7 +5,7 @@ module invalid_floquet_arguments
     & mesh, method_type, monodromy_type, multipliers_type, new_method, period_map, periodic_solution_type, periodic_system, &
     & solve_floquet, solve_modes, solve_monodromy, solve_multipliers, solve_periodic, trajectory
   use gestell_door_numerics, only: mode_type
-  use faulty_systems, only: answers, evaluations, faulty_first_order, faulty_second_order, infinite, nan, refuse
+  use faulty_systems, only: check_answer, evaluations, faulty_first_order, faulty_second_order, infinite, nan, expect
   use testdrive, only: check, test_error => error_type
   implicit none (type, external)
   private
@@ -26,30 +26,30 @@ contains
     complaints = ""
     periods = [0.0_dp, -1.0_dp, nan(), infinite(), -infinite()]
     do i = 1, size(periods)
-      call never(faulty_second_order(states=2, period=periods(i)), "period", complaints)
-      call never(faulty_first_order(states=2, period=periods(i)), "period", complaints)
+      call check_refused(faulty_second_order(states=2, period=periods(i)), "period", complaints)
+      call check_refused(faulty_first_order(states=2, period=periods(i)), "period", complaints)
     end do
-    call never(faulty_second_order(), "nothing set", complaints)
-    call never(faulty_second_order(states=2), "period not set", complaints)
-    call never(faulty_second_order(period=pi), "no states", complaints)
-    call never(faulty_first_order(period=pi), "no states", complaints)
-    call never(faulty_second_order(states=-2, period=pi), "negative states", complaints)
-    call never(faulty_first_order(states=-2, period=pi), "negative states", complaints)
-    call never(faulty_second_order(states=1, period=pi), "one state", complaints)
-    call never(faulty_second_order(states=3, period=pi), "odd states", complaints)
-    call never(faulty_second_order(states=2, period=pi, breaks=[nan()]), "break nan", complaints)
-    call never(faulty_second_order(states=2, period=pi, breaks=[infinite()]), "break infinite", complaints)
-    call never(faulty_second_order(states=2, period=pi, breaks=[-1.0_dp, 10.0_dp]), "breaks outside", complaints)
-    call never(faulty_second_order(states=2, period=pi, breaks=[2.0_dp, 1.0_dp]), "breaks descend", complaints)
-    call never(faulty_second_order(states=2, period=pi, breaks=[1.0_dp, 1.0_dp]), "break twice", complaints)
-    call never(faulty_second_order(states=2, period=pi, breaks=[0.0_dp, 1.0_dp]), "break at 0", complaints)
-    call never(faulty_second_order(states=2, period=pi, breaks=[1.0_dp, pi]), "break at T", complaints)
-    call never(faulty_second_order(states=2, period=pi, least_steps=0), "least_steps 0", complaints)
-    call never(faulty_second_order(states=2, period=pi, least_steps=-5), "least_steps negative", complaints)
-    call never(faulty_second_order(states=2, period=pi, least_steps=huge(1)), "least_steps huge", complaints)
-    call never(faulty_second_order(states=2, period=pi, least_steps=100000000), "least_steps 1e8", complaints)
-    call never(faulty_second_order(states=2, period=pi, rounding=nan()), "rounding nan", complaints)
-    call never(faulty_second_order(states=2, period=pi, rounding=-1.0_dp), "rounding negative", complaints)
+    call check_refused(faulty_second_order(), "nothing set", complaints)
+    call check_refused(faulty_second_order(states=2), "period not set", complaints)
+    call check_refused(faulty_second_order(period=pi), "no states", complaints)
+    call check_refused(faulty_first_order(period=pi), "no states", complaints)
+    call check_refused(faulty_second_order(states=-2, period=pi), "negative states", complaints)
+    call check_refused(faulty_first_order(states=-2, period=pi), "negative states", complaints)
+    call check_refused(faulty_second_order(states=1, period=pi), "one state", complaints)
+    call check_refused(faulty_second_order(states=3, period=pi), "odd states", complaints)
+    call check_refused(faulty_second_order(states=2, period=pi, breaks=[nan()]), "break nan", complaints)
+    call check_refused(faulty_second_order(states=2, period=pi, breaks=[infinite()]), "break infinite", complaints)
+    call check_refused(faulty_second_order(states=2, period=pi, breaks=[-1.0_dp, 10.0_dp]), "breaks outside", complaints)
+    call check_refused(faulty_second_order(states=2, period=pi, breaks=[2.0_dp, 1.0_dp]), "breaks descend", complaints)
+    call check_refused(faulty_second_order(states=2, period=pi, breaks=[1.0_dp, 1.0_dp]), "break twice", complaints)
+    call check_refused(faulty_second_order(states=2, period=pi, breaks=[0.0_dp, 1.0_dp]), "break at 0", complaints)
+    call check_refused(faulty_second_order(states=2, period=pi, breaks=[1.0_dp, pi]), "break at T", complaints)
+    call check_refused(faulty_second_order(states=2, period=pi, least_steps=0), "least_steps 0", complaints)
+    call check_refused(faulty_second_order(states=2, period=pi, least_steps=-5), "least_steps negative", complaints)
+    call check_refused(faulty_second_order(states=2, period=pi, least_steps=huge(1)), "least_steps huge", complaints)
+    call check_refused(faulty_second_order(states=2, period=pi, least_steps=100000000), "least_steps 1e8", complaints)
+    call check_refused(faulty_second_order(states=2, period=pi, rounding=nan()), "rounding nan", complaints)
+    call check_refused(faulty_second_order(states=2, period=pi, rounding=-1.0_dp), "rounding negative", complaints)
     call check(error, complaints, "")
   end subroutine test_systems
 
@@ -103,16 +103,16 @@ contains
     system = faulty_second_order(states=2, period=pi)
     tolerances = [0.0_dp, -1.0_dp, nan(), infinite(), 1.0_dp, 2.0_dp, -infinite()]
     do i = 1, size(tolerances)
-      call never_so(system, accuracy_type(tolerance=tolerances(i)), "tolerance", complaints)
+      call check_refused_with(system, accuracy_type(tolerance=tolerances(i)), "tolerance", complaints)
       call solve_modes(system, accuracy_type(tolerance=tolerances(i)), modes, mass, failure)
-      call refuse(failure, invalid_input, "modes: tolerance", complaints)
+      call expect(failure, invalid_input, "modes: tolerance", complaints)
     end do
-    call never_so(system, accuracy_type(steps=-1), "negative steps", complaints)
-    call never_so(system, accuracy_type(steps=huge(1)), "huge steps", complaints)
-    call never_so(system, accuracy_type(steps=200000000), "many steps", complaints)
+    call check_refused_with(system, accuracy_type(steps=-1), "negative steps", complaints)
+    call check_refused_with(system, accuracy_type(steps=huge(1)), "huge steps", complaints)
+    call check_refused_with(system, accuracy_type(steps=200000000), "many steps", complaints)
     do i = 1, size(methods)
       call new_method(trim(methods(i)), method, failure)
-      call refuse(failure, invalid_input, "method '" // trim(methods(i)) // "'", complaints)
+      call expect(failure, invalid_input, "method '" // trim(methods(i)) // "'", complaints)
       call solve(system, accuracy_type(method=trim(methods(i))), "method", complaints)
       call solve(system, accuracy_type(method=trim(methods(i)), steps=7), "method and steps", complaints)
     end do
@@ -137,41 +137,41 @@ contains
     complaints = ""
     call evidence(floquet, found)
     call solve_multipliers(floquet, .true., multipliers, failure)
-    call refuse(failure, invalid_input, "multipliers of an unsolved system", complaints)
+    call expect(failure, invalid_input, "multipliers of an unsolved system", complaints)
     call solve_multipliers(monodromy, .true., multipliers, failure)
-    call refuse(failure, invalid_input, "multipliers of no monodromy", complaints)
+    call expect(failure, invalid_input, "multipliers of no monodromy", complaints)
     call solve_periodic(floquet, solution, failure)
-    call refuse(failure, invalid_input, "periodic motion of an unsolved system", complaints)
+    call expect(failure, invalid_input, "periodic motion of an unsolved system", complaints)
     call solve_periodic(monodromy, solution, failure)
-    call refuse(failure, invalid_input, "periodic motion of no monodromy", complaints)
+    call expect(failure, invalid_input, "periodic motion of no monodromy", complaints)
     call follow(faulty_second_order(states=2, period=pi), floquet, solution, [0.0_dp], x, failure)
-    call refuse(failure, invalid_input, "trajectory of an unsolved system", complaints)
+    call expect(failure, invalid_input, "trajectory of an unsolved system", complaints)
     call follow(faulty_second_order(states=2, period=pi), monodromy, solution, [0.0_dp], x, failure)
-    call refuse(failure, invalid_input, "follow no monodromy", complaints)
+    call expect(failure, invalid_input, "follow no monodromy", complaints)
 
     call solve_floquet(faulty_second_order(states=2, period=pi), accuracy_type(), .false., floquet, failure)
-    call answers(failure, "not forced", complaints)
+    call check_answer(failure, "not forced", complaints)
     call solve_periodic(floquet, solution, failure)
-    call refuse(failure, invalid_input, "periodic motion without forcing", complaints)
+    call expect(failure, invalid_input, "periodic motion without forcing", complaints)
     call solve_monodromy(faulty_second_order(states=2, period=pi), accuracy_type(), .false., monodromy, failure)
-    call answers(failure, "not forced", complaints)
+    call check_answer(failure, "not forced", complaints)
     call solve_periodic(monodromy, solution, failure)
-    call refuse(failure, invalid_input, "periodic motion of a monodromy without forcing", complaints)
+    call expect(failure, invalid_input, "periodic motion of a monodromy without forcing", complaints)
 
     call solve_floquet(faulty_second_order(states=2, period=pi), accuracy_type(), .true., other, failure)
     if (.not. allocated(failure)) call solve_periodic(other, solution, failure)
-    call answers(failure, "periodic motion", complaints)
+    call check_answer(failure, "periodic motion", complaints)
     call follow(faulty_second_order(states=2, period=pi), other, solution, [0.5_dp, 0.2_dp], x, failure)
-    call refuse(failure, invalid_input, "phases descend", complaints)
+    call expect(failure, invalid_input, "phases descend", complaints)
     call follow(faulty_second_order(states=2, period=pi), other, solution, [-0.5_dp, 0.2_dp], x, failure)
-    call refuse(failure, invalid_input, "phase below 0", complaints)
+    call expect(failure, invalid_input, "phase below 0", complaints)
     call follow(faulty_second_order(states=2, period=pi), other, solution, [0.5_dp, nan()], x, failure)
-    call refuse(failure, invalid_input, "phase nan", complaints)
+    call expect(failure, invalid_input, "phase nan", complaints)
     call follow(faulty_second_order(states=4, period=pi), other, solution, [0.5_dp], x, failure)
-    call refuse(failure, invalid_input, "another system", complaints)
+    call expect(failure, invalid_input, "another system", complaints)
 
     call solve_floquet(faulty_first_order(states=2, period=pi, table=3), accuracy_type(), .true., other, failure)
-    call refuse(failure, invalid_input, "coupled of another shape", complaints)
+    call expect(failure, invalid_input, "coupled of another shape", complaints)
     call check(error, complaints, "")
   end subroutine test_order_of_calls
 
@@ -188,23 +188,23 @@ contains
     system = faulty_second_order(states=2, period=pi)
     call new_method("gauss4", method, failure)
     call period_map(system, method, [0.0_dp, nan(), 1.0_dp], [1.0_dp, 1.0_dp], phi, failure)
-    call refuse(failure, invalid_input, "node nan", complaints)
+    call expect(failure, invalid_input, "node nan", complaints)
     call period_map(system, method, [0.0_dp, 0.7_dp, 0.5_dp, 1.0_dp], [1.0_dp, 1.0_dp], phi, failure)
-    call refuse(failure, invalid_input, "nodes descend", complaints)
+    call expect(failure, invalid_input, "nodes descend", complaints)
     call period_map(system, method, [0.0_dp], [1.0_dp, 1.0_dp], phi, failure)
-    call refuse(failure, invalid_input, "one node", complaints)
+    call expect(failure, invalid_input, "one node", complaints)
     call period_map(system, method, [real(dp) ::], [1.0_dp, 1.0_dp], phi, failure)
-    call refuse(failure, invalid_input, "no nodes", complaints)
+    call expect(failure, invalid_input, "no nodes", complaints)
     call period_map(system, method, [0.0_dp, 1.0_dp], [1.0_dp], phi, failure)
-    call refuse(failure, invalid_input, "units missing", complaints)
+    call expect(failure, invalid_input, "units missing", complaints)
     call period_map(system, method, [0.0_dp, 1.0_dp], [1.0_dp, 1.0_dp], large, failure)
-    call refuse(failure, invalid_input, "phi too large", complaints)
+    call expect(failure, invalid_input, "phi too large", complaints)
     call trajectory(system, method, [0.0_dp, 1.0_dp], [1.0_dp, 1.0_dp], [2.0_dp], x, failure)
-    call refuse(failure, invalid_input, "phase above 1", complaints)
+    call expect(failure, invalid_input, "phase above 1", complaints)
     call trajectory(system, method, [0.0_dp, 1.0_dp], [1.0_dp], [0.5_dp], x, failure)
-    call refuse(failure, invalid_input, "a state missing", complaints)
+    call expect(failure, invalid_input, "a state missing", complaints)
     call trajectory(system, method, [0.0_dp, 1.0_dp], [1.0_dp, 1.0_dp], [0.5_dp, 0.6_dp], x, failure)
-    call refuse(failure, invalid_input, "a column missing", complaints)
+    call expect(failure, invalid_input, "a column missing", complaints)
     call check(error, complaints, "")
     if (allocated(error)) return
     call check_that(error, size(mesh(system, 0)), "==", 2, "one step at least")
@@ -212,15 +212,15 @@ contains
   end subroutine test_trajectories
 
   !> Checks that both ways of solving refuse the system.
-  subroutine never(system, what, complaints)
+  subroutine check_refused(system, what, complaints)
     class(periodic_system), intent(in) :: system
     character(len=*), intent(in) :: what
     character(len=:), allocatable, intent(inout) :: complaints
 
-    call never_so(system, accuracy_type(), what, complaints)
-  end subroutine never
+    call check_refused_with(system, accuracy_type(), what, complaints)
+  end subroutine check_refused
 
-  subroutine never_so(system, accuracy, what, complaints)
+  subroutine check_refused_with(system, accuracy, what, complaints)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
     character(len=*), intent(in) :: what
@@ -231,10 +231,10 @@ contains
 
     evaluations = 0
     call solve_floquet(system, accuracy, .true., floquet, failure)
-    call refuse(failure, invalid_input, "solve_floquet: " // what, complaints)
+    call expect(failure, invalid_input, "solve_floquet: " // what, complaints)
     call solve_monodromy(system, accuracy, .true., monodromy, failure)
-    call refuse(failure, invalid_input, "solve_monodromy: " // what, complaints)
-  end subroutine never_so
+    call expect(failure, invalid_input, "solve_monodromy: " // what, complaints)
+  end subroutine check_refused_with
 
   !> Requests all results of a system.
   subroutine solve(system, accuracy, what, complaints)
@@ -254,9 +254,9 @@ contains
     if (.not. allocated(failure)) call solve_multipliers(floquet, .true., multipliers, failure)
     if (.not. allocated(failure)) call solve_periodic(floquet, solution, failure)
     if (.not. allocated(failure)) call follow(system, floquet, solution, [0.0_dp, 0.5_dp, 1.0_dp], x, failure)
-    call answers(failure, "solve_floquet: " // what, complaints)
+    call check_answer(failure, "solve_floquet: " // what, complaints)
     call solve_monodromy(system, accuracy, .true., monodromy, failure)
-    call answers(failure, "solve_monodromy: " // what, complaints)
+    call check_answer(failure, "solve_monodromy: " // what, complaints)
   end subroutine solve
 
 end module invalid_floquet_arguments

@@ -8,7 +8,7 @@ module invalid_machine_arguments
     & solve_vibration, statistics_type, stiffness_matrix, support_type, take_statistics, analysis_options, trade_type, &
     & vibration_type, find_responses, probe_response_type
   use gestell_door_numerics, only: damping_matrix
-  use faulty_systems, only: answers, infinite, nan, refuse
+  use faulty_systems, only: check_answer, infinite, nan, expect
   use testdrive, only: check, test_error => error_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   implicit none (type, external)
@@ -36,68 +36,68 @@ contains
 
     complaints = ""
     call diagnose(linkage, diagnosis, failure)
-    call refuse(failure, invalid_input, "diagnosis of an empty linkage", complaints)
+    call expect(failure, invalid_input, "diagnosis of an empty linkage", complaints)
     call shaking(linkage, 1.0_dp, found, failure)
-    call refuse(failure, invalid_input, "shaking forces of an empty linkage", complaints)
+    call expect(failure, invalid_input, "shaking forces of an empty linkage", complaints)
     call four_bar(linkage)
     call shaking(linkage, nan(), found, failure)
-    call refuse(failure, invalid_input, "shaking: speed", complaints)
+    call expect(failure, invalid_input, "shaking: speed", complaints)
     bad = [nan(), infinite(), -1.0_dp, 0.0_dp, 1.0e-155_dp, 1.0e200_dp]
     do i = 1, size(bad)
       call linkage%crank("C", "A0", bad(i), 0.0_dp, failure)
-      call refuse(failure, invalid_input, "crank: radius", complaints)
+      call expect(failure, invalid_input, "crank: radius", complaints)
       call linkage%rrr("C", ["A ", "B0"], [bad(i), 1.0_dp], 1, failure)
-      call refuse(failure, invalid_input, "rrr: length", complaints)
+      call expect(failure, invalid_input, "rrr: length", complaints)
       call linkage%rrp("C", "A", bad(i), guide, 1, failure)
-      call refuse(failure, invalid_input, "rrp: length", complaints)
+      call expect(failure, invalid_input, "rrp: length", complaints)
       call linkage%rpr("C", ["A ", "B0"], bad(i), 1, failure)
-      call refuse(failure, invalid_input, "rpr: length", complaints)
+      call expect(failure, invalid_input, "rpr: length", complaints)
       if (i >= 4) cycle
       call linkage%link("C", "A", "B", bad(i), 1.0_dp, [0.0_dp, 0.0_dp], failure)
-      call refuse(failure, invalid_input, "link: mass", complaints)
+      call expect(failure, invalid_input, "link: mass", complaints)
       call linkage%link("C", "A", "B", 1.0_dp, bad(i), [0.0_dp, 0.0_dp], failure)
-      call refuse(failure, invalid_input, "link: inertia", complaints)
+      call expect(failure, invalid_input, "link: inertia", complaints)
       if (i == 3) cycle
       call linkage%ground("C", [bad(i), 0.0_dp], failure)
-      call refuse(failure, invalid_input, "ground: position", complaints)
+      call expect(failure, invalid_input, "ground: position", complaints)
       call linkage%crank("C", "A0", 0.1_dp, bad(i), failure)
-      call refuse(failure, invalid_input, "crank: phase", complaints)
+      call expect(failure, invalid_input, "crank: phase", complaints)
       call linkage%rigid("C", ["A ", "B0"], [0.0_dp, bad(i)], failure)
-      call refuse(failure, invalid_input, "rigid: offset", complaints)
+      call expect(failure, invalid_input, "rigid: offset", complaints)
       call linkage%rrp("C", "A", 1.0_dp, guide_type(point=[bad(i), 0.0_dp]), 1, failure)
-      call refuse(failure, invalid_input, "rrp: guide", complaints)
+      call expect(failure, invalid_input, "rrp: guide", complaints)
       call linkage%prp("C", [guide, guide_type(angle=bad(i))], failure)
-      call refuse(failure, invalid_input, "prp: guide", complaints)
+      call expect(failure, invalid_input, "prp: guide", complaints)
       call linkage%rpp("C", "A", guide, bad(i), failure)
-      call refuse(failure, invalid_input, "rpp: slot", complaints)
+      call expect(failure, invalid_input, "rpp: slot", complaints)
       call linkage%moving_guide(["A ", "B0"], [bad(i), 0.0_dp], 0.0_dp, guide, failure)
-      call refuse(failure, invalid_input, "guide: point", complaints)
+      call expect(failure, invalid_input, "guide: point", complaints)
       guide = guide_type()
       call linkage%link("C", "A", "B", 1.0_dp, 1.0_dp, [0.0_dp, bad(i)], failure)
-      call refuse(failure, invalid_input, "link: centre", complaints)
+      call expect(failure, invalid_input, "link: centre", complaints)
     end do
     call linkage%rrr("C", ["A"], [1.0_dp, 1.0_dp], 1, failure)
-    call refuse(failure, invalid_input, "rrr: one end", complaints)
+    call expect(failure, invalid_input, "rrr: one end", complaints)
     call linkage%rrr("C", [character(len=2) ::], [1.0_dp, 1.0_dp], 1, failure)
-    call refuse(failure, invalid_input, "rrr: no ends", complaints)
+    call expect(failure, invalid_input, "rrr: no ends", complaints)
     call linkage%rrr("C", ["A", "A"], [1.0_dp, 1.0_dp], 1, failure)
-    call refuse(failure, invalid_input, "rrr: an end twice", complaints)
+    call expect(failure, invalid_input, "rrr: an end twice", complaints)
     call linkage%rrr("C", ["A ", "Z0"], [1.0_dp, 1.0_dp], 1, failure)
-    call refuse(failure, invalid_input, "rrr: no such end", complaints)
+    call expect(failure, invalid_input, "rrr: no such end", complaints)
     call linkage%rrr("C", ["A ", "B0"], [0.37_dp, 0.16_dp], 7, failure)
-    call refuse(failure, invalid_input, "rrr: branch", complaints)
+    call expect(failure, invalid_input, "rrr: branch", complaints)
     call linkage%rpp("C", "A", guide_type(carriers=[99, 1]), 1.0_dp, failure)
-    call refuse(failure, invalid_input, "rpp: carried by a missing joint", complaints)
+    call expect(failure, invalid_input, "rpp: carried by a missing joint", complaints)
     call linkage%moving_guide(["A"], [0.0_dp, 0.0_dp], 0.0_dp, guide, failure)
-    call refuse(failure, invalid_input, "guide: one carrier", complaints)
+    call expect(failure, invalid_input, "guide: one carrier", complaints)
     call linkage%ground("", [0.0_dp, 0.0_dp], failure)
-    call refuse(failure, invalid_input, "no name", complaints)
+    call expect(failure, invalid_input, "no name", complaints)
     call linkage%ground("A", [0.0_dp, 0.0_dp], failure)
-    call refuse(failure, invalid_input, "a name twice", complaints)
+    call expect(failure, invalid_input, "a name twice", complaints)
     call linkage%link("C", "A", "A", 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], failure)
-    call refuse(failure, invalid_input, "link: from and to", complaints)
+    call expect(failure, invalid_input, "link: from and to", complaints)
     call linkage%ground(repeat("x", 100000), [0.0_dp, 0.0_dp], failure)
-    call answers(failure, "a long name", complaints)
+    call check_answer(failure, "a long name", complaints)
     call check(error, complaints, "")
   end subroutine test_linkages
 
@@ -120,31 +120,31 @@ contains
     do i = 1, size(bad)
       stiffness = springs
       stiffness(1, 1) = bad(i)
-      call try(linkage, bad(i), 1.0_dp, 10.0_dp, springs, i <= 3, "frame: mass", complaints)
-      call try(linkage, 1.0_dp, bad(i), 10.0_dp, springs, i <= 3, "frame: inertia", complaints)
-      call try(linkage, 1.0_dp, 1.0_dp, bad(i), springs, i <= 2 .or. i == 4, "frame: speed", complaints)
-      call try(linkage, 1.0_dp, 1.0_dp, 10.0_dp, stiffness, i <= 2, "frame: stiffness", complaints)
+      call request(linkage, bad(i), 1.0_dp, 10.0_dp, springs, i <= 3, "frame: mass", complaints)
+      call request(linkage, 1.0_dp, bad(i), 10.0_dp, springs, i <= 3, "frame: inertia", complaints)
+      call request(linkage, 1.0_dp, 1.0_dp, bad(i), springs, i <= 2 .or. i == 4, "frame: speed", complaints)
+      call request(linkage, 1.0_dp, 1.0_dp, 10.0_dp, stiffness, i <= 2, "frame: stiffness", complaints)
       call new_harmonic_mechanism(harmonic, bad(i), 1.0_dp, [0.0_dp], [0.0_dp], [0.0_dp], [0.0_dp], error=failure)
-      if (i <= 3) call refuse(failure, invalid_input, "harmonics: mass", complaints)
+      if (i <= 3) call expect(failure, invalid_input, "harmonics: mass", complaints)
       call new_harmonic_mechanism(harmonic, 1.0_dp, 1.0_dp, [0.0_dp], [0.0_dp], [1.0_dp], [bad(i)], error=failure)
-      if (i <= 2) call refuse(failure, invalid_input, "harmonics: moment", complaints)
+      if (i <= 2) call expect(failure, invalid_input, "harmonics: moment", complaints)
     end do
     call new_harmonic_mechanism(harmonic, 1.0_dp, 1.0_dp, [1.0_dp, 2.0_dp], [0.0_dp], [0.0_dp], [0.0_dp], error=failure)
-    call refuse(failure, invalid_input, "harmonics: an even number", complaints)
+    call expect(failure, invalid_input, "harmonics: an even number", complaints)
     call new_harmonic_mechanism(harmonic, 1.0_dp, 1.0_dp, [real(dp) ::], [0.0_dp], [0.0_dp], [0.0_dp], error=failure)
-    call refuse(failure, invalid_input, "harmonics: none", complaints)
+    call expect(failure, invalid_input, "harmonics: none", complaints)
     call new_harmonic_mechanism(harmonic, 1.0_dp, 1.0_dp, [0.0_dp], [0.0_dp], [1.0_dp], [0.0_dp], error=failure, energy=[nan()])
-    call refuse(failure, invalid_input, "harmonics: energy", complaints)
-    call unmade(complaints)
+    call expect(failure, invalid_input, "harmonics: energy", complaints)
+    call use_uninitialised(complaints)
 
     call no_links%ground("A0", [0.0_dp, 0.0_dp], failure)
-    call try(empty, 1.0_dp, 1.0_dp, 1.0_dp, springs, .true., "no joints", complaints)
-    call try(no_links, 1.0_dp, 1.0_dp, 1.0_dp, springs, .true., "no crank", complaints)
+    call request(empty, 1.0_dp, 1.0_dp, 1.0_dp, springs, .true., "no joints", complaints)
+    call request(no_links, 1.0_dp, 1.0_dp, 1.0_dp, springs, .true., "no crank", complaints)
     call no_links%crank("A", "A0", 0.1_dp, 0.0_dp, failure)
-    call try(no_links, 1.0_dp, 1.0_dp, 1.0_dp, springs, .true., "no links", complaints)
+    call request(no_links, 1.0_dp, 1.0_dp, 1.0_dp, springs, .true., "no links", complaints)
     call four_bar(two_cranks)
     call two_cranks%crank("A2", "A0", 0.1_dp, 0.0_dp, failure)
-    call try(two_cranks, 1.0_dp, 1.0_dp, 1.0_dp, springs, .false., "two cranks", complaints)
+    call request(two_cranks, 1.0_dp, 1.0_dp, 1.0_dp, springs, .false., "two cranks", complaints)
 
     ! gfortran takes an empty structure constructor for an absent argument, so this one is not empty.
     allocate(none(0))
@@ -155,10 +155,10 @@ contains
     call freed([3, 1], .false.)
     support%stiffness = nan()
     call new_frame(frame, linkage, 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], springs, dampers, 10.0_dp, error=failure, supports=[support])
-    call refuse(failure, invalid_input, "support nan", complaints)
+    call expect(failure, invalid_input, "support nan", complaints)
     stiffness = springs
     stiffness(1, 2) = 1.0e6_dp
-    call try(linkage, 1.0_dp, 1.0_dp, 10.0_dp, stiffness, .false., "stiffness that is not symmetric", complaints)
+    call request(linkage, 1.0_dp, 1.0_dp, 10.0_dp, stiffness, .false., "stiffness that is not symmetric", complaints)
     call check(error, complaints, "")
 
   contains
@@ -169,16 +169,16 @@ contains
 
       call new_frame(frame, linkage, 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], springs, dampers, 10.0_dp, error=failure, free=free)
       if (refused) then
-        call refuse(failure, invalid_input, "free", complaints)
+        call expect(failure, invalid_input, "free", complaints)
       else
-        call answers(failure, "free", complaints)
+        call check_answer(failure, "free", complaints)
       end if
     end subroutine freed
 
   end subroutine test_frames
 
   !> Builds a frame and requests its results.
-  subroutine try(linkage, mass, inertia, speed, stiffness, refused, what, complaints)
+  subroutine request(linkage, mass, inertia, speed, stiffness, refused, what, complaints)
     type(linkage_type), intent(in) :: linkage
     real(dp), intent(in) :: mass, inertia, speed, stiffness(3, 3)
     logical, intent(in) :: refused
@@ -190,15 +190,15 @@ contains
 
     call new_frame(frame, linkage, mass, inertia, [0.0_dp, 0.0_dp], stiffness, dampers, speed, error=failure)
     if (refused) then
-      call refuse(failure, invalid_input, what, complaints)
+      call expect(failure, invalid_input, what, complaints)
       return
     end if
     if (.not. allocated(failure)) call analyse(frame, analysis_options(), accuracy_type(), analysis, failure)
-    call answers(failure, what, complaints)
-  end subroutine try
+    call check_answer(failure, what, complaints)
+  end subroutine request
 
   !> Frames and mechanisms that were never initialised.
-  subroutine unmade(complaints)
+  subroutine use_uninitialised(complaints)
     character(len=:), allocatable, intent(inout) :: complaints
     type(harmonic_mechanism_type) :: harmonic
     type(frame_type) :: frame
@@ -211,21 +211,21 @@ contains
     real(dp), allocatable :: frequencies(:)
 
     call new_frame(frame, harmonic, 1.0_dp, 1.0_dp, [0.0_dp, 0.0_dp], springs, dampers, 10.0_dp, error=failure)
-    call refuse(failure, invalid_input, "harmonics not made", complaints)
+    call expect(failure, invalid_input, "harmonics not made", complaints)
     call unset(frame)
     call analyse(frame, analysis_options(), accuracy_type(), analysis, failure)
-    call refuse(failure, invalid_input, "analyse: no frame", complaints)
+    call expect(failure, invalid_input, "analyse: no frame", complaints)
     call analyse(frame, analysis_options(averaged=.true.), accuracy_type(), analysis, failure)
-    call refuse(failure, invalid_input, "analyse: no frame to average", complaints)
+    call expect(failure, invalid_input, "analyse: no frame to average", complaints)
     call frame%natural_frequencies(frequencies, failure)
-    call refuse(failure, invalid_input, "natural frequencies: no frame", complaints)
+    call expect(failure, invalid_input, "natural frequencies: no frame", complaints)
     call find_quantity(frame, probes, "f", quantity, failure)
-    call refuse(failure, invalid_input, "quantity: no frame", complaints)
+    call expect(failure, invalid_input, "quantity: no frame", complaints)
     call measure_trade(frame, 1.0_dp, trade, failure)
-    call refuse(failure, invalid_input, "trade: no frame", complaints)
+    call expect(failure, invalid_input, "trade: no frame", complaints)
     call new_method("gauss4", method, failure)
     call remember_mechanism(frame, method, [0.0_dp, 1.0_dp])
-  end subroutine unmade
+  end subroutine use_uninitialised
 
   pure subroutine unset(frame)
     type(frame_type), intent(out) :: frame
@@ -254,42 +254,42 @@ contains
 
     complaints = ""
     call sound(frame, failure)
-    call answers(failure, "a valid frame", complaints)
+    call check_answer(failure, "a valid frame", complaints)
     do i = 1, size(bad)
       call analyse(frame, bad(i), accuracy_type(), analysis, failure)
-      call refuse(failure, invalid_input, "analyse: tasks", complaints)
+      call expect(failure, invalid_input, "analyse: tasks", complaints)
     end do
     call analyse(frame, analysis_options(response=.false.), accuracy_type(), analysis, failure)
-    call answers(failure, "stability alone", complaints)
+    call check_answer(failure, "stability alone", complaints)
     call solve_vibration(frame, analysis%floquet, 10, 10, vibration, failure)
-    call refuse(failure, invalid_input, "vibration without forcing", complaints)
+    call expect(failure, invalid_input, "vibration without forcing", complaints)
     do i = 1, size(names)
       call find_quantity(frame, probes, trim(names(i)), quantity, failure)
-      call refuse(failure, invalid_input, "quantity '" // trim(names(i)) // "'", complaints)
+      call expect(failure, invalid_input, "quantity '" // trim(names(i)) // "'", complaints)
     end do
     call measure_trade(frame, nan(), trade, failure)
-    call refuse(failure, invalid_input, "trade: time nan", complaints)
+    call expect(failure, invalid_input, "trade: time nan", complaints)
     call measure_trade(frame, -1.0_dp, trade, failure)
-    call refuse(failure, invalid_input, "trade: time negative", complaints)
+    call expect(failure, invalid_input, "trade: time negative", complaints)
 
     changed = frame
     changed%speed = 0
     changed%period = infinite()
     call analyse(changed, analysis_options(), accuracy_type(), analysis, failure)
-    call refuse(failure, invalid_input, "speed 0", complaints)
+    call expect(failure, invalid_input, "speed 0", complaints)
     changed = frame
     changed%period = -frame%period
     call analyse(changed, analysis_options(), accuracy_type(), analysis, failure)
-    call refuse(failure, invalid_input, "negative period", complaints)
+    call expect(failure, invalid_input, "negative period", complaints)
     changed%period = 2 * frame%period
     call analyse(changed, analysis_options(), accuracy_type(), analysis, failure)
-    call refuse(failure, invalid_input, "period of another speed", complaints)
+    call expect(failure, invalid_input, "period of another speed", complaints)
     call changed%natural_frequencies(frequencies, failure)
-    call refuse(failure, invalid_input, "natural frequencies: period of another speed", complaints)
+    call expect(failure, invalid_input, "natural frequencies: period of another speed", complaints)
     changed = frame
     changed%free = [1]
     call analyse(changed, analysis_options(), accuracy_type(), analysis, failure)
-    call refuse(failure, invalid_input, "other degrees of freedom", complaints)
+    call expect(failure, invalid_input, "other degrees of freedom", complaints)
     call check(error, complaints, "")
   end subroutine test_tasks_and_names
 
@@ -315,45 +315,45 @@ contains
     call sound(frame, failure)
     call find_quantity(frame, [probe], "f", quantity, failure)
     call analyse(frame, analysis_options(), accuracy_type(), analysis, failure)
-    call answers(failure, "a valid vibration", complaints)
-    call lacking(analysis%vibration, "without rows")
-    call lacking(none, "not solved")
+    call check_answer(failure, "a valid vibration", complaints)
+    call use_incomplete(analysis%vibration, "without rows")
+    call use_incomplete(none, "not solved")
     call band_rms(statistics, 1.0_dp, [0.0_dp, 1.0_dp], along, greatest, failure)
-    call refuse(failure, invalid_input, "band of no statistics", complaints)
+    call expect(failure, invalid_input, "band of no statistics", complaints)
     call analyse(frame, analysis_options(rows=guide_forces), accuracy_type(), analysis, failure)
-    call answers(failure, "all rows", complaints)
+    call check_answer(failure, "all rows", complaints)
     call take_statistics(analysis%vibration, unknown, statistics, failure)
-    call refuse(failure, invalid_input, "statistics of no quantity", complaints)
+    call expect(failure, invalid_input, "statistics of no quantity", complaints)
     call history_of(analysis%vibration, unknown, history, failure)
-    call refuse(failure, invalid_input, "history of no quantity", complaints)
+    call expect(failure, invalid_input, "history of no quantity", complaints)
     probe%position = nan()
     call find_responses(frame, analysis%vibration, [probe], responses, failure)
-    call refuse(failure, invalid_input, "probe: position", complaints)
+    call expect(failure, invalid_input, "probe: position", complaints)
     probe = probe_type(band=[10.0_dp, 5.0_dp])
     call find_responses(frame, analysis%vibration, [probe], responses, failure)
-    call refuse(failure, invalid_input, "probe: band", complaints)
+    call expect(failure, invalid_input, "probe: band", complaints)
     probe = probe_type(limit=-1.0_dp)
     call find_responses(frame, analysis%vibration, [probe], responses, failure)
-    call refuse(failure, invalid_input, "probe: limit", complaints)
+    call expect(failure, invalid_input, "probe: limit", complaints)
     call check(error, complaints, "")
 
   contains
 
-    subroutine lacking(vibration, what)
+    subroutine use_incomplete(vibration, what)
       type(vibration_type), intent(in) :: vibration
       character(len=*), intent(in) :: what
 
       call take_statistics(vibration, quantity, statistics, failure)
-      call refuse(failure, invalid_input, "statistics: " // what, complaints)
+      call expect(failure, invalid_input, "statistics: " // what, complaints)
       call history_of(vibration, quantity, history, failure)
-      call refuse(failure, invalid_input, "history: " // what, complaints)
+      call expect(failure, invalid_input, "history: " // what, complaints)
       call find_reactions(frame, vibration, reactions, failure)
-      call refuse(failure, invalid_input, "places: " // what, complaints)
+      call expect(failure, invalid_input, "places: " // what, complaints)
       call find_responses(frame, vibration, [probe], responses, failure)
-      call refuse(failure, invalid_input, "probes: " // what, complaints)
+      call expect(failure, invalid_input, "probes: " // what, complaints)
       call find_drive(frame, vibration, drive, known, failure)
-      call refuse(failure, invalid_input, "drive: " // what, complaints)
-    end subroutine lacking
+      call expect(failure, invalid_input, "drive: " // what, complaints)
+    end subroutine use_incomplete
 
   end subroutine test_vibrations
 

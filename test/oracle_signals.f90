@@ -49,7 +49,7 @@ contains
       call take_sample(frame, phi, q, v, a, orbit%motor, k, signals)
     end do
     do k = 1, size(signals)
-      call take_series(signals(k))
+      call read_series(signals(k))
     end do
   end subroutine find_signals
 
@@ -188,7 +188,7 @@ contains
   end subroutine take_sample
 
   !> Harmonics of the samples. The part that the samples miss is estimated as four times their last third.
-  subroutine take_series(signal)
+  subroutine read_series(signal)
     type(signal_type), intent(inout) :: signal
     complex(xp), allocatable :: c(:, :)
     real(xp) :: rounding
@@ -207,7 +207,7 @@ contains
     end do
     allocate(signal%c(0:k, size(c, 2)))
     signal%c = c(:k, :)
-  end subroutine take_series
+  end subroutine read_series
 
   !> sum of f_m exp(-2 pi i k m/n), m from 0, by halves.
   pure recursive function transformed(f) result(c)

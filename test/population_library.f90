@@ -93,12 +93,12 @@ contains
     else
       claim%x0 = periodic%x0
       claim%x0_error = periodic%error
-      call take_turn(frame, floquet, claim)
+      call read_turn(frame, floquet, claim)
     end if
   end subroutine solve_by_library
 
   !> The vibration over the turn, unless it is declined.
-  subroutine take_turn(frame, floquet, claim)
+  subroutine read_turn(frame, floquet, claim)
     type(frame_type), intent(in) :: frame
     type(floquet_type), intent(in) :: floquet
     type(claim_type), intent(inout) :: claim
@@ -122,7 +122,7 @@ contains
     do k = 1, quantities
       claim%amplitude(:, k) = vibration%series(k)%amplitude(:orders)
     end do
-  end subroutine take_turn
+  end subroutine read_turn
 
   !> Phi(T) from its parts, if all of them have been integrated.
   subroutine assemble(frame, floquet, claim)

@@ -73,7 +73,7 @@ contains
     end do
     truth = truth_of(one%machine)
     do i = 1, 2
-      call hold_against(truth, one, one%methods(i), claims(i), tally)
+      call compare_with_truth(truth, one, one%methods(i), claims(i), tally)
     end do
     if (len(claims(1)%refusal) == 0) call count_verdict(truth, one, claims(1), tally)
     if (any([len(claims(1)%refusal), len(claims(2)%refusal)] > 0)) return
@@ -82,7 +82,7 @@ contains
   end subroutine examine
 
   !> Checks one claim against the truth and the theorems.
-  subroutine hold_against(truth, one, method, claim, tally)
+  subroutine compare_with_truth(truth, one, method, claim, tally)
     type(truth_type), intent(in) :: truth
     type(specimen_type), intent(in) :: one
     character(len=*), intent(in) :: method
@@ -138,7 +138,7 @@ contains
       tally%reciprocal = tally%reciprocal + 1
       call expect(unpaired(claim), one, method, "reciprocal pairs", tally)
     end if
-  end subroutine hold_against
+  end subroutine compare_with_truth
 
   subroutine count_verdict(truth, one, claim, tally)
     type(truth_type), intent(in) :: truth

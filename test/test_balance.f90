@@ -1,6 +1,6 @@
 !> Complete balance against closed forms and published numbers, and shaking forces of linkages that have counterweights as links.
 module test_balance
-  use balance_linkages, only: four_bar, look_at, prepared, shake, skew_four_bar, slider_crank, speed
+  use balance_linkages, only: four_bar, examine_linkage, prepared, shake, skew_four_bar, slider_crank, speed
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
@@ -49,7 +49,7 @@ contains
     integer :: state
 
     call four_bar(linkage, error)
-    call look_at(linkage, rigid, error)
+    call examine_linkage(linkage, rigid, error)
     if (allocated(error)) return
     call balance_force(rigid, weights, state)
     call check_that(error, state, "==", balanced, "complete balance")
@@ -71,7 +71,7 @@ contains
     call balance_force(rigid, none, state)
     call check_that(error, state, "==", balanced_already, "balanced with the counterweights")
     call skew_four_bar(linkage, error)
-    call look_at(linkage, rigid, error)
+    call examine_linkage(linkage, rigid, error)
     call balance_force(rigid, weights, state)
     call shake(linkage, rigid, weights, found, error)
     if (allocated(error)) return
@@ -148,7 +148,7 @@ contains
     call linkage%link("arm", "C", "D", 0.7_dp, 0.003_dp, [0.11_dp, 0.0_dp], failure)
     call linkage%link("fold", "E", "D", 1.0_dp, 0.006_dp, [0.10_dp, 0.0_dp], failure)
     call prepared(linkage, error)
-    call look_at(linkage, rigid, error)
+    call examine_linkage(linkage, rigid, error)
     if (allocated(error)) return
     call balance_force(rigid, weights, state)
     call check_that(error, state, "==", balanced, "complete balance")
@@ -176,7 +176,7 @@ contains
     call linkage%link("crank", "O", "A", 0.0_dp, 0.0_dp, [0.0_dp, 0.0_dp], failure)
     call linkage%link("yoke", "Y", "", yoke, 0.0_dp, [0.0_dp, 0.0_dp], failure)
     call prepared(linkage, error)
-    call look_at(linkage, rigid, error)
+    call examine_linkage(linkage, rigid, error)
     if (allocated(error)) return
     call balance_force(rigid, weights, state)
     call check_that(error, state, "==", not_balanced, "no complete balance")
@@ -223,7 +223,7 @@ contains
     integer :: state
 
     call four_bar(linkage, error)
-    call look_at(linkage, rigid, error)
+    call examine_linkage(linkage, rigid, error)
     call balance_force(rigid, weights, state)
     if (allocated(error)) return
     call check_that(error, (rigid%bodies%pivoted), "==", [.true., .false., .true.], "pivots")
@@ -240,7 +240,7 @@ contains
     call other%link("rocker", "B", "B0", 0.25_dp, 0.006_dp, [0.08_dp, 0.0_dp], failure)
     call other%link("nothing on it", "A0", "P", 0.0_dp, 0.0_dp, [0.0_dp, 0.0_dp], failure)
     call prepared(other, error)
-    call look_at(other, turned, error)
+    call examine_linkage(other, turned, error)
     if (allocated(error)) return
     call check_that(error, size(turned%bodies), "==", 3, "bodies")
     call check_that(error, (turned%bodies%link), "==", [1, 2, 3], "their first links")

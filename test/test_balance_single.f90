@@ -1,6 +1,6 @@
 !> The best single counterweights against a closed form, against neighbouring ones, and against a search.
 module test_balance_single
-  use balance_linkages, only: four_bar, look_at, objective, shake, skew_four_bar, slider_crank, speed
+  use balance_linkages, only: four_bar, examine_linkage, objective, shake, skew_four_bar, slider_crank, speed
   use checks, only: check_that
   use gestell_base_kinds, only: dp, pi
   use gestell_model_linkage, only: linkage_type
@@ -50,7 +50,7 @@ contains
       if (k == 3) call skew_four_bar(linkage, error)
       if (k == 3) phase = 0.4_dp
       if (allocated(error)) return
-      call look_at(linkage, rigid, error)
+      call examine_linkage(linkage, rigid, error)
       call best_single(rigid, 1, weights_of(:, 1), best)
       call shake(linkage, rigid, [counterweight_type ::], before, error)
       if (allocated(error)) return
@@ -82,7 +82,7 @@ contains
     if (allocated(error)) return
     do place = 1, 2
       about = merge([0.0_dp, 0.0_dp], [0.2_dp, -0.15_dp], place == 1)
-      call look_at(linkage, rigid, error, about)
+      call examine_linkage(linkage, rigid, error, about)
       if (allocated(error)) return
       do b = 1, 3
         do aim = 1, 3
@@ -122,7 +122,7 @@ contains
     integer :: b, aim, k, n
 
     call skew_four_bar(linkage, error)
-    call look_at(linkage, rigid, error, about)
+    call examine_linkage(linkage, rigid, error, about)
     call shake(linkage, rigid, [counterweight_type ::], found, error)
     if (allocated(error)) return
     do b = 1, 3

@@ -24,12 +24,12 @@ contains
       & new_slow("mechanically absurd systems end in bounded work", test_faults), &
       & new_unittest("invalid accuracies and unknown methods are refused", test_accuracies), &
       & new_unittest("using results that were never computed is an error", test_order_of_calls), &
-      & new_unittest("trajectories refuse invalid step numbers and array shapes", test_trajectories), &
+      & new_unittest("trajectories expect invalid step numbers and array shapes", test_trajectories), &
       & new_unittest("invalid axes and grids are refused", test_axes), &
       & new_unittest("invalid tiles of a grid are refused", test_tiles), &
       & new_unittest("invalid families of systems end every study with an error", test_families), &
-      & new_unittest("boundary searches refuse invalid arguments", test_borders), &
-      & new_unittest("studies over the speed refuse invalid arguments", test_speeds), &
+      & new_unittest("boundary searches expect invalid arguments", test_borders), &
+      & new_unittest("studies over the speed expect invalid arguments", test_speeds), &
       & new_unittest("invalid links and joints are refused", test_linkages), &
       & new_unittest("invalid frames and mass functions are refused", test_frames), &
       & new_unittest("unknown tasks, unknown names and damaged frames are refused", test_tasks_and_names), &
