@@ -10,19 +10,19 @@ module gestell_floquet_reduction_coefficients
 
   public :: change_coordinates, sample
 
-  !> A = T P and T f at a number of phases, shapes (phases, n, n) and (phases, n).
+  !> Coefficients A = T P and loads T f at a number of phases, shapes (phases, n, n) and (phases, n).
   type, public :: coefficients_type
     real(dp), allocatable :: a(:, :, :), f(:, :)
   end type coefficients_type
 
 contains
 
-  !> Samples A and T f in balanced units. Fails if the coefficients are not finite.
+  !> Samples A = T P and T f in balanced units at `phases`. Fails if the coefficients are not finite.
   subroutine sample(system, scale, forced, phases, coefficients, error)
     class(periodic_system), intent(in) :: system
-    !> Units that balance the states, shape (n); phases t / T
+    !> `scale`: units that balance the states, shape (n). `phases`: phases t / T.
     real(dp), intent(in) :: scale(:), phases(:)
-    !> True: sample f too; otherwise it is zero
+    !> True: sample f too; false: set it to zero
     logical, intent(in) :: forced
     type(coefficients_type), intent(out) :: coefficients
     type(error_type), allocatable, intent(out) :: error
@@ -45,7 +45,7 @@ contains
     call fatal_error(error, "the system's coefficients contain NaN or infinity", failed_computation)
   end subroutine sample
 
-  !> Transforms the coefficients to the coordinates of the columns of `start`, shape (n, n).
+  !> Transforms the coefficients to coordinates whose basis is the columns of `start`, shape (n, n). `own` is the result.
   pure subroutine change_coordinates(coefficients, start, start_inverse, own)
     type(coefficients_type), intent(in) :: coefficients
     real(dp), contiguous, intent(in) :: start(:, :), start_inverse(:, :)

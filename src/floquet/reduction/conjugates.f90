@@ -1,11 +1,11 @@
-!> Represents conjugate modes of real systems in real numbers. For two conjugate columns u, conj(u) of S the real form R has Re u
-!> and Im u:
+!> Represents conjugate modes of real systems by real numbers. Two conjugate columns u, conj(u) of S are replaced by Re u and Im u
+!> in the real form R:
 !>
 !>     S = R K,   D = K^-1 G K,   y = K^-1 w.
 !>
 !> G is the generator and w the coordinates in the columns of R. The procedures convert between the real form and the complex
-!> quantities at all phases. `conjugate` is the index of each column's conjugate, its own index for a real column. In a pair the
-!> lower index belongs to Re u. Shapes: g (phases, n, n), w (phases, n).
+!> quantities at all phases. `conjugate` contains the index of the conjugate of each column; a real column is its own conjugate. In
+!> a pair the lower index belongs to Re u. Shapes: g (phases, n, n), w (phases, n).
 module gestell_floquet_reduction_conjugates
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -16,11 +16,11 @@ module gestell_floquet_reduction_conjugates
 
 contains
 
-  !> Computes the element D(k, l) from G at all phases.
+  !> Computes the element D(k, l) from its real form G at all phases.
   pure subroutine entry(g, conjugate, k, l, re, im)
     real(dp), contiguous, intent(in) :: g(:, :, :)
     integer, intent(in) :: conjugate(:), k, l
-    !> Real and imaginary part at each phase
+    !> Real and imaginary part of the element at each phase
     real(dp), contiguous, intent(out) :: re(:), im(:)
     real(dp) :: s, t
 
@@ -33,9 +33,9 @@ contains
     end associate
   end subroutine entry
 
-  !> Adds re + i im to the element D(k, l), and the conjugate number to the conjugate element, in terms of G.
+  !> Adds re + i im to the element D(k, l), and the conjugate number to the conjugate element, by changing the real form G.
   pure subroutine add_entry(re, im, conjugate, k, l, g)
-    !> Real and imaginary part at each phase
+    !> Real and imaginary part of the added number at each phase
     real(dp), contiguous, intent(in) :: re(:), im(:)
     integer, intent(in) :: conjugate(:), k, l
     real(dp), contiguous, intent(inout) :: g(:, :, :)
@@ -53,14 +53,14 @@ contains
     end associate
   end subroutine add_entry
 
-  !> True for one of two conjugate elements of D, so that loops treat each pair once.
+  !> True for one of each pair of conjugate elements of D, so that loops treat each pair once.
   pure logical function counts(conjugate, k, l)
     integer, intent(in) :: conjugate(:), k, l
 
     counts = k < conjugate(k) .or. (k == conjugate(k) .and. l <= conjugate(l))
   end function counts
 
-  !> Computes the coordinate y(k) from w at all phases.
+  !> Computes the coordinate y(k) from its real form w at all phases.
   pure subroutine coordinate(w, conjugate, k, re, im)
     real(dp), contiguous, intent(in) :: w(:, :)
     integer, intent(in) :: conjugate(:), k
@@ -71,7 +71,7 @@ contains
     im = -weight(conjugate, k) * side(conjugate, k) * w(:, max(k, conjugate(k)))
   end subroutine coordinate
 
-  !> Adds re + i im to the coordinate y(k), and the conjugate number to the conjugate coordinate, in terms of w.
+  !> Adds re + i im to the coordinate y(k), and the conjugate number to the conjugate coordinate, by changing the real form w.
   pure subroutine add_coordinate(re, im, conjugate, k, w)
     !> Real and imaginary part at each phase
     real(dp), contiguous, intent(in) :: re(:), im(:)
@@ -84,7 +84,7 @@ contains
     end associate
   end subroutine add_coordinate
 
-  !> Replaces re + i im by (re + i im) / (a + i b) at all phases. Fails if a + i b vanishes at some phase.
+  !> Replaces re + i im by (re + i im) / (a + i b) at all phases. Fails if a + i b is zero at some phase.
   pure subroutine divide(a, b, re, im, error)
     real(dp), contiguous, intent(in) :: a(:), b(:)
     real(dp), contiguous, intent(inout) :: re(:), im(:)
@@ -105,7 +105,7 @@ contains
       & "two groups of modes share an eigenvalue, or the mode shapes of a group change too much", failed_computation)
   end subroutine divide
 
-  !> The complex matrix S for the real form R; shape (n, n).
+  !> The complex matrix S that corresponds to the real form R; shape (n, n).
   pure function complex_columns(r, conjugate) result(s)
     real(dp), intent(in) :: r(:, :)
     integer, intent(in) :: conjugate(:)
@@ -117,7 +117,7 @@ contains
     end do
   end function complex_columns
 
-  !> The real form R of the complex matrix S; shape (n, n).
+  !> The real form R that corresponds to the complex matrix S; shape (n, n).
   pure function real_columns(s, conjugate) result(r)
     complex(dp), intent(in) :: s(:, :)
     integer, intent(in) :: conjugate(:)
@@ -130,8 +130,8 @@ contains
     end do
   end function real_columns
 
-  !> Weights of the columns of R, shape (n). |S|^2 is the sum of the squares of the columns of R times these weights; |S^-1|^2 is
-  !> the sum of the squares of the rows of R^-1 divided by them.
+  !> Weights of the columns of R, shape (n), from which norms of S follow. |S|^2 is the sum of the squares of the columns of R times
+  !> these weights; |S^-1|^2 is the sum of the squares of the rows of R^-1 divided by these weights.
   pure function weights(conjugate)
     integer, intent(in) :: conjugate(:)
     real(dp) :: weights(size(conjugate))
@@ -140,14 +140,14 @@ contains
     weights = [(1 / weight(conjugate, k), k = 1, size(conjugate))]
   end function weights
 
-  !> Factor in K^-1: 1/2 for the columns of a pair, 1 for a real column.
+  !> Factor of column `k` in K^-1: 1/2 for a column of a conjugate pair, 1 for a real column.
   pure real(dp) function weight(conjugate, k)
     integer, intent(in) :: conjugate(:), k
 
     weight = merge(1.0_dp, 0.5_dp, conjugate(k) == k)
   end function weight
 
-  !> 1 for u, -1 for conj(u), 0 for a real column.
+  !> Sign of the imaginary part of column `k` of S: 1 for u, -1 for conj(u), 0 for a real column.
   pure real(dp) function side(conjugate, k)
     integer, intent(in) :: conjugate(:), k
 

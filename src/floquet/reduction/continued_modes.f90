@@ -1,5 +1,5 @@
-!> Finds groups of modes that stay apart along the whole period, and their bases. It uses the eigenvectors at every phase, which is
-!> slow but works even if the modes change much, or those at phase 0 alone.
+!> Finds groups of modes whose eigenvalues stay apart over the whole period, and bases of these groups. It uses the eigenvectors at
+!> phase 0 alone, or at every phase, which is slow but works even if the modes change greatly.
 module gestell_floquet_reduction_continued_modes
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -12,20 +12,22 @@ module gestell_floquet_reduction_continued_modes
 
   public :: follow_modes
 
-  !> Maximum norm of the matrix that aligns a basis with the one at phase 0. Beyond it the basis has turned too far.
+  !> Maximum norm of the matrix that aligns a basis with the basis at phase 0. A larger norm means that the directions differ too
+  !> much.
   real(dp), parameter :: most_turned = 1.0e3_dp
 
 contains
 
-  !> Groups the eigenvalues of `a`, shape (N, n, n), at N equidistant phases or at phase 0 alone. The groups are the finest that
-  !> keep the distance `gap` from each other at every phase, and from zero except for group 0. The conjugate of a group is a group
-  !> too. Bases are followed from phase to phase by their directions and made smooth and periodic by
+  !> Groups the eigenvalues of `a`, shape (N, n, n), at N equidistant phases or at phase 0 alone. The groups are as small as
+  !> possible under two conditions at every phase: groups are at least `gap` apart, and all groups except group 0 are at least `gap`
+  !> from zero. The conjugate of a group is a group too. Bases are followed from phase to phase by their directions and made smooth
+  !> and periodic by
   !>
   !>     L_g T_g = E,   L = T^-1 at phase 0.
   !>
-  !> Errors: a subspace turns too far; all modes are slow, so that nothing can be decoupled.
+  !> Errors: the directions of a group change too much; all modes are slow, so that nothing can be decoupled.
   subroutine follow_modes(a, gap, modes, error)
-    !> Matrices A; minimum distance of the groups' eigenvalues
+    !> `a`: matrices A. `gap`: minimum distance between eigenvalues of different groups.
     real(dp), intent(in) :: a(:, :, :), gap
     type(modes_type), intent(out) :: modes
     type(error_type), allocatable, intent(out) :: error
@@ -66,8 +68,8 @@ contains
     end do
   end subroutine follow_modes
 
-  !> Computes the bases of `modes%group` at all phases. If two groups come too close, returns them in `clash`; otherwise `clash` is
-  !> zero.
+  !> Computes bases of the groups `modes%group` at all phases. If two groups come too close, their numbers are returned in `clash`;
+  !> otherwise `clash` is zero.
   subroutine continue_bases(values, vectors, gap, modes, bases, clash, error)
     complex(dp), intent(in) :: values(:, :), vectors(:, :, :)
     real(dp), intent(in) :: gap
@@ -115,8 +117,8 @@ contains
     end do
   end subroutine continue_bases
 
-  !> Assigns each eigenvector to the group in which its largest part lies. `coordinates` are its coordinates in the basis of the
-  !> previous phase. If the sizes of the groups change, two of the groups clash.
+  !> Assigns each eigenvector to the group in which its largest part lies. `coordinates` holds the eigenvectors in the basis of the
+  !> previous phase. If the size of a group changes, two groups clash, and `clash` returns their numbers.
   pure subroutine assign_groups(coordinates, before, group, clash)
     complex(dp), intent(in) :: coordinates(:, :)
     integer, intent(in) :: before(:)

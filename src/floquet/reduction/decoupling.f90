@@ -1,5 +1,5 @@
-!> Decouples the groups of modes of y' = D y + g by iteration, (70) of doc/theory.md. Notation is that of gestell_floquet_reduction;
-!> matrices have the real form of gestell_floquet_reduction_conjugates.
+!> Decouples the groups of modes of y' = D y + g by iteration, (70) of doc/theory.md. The notation is the notation of
+!> gestell_floquet_reduction; matrices have the real form of gestell_floquet_reduction_conjugates.
 module gestell_floquet_reduction_decoupling
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -14,7 +14,7 @@ module gestell_floquet_reduction_decoupling
 
   public :: balance, decouple, examine, transform, uncoupled_sizes
 
-  !> D in its real form and S^-1, at a number of phases; shapes (phases, n, n).
+  !> Generator D in its real form, and S^-1, at a number of phases; shapes (phases, n, n).
   type, public :: motion_type
     real(dp), allocatable :: d(:, :, :), inverted(:, :, :)
   end type motion_type
@@ -24,8 +24,8 @@ module gestell_floquet_reduction_decoupling
 
 contains
 
-  !> Computes D and S^-1 for a given S. S' is the derivative of the trigonometric interpolation. `left` is the maximum row sum of
-  !> the elements of D between groups. Fails if S is singular.
+  !> Computes D and S^-1 for a given S. S' is the derivative of the trigonometric interpolation of S. `left`, the remaining
+  !> coupling, is the maximum row sum of the elements of D between groups. Fails if S is singular.
   subroutine examine(a, modes, s, motion, left, error)
     !> A and S at the phases, shapes (phases, n, n)
     real(dp), contiguous, intent(in) :: a(:, :, :), s(:, :, :)
@@ -45,18 +45,18 @@ contains
   end subroutine examine
 
   !> Replaces S by S (E + Z), where D_g Z_gh - Z_gh D_h = -D_gh, until the coupling `left` is at most `enough` or no longer falls.
-  !> The equation neglects Z', which is small if the groups are far apart on the scale of the period. `s`, `motion` and `left` hold
-  !> the start, as `examine` returns it, and then the best result. Fails if groups share an eigenvalue.
+  !> The equation neglects Z', which is small if the distances between groups are large compared with 2 pi per period. On entry `s`,
+  !> `motion` and `left` hold the start, as `examine` returns it; on return, the best result. Fails if groups share an eigenvalue.
   subroutine decouple(a, modes, enough, s, motion, left, error)
     !> A at the phases, shape (phases, n, n)
     real(dp), contiguous, intent(in) :: a(:, :, :)
     type(modes_type), intent(in) :: modes
-    !> Target for the coupling
+    !> Coupling between groups at which the iteration ends
     real(dp), intent(in) :: enough
     !> S at the phases, shape (phases, n, n)
     real(dp), contiguous, intent(inout) :: s(:, :, :)
     type(motion_type), intent(inout) :: motion
-    !> Maximum row sum of the elements of D between groups
+    !> Remaining coupling: maximum row sum of the elements of D between groups
     real(dp), intent(inout) :: left
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: failure
@@ -84,8 +84,8 @@ contains
     end do
   end subroutine decouple
 
-  !> Scales the columns of S so that rows and columns of D are comparable within each group. Leaves everything as it is if all
-  !> groups are single modes.
+  !> Scales the columns of S so that rows and columns of D are of similar size within each group. Changes nothing if every group is
+  !> a single mode.
   subroutine balance(modes, s, motion)
     type(modes_type), intent(in) :: modes
     real(dp), contiguous, intent(inout) :: s(:, :, :)
@@ -114,7 +114,7 @@ contains
     end do
   end subroutine balance
 
-  !> Computes D = S^-1 (A S - S') and S^-1 at each phase; `slope` is S'. Fails if S is singular.
+  !> Computes D = S^-1 (A S - S') and S^-1 at each phase. `slope` contains S'. Fails if S is singular.
   subroutine transform(a, s, slope, motion, error)
     real(dp), contiguous, intent(in) :: a(:, :, :), s(:, :, :), slope(:, :, :)
     type(motion_type), intent(inout) :: motion
@@ -129,8 +129,8 @@ contains
     call multiply(motion%inverted, rate, motion%d)
   end subroutine transform
 
-  !> Chooses for each group the basis whose block in the group's own rows is the unit matrix. This basis depends only on the spaces
-  !> of the groups, not on the iteration. Fails if a group turns away from its space at phase 0.
+  !> Makes the block of each group in its own rows of S the unit matrix. The bases of the groups then depend only on the subspaces,
+  !> not on the iteration. Fails if such a block is singular, because a subspace differs too much from the one at phase 0.
   subroutine normalise(modes, s, error)
     type(modes_type), intent(in) :: modes
     real(dp), contiguous, intent(inout) :: s(:, :, :)
@@ -161,7 +161,7 @@ contains
     call multiply(within, inverted, s)
   end subroutine normalise
 
-  !> Normalises column k and its conjugate: divides them by the element in their own row.
+  !> Divides column k of S and its conjugate by the element in their own row, so that this element becomes 1.
   pure subroutine normalise_mode(conjugate, k, s, error)
     integer, intent(in) :: conjugate(:), k
     real(dp), contiguous, intent(inout) :: s(:, :, :)
@@ -182,8 +182,8 @@ contains
     end do
   end subroutine normalise_mode
 
-  !> Maximum row sum of the elements of D between groups, at each phase. With `departure` the row sums include the elements of
-  !> `departure` within groups.
+  !> Maximum row sum of the elements of D between groups, at each phase. If `departure` is present, its elements within groups are
+  !> added to the row sums.
   pure function uncoupled_sizes(d, modes, departure) result(sizes)
     real(dp), contiguous, intent(in) :: d(:, :, :)
     type(modes_type), intent(in) :: modes

@@ -9,13 +9,14 @@ module gestell_floquet_reduction_equations
 
   public :: means
 
-  !> Complex linear equations for n unknowns. Set `re` and `im` before `start`: all rows are divided by re + i im. The divisor
-  !> should be close to the diagonal elements, so that elimination needs no pivoting.
+  !> Complex linear equations for n unknowns. The caller sets `re` and `im` before `start`: every row is divided by re + i im. This
+  !> number should be close to the diagonal elements, so that elimination needs no pivoting.
   type, public :: equations_type
     integer :: n = 0
     !> Real and imaginary part of the divisor, shape (phases).
     real(dp), allocatable :: re(:), im(:)
-    !> Matrix and right-hand side, later solution; real parts first. Shapes (phases, 2 n, 2 n) and (phases, 2 n).
+    !> `matrix`: matrix, shape (phases, 2 n, 2 n). `x`: right-hand side, replaced by the solution, shape (phases, 2 n). Real parts
+    !> precede imaginary parts.
     real(dp), allocatable :: matrix(:, :, :), x(:, :)
   contains
     procedure :: start
@@ -26,7 +27,7 @@ module gestell_floquet_reduction_equations
 
 contains
 
-  !> Sets all elements to zero for `n` unknowns. If a divisor nearly vanishes at some phase, all divisors become 1.
+  !> Sets all elements to zero for `n` unknowns. If a divisor is nearly zero at some phase, all divisors are replaced by 1.
   pure subroutine start(self, n)
     class(equations_type), intent(inout) :: self
     integer, intent(in) :: n

@@ -15,21 +15,21 @@ module gestell_floquet_reduction_fast_response
 
 contains
 
-  !> Computes the response p = S z of the fast groups and the remainder of g, for groups that are already decoupled:
+  !> Computes the response p = S z of the fast groups to the loads, after the groups have been decoupled. The remainder
   !>
-  !>     g = D z + S^-1 f - z',   improved by D_g z_g = -g_g.
+  !>     g = D z + S^-1 f - z'
   !>
-  !> Stops when the remainder, relative to the terms of g, is at most `enough` or no longer falls. Errors: a group has the
-  !> eigenvalue zero; overflow.
+  !> is made small by repeatedly adding to z_g the solution of D_g z_g = -g_g. Stops when the remainder, relative to the terms of g,
+  !> is at most `enough` or no longer falls. Errors: a group has the eigenvalue zero; overflow.
   subroutine decouple_forcing(f, modes, enough, s, motion, p, g, error)
-    !> T f, shape (phases, n), and S, shape (phases, n, n), at the phases
+    !> `f`: loads T f at the phases, shape (phases, n). `s`: S at the phases, shape (phases, n, n).
     real(dp), contiguous, intent(in) :: f(:, :), s(:, :, :)
     type(modes_type), intent(in) :: modes
-    !> Target for the relative remainder of g
+    !> Relative remainder of g at which the iteration ends
     real(dp), intent(in) :: enough
     !> D and S^-1 at the phases
     type(motion_type), intent(in) :: motion
-    !> Response and remainder of g at the phases, shapes (phases, n)
+    !> `p`: response at the phases. `g`: remainder at the phases. Shapes (phases, n).
     real(dp), contiguous, intent(out) :: p(:, :), g(:, :)
     type(error_type), allocatable, intent(out) :: error
     real(dp), dimension(size(f, 1), size(f, 2)) :: load, z, change, best, slope, tried
@@ -71,8 +71,8 @@ contains
     call multiply(s, best, p)
   end subroutine decouple_forcing
 
-  !> Solves D_g z_g = -g_g for the group with the columns `own` and adds the solution to `z`. Fails if the group has the eigenvalue
-  !> zero.
+  !> Solves D_g z_g = -g_g for the group whose columns are `own`, and adds the solution to `z`. Fails if the group has the
+  !> eigenvalue zero.
   subroutine respond(d, g, conjugate, own, z, error)
     real(dp), contiguous, intent(in) :: d(:, :, :), g(:, :)
     integer, intent(in) :: conjugate(:), own(:)
@@ -110,7 +110,7 @@ contains
     end do
   end subroutine respond
 
-  !> Maximum of |g| outside the slow group, at each phase.
+  !> Maximum at each phase of |g| over all elements outside the slow group.
   pure function fast_sizes(g, modes) result(sizes)
     real(dp), contiguous, intent(in) :: g(:, :)
     type(modes_type), intent(in) :: modes

@@ -1,4 +1,4 @@
-!> Defines groups of eigenvectors whose eigenvalues stay apart from all others, and their bases.
+!> Defines groups of eigenvectors whose eigenvalues stay apart from those of other groups, and bases of these groups.
 module gestell_floquet_reduction_modes
   use gestell_base_kinds, only: dp
   implicit none (type, external)
@@ -8,12 +8,12 @@ module gestell_floquet_reduction_modes
 
   !> Groups of n modes.
   type, public :: modes_type
-    !> Group of every column, shape (n). Group 0 is the slow group: its eigenvalues come near zero.
+    !> Number of the group of each column, shape (n). Group 0 is the slow group, whose eigenvalues come near zero.
     integer, allocatable :: group(:)
-    !> Index of the complex conjugate of every column, its own index for a real column; shape (n).
+    !> Index of the complex conjugate of each column, shape (n). A real column is its own conjugate.
     integer, allocatable :: conjugate(:)
-    !> Bases of the groups' invariant subspaces in real form (gestell_floquet_reduction_conjugates). Given at the phases (k - 1) /
-    !> N, shape (N, n, n), or at phase 0 alone, shape (1, n, n).
+    !> Bases of the groups' invariant subspaces in real form (gestell_floquet_reduction_conjugates), at the phases (k - 1) / N,
+    !> shape (N, n, n), or at phase 0 alone, shape (1, n, n).
     real(dp), allocatable :: basis(:, :, :)
   end type modes_type
 
@@ -28,8 +28,8 @@ contains
     allocate(columns, source=pack([(k, k = 1, size(group))], group == number))
   end function columns_of
 
-  !> Finds two groups whose eigenvalues come closer than `gap`; zero counts as an eigenvalue of group 0. Both elements of `clash`
-  !> are equal if no groups clash.
+  !> Finds two groups with eigenvalues closer than `gap`, and returns their numbers in `clash`. Zero counts as an eigenvalue of
+  !> group 0. If no groups clash, both elements of `clash` are equal.
   pure subroutine find_clash(values, group, gap, clash)
     complex(dp), intent(in) :: values(:)
     integer, intent(in) :: group(:)
@@ -46,7 +46,7 @@ contains
     end do
   end subroutine find_clash
 
-  !> Unites two groups, and the two groups of their conjugates.
+  !> Unites the two groups in `clash`, and the two groups of their conjugates.
   pure subroutine unite(modes, clash)
     type(modes_type), intent(inout) :: modes
     integer, intent(in) :: clash(2)
@@ -62,8 +62,8 @@ contains
     where (modes%group == maxval(mirrored)) modes%group = minval(mirrored)
   end subroutine unite
 
-  !> Bases at phase 0. They consist of eigenvectors; a group that is its own conjugate gets an orthonormal basis of their real and
-  !> imaginary parts.
+  !> Bases of the groups at phase 0. They consist of eigenvectors. Only a group that is its own conjugate gets an orthonormal basis
+  !> of the real and imaginary parts of its eigenvectors.
   pure function first_basis(vectors, modes) result(basis)
     complex(dp), intent(in) :: vectors(:, :)
     type(modes_type), intent(in) :: modes
@@ -83,8 +83,8 @@ contains
     end do
   end function first_basis
 
-  !> Orthonormal basis of the space spanned by independent columns, by Gram-Schmidt orthogonalisation, applied twice against
-  !> rounding.
+  !> Orthonormal basis of the space that independent columns span. Gram-Schmidt orthogonalisation is applied twice, to reduce
+  !> rounding errors.
   pure function orthonormal(columns) result(basis)
     complex(dp), intent(in) :: columns(:, :)
     complex(dp) :: basis(size(columns, 1), size(columns, 2))

@@ -15,15 +15,15 @@ module gestell_floquet_reduction_phasewise
   !> Number of phases treated at once: eight numbers of 64 bits fill the widest vector registers.
   integer, parameter :: lanes = 8
 
-  !> Computes c = a b at every phase. A factor without the index of phases is the same at all phases. Shapes: matrices (phases, n,
-  !> n), vectors (phases, n).
+  !> Computes c = a b at every phase. A factor without the index of the phase is the same at all phases. Shapes: matrices (phases,
+  !> n, n), vectors (phases, n).
   interface multiply
     procedure matrices_matrices, matrix_matrices, matrices_matrix, matrices_vectors, matrix_vectors
   end interface multiply
 
 contains
 
-  !> Multiplies matrices by matrices.
+  !> Multiplies a matrix at each phase by a matrix at each phase.
   pure subroutine matrices_matrices(a, b, c)
     real(dp), contiguous, intent(in) :: a(:, :, :), b(:, :, :)
     real(dp), contiguous, intent(out) :: c(:, :, :)
@@ -34,7 +34,7 @@ contains
     end do
   end subroutine matrices_matrices
 
-  !> Multiplies matrices by vectors.
+  !> Multiplies a matrix at each phase by a vector at each phase.
   pure subroutine matrices_vectors(a, b, c)
     real(dp), contiguous, intent(in) :: a(:, :, :), b(:, :)
     real(dp), contiguous, intent(out) :: c(:, :)
@@ -59,7 +59,7 @@ contains
     end do
   end subroutine matrices_vectors
 
-  !> Multiplies a constant matrix by matrices.
+  !> Multiplies a constant matrix by a matrix at each phase.
   pure subroutine matrix_matrices(a, b, c)
     real(dp), contiguous, intent(in) :: a(:, :), b(:, :, :)
     real(dp), contiguous, intent(out) :: c(:, :, :)
@@ -70,7 +70,7 @@ contains
     end do
   end subroutine matrix_matrices
 
-  !> Multiplies a constant matrix by vectors.
+  !> Multiplies a constant matrix by a vector at each phase.
   pure subroutine matrix_vectors(a, b, c)
     real(dp), contiguous, intent(in) :: a(:, :), b(:, :)
     real(dp), contiguous, intent(out) :: c(:, :)
@@ -80,7 +80,7 @@ contains
     call times(b, transposed, c)
   end subroutine matrix_vectors
 
-  !> Multiplies matrices by a constant matrix.
+  !> Multiplies a matrix at each phase by a constant matrix.
   pure subroutine matrices_matrix(a, b, c)
     real(dp), contiguous, intent(in) :: a(:, :, :), b(:, :)
     real(dp), contiguous, intent(out) :: c(:, :, :)
@@ -96,8 +96,8 @@ contains
     call columns_times(size(a, 1), size(a, 2), size(b, 2), a, b, c)
   end subroutine times
 
-  !> Applies `operator`, shape (points, phases), to each matrix element as a function of the phase. `results` has the shape (points,
-  !> n, n).
+  !> Applies the linear `operator`, shape (points, phases), to each matrix element as a function of the phase. `results` has the
+  !> shape (points, n, n).
   pure subroutine along_phases(operator, values, results)
     real(dp), contiguous, intent(in) :: operator(:, :), values(:, :, :)
     real(dp), contiguous, intent(out) :: results(:, :, :)
@@ -134,8 +134,8 @@ contains
     end do
   end subroutine columns_times
 
-  !> Computes the inverses of `a` at all phases, shape (phases, n, n), by elimination without pivoting. This is as accurate as
-  !> pivoting where `a` is close to E. Phases at which it loses digits are repeated with LAPACK. Fails if `a` is singular at some
+  !> Computes the inverses of `a` at all phases, shape (phases, n, n), by elimination without pivoting. If `a` is close to E, this
+  !> is as accurate as pivoting. Phases at which elimination loses digits are repeated with LAPACK. Fails if `a` is singular at some
   !> phase.
   subroutine inverses(a, inverted, error)
     real(dp), contiguous, intent(in) :: a(:, :, :)
@@ -173,14 +173,14 @@ contains
     end do
   end subroutine inverses
 
-  !> Solves `operator` x = `right` at all phases and overwrites `right` with x; shapes (phases, n, n), (phases, n). Elimination uses
-  !> pivots along the diagonal. Phases at which it loses digits are repeated with LAPACK. Fails if `operator` is singular at some
-  !> phase.
+  !> Solves `operator` x = `right` at all phases and overwrites `right` with x; shapes (phases, n, n), (phases, n). Elimination
+  !> takes the pivots along the diagonal. Phases at which it loses digits are repeated with LAPACK. Fails if `operator` is singular
+  !> at some phase.
   subroutine solve(operator, right, error)
     real(dp), contiguous, intent(in) :: operator(:, :, :)
     real(dp), contiguous, intent(inout) :: right(:, :)
     type(error_type), allocatable, intent(out) :: error
-    !> Maximum residual relative to the sum of the magnitudes of its terms.
+    !> Maximum residual relative to the sum of the magnitudes of its terms; beyond it, LAPACK repeats the phase.
     real(dp), parameter :: exact = 1.0e3_dp * epsilon(1.0_dp)
     real(dp) :: some(lanes, size(right, 2), size(right, 2) + 1), x(lanes, size(right, 2)), left(lanes), size_of(lanes)
     real(dp) :: lu(size(right, 2), size(right, 2)), one(size(right, 2), 1)
@@ -210,7 +210,7 @@ contains
     end do
   end subroutine solve
 
-  !> Computes at each phase the sums over the equations of |A x - b| and of |A| |x| + |b|.
+  !> Computes two sums over the equations at each phase: `left`, the sum of |A x - b|, and `size_of`, the sum of |A| |x| + |b|.
   pure subroutine find_residuals(n, a, b, x, left, size_of)
     integer, intent(in) :: n
     real(dp), intent(in) :: a(:, :, :), b(:, :), x(:, :)
@@ -254,7 +254,7 @@ contains
     end do
   end subroutine solve_in_lanes
 
-  !> The pivot, or 1 if it is nearly zero. The result is useless in both cases, but does not overflow with 1.
+  !> The pivot, or 1 if the pivot is nearly zero. The result of elimination is then useless, but 1 avoids overflow.
   elemental real(dp) function pivot_of(value) result(pivot)
     real(dp), intent(in) :: value
     real(dp), parameter :: least = 1.0e-6_dp

@@ -1,17 +1,17 @@
 !> Decouples a system with fast free vibrations into groups of modes that hardly interact. Implements (69) and (70) of
-!> doc/theory.md: superadiabatic diagonalisation (M. V. Berry, Proc. R. Soc. A 414 (1987) 31, doi:10.1098/rspa.1987.0131, for
-!> matrices).
+!> doc/theory.md: superadiabatic diagonalisation (M. V. Berry, Proc. R. Soc. A 414 (1987) 31, doi:10.1098/rspa.1987.0131), here for
+!> matrices.
 !>
 !> With the phase t / T as the independent variable, A = T P and x = S y + p
 !>
 !>     y' = D y + g,   D = S^-1 (A S - S'),   g = S^-1 (A p + T f - p').
 !>
 !> The smooth periodic S and p are chosen such that D has no elements between groups and g vanishes outside the slow group. They
-!> exist up to terms that are exponentially small in the distance of the groups. The remainder is measured midway between the phases
-!> at which it was made to vanish. The cost does not depend on how fast the vibrations are.
+!> exist up to terms that are exponentially small in the distance of the groups. The remainder is made zero at the phases and
+!> measured midway between them. The cost does not depend on how fast the vibrations are.
 !>
-!> All phases are treated at once (gestell_floquet_reduction_phasewise), conjugate modes in real arithmetic
-!> (gestell_floquet_reduction_conjugates). The coordinates are those of the modes at phase 0, in which S is close to E.
+!> All phases are processed at once (gestell_floquet_reduction_phasewise), and conjugate modes in real arithmetic
+!> (gestell_floquet_reduction_conjugates). Coordinates refer to the modes at phase 0, so that S is close to E.
 module gestell_floquet_reduction
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp, pi
@@ -36,54 +36,56 @@ module gestell_floquet_reduction
   !> Result of a reduction of n states, in balanced units, with the phase t / T as the independent variable. Matrices have the real
   !> form of gestell_floquet_reduction_conjugates.
   type, public, extends(residuals_type) :: reduction_type
-    !> Number N of phases; even.
+    !> Number N of phases, which is even.
     integer :: angles = 0
-    !> Groups of the columns of S, and pairs of conjugate columns.
+    !> Group and complex conjugate of each column of S.
     type(modes_type) :: modes
-    !> S and D at the phases, and D midway between the phases; shapes (N, n, n).
+    !> `basis`, `generator`: S and D at the phases. `generator_between`: D midway between the phases. Shapes (N, n, n).
     real(dp), allocatable :: basis(:, :, :), generator(:, :, :), generator_between(:, :, :)
-    !> p and g at the phases, shape (N, n); unallocated unless requested.
+    !> `response`: p at the phases. `forcing`: g at the phases. Shape (N, n); unallocated unless requested.
     real(dp), allocatable :: response(:, :), forcing(:, :)
-    !> Integral of tr P over the period, from the phases and the points midway between them.
+    !> Integral of tr P over the period, computed from values at the phases and midway between them.
     real(dp) :: trace = 0
     !> Number of evaluations of the coefficients.
     integer :: evaluations = 0
   end type reduction_type
 
-  !> Groups that are decoupled at the phases: S, D and S^-1 in the coordinates of the columns of `start`, shape (n, n).
+  !> Result of decoupling the groups on one set of phases. S, D and S^-1 refer to coordinates whose basis is the columns of `start`,
+  !> shape (n, n).
   type :: decoupled_type
     type(modes_type) :: modes
     real(dp), allocatable :: start(:, :), start_inverse(:, :), s(:, :, :)
     type(motion_type) :: motion
-    !> p, and the g that it leaves; allocated only if requested.
+    !> Response p, and the remainder g that it leaves; allocated only if requested.
     real(dp), allocatable :: p(:, :), g(:, :)
-    !> Coefficients A and T f in the coordinates of `start`.
+    !> Coefficients A and T f in the coordinates whose basis is the columns of `start`.
     type(coefficients_type) :: own
-    !> Maximum row sum of the elements of D between groups, over all phases.
+    !> Remaining coupling: maximum row sum of the elements of D between groups, over all phases.
     real(dp) :: left = 0
-    !> `settled`: True if the result can start a decoupling on more phases. `distance`: then the minimum distance between two
-    !> groups, or of a fast group from zero.
+    !> True if this result can be the start of a decoupling on more phases.
     logical :: settled = .false.
+    !> If `settled`: minimum distance between two groups, or between a fast group and zero.
     real(dp) :: distance = 0
   end type decoupled_type
 
-  !> Limits of the number of phases are `fewest` and `most`. Predicted numbers are used up to `most_foretold`; beyond it the number
-  !> is doubled.
+  !> The number of phases lies between `fewest` and `most`. Predicted numbers are used up to `most_foretold`; above it the number is
+  !> doubled.
   integer, parameter :: fewest = 32, most_foretold = 128, most = 1024
-  !> Factor on epsilon |S| |S^-1| that gives the roundoff of a residual, relative to its terms.
+  !> Roundoff of a residual, relative to its terms, in units of epsilon |S| |S^-1|.
   real(dp), parameter :: rounding = 32
-  !> Maximum tolerance aimed at, even if the user's tolerance is larger: the extra accuracy costs little.
+  !> The reduction aims at a tolerance of at most this value, even if the user's tolerance is larger: the extra accuracy costs
+  !> little.
   real(dp), parameter :: least_aim = 1.0e-9_dp
-  !> Maximum roundoff of a residual: beyond it nothing is known about a multiplier.
+  !> Maximum roundoff of a residual: beyond it no digit of the phase of a multiplier is correct.
   real(dp), parameter :: most_residual = 0.1_dp
 
 contains
 
-  !> Reduces `system` until the residual is at most `tolerance` or roundoff. For the forced part the tolerance is relative to p.
-  !> Fails if the system cannot be reduced; the message gives the reason.
+  !> Reduces `system` with more and more phases until the residual is at most `tolerance` or roundoff. For the forced part the
+  !> residual is relative to p. Fails if the system cannot be reduced; the message gives the reason.
   subroutine reduce(system, scale, forced, tolerance, reduction, error)
     class(periodic_system), intent(in) :: system
-    !> Units that balance the states, shape (n); tolerance for the residual
+    !> `scale`: units that balance the states, shape (n). `tolerance`: tolerance of the residual.
     real(dp), intent(in) :: scale(:), tolerance
     !> True: compute p and g too
     logical, intent(in) :: forced
@@ -154,7 +156,8 @@ contains
       & failed_computation)
   end subroutine reduce
 
-  !> Number of phases that resolves D and A S to `allowed`. Returns the present number if the groups are too close for more phases.
+  !> Number of phases that resolves D and A S to the error `allowed`. Returns the present number if the distance between groups is
+  !> too small for more phases.
   pure integer function phases_for(decoupled, phase_advance, allowed) result(phases)
     type(decoupled_type), intent(in) :: decoupled
     real(dp), intent(in) :: phase_advance, allowed
@@ -167,11 +170,11 @@ contains
     end associate
   end function phases_for
 
-  !> Number of phases that resolves p. Returns the present number if the groups are too close for more phases.
+  !> Number of phases that resolves p. Returns the present number if the distance between groups is too small for more phases.
   !>
-  !> p is measured in units in which velocities may be small. Its error bound therefore needs more digits than requested. The groups
-  !> must be twice as far apart as in `phases_for`: the bound grows as the phases come close to resolving the slowest fast
-  !> vibration.
+  !> The distance must be twice that required in `phases_for`: the error bound of p becomes large when half the number of phases
+  !> comes close to the order of the slowest vibration in the fast groups. p itself is resolved to more digits than requested,
+  !> because velocities may be small in balanced units.
   pure integer function phases_for_response(decoupled, allowed) result(phases)
     type(decoupled_type), intent(in) :: decoupled
     real(dp), intent(in) :: allowed
@@ -186,24 +189,24 @@ contains
     end associate
   end function phases_for_response
 
-  !> Smallest residual that roundoff permits, relative to the terms of the residual.
+  !> Smallest residual that roundoff permits, relative to the terms that add up to the residual.
   pure real(dp) function least_residual(reduction)
     type(reduction_type), intent(in) :: reduction
 
     least_residual = rounding * epsilon(1.0_dp) * reduction%condition
   end function least_residual
 
-  !> Decouples groups of modes that stay apart by at least `gap`.
+  !> Decouples groups of modes whose eigenvalues stay at least `gap` apart.
   !>
-  !> The iteration starts from the result on fewer phases, or from the groups at phase 0 applied to all phases. If this does not
-  !> give groups that are `gap` apart, it starts again from eigenvectors followed from phase to phase. Errors: all modes are slow;
-  !> the eigenvectors cannot be followed.
+  !> The iteration starts from the result on fewer phases, or else from the modes at phase 0, used at all phases. If the resulting
+  !> groups are less than `gap` apart, it starts again from eigenvectors that are followed from phase to phase. Errors: all modes
+  !> are slow; the eigenvectors cannot be followed.
   subroutine decouple_groups(nodes, gap, enough, decoupled, error)
     type(coefficients_type), intent(in) :: nodes
     real(dp), intent(in) :: gap, enough
     type(decoupled_type), intent(inout) :: decoupled
     type(error_type), allocatable, intent(out) :: error
-    !> Maximum coupling that remains between groups, relative to their distance.
+    !> Maximum remaining coupling between groups, relative to `gap`.
     real(dp), parameter :: little = 1.0e-3_dp
 
     if (.not. decoupled%settled) then
@@ -220,7 +223,8 @@ contains
     if (.not. allocated(error)) call decouple_from_modes(nodes, enough, decoupled, error)
   end subroutine decouple_groups
 
-  !> Decouples `decoupled%modes`. The iteration starts from their bases, or from the present S if `decoupled` is settled.
+  !> Decouples the groups `decoupled%modes`. The iteration starts from the bases of the groups, or from the present S if `decoupled`
+  !> is settled.
   subroutine decouple_from_modes(nodes, enough, decoupled, error)
     type(coefficients_type), intent(in) :: nodes
     real(dp), intent(in) :: enough
@@ -253,7 +257,7 @@ contains
     call decouple(decoupled%own%a, decoupled%modes, enough, decoupled%s, decoupled%motion, decoupled%left, error)
   end subroutine decouple_from_modes
 
-  !> Assembles the result and measures its residuals. Fails if S is singular midway between the phases.
+  !> Collects the results in `reduction` and measures the residuals. Fails if S is singular midway between the phases.
   subroutine assemble(nodes, middle, decoupled, forced, reduction, error)
     type(coefficients_type), intent(in) :: nodes, middle
     type(decoupled_type), intent(in) :: decoupled

@@ -1,4 +1,5 @@
-!> Measures the residuals of a reduction midway between the phases at which the groups were decoupled. They bound its error.
+!> Measures the residuals of a reduction midway between the phases at which the groups were decoupled. The residuals bound the error
+!> of the reduction.
 module gestell_floquet_reduction_residuals
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -15,25 +16,27 @@ module gestell_floquet_reduction_residuals
 
   !> Residuals of a reduction, with the phase t / T as the independent variable.
   type, public :: residuals_type
-    !> `residual`: elements of D between groups, and deviation of D from its interpolation within groups. It is the mean over the
-    !> phases of two maximum row sums, one at the phase and one at the following midpoint. Rounding errors of D that are equal at
-    !> all phases are added: they do not show in differences. `forcing_residual`: elements of g outside the slow group plus
-    !> deviation of the slow elements from their interpolation, summed and averaged in the same way, without rounding.
+    !> `residual`: mean over the phases of two maximum row sums, one at the phase and one at the following midpoint. The sums
+    !> contain the elements of D between groups and, within groups, the deviation of D from its interpolation. Rounding errors of D
+    !> that are equal at all phases are added, because differences do not show them. `forcing_residual`: mean of corresponding
+    !> maxima, of g outside the slow group and of the deviation of the slow elements of g from their interpolation, without
+    !> rounding.
     real(dp) :: residual = 0, forcing_residual = 0
-    !> Maxima over the phases of the sums that `residual` and `forcing_residual` average.
+    !> Maxima over the phases of the quantities whose means are `residual` and `forcing_residual`.
     real(dp) :: residual_peak = 0, forcing_peak = 0
-    !> Deviation of the slow group's g from its interpolation, averaged over the midpoints; maximum of the slow group's |g|.
+    !> `slow_residual`: deviation of g from its interpolation in the slow group, averaged over the midpoints. `slow_effort`: maximum
+    !> of |g| in the slow group.
     real(dp) :: slow_residual = 0, slow_effort = 0
-    !> Maximum of |S| |S^-1|; maximum size of the terms that add up to g.
+    !> `condition`: maximum of |S| |S^-1| over the phases. `effort`: maximum size of the terms that add up to g.
     real(dp) :: condition = 1, effort = 0
   end type residuals_type
 
 contains
 
-  !> Measures the residuals of D.
+  !> Measures the residuals of D, and returns D and S^-1 midway between the phases.
   subroutine measure(a, s, d, modes, start, start_inverse, residuals, between, error)
-    !> A midway between the phases, and S and D at the phases, shapes (phases, n, n), in the coordinates of the columns of `start`,
-    !> shape (n, n), whose inverse is `start_inverse`
+    !> `a`: A midway between the phases. `s`, `d`: S and D at the phases. Shapes (phases, n, n), in coordinates whose basis is the
+    !> columns of `start`, shape (n, n). `start_inverse`: inverse of `start`.
     real(dp), contiguous, intent(in) :: a(:, :, :), s(:, :, :), d(:, :, :), start(:, :), start_inverse(:, :)
     type(modes_type), intent(in) :: modes
     type(residuals_type), intent(out) :: residuals
@@ -60,8 +63,8 @@ contains
 
   !> Measures the residuals of p and g.
   subroutine measure_forcing(a, f, p, g, between, modes, start, size_a, residuals)
-    !> A and T f midway between the phases, p and g at the phases, in the coordinates of the columns of `start`; shapes (phases, n,
-    !> n), (phases, n)
+    !> `a`, `f`: A and T f midway between the phases. `p`, `g`: p and g at the phases. Shapes (phases, n, n), (phases, n), in
+    !> coordinates whose basis is the columns of `start`.
     real(dp), contiguous, intent(in) :: a(:, :, :), f(:, :), p(:, :), g(:, :), start(:, :)
     !> D and S^-1 midway between the phases
     type(motion_type), intent(in) :: between
@@ -97,7 +100,7 @@ contains
     residuals%effort = maxval(norm2(slope, dim=2) + size_a * norm2(rate, dim=2))
   end subroutine measure_forcing
 
-  !> Maximum over the phases of |S| |S^-1|, in Frobenius' norm.
+  !> Maximum over the phases of |S| |S^-1|, in the Frobenius norm.
   pure real(dp) function condition(s, inverted, modes, start, start_inverse)
     real(dp), contiguous, intent(in) :: s(:, :, :), inverted(:, :, :), start(:, :), start_inverse(:, :)
     type(modes_type), intent(in) :: modes

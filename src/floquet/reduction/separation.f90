@@ -12,8 +12,8 @@ module gestell_floquet_reduction_separation
 
 contains
 
-  !> Solves D_g Z_gh - Z_gh D_h = -D_gh for all pairs of groups; Z is zero within the groups. `d` and `z` have the shape (phases, n,
-  !> n). Fails if two groups share an eigenvalue.
+  !> Solves D_g Z_gh - Z_gh D_h = -D_gh for all pairs of groups; within groups Z is zero. `d` and `z` have the shape (phases, n, n).
+  !> Fails if two groups share an eigenvalue.
   subroutine separation(d, modes, z, error)
     !> D at the phases
     real(dp), contiguous, intent(in) :: d(:, :, :)
@@ -53,8 +53,9 @@ contains
     end do
   end subroutine separation
 
-  !> Solves the equation for two groups that are not both single modes. It has the form A X - X B = C and is solved as linear
-  !> equations for the elements of X, column by column, divided by the distance between the mean eigenvalues of the groups.
+  !> Solves the equation for two groups of which at least one has several modes. The equation has the form A X - X B = C. It is
+  !> solved as linear equations for the elements of X, column by column, divided by the distance between the mean eigenvalues of the
+  !> groups.
   subroutine separate_groups(d, conjugate, own, others, z, error)
     real(dp), contiguous, intent(in) :: d(:, :, :)
     integer, intent(in) :: conjugate(:), own(:), others(:)
@@ -97,8 +98,8 @@ contains
     end do
   end subroutine separate_groups
 
-  !> Minimum distance over all phases between two groups, or of a fast group from zero. It is a lower bound: each group is replaced
-  !> by a disc around the mean of its eigenvalues that contains all of them.
+  !> Lower bound on the minimum distance over all phases between two groups, or between a fast group and zero. Each group is
+  !> represented by a disc around the mean of its eigenvalues that contains all of them.
   pure real(dp) function least_distance(d, modes)
     real(dp), contiguous, intent(in) :: d(:, :, :)
     type(modes_type), intent(in) :: modes

@@ -1,5 +1,5 @@
-!> Provides trigonometric interpolation of functions with period 1 on an even number N of equidistant phases (k - 1) / N. The
-!> highest harmonic, N / 2, is a pure cosine.
+!> Provides trigonometric interpolation of functions with period 1 from values at an even number N of equidistant phases (k - 1) /
+!> N. The highest harmonic, N / 2, is a pure cosine.
 module gestell_floquet_reduction_trigonometric
   use gestell_base_kinds, only: dp, pi
   implicit none (type, external)
@@ -9,7 +9,7 @@ module gestell_floquet_reduction_trigonometric
 
 contains
 
-  !> Equidistant phases, shape (n). A `shift` of 1/2 gives the points midway between the phases.
+  !> Equidistant phases, shape (n). With a `shift` of 1/2 they lie midway between the phases without a shift.
   pure function equidistant(n, shift) result(phases)
     integer, intent(in) :: n
     real(dp), intent(in), optional :: shift
@@ -20,7 +20,7 @@ contains
     if (present(shift)) phases = phases + shift / n
   end function equidistant
 
-  !> Differentiation matrix D, shape (n, n): D f holds the derivatives at the phases of the interpolation of the values f.
+  !> Differentiation matrix D, shape (n, n): D f is the derivative of the interpolation of f at the phases.
   pure function differentiation(n) result(d)
     integer, intent(in) :: n
     real(dp) :: d(n, n)
@@ -32,7 +32,7 @@ contains
     end associate
   end function differentiation
 
-  !> Interpolation matrix W, shape (n, n): W f holds the values midway between the phases of the interpolation of the values f.
+  !> Interpolation matrix W, shape (n, n): W f is the interpolation of f midway between the phases.
   pure function middle_interpolation(n) result(w)
     integer, intent(in) :: n
     real(dp) :: w(n, n)
@@ -43,7 +43,7 @@ contains
     end associate
   end function middle_interpolation
 
-  !> Differentiation matrix D, shape (n, n): D f holds the derivatives midway between the phases.
+  !> Differentiation matrix D, shape (n, n): D f is the derivative of the interpolation of f midway between the phases.
   pure function middle_differentiation(n) result(d)
     integer, intent(in) :: n
     real(dp) :: d(n, n)
@@ -54,8 +54,8 @@ contains
     end associate
   end function middle_differentiation
 
-  !> Interpolation matrix W, shape (size(phases), n): W f holds the values at `phases` of the interpolation of the values f at n
-  !> phases. Up to a common factor, w_k = (-1)^k cot(pi (phase - k / n)).
+  !> Interpolation matrix W, shape (size(phases), n): W f is the interpolation, at `phases`, of values f at n phases. The weights
+  !> are w_k = (-1)^k cot(pi (phase - k / n)), up to a common factor.
   pure function interpolation(n, phases) result(w)
     integer, intent(in) :: n
     real(dp), intent(in) :: phases(:)
@@ -89,7 +89,7 @@ contains
     alternating = 1 - 2 * modulo(j, 2)
   end function alternating
 
-  !> Circulant matrix with the elements (i, k) = first(i - k), where the index is taken modulo the size.
+  !> Circulant matrix: element (i, k) is first(i - k), with the index taken modulo the size.
   pure function circulant(first) result(matrix)
     real(dp), intent(in) :: first(0:)
     real(dp) :: matrix(size(first), size(first))

@@ -1,6 +1,6 @@
 !> Solves systems with constant coefficients and a periodic load, M q'' + B q' + C q = h(t), in closed form ("Averaged coefficients"
-!> in doc/theory.md). The multipliers are exp(lambda T); the periodic motion follows harmonic by harmonic
-!> (gestell_floquet_constant_harmonics). Nothing is integrated.
+!> in doc/theory.md). The multipliers are exp(lambda T). The periodic motion is computed harmonic by harmonic
+!> (gestell_floquet_constant_harmonics). No integration over time is needed.
 module gestell_floquet_solution_constant
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp, pi
@@ -22,14 +22,16 @@ module gestell_floquet_solution_constant
   type, extends(part_solution_type), public :: constant_type
     !> Period T (s)
     real(dp) :: period = 0
-    !> Eigenvalues lambda of P (1/s), shape (n), and eigenvectors in balanced units, shape (n, n).
+    !> `values`: eigenvalues lambda of P (1/s), shape (n). `vectors`: eigenvectors in balanced units, shape (n, n).
     complex(dp), allocatable :: values(:), vectors(:, :)
-    !> Radii of the discs about the eigenvalues (1/s), and condition numbers in balanced units; shapes (n).
+    !> `radius`: radii of the error discs around the eigenvalues (1/s). `condition`: condition numbers in balanced units. Shapes
+    !> (n).
     real(dp), allocatable :: radius(:), condition(:)
-    !> Defect T (sum of lambda - tr P), zero but for rounding.
+    !> Difference T (sum of lambda - tr P), which is zero except for rounding.
     real(dp) :: trace_defect = 0
-    !> Periodic motion, if requested; or the error that explains why no periodic motion exists.
+    !> Periodic motion; unallocated if it was not requested or does not exist.
     type(spectrum_type), allocatable :: spectrum
+    !> Error that explains why no periodic motion exists; unallocated if it exists.
     type(error_type), allocatable :: resonance
   contains
     procedure :: multipliers => take_multipliers
@@ -41,8 +43,8 @@ module gestell_floquet_solution_constant
 
 contains
 
-  !> Computes the eigenvalues, and the periodic motion if `forced` is true. Resonance is stored in `constant%resonance`: it concerns
-  !> only the periodic motion. Errors: M is singular; LAPACK finds no eigenvalues.
+  !> Computes the eigenvalues, and the periodic motion if `forced` is true. Resonance is not an error here, because it affects only
+  !> the periodic motion: it is stored in `constant%resonance`. Errors: M is singular; LAPACK finds no eigenvalues.
   subroutine solve_constant(system, forced, constant, error)
     type(averaged_system), intent(in) :: system
     !> True: compute the periodic motion too
@@ -82,8 +84,8 @@ contains
     if (allocated(constant%resonance)) deallocate(constant%spectrum)
   end subroutine solve_constant
 
-  !> Bound on the norm, in units of `scale`, of the error of P due to the errors of the coefficients. It is of first order:
-  !> d(M^-1 C) = M^-1 (dC - dM M^-1 C).
+  !> First-order bound on the norm, in units of `scale`, of the error of P that errors of the coefficients cause: d(M^-1 C) = M^-1
+  !> (dC - dM M^-1 C).
   real(dp) function error_of(system, p, scale) result(norm)
     type(averaged_system), intent(in) :: system
     real(dp), intent(in) :: p(:, :), scale(:)
@@ -103,8 +105,8 @@ contains
     norm = norm2(lower * spread(scale, 1, f) / spread(scale(f + 1:), 2, 2 * f))
   end function error_of
 
-  !> Implements `multipliers` of part_solution_type. An error d of lambda multiplies rho by exp(d T). So |d| T bounds the error of
-  !> ln |rho| and of the argument, however small |rho| is.
+  !> Implements `multipliers` of part_solution_type. An error d of lambda multiplies rho by exp(d T). So |d| T bounds the errors of
+  !> ln |rho| and of the argument, even if |rho| is very small.
   subroutine take_multipliers(self, vectors, multipliers, error)
     class(constant_type), intent(in) :: self
     logical, intent(in) :: vectors
@@ -138,7 +140,7 @@ contains
     end if
   end function log_growth
 
-  !> Implements `start` of part_solution_type. Its error bounds hold at all times of the period.
+  !> Implements `start` of part_solution_type. The error bounds in `solution` are valid at all times of the period.
   subroutine take_start(self, solution, error)
     class(constant_type), intent(in) :: self
     type(periodic_solution_type), intent(out) :: solution
@@ -168,7 +170,7 @@ contains
     call self%spectrum%motion(phases, x)
   end subroutine take_motion
 
-  !> Implements `errors` of part_solution_type: the bounds on the harmonics hold at all times.
+  !> Implements `errors` of part_solution_type. The error bounds of the harmonics are valid at all times.
   subroutine take_errors(self, system, phases, x, errors, error, disturbance)
     class(constant_type), intent(in) :: self
     class(periodic_system), intent(in) :: system

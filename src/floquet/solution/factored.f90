@@ -22,11 +22,12 @@ module gestell_floquet_solution_factored
   type, extends(part_solution_type), public :: factored_type
     !> Factors of the monodromy matrix
     type(factors_type) :: factors
-    !> Multipliers and eigenvectors of the factors; or the error that explains why they could not be computed.
+    !> Multipliers and eigenvectors of the product of the factors
     type(spectrum_type) :: spectrum
+    !> Error that explains why the spectrum could not be computed; unallocated if it was computed
     type(error_type), allocatable :: failure
-    !> Periodic motion at the starts of the K segments, in balanced units, shape (n, K). Unallocated for a system without forcing
-    !> and in resonance.
+    !> Periodic motion at the starts of the K segments, in balanced units, shape (n, K). Unallocated if there is no forcing, and at
+    !> resonance.
     real(dp), allocatable :: starts(:, :)
   contains
     procedure :: multipliers => take_multipliers
@@ -38,12 +39,13 @@ module gestell_floquet_solution_factored
 
 contains
 
-  !> Computes the factors of `system` to the requested accuracy, and their spectrum. A failure to compute the spectrum is stored in
-  !> `factored%failure`; multipliers and periodic motion then return it as their error. Errors: those of `solve_factors`.
+  !> Computes the factors of `system` to the requested accuracy, and their spectrum. If the spectrum cannot be computed, the reason
+  !> is stored in `factored%failure`, which later requests for multipliers or the periodic motion return as their error. Errors:
+  !> those of `solve_factors`.
   subroutine solve_factored(system, accuracy, forced, factored, error, surveyed)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
-    !> True: compute also what the periodic motion needs
+    !> True: also compute the data for the periodic motion
     logical, intent(in) :: forced
     type(factored_type), intent(out) :: factored
     type(error_type), allocatable, intent(out) :: error
@@ -90,7 +92,7 @@ contains
     call arrange(multipliers)
   end subroutine take_multipliers
 
-  !> Fails if the factors have no spectrum or a multiplier equals 1 within the errors (resonance).
+  !> Fails if the spectrum could not be computed, or if a multiplier equals 1 within its error (resonance).
   subroutine check_starts(self, error)
     class(factored_type), intent(in) :: self
     type(error_type), allocatable, intent(out) :: error
@@ -128,7 +130,7 @@ contains
     solution%condition = maxval(self%spectrum%condition / self%spectrum%distance)
   end subroutine take_start
 
-  !> Implements `follow` of part_solution_type. Each segment is integrated from its own start, which keeps growing modes small.
+  !> Implements `follow` of part_solution_type. Each segment is integrated from its own start, so that growing modes remain small.
   subroutine take_motion(self, system, x0, phases, x, error)
     class(factored_type), intent(in) :: self
     class(periodic_system), intent(in) :: system

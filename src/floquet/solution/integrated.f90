@@ -1,4 +1,4 @@
-!> Solves a system by integration over the period: the monodromy matrix and the forced motion.
+!> Solves a system by integration over the period, which gives the monodromy matrix and the forced motion.
 module gestell_floquet_solution_integrated
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -30,7 +30,7 @@ module gestell_floquet_solution_integrated
 
 contains
 
-  !> Computes Phi(T) to the requested accuracy. Errors: those of `solve_monodromy`.
+  !> Computes Phi(T), and x_p(T) if `forced`, to the requested accuracy. Errors: those of `solve_monodromy`.
   subroutine integrate(system, accuracy, forced, integrated, error, surveyed)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -83,7 +83,7 @@ contains
     call trajectory(system, self%monodromy%method, self%monodromy%nodes, x0, phases, x, error)
   end subroutine take_motion
 
-  !> Implements `errors` of part_solution_type by (67) of doc/theory.md. Errors: resonance within rounding; overflow.
+  !> Implements `errors` of part_solution_type, by (67) of doc/theory.md. Errors: resonance within rounding; overflow.
   subroutine take_errors(self, system, phases, x, errors, error, disturbance)
     class(integrated_type), intent(in) :: self
     class(periodic_system), intent(in) :: system

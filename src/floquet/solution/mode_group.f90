@@ -1,4 +1,5 @@
-!> Solves one group of modes of a reduction: computes its map over the period, its multipliers and its response to a disturbance.
+!> Solves one group of modes of a reduction: computes its map over the period, its multipliers, and bounds on its response to
+!> disturbances.
 module gestell_floquet_solution_mode_group
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp, pi
@@ -17,32 +18,32 @@ module gestell_floquet_solution_mode_group
 
   public :: blocks, group_amplification, group_multipliers, least_size, mirror, solve_group, take_rates
 
-  !> Group of m modes whose motion is multiplied by exp(shift) Phi over the period.
+  !> Group of m modes. In a period their motion is multiplied by the matrix exp(shift) Phi.
   type, public :: group_type
-    !> Columns of the basis; columns of the conjugate group, equal to `columns` for a real group. Shapes (m).
+    !> `columns`: columns of the basis that belong to the group. `conjugates`: columns of the conjugate group; equal to `columns`
+    !> for a real group. Shapes (m).
     integer, allocatable :: columns(:), conjugates(:)
-    !> Logarithm of the factor that all modes of the group share.
+    !> Logarithm of a factor that is common to all modes of the group.
     complex(dp) :: shift = 0
     !> Matrix Phi, shape (m, m); unallocated if the group is solved by factors.
     complex(dp), allocatable :: phi(:, :)
-    !> Bound on the error of Phi.
+    !> Bound on the norm of the error of Phi.
     real(dp) :: error = 0
-    !> The group without the factor exp(shift) as a system of its own, and its solution. Unallocated for a single mode without
-    !> forcing.
+    !> The group as a system of its own, without the factor exp(shift). Unallocated for a single mode without forcing.
     type(sampled_system), allocatable :: system
     class(part_solution_type), allocatable :: solution
   end type group_type
 
 contains
 
-  !> Computes the map over the period of the group whose columns are given. Errors: those of `solve_monodromy`; the modes of a
-  !> complex group differ too much.
+  !> Computes the map of one group over the period. Errors: those of `solve_monodromy`; the multipliers of a complex group differ
+  !> too much in modulus.
   subroutine solve_group(reduction, forced, accuracy, group, error)
     type(reduction_type), intent(in) :: reduction
-    !> True: compute also the motion that the forcing produces from rest
+    !> True: also compute the motion from rest under the forcing
     logical, intent(in) :: forced
     type(accuracy_type), intent(in) :: accuracy
-    !> Group with its columns and the columns of its conjugate; completed on return
+    !> The group. On entry it holds its columns and those of its conjugate; the other components are computed.
     type(group_type), intent(inout) :: group
     type(error_type), allocatable, intent(out) :: error
     type(integrated_type), allocatable :: integrated
@@ -101,7 +102,8 @@ contains
     end if
   end subroutine solve_group
 
-  !> Block of a group in the generator D at all phases, shape (m, m, N). `generator` is D of all modes, shape (N, n, n).
+  !> Block of the generator D that belongs to a group, at all phases, shape (m, m, N). `generator` is D of all modes, shape (N, n,
+  !> n).
   pure function blocks(generator, reduction, group) result(d)
     real(dp), contiguous, intent(in) :: generator(:, :, :)
     type(reduction_type), intent(in) :: reduction
@@ -118,8 +120,8 @@ contains
     end do
   end function blocks
 
-  !> Computes the multipliers of one group for the period 1. With `vectors` also computes the eigenvectors as combinations of the
-  !> group's columns.
+  !> Computes the multipliers of one group for the period 1. With `vectors` it also computes the eigenvectors, as combinations of
+  !> the columns of the group.
   subroutine group_multipliers(group, vectors, multipliers, error)
     type(group_type), intent(in) :: group
     !> True: compute the eigenvectors too
@@ -161,8 +163,8 @@ contains
     if (allocated(multipliers%vectors)) multipliers%vectors = conjg(multipliers%vectors)
   end subroutine mirror
 
-  !> Computes a bound on |(E - Phi)^-1| of a group from its multipliers. Fails if a multiplier equals 1 within its error
-  !> (resonance).
+  !> Computes a bound `amplification` on |(E - Phi)^-1| of a group from its multipliers. Fails if a multiplier equals 1 within its
+  !> error (resonance).
   subroutine group_amplification(group, amplification, error)
     type(group_type), intent(in) :: group
     real(dp), intent(out) :: amplification
@@ -194,7 +196,7 @@ contains
     amplification = size(distance) * maxval(multipliers%condition / distance)
   end subroutine group_amplification
 
-  !> Lower bound on |D y| / |y| over all y and phases; `d` has the shape (m, m, phases).
+  !> Lower bound on |D y| / |y| for all y and phases; `d` has the shape (m, m, phases).
   real(dp) function least_size(d)
     complex(dp), intent(in) :: d(:, :, :)
     complex(dp), allocatable :: inverted(:, :)
@@ -216,15 +218,15 @@ contains
     end do
   end function least_size
 
-  !> Computes bounds on how the size of a group's motion may change during the period.
+  !> Computes bounds on the growth and decay of a group's motion during the period.
   !>
-  !> The motion is followed forward or backward in time, whichever is better. The bounds hold in the group's own coordinates or in
-  !> those of the eigenvectors of its mean D.
+  !> The motion is followed forward or backward in time, whichever gives the smaller growth. The bounds are valid in the group's own
+  !> coordinates, or in coordinates whose basis is the eigenvectors of the group's mean D.
   subroutine take_rates(d, growth, rate, condition)
     !> Generator D of the group at all phases, shape (m, m, phases)
     complex(dp), intent(in) :: d(:, :, :)
-    !> `growth`: logarithm of the maximum size relative to the ends. `rate`: rate of decay that holds at all phases, or zero.
-    !> `condition`: condition number of the coordinates.
+    !> `growth`: logarithm of the maximum size of the motion relative to its size at the ends of the period. `rate`: rate of decay
+    !> or growth that is reached at all phases, or zero. `condition`: condition number of the coordinates.
     real(dp), intent(out) :: growth, rate, condition
     type(error_type), allocatable :: error
     complex(dp), allocatable :: values(:), right(:, :), left(:, :), inverted(:, :)
@@ -250,9 +252,9 @@ contains
     end associate
   end subroutine take_rates
 
-  !> Computes `growth` and `rate` of `take_rates` in the given coordinates. The rates of |y| lie between the eigenvalues of the
-  !> Hermitian part of D, and these lie in Gershgorin's discs. A motion that decays as a whole is followed forward, one that grows
-  !> backward.
+  !> Computes `growth` and `rate` of `take_rates` in the coordinates of `d`. The rate of change of ln |y| lies between the extreme
+  !> eigenvalues of the Hermitian part of D, which Gershgorin's discs bound. A motion that decays on the whole is followed forward,
+  !> a motion that grows is followed backward.
   pure subroutine rates_of(d, growth, rate)
     complex(dp), intent(in) :: d(:, :, :)
     real(dp), intent(out) :: growth, rate

@@ -1,5 +1,5 @@
-!> Solves one part of a system in the cheapest way. Vibrations that are fast against the period are reduced. If the map over the
-!> period loses modes in rounding, its factors are used. All other systems are integrated over the period.
+!> Solves one part of a system in the cheapest way. If its vibrations are fast compared with the period, it is reduced. If rounding
+!> in the map over the period destroys modes, the factors of the map are used. All other systems are integrated over the period.
 module gestell_floquet_solution_part
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -23,22 +23,24 @@ module gestell_floquet_solution_part
 
   !> Reduction is tried if the fastest vibration turns by more than this angle within the period (rad).
   real(dp), parameter :: large_advance = 700
-  !> Up to this angle (rad) the system is integrated, in about 0.1 s, if reduction gives the periodic motion too inaccurately.
+  !> If the periodic motion from a reduction is too inaccurate, the system is integrated instead, provided that the fastest
+  !> vibration turns by at most this angle (rad). Integration then takes about 0.1 s.
   real(dp), parameter :: most_affordable = 1.0e5_dp
-  !> Relative accuracy of the periodic motion that reduction must reach: `few_digits` where integration is expensive, `many_digits`
-  !> where it is cheap.
+  !> Relative accuracy of the periodic motion that a reduction must reach: `few_digits` where integration would be expensive,
+  !> `many_digits` where it is cheap.
   real(dp), parameter :: few_digits = 1.0e-4_dp, many_digits = 1.0e-5_dp
 
 contains
 
-  !> All valid values of `accuracy%method`: the integration methods and 'reduced'.
+  !> All valid values of `accuracy%method`: the names of the integration methods, and 'reduced'.
   pure function solution_methods() result(names)
     character(len=name_length), allocatable :: names(:)
 
     allocate(names, source=[character(len=name_length) :: method_names(), "reduced"])
   end function solution_methods
 
-  !> Solves a system that does not fall into parts. Arguments and errors are those of `solve_floquet` in gestell_floquet_solution.
+  !> Solves a system that does not consist of independent parts. Arguments and errors are those of `solve_floquet` in
+  !> gestell_floquet_solution.
   subroutine solve_part(system, accuracy, forced, solution, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -114,8 +116,8 @@ contains
     end if
   end subroutine solve_part
 
-  !> Solves the system by its map over the period, or by the factors of the map if it loses modes. Leaves `solution` unallocated if
-  !> both fail.
+  !> Solves the system by its map over the period, or by the factors of this map if it loses modes. If both fail, `solution` is
+  !> unallocated.
   subroutine map_period(system, order, forced, survey, solution)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: order
@@ -138,8 +140,9 @@ contains
     if (.not. allocated(error)) call move_alloc(factored, solution)
   end subroutine map_period
 
-  !> True if the bound on the error of the periodic motion is below `part` times the size of the motion. If the rates of a group of
-  !> modes vary over the period, this bound may exceed the motion by orders of magnitude; factors then give a better bound.
+  !> True if the bound on the error of the periodic motion is at most `part` times the size of the motion. If the rates of decay of
+  !> a group of modes vary over the period, this bound may exceed the motion by orders of magnitude; factors then give a better
+  !> bound.
   logical function tells_motion(reduced, part)
     type(reduced_type), intent(in) :: reduced
     real(dp), intent(in) :: part
@@ -153,7 +156,7 @@ contains
       & maxval(abs(motion%x0 / reduced%scale)))
   end function tells_motion
 
-  !> Solves the system by reduction, or explains in `unfit` why reduction does not apply.
+  !> Solves the system by reduction. If reduction does not apply, `unfit` holds the reason.
   subroutine try_reduction(system, accuracy, forced, survey, reduced, unfit)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy

@@ -1,5 +1,6 @@
-!> Declares the solution of a system by Floquet's theory, or of a part that does not interact with the rest: multipliers, periodic
-!> motion and their error bounds. Types that extend `part_solution_type` implement the ways of solution.
+!> Declares the base type of solutions by Floquet's theory. A solution of a system, or of a part that does not interact with the
+!> rest, gives multipliers, periodic motion and their error bounds. Extensions of `part_solution_type` implement the methods of
+!> solution.
 module gestell_floquet_solution_part_solution
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -10,12 +11,13 @@ module gestell_floquet_solution_part_solution
   implicit none (type, external)
   private
 
-  !> Methods, costs and errors of a solution, for one part or summed over all parts.
+  !> Methods, cost and error of a solution, for one part or for all parts together.
   type, public :: evidence_type
-    !> Names of the integration methods, separated by commas; 'averaged' for the closed form. Empty if everything is reduced.
+    !> Names of the integration methods, separated by commas; 'averaged' for a solution in closed form. Empty if all parts are
+    !> solved by reduction.
     character(len=:), allocatable :: methods
-    !> Numbers of parts that do not interact, of steps of the integrations over the period, of factors of Phi(T) if they are
-    !> kept, of phases of the reductions, and of evaluations of the coefficients.
+    !> Numbers: `parts` that do not interact; `steps` of the integrations over the period; `factors` of Phi(T), if used; phases of
+    !> the reductions (`angles`); `evaluations` of the coefficients.
     integer :: parts = 0, steps = 0, factors = 0, angles = 0, evaluations = 0
     !> Maximum over the parts of the relative error of the map over the period.
     real(dp) :: error = 0
@@ -27,7 +29,7 @@ module gestell_floquet_solution_part_solution
   type, abstract, public :: part_solution_type
     !> Units that make the states comparable, shape (n).
     real(dp), allocatable :: scale(:)
-    !> Angle by which the fastest integrated motion turns within the period (rad).
+    !> Angle by which the fastest integrated motion turns within the period (rad)
     real(dp) :: phase_advance = 0
     !> Methods, costs and errors
     type(evidence_type) :: evidence
@@ -50,8 +52,8 @@ module gestell_floquet_solution_part_solution
       type(error_type), allocatable, intent(out) :: error
     end subroutine take_multipliers
 
-    !> Computes x(0) of the periodic motion of a system that was solved with forcing. Fails if a multiplier equals 1 within the
-    !> errors (resonance).
+    !> Computes the state x(0) of the periodic motion; the system must have been solved with forcing. Fails if a multiplier equals 1
+    !> within its error (resonance).
     subroutine take_start(self, solution, error)
       import :: error_type, part_solution_type, periodic_solution_type
       implicit none (type, external)
@@ -60,8 +62,8 @@ module gestell_floquet_solution_part_solution
       type(error_type), allocatable, intent(out) :: error
     end subroutine take_start
 
-    !> Computes the periodic motion that starts at `x0`, shape (n), at `phases` (ascending, in [0, 1]). `x` has the shape (n,
-    !> phases). Fails if numbers overflow.
+    !> Computes at `phases` (ascending, in [0, 1]) the periodic motion that starts from `x0`, shape (n). `x` has the shape (n,
+    !> phases). Fails on overflow.
     subroutine take_motion(self, system, x0, phases, x, error)
       import :: dp, error_type, part_solution_type, periodic_system
       implicit none (type, external)
@@ -72,8 +74,9 @@ module gestell_floquet_solution_part_solution
       type(error_type), allocatable, intent(out) :: error
     end subroutine take_motion
 
-    !> Computes the errors of the motion `x`, shape (n, phases), that `follow` computed at `phases`. The first phase is 0, the last
-    !> 1. `disturbance` bounds the error of the load, integrated over the period. Errors: overflow; resonance within the errors.
+    !> Computes the errors of the motion `x`, shape (n, phases), that `follow` has computed at `phases`. The first phase is 0, the
+    !> last 1. `disturbance` bounds the integral of the error of the load over the period. Errors: overflow; resonance within the
+    !> errors.
     subroutine take_errors(self, system, phases, x, errors, error, disturbance)
       import :: dp, error_type, part_solution_type, periodic_system, turn_errors_type
       implicit none (type, external)
@@ -85,8 +88,8 @@ module gestell_floquet_solution_part_solution
       real(dp), intent(in), optional :: disturbance
     end subroutine take_errors
 
-    !> Computes sum of ln |rho| - integral of tr P, which is zero by Liouville's theorem. Errors: the coefficients are not finite;
-    !> LAPACK finds no eigenvalues.
+    !> Computes the sum of ln |rho| minus the integral of tr P. By Liouville's theorem it is zero. Errors: the coefficients are not
+    !> finite; LAPACK finds no eigenvalues.
     subroutine take_liouville_defect(self, system, defect, error)
       import :: dp, error_type, part_solution_type, periodic_system
       implicit none (type, external)
@@ -99,7 +102,7 @@ module gestell_floquet_solution_part_solution
 
 contains
 
-  !> Adds the evidence of another part: its costs, its method unless it is listed already, and its error if it is the maximum.
+  !> Adds the record of another part: adds its numbers, appends its method if it is new, and keeps the larger error.
   pure subroutine add(self, part)
     class(evidence_type), intent(inout) :: self
     type(evidence_type), intent(in) :: part

@@ -25,7 +25,7 @@ module gestell_floquet_solution_reduced
   type, extends(part_solution_type), public :: reduced_type
     !> The decoupled groups
     type(reduction_type) :: reduction
-    !> Solutions of the groups, one for each pair of conjugate groups. The slow group, if it exists, comes first.
+    !> Solutions of the groups, one for each pair of conjugate groups. If there is a slow group, it comes first.
     type(group_type), allocatable :: groups(:)
     !> True if a slow group exists
     logical :: has_slow = .false.
@@ -78,7 +78,7 @@ contains
     end do
   end subroutine solve_reduced
 
-  !> Implements `multipliers` of part_solution_type. The bounds include the remaining coupling between groups.
+  !> Implements `multipliers` of part_solution_type. The error bounds include the remaining coupling between groups.
   subroutine take_multipliers(self, vectors, multipliers, error)
     class(reduced_type), intent(in) :: self
     logical, intent(in) :: vectors
@@ -108,7 +108,8 @@ contains
     call arrange(multipliers)
   end subroutine take_multipliers
 
-  !> Implements `start` of part_solution_type: the sum of the slow group's start and the response p of the fast groups.
+  !> Implements `start` of part_solution_type. The start is the sum of the slow group's start and of the response p of the fast
+  !> groups.
   subroutine take_start(self, solution, error)
     class(reduced_type), intent(in) :: self
     type(periodic_solution_type), intent(out) :: solution
@@ -148,14 +149,14 @@ contains
     end associate
   end function rounding_of
 
-  !> Computes bounds on the errors of the fast groups' coordinates, valid at all times. `within`, shape (n), is zero for slow
-  !> coordinates. `slow_size` is the maximum of the slow motion; `condition` the maximum of |(E - Phi)^-1| over the groups.
+  !> Computes bounds `within` on the errors of the fast groups' coordinates, shape (n), valid at all times; zero for slow
+  !> coordinates. `slow_size` is the maximum of the slow motion; `condition` is the maximum of |(E - Phi)^-1| over the groups.
   !>
-  !> The remainder r of the forcing disturbs a fast group in two ways. Harmonics k < N / 2, which the N phases resolve, meet a group
-  !> with |D| > 2 pi k and cause at most |r| / (|D| - pi N). Harmonics near resonance, k = |D| / 2 pi, are extrapolated from the
-  !> resolved ones, which fall until N / 2: they are at most |r| (|r| / |A p|)^(2 k / N - 1). They are amplified by |(E - Phi)^-1|
-  !> and by the growth within the period. A motion that decays (or grows) everywhere at a rate of at least lambda never exceeds |r|
-  !> / lambda. Fails if a multiplier equals 1 within the errors (resonance).
+  !> The remainder r of the forcing disturbs a fast group in two ways. Harmonics k < N / 2, which N phases resolve, cause at most
+  !> |r| / (|D| - pi N) in a group with |D| > 2 pi k. Harmonics near resonance, k = |D| / 2 pi, are not resolved. They are estimated
+  !> from the decay of the resolved ones: at most |r| (|r| / |A p|)^(2 k / N - 1). |(E - Phi)^-1| and the growth within the period
+  !> amplify them. If the motion decays (or grows) everywhere at a rate of at least lambda, its error never exceeds |r| / lambda.
+  !> Fails if a multiplier equals 1 within its error (resonance).
   subroutine fast_errors(reduced, slow_size, within, condition, error)
     class(reduced_type), intent(in) :: reduced
     real(dp), intent(in) :: slow_size
@@ -268,7 +269,7 @@ contains
     if (.not. allocated(error)) defect = sum(multipliers%log_abs) - self%reduction%trace
   end subroutine take_liouville_defect
 
-  !> Computes the slow group's motion, shape (m, phases), from the initial state x0 of the whole system.
+  !> Computes the slow group's motion `y`, shape (m, phases), from the initial state `x0` of the whole system.
   subroutine follow_slow(reduced, x0, phases, y, error)
     class(reduced_type), intent(in) :: reduced
     real(dp), intent(in) :: x0(:), phases(:)
@@ -285,7 +286,7 @@ contains
     end associate
   end subroutine follow_slow
 
-  !> Computes the slow group's columns of S at `phases`, shape (phases, n, m).
+  !> Computes the slow group's columns of S at `phases` by interpolation, shape (phases, n, m).
   subroutine slow_shapes(reduced, phases, shapes)
     class(reduced_type), intent(in) :: reduced
     real(dp), intent(in) :: phases(:)

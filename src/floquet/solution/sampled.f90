@@ -1,5 +1,5 @@
-!> Defines periodic systems by samples at an even number of equidistant phases. Between the phases the coefficients are
-!> trigonometric polynomials.
+!> Defines periodic systems by samples of their coefficients at an even number of equidistant phases. Between these phases the
+!> coefficients are trigonometric polynomials.
 module gestell_floquet_solution_sampled
   use gestell_base_kinds, only: dp
   use gestell_floquet_reduction_trigonometric, only: interpolation
@@ -9,9 +9,9 @@ module gestell_floquet_solution_sampled
 
   public :: complex_system, real_system
 
-  !> Periodic system given by samples at N equidistant phases.
+  !> Periodic system whose coefficients are given at N equidistant phases.
   type, extends(periodic_system), public :: sampled_system
-    !> Samples of P, shape (n, n, N), and of f, shape (n, N).
+    !> `p`: samples of P, shape (n, n, N). `f`: samples of f, shape (n, N).
     real(dp), allocatable :: p(:, :, :), f(:, :)
   contains
     procedure :: matrix
@@ -21,7 +21,8 @@ module gestell_floquet_solution_sampled
 
 contains
 
-  !> The system y' = P y + f with the period 1. `rounding` is the relative error of its map due to the errors of the samples.
+  !> The system y' = P y + f with the period 1. `rounding` is the relative error of its map over the period caused by errors of the
+  !> samples.
   pure function real_system(p, f, rounding) result(system)
     real(dp), intent(in) :: p(:, :, :), f(:, :), rounding
     type(sampled_system) :: system
@@ -50,7 +51,7 @@ contains
     system = real_system(doubled, reshape([real(dp) ::], [2 * n, size(p, 3)], [0.0_dp]), rounding)
   end function complex_system
 
-  !> Computes P at the time t; the period is 1.
+  !> Computes P at time t. The period is 1.
   subroutine matrix(self, t, p)
     class(sampled_system), intent(in) :: self
     real(dp), intent(in) :: t
@@ -61,7 +62,7 @@ contains
     p = many(:, :, 1)
   end subroutine matrix
 
-  !> Computes f at the time t; the period is 1.
+  !> Computes f at time t. The period is 1.
   subroutine forcing(self, t, f)
     class(sampled_system), intent(in) :: self
     real(dp), intent(in) :: t

@@ -1,5 +1,5 @@
-!> Solves a periodic system by Floquet's theory, in the cheapest way ("Floquet numerics" in doc/theory.md). Parts that do not act on
-!> each other are solved separately. Vibrations that are fast against the period are reduced; the others are integrated.
+!> Solves a periodic system by Floquet's theory in the cheapest way ("Floquet numerics" in doc/theory.md). Parts that do not act on
+!> each other are solved separately. Systems whose vibrations are fast compared with the period are reduced; others are integrated.
 module gestell_floquet_solution
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
@@ -38,11 +38,11 @@ module gestell_floquet_solution
 
   !> A part of the system that does not interact with the other parts.
   type, public :: part_type
-    !> Indices of its states
+    !> Indices of the states that belong to this part
     integer, allocatable :: states(:)
-    !> True if its multipliers come in pairs rho, 1 / conj(rho).
+    !> True if the multipliers of this part come in pairs rho, 1 / conj(rho).
     logical :: conserves = .false.
-    !> The part as a system; unallocated if the part is the whole system
+    !> The part as a system of its own; unallocated if it is the whole system
     class(periodic_system), allocatable :: system
     !> Solution of the part
     class(part_solution_type), allocatable :: solution
@@ -52,11 +52,11 @@ module gestell_floquet_solution
   type, public :: floquet_type
     !> Period T (s)
     real(dp) :: period = 0
-    !> True if the solution contains what the periodic motion needs.
+    !> True if the solution contains the data for the periodic motion.
     logical :: forced = .false.
     !> Units that make the states comparable, shape (n).
     real(dp), allocatable :: scale(:)
-    !> Parts that do not interact
+    !> Parts of the system that do not interact
     type(part_type), allocatable :: parts(:)
   end type floquet_type
 
@@ -64,8 +64,8 @@ contains
 
   !> Solves `system` over its period to the requested accuracy.
   !>
-  !> Method `auto` without given steps may use reduction; method `reduced` uses nothing else. If the multipliers differ so much that
-  !> Phi(T) loses the small ones, the factors of Phi(T) are kept instead, unless steps are given. Errors: those of
+  !> The method `auto`, if no steps are given, may use reduction; the method `reduced` always does. If the multipliers differ so
+  !> much that Phi(T) loses the small ones, the factors of Phi(T) are used instead, unless steps are given. Errors: those of
   !> `solve_monodromy`; the table `coupled` has a wrong shape; reduction is requested but does not apply.
   subroutine solve_floquet(system, accuracy, forced, floquet, error)
     class(periodic_system), intent(in) :: system
@@ -104,7 +104,7 @@ contains
     end do
   end subroutine solve_floquet
 
-  !> Collects the methods, costs and errors of a solution; empty if `floquet` is not solved.
+  !> Collects the methods, cost and error of a solution; they are empty if `floquet` has not been solved.
   subroutine evidence(floquet, found)
     type(floquet_type), intent(in) :: floquet
     type(evidence_type), intent(out) :: found
@@ -118,8 +118,9 @@ contains
     end do
   end subroutine evidence
 
-  !> Computes sum of ln |rho| - integral of tr P, which is zero by Liouville's theorem. Of several parts the defect with the largest
-  !> modulus is returned. Errors: `floquet` is not solved; the coefficients are not finite; LAPACK finds no eigenvalues.
+  !> Computes the sum of ln |rho| minus the integral of tr P. By Liouville's theorem it is zero. For several parts, the defect with
+  !> the largest modulus is returned. Errors: `floquet` has not been solved; the coefficients are not finite; LAPACK finds no
+  !> eigenvalues.
   subroutine liouville_defect(system, floquet, defect, error)
     class(periodic_system), intent(in) :: system
     type(floquet_type), intent(in) :: floquet
@@ -146,7 +147,7 @@ contains
     end do
   end subroutine liouville_defect
 
-  !> Computes all multipliers, and the eigenvectors if `vectors` is true. Errors: `floquet` is not solved; LAPACK finds no
+  !> Computes all multipliers, and the eigenvectors if `vectors` is true. Errors: `floquet` has not been solved; LAPACK finds no
   !> eigenvalues.
   subroutine multipliers_of_floquet(floquet, vectors, multipliers, error)
     type(floquet_type), intent(in) :: floquet
@@ -209,11 +210,12 @@ contains
     end do
   end subroutine periodic_of_floquet
 
-  !> Computes the periodic motion. Errors: invalid phases; `solution` does not belong to `floquet` and `system`; overflow.
+  !> Computes the periodic motion at `phases`. Errors: invalid phases; `solution` does not belong to `floquet` and `system`;
+  !> overflow.
   subroutine follow_floquet(system, floquet, solution, phases, x, error)
     class(periodic_system), intent(in) :: system
     type(floquet_type), intent(in) :: floquet
-    !> Start of the motion
+    !> Start of the periodic motion
     type(periodic_solution_type), intent(in) :: solution
     !> Phases t / T, ascending, in [0, 1]
     real(dp), intent(in) :: phases(:)
@@ -247,8 +249,8 @@ contains
     end do
   end subroutine follow_floquet
 
-  !> Number of phases at which the errors of a motion are evaluated. The fastest error oscillates like the fastest free vibration
-  !> that is integrated; four phases per oscillation resolve it.
+  !> Number of phases at which the errors of a motion are evaluated. The fastest error oscillates as often as the fastest free
+  !> vibration that is integrated; there are four phases per oscillation.
   pure integer function checkpoints(floquet) result(number)
     type(floquet_type), intent(in) :: floquet
     integer, parameter :: fewest = 40
@@ -262,12 +264,11 @@ contains
     number = max(fewest, ceiling(2 / pi * min(phase_advance, 1.0e6_dp)))
   end function checkpoints
 
-  !> Computes the errors of a motion that `follow` has computed.
-  !> Errors: overflow; resonance within the errors.
+  !> Computes the errors of a motion that `follow` has computed. Errors: overflow; resonance within the errors.
   subroutine take_errors(system, floquet, phases, x, errors, error)
     class(periodic_system), intent(in) :: system
     type(floquet_type), intent(in) :: floquet
-    !> Phases t / T, which include 0 and 1; states at the phases, shape (n, phases)
+    !> `phases`: phases t / T, which include 0 and 1. `x`: states at the phases, shape (n, phases).
     real(dp), intent(in) :: phases(:), x(:, :)
     type(turn_errors_type), intent(out) :: errors
     type(error_type), allocatable, intent(out) :: error
