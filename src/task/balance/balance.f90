@@ -1,4 +1,5 @@
-!> The task `balance`: effect of classical balancing on rigid ground and on the machine's own mounts.
+!> The task `balance`: computes how counterweights change the forces on the ground and the vibration, on rigid ground and on the
+!> mounts.
 module gestell_task_balance
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -38,7 +39,7 @@ module gestell_task_balance
   end type balance_task
 
   type(unit_type), parameter :: kilogram = unit_type("kg", "kg"), kilogram_metre = unit_type("kg_m", "kg m")
-  !> Maximum length of the text that lists a variant's links, and of the name of a link or joint
+  !> Maximum length of texts in the tables: a list of links, or the name of a link or joint
   integer, parameter :: longest = 4 * word_length
 
 contains
@@ -60,7 +61,7 @@ contains
       & // "are weighted"), balance_keys)
   end subroutine extend
 
-  !> Reads the group &balance. Fails if the mechanism is not a linkage, or as `read_balance` does.
+  !> Reads the group &balance. Fails if the mechanism is not a linkage, or for the reasons given at `read_balance`.
   subroutine read_task(self, configuration, error)
     class(balance_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -78,7 +79,7 @@ contains
       & == configuration%frame%dofs()))
   end subroutine read_task
 
-  !> Plans the variants, solves each of them on the mounts, and adds tables, picture and report.
+  !> Plans the variants, computes each one on rigid ground and on the mounts, and adds tables, picture and report.
   subroutine run(self, context, result, error)
     class(balance_task), intent(inout) :: self
     type(context_type), intent(inout) :: context
@@ -172,7 +173,7 @@ contains
       & [(merge(variants(i)%mounted%verdict, "failed   ", variants(i)%mounted%verdict /= ""), i = 1, n)])
   end function table_of
 
-  !> Table balance_links.csv with a row for every counterweight.
+  !> Table balance_links.csv with a row for every counterweight of every variant.
   type(table_type) function links_of(variants, rigid, linkage) result(table)
     type(variant_type), intent(in) :: variants(:)
     type(rigid_ground_type), intent(in) :: rigid
@@ -221,7 +222,7 @@ contains
     call table%add("unbalance", kilogram_metre, "mass times distance from the pivot", unbalance)
   end function links_of
 
-  !> Table balance_harmonics.csv with a row for every variant and order.
+  !> Table balance_harmonics.csv with a row for every variant and each order up to `orders`.
   type(table_type) function harmonics_of(variants, frame, orders) result(table)
     type(variant_type), intent(in) :: variants(:)
     type(frame_type), intent(in) :: frame

@@ -14,7 +14,7 @@ module gestell_task_balance_keys
 
   public :: read_balance
 
-  !> Maximum number of links that can be named
+  !> Maximum number of links that the key `links` may name
   integer, parameter :: most_links = 20
 
   type(key_type), parameter, public :: balance_keys(*) = [ &
@@ -36,17 +36,17 @@ module gestell_task_balance_keys
     integer, allocatable :: links(:)
     !> Radii of the counterweights (m); not allocated: lengths of the links
     real(dp), allocatable :: radii(:)
-    !> Weight of the moment's mean square in the weighted sum, between 0 and 1; the force has the rest
+    !> Weight of the mean square of the moment in the weighted sum (0 to 1); the force has the weight 1 - `weight`
     real(dp) :: weight = 0.5_dp
-    !> Length (m) that converts moments to forces in the weighted sum; 0: rms moment over rms force of the machine as found
+    !> Length (m) by which moments are divided in the weighted sum; 0: rms moment over rms force of the original machine
     real(dp) :: length = 0
-    !> True: moments are about the frame's centre of mass F; false: about the mechanism's origin O
+    !> True: moments on rigid ground are about the frame's centre of mass F; false: about the mechanism's origin O
     logical :: about_frame = .true.
   end type balance_options
 
 contains
 
-  !> Reads the group &balance for a linkage. Fails if a value is out of range, or if a link does not exist, does not turn or is
+  !> Reads the group &balance for a linkage. Fails if a value is out of range, or if a link does not exist, does not rotate or is
   !> named twice. Also fails if the number of radii is neither 1 nor the number of links.
   subroutine read_balance(doc, units, linkage, options, error)
     type(document_type), intent(in) :: doc

@@ -1,4 +1,4 @@
-!> Picture of the effect of counterweights on rigid ground and on the mounts.
+!> Plots the effect of counterweights on rigid ground and on the mounts.
 module gestell_task_balance_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, exact, newline, text
@@ -10,9 +10,9 @@ module gestell_task_balance_plot
 
   public :: plot_balance
 
-  !> Value (%) at which bars are cut off; their value is then printed above them
+  !> Height (%) at which bars are cut off; the true value is then printed above the bar
   integer, parameter :: top = 250
-  !> Original forces below this limit (N or N m) count as zero, because percentages of them would overflow
+  !> Forces and moments of the original machine up to this limit (N, N m) count as zero: percentages of them would overflow
   real(dp), parameter :: least_found = 100 / huge(1.0_dp)
 
 contains
@@ -46,7 +46,8 @@ contains
 
   contains
 
-    !> One panel with bars of the columns `rigid` and `mounted` of balance.csv, as percentages of the original machine.
+    !> One panel of the picture: bars for two columns of balance.csv as percentages of the original machine. `rigid` and `mounted`
+    !> are the names of the columns.
     pure function panel(row, what, rigid, mounted, axis) result(lines)
       integer, intent(in) :: row
       character(len=*), intent(in) :: what, rigid, mounted, axis
@@ -71,7 +72,8 @@ contains
 
   end function plot_balance
 
-  !> Part of a plot command with bars beside the middle of each place. A bar that is cut off shows its value.
+  !> Part of a plot command that draws a bar for each variant, on one `side` ("-" left, "+" right) of the variant's tic. The value
+  !> of a bar that is cut off is printed above it.
   pure function bars(file, side, value, style, title) result(words)
     character(len=*), intent(in) :: file, side, value, style, title
     character(len=:), allocatable :: words
@@ -81,7 +83,7 @@ contains
       & // ")) with labels font ',11' offset 0,0.5 notitle"
   end function bars
 
-  !> Gnuplot expression for a column as a percentage of the value `found`, or 0 if that value counts as zero.
+  !> Gnuplot expression for a column as a percentage of the value `found` of the original machine; 0 if this value counts as zero.
   pure function percent(column, found) result(value)
     character(len=*), intent(in) :: column
     real(dp), intent(in) :: found

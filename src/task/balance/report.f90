@@ -18,9 +18,9 @@ module gestell_task_balance_report
 
   public :: balance_headlines, link_lines, report_balance, turning_lines
 
-  !> Number of orders reported for each variant
+  !> Number of orders that the report lists for each variant
   integer, parameter :: told_orders = 3
-  !> Relative change that counts as a change; fraction of the whole below which a part is rounding error
+  !> `noticed`: smaller relative changes are not mentioned. `rounding`: a part below this fraction of the whole is rounding error.
   real(dp), parameter :: noticed = 0.01_dp, rounding = 1.0e-11_dp
 
 contains
@@ -57,7 +57,8 @@ contains
 
   contains
 
-    !> Relative change of the rms force of variant `i`, on rigid ground or on the mounts.
+    !> Relative change of the rms force from the original machine to variant `i`: on rigid ground if `rigidly`, otherwise on the
+    !> mounts.
     pure function change(i, rigidly) result(words)
       integer, intent(in) :: i
       logical, intent(in) :: rigidly
@@ -73,7 +74,7 @@ contains
 
   end function balance_headlines
 
-  !> Relative change, for example "-63.2 %", or the new value if the old one is 0.
+  !> Relative change in words, for example "-63.2 %"; the new value with its unit if the old one is 0.
   pure function change_words(after, before, unit) result(words)
     real(dp), intent(in) :: after, before
     character(len=*), intent(in) :: unit
@@ -89,18 +90,18 @@ contains
     if (abs(percent) < 0.005_dp) words = "0 %"
   end function change_words
 
-  !> Section of the report on balancing.
+  !> Section of the report on counterweights.
   function report_balance(variants, rigid, linkage, options, state, length) result(report)
     !> The original machine, then the variants with counterweights
     type(variant_type), intent(in) :: variants(:)
-    !> Bodies of the linkage that can carry counterweights
+    !> Links of the linkage that can carry counterweights, and their forces on rigid ground
     type(rigid_ground_type), intent(in) :: rigid
     class(linkage_type), intent(in) :: linkage
     !> Keys of the group &balance
     type(balance_options), intent(in) :: options
     !> Result of `balance_force`: whether the force can be balanced completely
     integer, intent(in) :: state
-    !> Length (m) that converts moments to forces in the weighted sum
+    !> Length (m) by which moments are divided in the weighted sum
     real(dp), intent(in) :: length
     character(len=:), allocatable :: report, rows, orders, heads, links
     integer, allocatable :: told(:)
@@ -168,8 +169,8 @@ contains
       & // tabulated("lrrrrrr", "counterweight,rigid " // heads // ",mounts " // heads // newline // ",N,N,N,N,N,N", orders)
   end function report_balance
 
-  !> Table of the components of the first order that rotate with the crank and against it, in the plane normal to the third axis.
-  !> Frames in space only.
+  !> Table of the first-order vectors of force and moment across the shaft that rotate with the crank and against it. Only for
+  !> frames in space. The shaft is the third of the `axes`.
   function turning_lines(variants, axes, turns) result(lines)
     type(variant_type), intent(in) :: variants(:)
     real(dp), intent(in) :: axes(3, 3)
@@ -195,7 +196,7 @@ contains
       & // tabulated("lrrrr", "counterweight,force with,against,moment with,against" // newline // ",N,N,N m,N m", lines)
   end function turning_lines
 
-  !> Force and moment with units (`plain`), or their relative changes from `found`.
+  !> Two cells of the table: force and moment with units if `plain`, otherwise their relative changes from `found`.
   pure function cells(values, found, plain) result(words)
     real(dp), intent(in) :: values(2), found(2)
     logical, intent(in) :: plain
@@ -205,7 +206,7 @@ contains
       & change_words(values(force), found(force), "N") // tab // change_words(values(moment), found(moment), "N m"), plain)
   end function cells
 
-  !> A part of the whole, or 0 if it is rounding error.
+  !> The value `part` as text; 0 if it is rounding error relative to `whole`.
   pure function clean(part, whole) result(words)
     real(dp), intent(in) :: part, whole
     character(len=:), allocatable :: words
@@ -213,7 +214,7 @@ contains
     words = concise(merge(0.0_dp, part, part <= rounding * whole), 4)
   end function clean
 
-  !> The counterweights as &link groups of an input, in the units of the input.
+  !> The counterweights as &link groups, ready to be added to the input, in its units.
   function link_lines(variants, rigid, linkage, units) result(lines)
     !> The original machine, then the variants with counterweights
     type(variant_type), intent(in) :: variants(:)
@@ -254,7 +255,8 @@ contains
     end do
   end function link_lines
 
-  !> Warning that names the links with counterweights that &repeat would copy, too. Copies of links are named PART.link.
+  !> Warning that lists the links whose counterweights &repeat would copy as well; empty if there are none. Copies of a link are
+  !> named PART.link.
   pure function copies_line(variants, rigid, linkage) result(line)
     type(variant_type), intent(in) :: variants(:)
     type(rigid_ground_type), intent(in) :: rigid
@@ -287,7 +289,7 @@ contains
     typed = value * unit%divisor / unit%factor
   end function typed
 
-  !> A name in quotes, as in an input.
+  !> A name in quotes as in an input file; quotes within the name are doubled.
   pure function quoted(name) result(words)
     character(len=*), intent(in) :: name
     character(len=:), allocatable :: words

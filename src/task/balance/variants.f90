@@ -1,4 +1,4 @@
-!> Variants of a machine that differ in their counterweights, and their forces on rigid ground and on the mounts.
+!> Plans variants of a machine that differ in their counterweights, and computes their forces on rigid ground and on the mounts.
 module gestell_task_balance_variants
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -22,25 +22,25 @@ module gestell_task_balance_variants
 
   public :: plan_variants, solve_variant, take_mounted
 
-  !> Purpose of the counterweights. 0: no counterweight; 1 to 3: one counterweight for the smallest force, moment or
-  !> weighted sum; 4: several that balance the force completely; 5: several that minimise the force, restricted to links with a
-  !> pivot on the frame.
+  !> Purpose of the counterweights. `as_found`: there are none. `for_force`, `for_moment`, `for_sum`: a single one minimises the
+  !> force, the moment or the weighted sum. `complete`: several cancel the force. `together`: several minimise the force, on links
+  !> with a pivot on the frame only.
   integer, parameter, public :: as_found = 0, for_force = 1, for_moment = 2, for_sum = 3, complete = 4, together = 5
   character(len=8), parameter, public :: aims(0:5) = [character(len=8) :: "found", "force", "moment", "sum", "complete", "together"]
 
-  !> Indices of force and moment on the ground
+  !> Indices of the force and the moment on the ground in arrays such as `rms`
   integer, parameter, public :: force = 1, moment = 2
   character(len=*), parameter :: quantities(2) = ["total.f", "total.m"]
 
-  !> Forces and vibration of a variant on its mounts.
+  !> Forces on the ground and vibration of a variant on its mounts.
   type, public :: mounted_type
-    !> Reason why there is no vibration; not allocated if there is one
+    !> Reason why no periodic vibration was computed; not allocated if one was
     character(len=:), allocatable :: reason
     !> Verdict on the machine with the counterweights
     character(len=9) :: verdict = ""
     !> Rms and peak of force and moment (N, N m) and their error bounds, shape (2)
     real(dp), dimension(2) :: rms = 0, rms_error = 0, peak = 0, peak_error = 0
-    !> Peaks of the degrees of freedom (m, rad) and their error bounds; a planar frame uses the first three of six
+    !> Peaks of the degrees of freedom (m, rad) and their error bounds; a planar frame uses only the first three elements
     real(dp), dimension(6) :: motion = 0, motion_error = 0
     !> Rms of the orders 1, 2, ... of force and moment (N, N m), shape (2, orders)
     real(dp), allocatable :: orders(:, :)
@@ -52,11 +52,11 @@ module gestell_task_balance_variants
     integer :: aim = as_found
     !> Counterweights
     type(counterweight_type), allocatable :: weights(:)
-    !> Names of the links that carry them; their own names as links
+    !> Name of the link that carries each counterweight (`on`), and name of the counterweight as a link of its own (`names`)
     character(len=word_length), allocatable :: on(:), names(:)
     !> Total mass of the counterweights (kg)
     real(dp) :: mass = 0
-    !> Forces on rigid ground
+    !> Forces and moments on rigid ground
     type(left_type) :: left
     !> Forces and vibration on the mounts
     type(mounted_type) :: mounted
@@ -70,7 +70,7 @@ contains
   !> Plans all variants and computes their forces on rigid ground. The first variant is the original machine. Variants whose
   !> counterweight would have no effect are omitted.
   subroutine plan_variants(rigid, linkage, speed, options, variants, state, length)
-    !> Bodies of the linkage that can carry counterweights
+    !> Links of the linkage that can carry counterweights, and their forces on rigid ground
     type(rigid_ground_type), intent(in) :: rigid
     class(linkage_type), intent(in) :: linkage
     !> Crank speed (rad/s)
@@ -80,7 +80,7 @@ contains
     type(variant_type), allocatable, intent(out) :: variants(:)
     !> Result of `balance_force`: whether the force can be balanced completely
     integer, intent(out) :: state
-    !> Length (m) that converts moments to forces in the weighted sum
+    !> Length (m) by which moments are divided in the weighted sum
     real(dp), intent(out) :: length
     type(variant_type), allocatable :: all(:)
     type(counterweight_type), allocatable :: pivoted(:)
@@ -177,13 +177,13 @@ contains
     end select
   end function label
 
-  !> Solves the machine with the variant's counterweights on its mounts. If there is no vibration, `mounted%reason` says why.
+  !> Solves the machine with the counterweights of `variant` on its mounts. If there is no vibration, `mounted%reason` says why.
   subroutine solve_variant(configuration, linkage, rigid, variant)
-    !> The input, whose frame is solved with the changed linkage
+    !> Configuration from the input file; its linkage is replaced by one with counterweights
     type(configuration_type), intent(in) :: configuration
     class(linkage_type), intent(in) :: linkage
     type(rigid_ground_type), intent(in) :: rigid
-    !> The counterweights; receives the result on the mounts
+    !> Variant with its counterweights; receives the results on the mounts
     type(variant_type), intent(inout) :: variant
     class(linkage_type), allocatable :: other
     type(frame_type) :: frame
@@ -200,10 +200,11 @@ contains
     call take_mounted(analysis, options%harmonics, variant%mounted, failure)
   end subroutine solve_variant
 
-  !> Extracts forces and vibration from a solved machine. A `failure` becomes the reason why there is no vibration and is cleared.
+  !> Extracts forces and vibration from a solved machine. If `failure` is allocated, its message becomes the reason for the missing
+  !> vibration, and `failure` is deallocated.
   subroutine take_mounted(analysis, orders, mounted, failure)
     type(analysis_type), intent(in) :: analysis
-    !> Number of orders whose rms is extracted
+    !> Number of orders whose rms values are extracted
     integer, intent(in) :: orders
     type(mounted_type), intent(out) :: mounted
     type(error_type), allocatable, intent(inout) :: failure
@@ -239,7 +240,8 @@ contains
     end if
   end subroutine take_mounted
 
-  !> Extends the moment about zeta to the moments about all three axes if the frame is in space. Fails as `find_quantity` does.
+  !> Extends `quantity`, the moment about zeta, to the moments about all three axes if the frame moves in space. Fails as
+  !> `find_quantity` does.
   subroutine whole_moment(frame, quantity, error)
     class(frame_type), intent(in) :: frame
     type(quantity_type), intent(inout) :: quantity

@@ -1,4 +1,4 @@
-!> Reads the groups of an input file into the machine and the settings shared by all tasks.
+!> Reads the machine, and the settings shared by all tasks, from the groups of an input file.
 module gestell_task_common_configuration
   use gestell_base_error, only: error_type, impossible_mechanism
   use gestell_base_kinds, only: dp
@@ -27,20 +27,22 @@ module gestell_task_common_configuration
   !> The machine of an input file, and the settings shared by all tasks.
   type, public :: configuration_type
     character(len=:), allocatable :: title
-    !> Results that the tasks require of the machine of the input.
+    !> Results of the machine of the input that the tasks need.
     type(analysis_options) :: analysis
     type(accuracy_type) :: accuracy
     type(frame_type) :: frame
     type(probe_type), allocatable :: probes(:)
-    !> Highest order of the crank considered over the speed.
+    !> Highest order of the crank that tasks over a range of speeds consider.
     integer :: orders = 6
     !> The sweep; not allocated if nothing is varied.
     type(sweep_plan_type), allocatable :: plan
-    !> Input as typed, groups and keys that it may contain, and its units.
+    !> The input as typed.
     type(document_type) :: document
+    !> Groups and keys that the input may contain.
     type(schema_type) :: schema
+    !> Units of the numbers in the input.
     type(units_type) :: units
-    !> Hash of the complete input (`content_of`).
+    !> Hash of the complete input, from `content_of`.
     integer(int64) :: content = 0
     !> Reason why the machine of the input cannot turn; only set if no task needs this machine.
     type(error_type), allocatable :: impossible
@@ -54,8 +56,9 @@ module gestell_task_common_configuration
 
 contains
 
-  !> Reads the machine of a checked document and turns it once. `own`: true if a task needs this machine; otherwise the machine may
-  !> be impossible. Errors: values out of range; joints that do not fit together (code 2); a mechanism that cannot turn (code 3).
+  !> Reads the machine of a checked document and runs its mechanism through one period. `own`: true if a task needs this machine;
+  !> otherwise a mechanism that cannot turn is no error. Fails if a value is out of range, if joints do not fit together (code 2) or
+  !> if a needed mechanism cannot turn (code 3).
   subroutine read_machine(configuration, own, error)
     type(configuration_type), intent(inout) :: configuration
     logical, intent(in) :: own
@@ -79,7 +82,7 @@ contains
     end associate
   end subroutine read_machine
 
-  !> Reads the sweep. `over_speed`: true if the speed must be one of its parameters. Errors: as in `read_sweep` and `read_speeds`.
+  !> Reads the sweep. `over_speed`: true if the speed must be one of its parameters. Fails as `read_sweep` and `read_speeds` do.
   subroutine read_plan(configuration, over_speed, error)
     type(configuration_type), intent(inout) :: configuration
     logical, intent(in) :: over_speed
@@ -103,7 +106,7 @@ contains
     if (self%analysis%averaged) name = "averaged"
   end function model
 
-  !> Speeds of the sweep (1/min), shape (values of the first axis).
+  !> Speeds of the sweep (1/min): the values of its first axis.
   pure function speeds(self)
     class(configuration_type), intent(in) :: self
     real(dp), allocatable :: speeds(:)
@@ -122,7 +125,7 @@ contains
     if (allocated(self%frame%mechanism)) turns = self%frame%mechanism%turns
   end function turns
 
-  !> Harmonics of the period considered, up to `highest` times the speed of the drive.
+  !> Numbers of the harmonics of the period that are considered, up to `highest` times the drive speed.
   pure function harmonics(self, highest)
     class(configuration_type), intent(in) :: self
     integer, intent(in) :: highest
@@ -136,7 +139,7 @@ contains
     end if
   end function harmonics
 
-  !> Reads title, model, accuracy and the extent of the results.
+  !> Reads the title, the model, the accuracy, and which results the machine of the input must have.
   subroutine read_model(configuration, error)
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
@@ -179,7 +182,8 @@ contains
     end associate
   end subroutine read_model
 
-  !> Requests all forces on the ground, including those of guides, because the page reports them.
+  !> Requests the rows of the motion from which all forces on the ground are computed, those of guides included: the HTML page
+  !> reports them.
   pure subroutine want_forces(self)
     class(configuration_type), intent(inout) :: self
 

@@ -1,4 +1,4 @@
-!> Environment in which a task runs: the machine, the command-line options, the folder of the files and the executor.
+!> Everything that a task needs during a run: the machine, the command-line options, the folders of the files and the executor.
 module gestell_task_common_context
   use gestell_output_head, only: head_type, setting_type
   use gestell_output_result, only: result_type
@@ -18,7 +18,7 @@ module gestell_task_common_context
     type(configuration_type) :: configuration
     !> Header of all tables.
     type(head_type) :: head
-    !> Final folder of the results, and folder in which they are written until the run is complete.
+    !> `folder`: final folder of the results. `staging`: folder in which the files are written until the run is complete.
     character(len=:), allocatable :: folder, staging
     !> `reports`: true if a report is printed. `one_line`: true if a single line of results is requested.
     logical :: reports = .true., one_line = .false.
@@ -26,14 +26,14 @@ module gestell_task_common_context
     logical :: keeps_rows = .false.
     !> True if an unstable machine changes the exit code.
     logical :: fails_if_unstable = .false.
-    !> Number of the part of a sweep to compute, and number of parts. `in_parts`: true if the sweep is divided. `merge`: true if its
-    !> finished parts are combined.
+    !> Number of the part of a sweep that this run computes, and number of parts.
     integer :: part = 1, parts = 1
+    !> `in_parts`: true if the sweep is divided into parts. `merge`: true if this run combines the finished parts.
     logical :: in_parts = .false., merge = .false.
     class(executor_type), allocatable :: executor
-    !> Results for the machine of the input.
+    !> Results of the machine of the input.
     type(analysis_type) :: analysis
-    !> Result that a task stores for later tasks.
+    !> Result that a task stores here for a later task.
     class(*), allocatable :: kept
   contains
     procedure :: members
@@ -42,8 +42,8 @@ module gestell_task_common_context
 
 contains
 
-  !> Makes `family` accessible to several threads, with each member linearised by the configured model. `model` replaces this model,
-  !> unless the coefficients are averaged.
+  !> Wraps `family` as `locked`, whose members several threads may request. Each member is linearised by the configured model, or by
+  !> `model` if present, unless the coefficients are averaged.
   subroutine members(self, family, locked, model)
     class(context_type), intent(in) :: self
     class(family_type), intent(in) :: family
@@ -69,8 +69,8 @@ contains
     self%head%settings = settings
   end subroutine entitle
 
-  !> Opens the journal in the folder where the files are written. The executor stores finished pieces in it and takes over the
-  !> pieces of an interrupted run.
+  !> Opens the journal in the folder where the files are written. The executor stores finished pieces of work in it, and reads the
+  !> pieces of an interrupted run from it.
   subroutine keep_journal(context, result)
     type(context_type), intent(inout) :: context
     type(result_type), intent(inout) :: result

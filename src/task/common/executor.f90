@@ -1,5 +1,5 @@
-!> Distribution of work over the threads of this process. An extension of `executor_type` may distribute it further: several
-!> processes then run the same tasks and exchange their results.
+!> Distributes work over the threads of this process. An extension of `executor_type` may also distribute it over several processes,
+!> which run the same tasks and exchange their results.
 module gestell_task_common_executor
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -11,14 +11,14 @@ module gestell_task_common_executor
 
   public :: spread_over
 
-  !> Work that consists of independent pieces 1, 2, ...
+  !> Work that consists of independent pieces with the numbers 1, 2, ...
   type, abstract, public :: work_type
   contains
     procedure(compute), deferred :: compute
     procedure :: exchange => exchange_nothing
   end type work_type
 
-  !> Display of the progress.
+  !> Progress display.
   type, abstract, public :: progress_type
   contains
     procedure(start), deferred :: start
@@ -27,15 +27,15 @@ module gestell_task_common_executor
     procedure(show_part), nopass, deferred :: show_part
   end type progress_type
 
-  !> Spreads work over threads, and stores finished pieces in a journal.
+  !> Distributes pieces of work over threads, and stores finished pieces in a journal.
   type, public :: executor_type
-    !> Not allocated: progress is not displayed.
+    !> Progress display; not allocated: progress is not displayed.
     class(progress_type), allocatable :: progress
     !> Journal of finished pieces; not allocated: nothing is stored.
     type(journal_type), allocatable :: journal
-    !> True if several processes cooperate; only tasks with shareable pieces run then.
+    !> True if several processes cooperate; then only tasks run whose pieces several runs can share.
     logical :: together = .false.
-    !> Number of rounds of work so far.
+    !> Number of calls of `spread` so far; together with the number of a piece it identifies a result in the journal.
     integer, private :: rounds = 0
   contains
     procedure :: spread
@@ -49,8 +49,8 @@ module gestell_task_common_executor
   end type executor_type
 
   abstract interface
-    !> Computes piece `k` and stores its result separately from the results of other pieces. Steps for one thread only, like reading
-    !> documents and writing files, belong in a critical section named input_and_output.
+    !> Computes piece `k` and stores its result in `self`, apart from the results of other pieces. Steps that only one thread may
+    !> execute at a time, like reading documents or writing files, belong in a critical section named input_and_output.
     recursive subroutine compute(self, k, error)
       import :: work_type, error_type
       implicit none (type, external)
@@ -59,7 +59,7 @@ module gestell_task_common_executor
       type(error_type), allocatable, intent(out) :: error
     end subroutine compute
 
-    !> Starts the display with `all` points to compute.
+    !> Starts the progress display for `all` points.
     subroutine start(self, all)
       import :: progress_type, int64
       implicit none (type, external)
@@ -67,7 +67,7 @@ module gestell_task_common_executor
       integer(int64), intent(in) :: all
     end subroutine start
 
-    !> Adds a number of finished points.
+    !> Adds `points` finished points to the progress display.
     subroutine add(self, points)
       import :: progress_type, int64
       implicit none (type, external)
@@ -75,13 +75,14 @@ module gestell_task_common_executor
       integer(int64), intent(in) :: points
     end subroutine add
 
+    !> Removes the progress display.
     subroutine clear(self)
       import :: progress_type
       implicit none (type, external)
       class(progress_type), intent(inout) :: self
     end subroutine clear
 
-    !> Displays the current activity and the finished fraction (0 to 1).
+    !> Displays the current activity `doing` and the finished fraction `part` (0 to 1).
     subroutine show_part(doing, part)
       import :: dp
       implicit none (type, external)
@@ -92,8 +93,8 @@ module gestell_task_common_executor
 
 contains
 
-  !> Computes these pieces of `work` in parallel. If a piece fails, later pieces are skipped. Error: that of the first failed piece
-  !> in the order of `pieces`.
+  !> Computes these pieces of `work` in parallel. If a piece fails, pieces after it are skipped. Returns the error of the first
+  !> piece in `pieces` that failed.
   subroutine spread(self, work, pieces, error, points)
     class(executor_type), intent(inout) :: self
     class(work_type), intent(inout) :: work
@@ -147,8 +148,8 @@ contains
     if (allocated(self%progress)) call self%progress%clear()
   end subroutine spread
 
-  !> Writes the result of piece `k` to the record or reads it from there (gestell_task_common_record). This default does neither, so
-  !> the piece is computed again after an interruption.
+  !> Default of `exchange`, which does nothing: the piece is computed again after an interruption. Overriding versions write the
+  !> result of piece `k` to the record or read it from there (gestell_task_common_record).
   subroutine exchange_nothing(self, k, record)
     class(work_type), intent(inout) :: self
     integer, intent(in) :: k
@@ -158,7 +159,8 @@ contains
     end associate
   end subroutine exchange_nothing
 
-  !> Computes pieces 1 ... `count` of `work`, one after the other if there is no `executor`. Error: that of the first failed piece.
+  !> Computes pieces 1 to `count` of `work`: by the `executor` if present, otherwise one after the other. Returns the error of the
+  !> first piece that failed.
   subroutine spread_over(work, count, error, executor)
     class(work_type), intent(inout) :: work
     integer, intent(in) :: count
@@ -176,12 +178,12 @@ contains
     end do
   end subroutine spread_over
 
-  !> True if this process prints the report and writes the files.
+  !> True if this process is the one that prints the report and writes the files.
   logical function leads()
     leads = .true.
   end function leads
 
-  !> True for the numbers 1 ... `count` that this process must compute if each needs to be computed by one process only.
+  !> For each of the numbers 1 to `count`: true if this process must compute it. Each number is computed by one process only.
   function share_of(count) result(mine)
     integer, intent(in) :: count
     logical :: mine(count)
@@ -189,7 +191,7 @@ contains
     mine = .true.
   end function share_of
 
-  !> Shares an error of one process with all processes.
+  !> Passes an error of one process to all processes. Here there is only one process: does nothing.
   subroutine share_error(error)
     type(error_type), allocatable, intent(inout) :: error
 
@@ -197,7 +199,7 @@ contains
     end associate
   end subroutine share_error
 
-  !> Shares marks: a mark set by one process is set for all.
+  !> Sets each mark that any process has set, in all processes. Here there is only one process: does nothing.
   subroutine share_marks(marks)
     logical, contiguous, intent(inout) :: marks(:)
 
@@ -205,7 +207,7 @@ contains
     end associate
   end subroutine share_marks
 
-  !> Checks that all processes have an input with the same hash `content`. Error: the inputs differ.
+  !> Fails if the inputs of the processes differ, which their hash `content` shows. Here there is only one process: never fails.
   subroutine compare(content, name, error)
     integer(int64), intent(in) :: content
     character(len=*), intent(in) :: name
@@ -215,14 +217,14 @@ contains
     end associate
   end subroutine compare
 
-  !> Line of the report on the participating processes; empty if there is only this one.
+  !> Line of the report that lists the participating processes; empty if there is only this one.
   function workers() result(line)
     character(len=:), allocatable :: line
 
     line = ""
   end function workers
 
-  !> Displays the current activity and the finished fraction (0 to 1). At 1 the display is removed.
+  !> Displays the current activity `doing` and the finished fraction `part` (0 to 1). At 1 the display is removed.
   subroutine show(self, doing, part)
     class(executor_type), intent(inout) :: self
     character(len=*), intent(in) :: doing

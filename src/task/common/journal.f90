@@ -1,5 +1,5 @@
-!> Journal of a run: a file in its folder with the results of all finished pieces of work. After an interruption the next run reads
-!> them instead of computing them again.
+!> Journal of a run: a file with the results of all finished pieces of work. After an interruption, the next run reads these results
+!> instead of computing them again.
 module gestell_task_common_journal
   use gestell_base_files, only: close_file, create_file, file_size, remove_file, rename_file, write_whole
   use gestell_base_hash, only: mix_text
@@ -14,18 +14,22 @@ module gestell_task_common_journal
 
   public :: open_journal
 
-  !> Journal file. Each record has the number of a round of work, the number of a piece in this round, and the result of the piece.
+  !> Journal file. Each record has the number of a round (a call of `spread`), the number of a piece in this round, and the result
+  !> of the piece.
   type, public :: journal_type
-    !> True if records of an earlier run could not be used.
+    !> True if the file contains a damaged record of an earlier run.
     logical :: damaged = .false.
     character(len=:), allocatable, private :: name
     integer(int64), private :: fingerprint = 0
-    !> Records of an earlier run: record i has the words begins(i) to ends(i). `next`: record that is probably requested next.
+    !> The journal of an earlier run as 64-bit words.
     integer(int64), allocatable, private :: words(:)
+    !> First and last word of each record, shape (records).
     integer, allocatable, private :: begins(:), ends(:)
+    !> Number of the record at which the next search begins: results are usually requested in the order of the file.
     integer, private :: next = 1
-    !> File handle, once a record has been written; true if the file cannot be written.
+    !> File handle; -1 until the first record is written, and after a failure.
     integer(c_int), private :: handle = -1
+    !> True if the file could not be written; nothing more is stored then.
     logical, private :: failed = .false.
   contains
     procedure :: find
@@ -34,8 +38,8 @@ module gestell_task_common_journal
 
 contains
 
-  !> Opens the journal in `folder`, which no other process uses. `content` is the hash of the input. Records of another input or of
-  !> another version of the program are ignored.
+  !> Opens the journal in `folder`, which no other process may use. `content` is the hash of the input. Records of another input or
+  !> of another version of the program are ignored.
   subroutine open_journal(journal, folder, content)
     type(journal_type), intent(out) :: journal
     character(len=*), intent(in) :: folder
@@ -63,7 +67,7 @@ contains
     end do
   end subroutine open_journal
 
-  !> Finds the stored result of a piece; empty if there is none.
+  !> Returns the stored result of a piece as `words`; empty if there is none.
   subroutine find(self, round, piece, words)
     class(journal_type), intent(inout) :: self
     integer, intent(in) :: round, piece
@@ -99,7 +103,7 @@ contains
     self%handle = -1
   end subroutine keep
 
-  !> Creates the file, with the records of an earlier run at its beginning.
+  !> Creates the file and copies the records of an earlier run to its beginning. `done`: false if this failed.
   subroutine begin(journal, done)
     class(journal_type), intent(inout) :: journal
     logical, intent(out) :: done

@@ -1,4 +1,4 @@
-!> Keys of the input groups used by several tasks: &case, &model, &accuracy, &response, &resonance.
+!> Keys of the input groups that several tasks use: &case, &model, &accuracy, &response, &resonance.
 module gestell_task_common_keys
   use gestell_base_key, only: integer_key, joined, key_type, range_type, real_key, text_key
   use gestell_base_kinds, only: dp
@@ -48,7 +48,7 @@ module gestell_task_common_keys
 
 contains
 
-  !> Keys of the group &case, with these tasks as permitted values.
+  !> Keys of the group &case, where `tasks` are the values permitted for the key of this name.
   pure function case_keys_of(tasks) result(keys)
     character(len=*), intent(in) :: tasks(:)
     type(key_type) :: keys(size(case_keys))

@@ -1,5 +1,5 @@
-!> Family whose members several threads may request. Members are made one at a time, because only one thread may read documents.
-!> Each thread then linearises its own member by the frame's model.
+!> Family of machines from which several threads may request members. Members are made one at a time, because only one thread may
+!> read documents. Each thread then linearises its own member by the frame's model.
 module gestell_task_common_locked_family
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -8,7 +8,7 @@ module gestell_task_common_locked_family
   implicit none (type, external)
   private
 
-  !> Family whose members several threads may request.
+  !> Family of machines from which several threads may request members at the same time.
   type, extends(settled_family_type), public :: locked_family_type
   contains
     procedure :: bare_member
@@ -16,6 +16,7 @@ module gestell_task_common_locked_family
 
 contains
 
+  !> Makes the member with these parameters; only one thread at a time does so.
   subroutine bare_member(self, parameters, system, error)
     class(locked_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)

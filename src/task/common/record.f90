@@ -1,4 +1,5 @@
-!> Results of a piece of work as 64-bit words. One procedure (`work_type%exchange`) both writes and reads them, in the same order.
+!> Stores the result of a piece of work as 64-bit words. One procedure, `work_type%exchange`, both writes and reads the values, in
+!> the same order.
 module gestell_task_common_record
   use gestell_base_kinds, only: dp
   use gestell_base_verdict, only: verdict_of_ordinal, verdict_type
@@ -8,11 +9,12 @@ module gestell_task_common_record
 
   !> A record that is being written or read.
   type, public :: record_type
-    !> True if `pass` reads; false if it writes.
+    !> True if `pass` reads from the record; false if it writes to it.
     logical :: reads = .false.
     integer(int64), allocatable :: words(:)
-    !> Number of words read so far; true if fewer words exist than were requested.
+    !> Number of words read so far.
     integer, private :: at = 0
+    !> True if more words were requested than the record contains.
     logical, private :: short = .false.
   contains
     procedure :: begin
@@ -24,7 +26,7 @@ module gestell_task_common_record
 
 contains
 
-  !> Starts writing or, if `words` is present, reading these words.
+  !> Starts writing an empty record or, if `words` is present, starts reading these words.
   pure subroutine begin(self, words)
     class(record_type), intent(inout) :: self
     integer(int64), intent(in), optional :: words(:)
@@ -36,14 +38,14 @@ contains
     if (present(words)) self%words = words
   end subroutine begin
 
-  !> True if exactly the existing words were read.
+  !> True if all words have been read and none was missing.
   pure logical function is_complete(self)
     class(record_type), intent(in) :: self
 
     is_complete = .not. self%short .and. self%at == size(self%words)
   end function is_complete
 
-  !> Writes or reads an array of words of any length. Data of other types are converted by transfer.
+  !> Writes or reads an array of words, whose length is stored with it. Data of other types are converted to words by `transfer`.
   pure subroutine pass_words(self, words)
     class(record_type), intent(inout) :: self
     integer(int64), allocatable, intent(inout) :: words(:)
@@ -87,6 +89,7 @@ contains
     value = word == 1
   end subroutine pass_logical
 
+  !> Writes or reads a verdict, stored by its number.
   pure subroutine pass_verdict(self, verdict)
     class(record_type), intent(inout) :: self
     type(verdict_type), intent(inout) :: verdict
@@ -107,7 +110,7 @@ contains
     if (size(words) == 1) value = transfer(words, value)
   end subroutine pass_real
 
-  !> Writes or reads an array; one that is not allocated counts as empty.
+  !> Writes or reads a real array. An array that is not allocated is written as an empty one.
   pure subroutine pass_reals(self, values)
     class(record_type), intent(inout) :: self
     real(dp), allocatable, intent(inout) :: values(:)
@@ -118,6 +121,7 @@ contains
     if (self%reads) values = transfer(words, [0.0_dp])
   end subroutine pass_reals
 
+  !> Writes or reads a real array of rank 2, with its number of rows.
   pure subroutine pass_table(self, values)
     class(record_type), intent(inout) :: self
     real(dp), allocatable, intent(inout) :: values(:, :)

@@ -1,4 +1,4 @@
-!> A task: a result that the user can request. A new task is a folder beside this file and an entry in the registry.
+!> Defines a task: a result that the user can request. A new task needs a folder next to this one and an entry in the registry.
 module gestell_task_common_task
   use gestell_base_error, only: error_type
   use gestell_input_schema, only: schema_type
@@ -11,28 +11,28 @@ module gestell_task_common_task
 
   public :: longest_table
 
-  !> Machines with which a task deals. `own_machine`: the machine of the input and its vibration. `all_machines`: the machines in
-  !> the ranges of the sweep. `all_speeds`: the machine of the input at all speeds of the sweep. `unsolved_machine`: the machine of
-  !> the input, whose vibration is not needed.
+  !> Machines that a task examines. `own_machine`: the machine of the input, with its vibration. `all_machines`: the machines of the
+  !> sweep. `all_speeds`: the machine of the input at all speeds of the sweep. `unsolved_machine`: the machine of the input, without
+  !> its vibration.
   integer, parameter, public :: own_machine = 1, all_machines = 2, all_speeds = 3, unsolved_machine = 4
 
-  !> Maximum length of the sentence on a task.
+  !> Maximum length of the sentence that says what a task computes.
   integer, parameter, public :: longest_meaning = 112
 
   !> A task of any kind.
   type, abstract, public :: task_type
     !> Name of the task in the input.
     character(len=11) :: name = ""
-    !> What the task computes, for --help and manual; blank if another task of this name comes before
+    !> Sentence that says what the task computes, for --help and manual; blank if the registry has an earlier task of this name
     character(len=longest_meaning) :: meaning = ""
-    !> Names of all tables that the task may write. Only these are moved to the folder of results.
+    !> Names of all tables that the task may write. Only tables named here are moved to the final folder of results.
     character(len=longest_table), allocatable :: tables(:)
-    !> Machines with which the task deals
+    !> Machines that the task examines: one of the constants from `own_machine` to `unsolved_machine`
     integer :: about = own_machine
     !> `judges`: true if the task gives a verdict. `brief`: true if it contributes to the line of --one-line. `pictured`: true if
-    !> its picture belongs to every run with pictures. `shared`: true if several runs can share its work.
+    !> --plot and --report draw its picture even if it is not requested. `shared`: true if several runs can share its work.
     logical :: judges = .false., brief = .false., pictured = .false., shared = .false.
-    !> True if the input requests the task; true if an option needs the task for its picture only.
+    !> `ordered`: true if the input requests the task. `implied`: true if --plot or --report needs its picture (see `pictured`).
     logical :: ordered = .false., implied = .false.
   contains
     procedure(describe), deferred :: describe
@@ -50,14 +50,14 @@ module gestell_task_common_task
   end type any_task_type
 
   abstract interface
-    !> Sets the components that are equal for all tasks of this type.
+    !> Sets the components that are the same for all tasks of this type: name, meaning, tables, kind of machines.
     pure subroutine describe(self)
       import :: task_type
       implicit none (type, external)
       class(task_type), intent(inout) :: self
     end subroutine describe
 
-    !> Computes the results of the task and reports them. On error the results already in `result` remain valid.
+    !> Computes and reports the results of the task. After an error, the results already added to `result` remain valid.
     subroutine run(self, context, result, error)
       import :: task_type, context_type, result_type, error_type
       implicit none (type, external)
@@ -70,7 +70,7 @@ module gestell_task_common_task
 
 contains
 
-  !> Adds the groups and keys of this task to the schema of the input.
+  !> Default of `extend`, which does nothing. Overriding versions add the groups and keys of the task to the schema of the input.
   subroutine extend_nothing(schema)
     type(schema_type), intent(inout) :: schema
 
@@ -78,8 +78,8 @@ contains
     end associate
   end subroutine extend_nothing
 
-  !> Reads the keys of this task, even if it is not requested, and registers the results of the machine that it needs. Errors refer
-  !> to the input file.
+  !> Default of `read`, which does nothing. Overriding versions read the keys of the task, even if it is not requested, and register
+  !> which results of the machine it needs. They fail if the input file is invalid.
   subroutine read_nothing(self, configuration, error)
     class(task_type), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -89,7 +89,7 @@ contains
     end associate
   end subroutine read_nothing
 
-  !> Checks that the task supports the options of the run. Error: wrong usage.
+  !> Default of `prepare`, which accepts everything. Overriding versions fail if the task does not support the options of the run.
   subroutine prepare_nothing(context, error)
     type(context_type), intent(in) :: context
     type(error_type), allocatable, intent(out) :: error
@@ -98,7 +98,7 @@ contains
     end associate
   end subroutine prepare_nothing
 
-  !> Lines that --check prints on this task.
+  !> Default of `preview`: no lines. Overriding versions return the lines that --check prints on the task.
   function no_preview(self, configuration) result(lines)
     class(task_type), intent(in) :: self
     type(configuration_type), intent(in) :: configuration
@@ -109,7 +109,7 @@ contains
     end associate
   end function no_preview
 
-  !> Final steps of the task after all files have been published.
+  !> Default of `settle`, which does nothing. Overriding versions do what remains after all files have been published.
   subroutine settle_nothing(self)
     class(task_type), intent(inout) :: self
 

@@ -1,4 +1,4 @@
-!> Meanings of the words of keys that several tasks share, for help and manual.
+!> Explains, for help and manual, the values of keys that several tasks share.
 module gestell_task_common_words
   use gestell_base_text, only: text
   use gestell_floquet_solution_part, only: solution_methods
@@ -18,7 +18,7 @@ module gestell_task_common_words
 
 contains
 
-  !> Describes the words of the keys of &model and &accuracy.
+  !> Explains the values of the keys of &model and &accuracy.
   pure function shared_words() result(words)
     type(variant_type), allocatable :: words(:)
     character(len=16), allocatable :: methods(:)
@@ -34,9 +34,9 @@ contains
     end do
   end function shared_words
 
-  !> Describes the tasks that an input can request.
+  !> Explains the values of the key `case.tasks`: the tasks that an input can request.
   pure function task_words(tasks, meanings) result(words)
-    !> Names of the tasks and what each computes
+    !> Names of the tasks, and a sentence on each that says what it computes
     character(len=*), intent(in) :: tasks(:), meanings(:)
     type(variant_type) :: words(size(tasks))
     integer :: i
@@ -46,7 +46,7 @@ contains
     end do
   end function task_words
 
-  !> States what a method of `accuracy.method` is; blank if it is unknown.
+  !> Returns a sentence that explains a value of `accuracy.method`; blank if the method is unknown.
   pure subroutine describe_method(method, meaning)
     character(len=*), intent(in) :: method
     character(len=320), intent(out) :: meaning

@@ -1,4 +1,5 @@
-!> Operating conditions of a design: the speeds of the sweep combined with all scatter, and the lines between these conditions.
+!> Reads the operating conditions of a design: all combinations of the speeds of the sweep with the tolerances of &robust, and lines
+!> on which the conditions between them are searched.
 module gestell_task_design_conditions
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -18,17 +19,17 @@ module gestell_task_design_conditions
 
 contains
 
-  !> Reads the operating conditions. Errors: the speed is both varied in the sweep and one of the design parameters `paths`; values
-  !> out of range.
+  !> Reads the operating conditions. Fails if a value is out of range, or if the sweep varies the speed although it is one of the
+  !> design parameters.
   subroutine read_conditions(configuration, paths, conditions, lines, robust, error)
     type(configuration_type), intent(inout) :: configuration
     !> Paths of all numbers that the design changes
     character(len=*), intent(in) :: paths(:)
-    !> All combinations of speed and scatter
+    !> All combinations of the speeds with the nominal values and limits of speed, stiffness and damping
     type(condition_type), allocatable, intent(out) :: conditions(:)
-    !> Lines through the range of conditions, on which worst cases between the conditions are sought
+    !> Lines through the range of conditions, on which the worst conditions are searched
     type(range_line_type), allocatable, intent(out) :: lines(:)
-    !> True if speed, stiffness or damping has a scatter
+    !> True if &robust gives a tolerance for speed, stiffness or damping
     logical, intent(out) :: robust
     type(error_type), allocatable, intent(out) :: error
     type(group_type) :: group
@@ -64,7 +65,7 @@ contains
     call lay_lines(conditions, of_stiffness, of_damping, lines)
   end subroutine read_conditions
 
-  !> Factors at which a number with a relative scatter is evaluated: nominal value and both limits.
+  !> Factors of a number that has this relative tolerance: the nominal value 1 and both limits; 1 alone without a tolerance.
   pure function factors_within(scatter) result(factors)
     real(dp), intent(in) :: scatter
     real(dp), allocatable :: factors(:)
@@ -73,11 +74,11 @@ contains
     if (scatter > 0) factors = [1 - scatter, 1.0_dp, 1 + scatter]
   end function factors_within
 
-  !> Lays lines over the speed for each combination of the other factors, and lines over the stiffness at the lowest and highest
-  !> speed.
+  !> Defines the lines on which designs are examined: a line in speed for each combination of stiffness and damping factors, and
+  !> lines in stiffness at the lowest and the highest speed for each damping factor.
   subroutine lay_lines(conditions, of_stiffness, of_damping, lines)
     type(condition_type), intent(in) :: conditions(:)
-    !> Factors of the stiffness and damping of the mounting
+    !> Factors of the stiffness and of the damping of the mounts
     real(dp), intent(in) :: of_stiffness(:), of_damping(:)
     type(range_line_type), allocatable, intent(out) :: lines(:)
     type(condition_type) :: start
@@ -111,7 +112,7 @@ contains
     end do
   end subroutine lay_lines
 
-  !> Ascending list without repeated values.
+  !> The values of an ascending list without repetitions.
   pure function unlike(list) result(left)
     real(dp), intent(in) :: list(:)
     real(dp), allocatable :: left(:)

@@ -1,4 +1,4 @@
-!> Input file of the machine found by a design: the original text with the changed numbers.
+!> Writes the input file of the improved machine: the original text with the numbers that the design changed.
 module gestell_task_design_improved
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -14,23 +14,24 @@ module gestell_task_design_improved
 
   public :: improved_text
 
-  !> Significant digits of the numbers of a design.
+  !> Significant digits of the parameters that a design reports.
   integer, parameter, public :: digits = 9
 
   character, parameter :: newline = new_line("a")
 
 contains
 
-  !> Writes the text of the input with all changes by --set and by the design, each marked with a comment. The text is empty if the
-  !> input was not a text. Error: a path cannot be set.
+  !> Returns the text of the input with all changes made by --set and by the design, each marked with a comment. Returns an empty
+  !> text if the input has no text of its own. Fails if a path cannot be set.
   subroutine improved_text(doc, schema, paths, values, text, error)
     type(document_type), intent(in) :: doc
     !> Groups and keys that the input may contain
     type(schema_type), intent(in) :: schema
-    !> Paths of the changed numbers, and their new values in units of the input
+    !> Paths of the changed numbers
     character(len=*), intent(in) :: paths(:)
+    !> New values of these numbers, in the units of the input
     real(dp), intent(in) :: values(:)
-    !> The text of the improved input
+    !> The text of the input file with the changes
     character(len=:), allocatable, intent(out) :: text
     type(error_type), allocatable, intent(out) :: error
     type(document_type) :: typed, changed

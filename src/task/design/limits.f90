@@ -1,4 +1,4 @@
-!> Limits of a design in the input: reading them, and rejecting those that no machine can meet or that contradict each other.
+!> Reads the limits of a design from the input, and rejects limits that no machine can meet or that contradict each other.
 module gestell_task_design_limits
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -16,12 +16,12 @@ module gestell_task_design_limits
 
   public :: read_limit, refuse_contradictions, refuse_masses
 
-  !> Relative rounding error allowed in a sum of masses.
+  !> Rounding error allowed in a sum of masses, relative to the mass of the machine.
   real(dp), parameter :: rounding = 1.0e-9_dp
 
 contains
 
-  !> Reads the limit of a group &constraint. Errors: no limit or several limits in the group; a limit that no machine can meet.
+  !> Reads the limit of a group &constraint. Fails if the group gives no limit or several, or one that no machine can meet.
   subroutine read_limit(group, goal, error)
     type(group_type), intent(in) :: group
     type(goal_type), intent(inout) :: goal
@@ -48,7 +48,8 @@ contains
     end if
   end subroutine read_limit
 
-  !> Rejects a lower limit above an upper limit for the same quantity, considering that the peak is at least the rms.
+  !> Fails if a lower limit exceeds an upper limit of the same quantity. A lower limit of the rms is also compared with an upper
+  !> limit of the peak, because the peak is at least the rms.
   subroutine refuse_contradictions(groups, goals, error)
     type(group_type), intent(in) :: groups(:)
     type(goal_type), intent(in) :: goals(:)
@@ -65,7 +66,8 @@ contains
     end do
   end subroutine refuse_contradictions
 
-  !> True if `low` must reach a value above the limit of `high`, although it can never exceed `high`.
+  !> True if the two limits contradict each other: `low` demands a value above the limit of `high`, and its quantity cannot exceed
+  !> the quantity of `high`.
   pure logical function contradict(low, high)
     type(goal_type), intent(in) :: low, high
 
@@ -76,16 +78,16 @@ contains
       & .or. (low%measure%kind == rms_measure .and. high%measure%kind == peak_measure)
   end function contradict
 
-  !> Rejects a limit of the mass that no machine within the ranges meets. The mass is a sum to which each parameter contributes
-  !> independently, so its extreme values follow from varying one parameter at a time.
+  !> Fails if no machine within the ranges meets a limit of the mass. Each parameter contributes to the mass independently of the
+  !> others, so varying one parameter at a time yields the extreme masses.
   subroutine refuse_masses(groups, goals, family, start, ranges, error)
     !> Groups &constraint of the input
     type(group_type), intent(in) :: groups(:)
-    !> Goals of these groups
+    !> Goals with these limits, one for each group
     type(goal_type), intent(in) :: goals(:)
-    !> Machines over the parameters of the design
+    !> The machine as a function of the design parameters
     class(family_type), intent(in) :: family
-    !> Parameters within their ranges, shape (parameters); ranges, shape (parameters, 2)
+    !> Values of the parameters within their ranges, shape (parameters). `ranges`: lower and upper ends, shape (parameters, 2)
     real(dp), intent(in) :: start(:), ranges(:, :)
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: failure
@@ -120,7 +122,7 @@ contains
 
   contains
 
-    !> Mass of the machine at parameters x. `known` becomes false if this machine does not exist.
+    !> Total mass (kg) of the machine with the parameters `x`. Sets `known` to false if this machine does not exist.
     real(dp) function mass_at(x)
       real(dp), intent(in) :: x(:)
       type(members_type) :: there

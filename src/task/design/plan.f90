@@ -1,4 +1,4 @@
-!> Input groups of the task `design`: the parameters, the objectives and the limits.
+!> Reads the plan of a design from the input: the parameters, the objectives and the limits.
 module gestell_task_design_plan
   use gestell_base_error, only: error_type
   use gestell_base_key, only: key_type
@@ -30,31 +30,35 @@ module gestell_task_design_plan
 
   public :: read_design
 
-  !> Family of machines in which one parameter may set several numbers of the input.
+  !> Family of machines in which one design parameter may set several numbers of the input.
   type, extends(family_type) :: linked_family_type
     type(document_family_type) :: inner
-    !> Index of the design parameter that sets each parameter of the inner family.
+    !> Index of the design parameter that sets each number; shape (numbers), in the order of the parameters of `inner`.
     integer, allocatable :: owner(:)
   contains
     procedure :: member
   end type linked_family_type
 
-  !> Plan of a design: parameters, goals and conditions.
+  !> Plan of a design: its parameters, goals and operating conditions.
   type, public :: design_plan_type
-    !> Paths of the parameters; paths of all numbers that they set, with the indices of their parameters (`owners`); units.
+    !> `paths`: path of each design parameter. `all_paths`: paths of all numbers that the parameters set, with the keys `parameter`
+    !> and `with`.
     character(len=word_length), allocatable :: paths(:), all_paths(:)
+    !> Index of the design parameter that sets each number of `all_paths`.
     integer, allocatable :: owners(:)
+    !> Unit of each design parameter.
     character(len=16), allocatable :: units(:)
     type(linked_family_type) :: family
     type(design_options) :: options
-    !> Values in the input file; values clipped to the ranges.
+    !> `base`: values of the parameters in the input file. `start`: these values, moved into the ranges.
     real(dp), allocatable :: base(:), start(:)
-    !> Number of local searches; number of points of the curve between two objectives.
+    !> `starts`: number of local searches. `curve`: number of points of the trade-off curve between two objectives; 0: no curve.
     integer :: starts = 1, curve = 0
     !> Turns of the drive in a period.
     integer :: turns = 1
+    !> `convex`: true if the problem is convex, so any local optimum is global. `robust`: true if &robust gives a tolerance.
     logical :: convex = .false., robust = .false.
-    !> Lines through the range of speeds and scatter.
+    !> Lines through the range of speeds and tolerances, on which the worst conditions are searched.
     type(range_line_type), allocatable :: lines(:)
   contains
     procedure :: covers
@@ -64,7 +68,7 @@ module gestell_task_design_plan
 
 contains
 
-  !> Makes the machine for these values of the design parameters.
+  !> Makes the machine with these values of the design parameters.
   subroutine member(self, parameters, system, error)
     class(linked_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)
@@ -74,7 +78,7 @@ contains
     call self%inner%member(parameters(self%owner), system, error)
   end subroutine member
 
-  !> True if goals may have their worst values between the given conditions.
+  !> True if the worst value of a goal may occur between the given conditions, so that the range between them must be searched.
   pure logical function covers(self)
     class(design_plan_type), intent(in) :: self
 
@@ -82,8 +86,8 @@ contains
       & .or. any(self%options%constraints%needs_motion()))
   end function covers
 
-  !> Reads the plan of a design from a checked document. Errors: a group &design or &objective is missing; a path cannot be changed
-  !> or occurs twice; a range is empty; values are invalid; a goal does not exist; the coefficients are averaged.
+  !> Reads the plan of a design from a checked document. Fails if &design or &objective is missing, a path cannot be changed or
+  !> occurs twice, a range is empty, a value is invalid, a goal does not exist, or the coefficients are averaged.
   subroutine read_design(configuration, plan, error)
     type(configuration_type), intent(inout) :: configuration
     type(design_plan_type), intent(out) :: plan
@@ -121,7 +125,7 @@ contains
     if (plan%convex .and. all(plan%options%lower > 0 .or. plan%options%part /= mass_part)) plan%starts = 1
   end subroutine read_design
 
-  !> Reads the groups &design. Errors: none or too many; invalid paths, ranges or values.
+  !> Reads the groups &design. Fails if there is no group, if there are too many, or if a path, range or value is invalid.
   subroutine read_parameters(configuration, plan, error)
     type(configuration_type), intent(in) :: configuration
     type(design_plan_type), intent(inout) :: plan
@@ -156,7 +160,7 @@ contains
 
   contains
 
-    !> Reads parameter number i.
+    !> Reads parameter number i from its group &design.
     subroutine read_parameter(group)
       type(group_type), intent(in) :: group
       character(len=word_length), allocatable :: with(:)
@@ -196,7 +200,7 @@ contains
       plan%start(i) = min(max(plan%base(i), plan%options%lower(i)), plan%options%upper(i))
     end subroutine read_parameter
 
-    !> Adds a path whose number parameter i sets.
+    !> Adds the path of a number that design parameter i sets.
     subroutine add_path(key, name)
       character(len=*), intent(in) :: key, name
       type(target_type) :: target, both(2)
@@ -218,7 +222,7 @@ contains
 
   end subroutine read_parameters
 
-  !> Property of a link that a path names; `other_part` if it names none.
+  !> Property of a link that a path names, for example its mass; `other_part` if the path names no such property.
   pure integer function part_of(path) result(part)
     character(len=*), intent(in) :: path
     integer :: closing
@@ -228,13 +232,14 @@ contains
     if (index(lower(path), "link(") == 1 .and. closing > 0) part = findloc(part_names == lower(path(closing + 2:)), .true., dim=1)
   end function part_of
 
+  !> True if both paths name the same link.
   pure logical function same_link(one, other)
     character(len=*), intent(in) :: one, other
 
     same_link = one(:index(one, ").")) == other(:index(other, ")."))
   end function same_link
 
-  !> Number at a path in the input file; 0 if the file does not give it.
+  !> Number at a path of the input; 0 if the input file does not give it.
   real(dp) function value_in_file(configuration, path) result(value)
     type(configuration_type), intent(in) :: configuration
     character(len=*), intent(in) :: path
@@ -249,7 +254,7 @@ contains
     if (size(values) > 0) value = values(1)
   end function value_in_file
 
-  !> Checks both ends of each range, with the other parameters at their start values. Error: a value is invalid.
+  !> Checks both ends of each range, with the other parameters at their start values. Fails if the input would be invalid there.
   subroutine try_values(groups, plan, error)
     type(group_type), intent(in) :: groups(:)
     type(design_plan_type), intent(in) :: plan
@@ -269,7 +274,8 @@ contains
     end do
   end subroutine try_values
 
-  !> Reads the goals of the groups with this name. Errors: no objective; as in `new_goal`, `read_limit` and `refuse_contradictions`.
+  !> Reads the goals of all groups with this name (`objective` or `constraint`). Fails if there is no objective, and as `new_goal`,
+  !> `read_limit` and `refuse_contradictions` do.
   subroutine read_goals(configuration, name, keys, goals, error)
     type(configuration_type), intent(in) :: configuration
     character(len=*), intent(in) :: name
@@ -311,7 +317,7 @@ contains
     if (name == "constraint") call refuse_contradictions(groups, goals, error)
   end subroutine read_goals
 
-  !> Reads the keys that may appear in any of several groups.
+  !> Reads the keys that may stand in any one of several groups, such as `starts` and `combine`.
   subroutine read_choices(doc, plan, error)
     type(document_type), intent(in) :: doc
     type(design_plan_type), intent(inout) :: plan
@@ -336,7 +342,7 @@ contains
     end if
   end subroutine read_choices
 
-  !> Index of the first group that has a key; 1 if none has it.
+  !> Index of the first group in which this key is given; 1 if no group has it.
   pure integer function having(groups, key)
     type(group_type), intent(in) :: groups(:)
     character(len=*), intent(in) :: key

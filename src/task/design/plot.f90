@@ -16,7 +16,7 @@ module gestell_task_design_plot
 
 contains
 
-  !> Plot design.gp: positions of the parameters in their ranges before and after the design.
+  !> Plot design.gp: each parameter as its position in its range, before and after the design.
   function plot_parameters(plan) result(figure)
     type(design_plan_type), intent(in) :: plan
     type(figure_type) :: figure
@@ -43,7 +43,7 @@ contains
     figure = new_figure("design", "Design parameters within their ranges", lines, width=800, height=160 + 34 * n)
   end function plot_parameters
 
-  !> Plot design_starts.gp: objectives of the local optima from all starts.
+  !> Plot design_starts.gp: objective of the local optimum reached from each start.
   function plot_starts(objectives) result(figure)
     real(dp), intent(in) :: objectives(:)
     type(figure_type) :: figure
@@ -58,7 +58,7 @@ contains
       & width=800, height=400)
   end function plot_starts
 
-  !> Plot design_goals.gp: all goals after the design in per cent of their values before, with the limits.
+  !> Plot design_goals.gp: value of each goal after the design, in per cent of its value before, with the limits.
   function plot_goals(design) result(figure)
     type(design_type), intent(in) :: design
     type(figure_type) :: figure
@@ -114,7 +114,7 @@ contains
     figure = new_figure("design_range", "Objective over the speed, before and after the design", lines, width=800, height=480)
   end function plot_range
 
-  !> Plot design_trade_off.gp: curve between two objectives, with the machine of the input and the design.
+  !> Plot design_trade_off.gp: trade-off curve between two objectives, with the machine of the input and the design as points.
   function plot_curve(design) result(figure)
     type(design_type), intent(in) :: design
     type(figure_type) :: figure

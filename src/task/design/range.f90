@@ -1,12 +1,12 @@
-!> Finds the worst values of the goals of a design over the whole range of speeds and scatter, also between the given conditions.
+!> Finds the worst values of the goals of a design over the whole range of speeds and tolerances, also between the given conditions.
 !>
 !> The range is searched along lines: over the speed for each combination of the other factors, and over the stiffness of the mounts
-!> at the lowest and the highest speed. On a resonance the speed rises with the stiffness, so each resonance in the range meets one
-!> of these lines.
+!> at the lowest and the highest speed. A natural frequency rises with the stiffness, so the speed of a resonance does too: each
+!> resonance in the range meets one of these lines.
 !>
-!> Along a line, points are added as for resonance curves. The multipliers at neighbouring points show where a natural frequency, or
-!> a tongue of instability, meets an order of the crank. An interval is halved if the straight lines extrapolated from both sides
-!> meet above the largest known value. Each maximum close to the largest one is then refined.
+!> Points are added along a line as for resonance curves. The multipliers at neighbouring points show where a natural frequency, or
+!> an instability tongue, meets an order of the crank. An interval is halved if the straight lines extrapolated from both sides meet
+!> above the largest computed value. Then each maximum close to the largest one is refined.
 module gestell_task_design_range
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: operator(/=), operator(==), stable
@@ -27,55 +27,58 @@ module gestell_task_design_range
 
   public :: survey_machine, survey_range
 
-  !> Line through the range: the condition at its start, which also says what varies along the line, and the given positions on it.
+  !> A line through the range of speeds and tolerances. `start`: the condition at its start, which also says what varies along the
+  !> line. `places`: given positions on the line.
   type, public :: range_line_type
     type(condition_type) :: start
     real(dp), allocatable :: places(:)
   end type range_line_type
 
-  !> The range in the form that the search for a design uses.
+  !> The range as the search for a design uses it (see `range_type`).
   type, extends(range_type), public :: lines_type
     type(range_line_type), allocatable :: lines(:)
   contains
     procedure :: find_tops
   end type lines_type
 
-  !> Worst values of the goals of one machine.
+  !> Worst values of the goals of one machine over the range.
   type, public :: survey_type
-    !> Largest excess of each goal over its limit, and number of the line on which it occurs; shapes (goals).
+    !> Largest excess of each goal over its limit, shape (goals).
     real(dp), allocatable :: excess(:)
+    !> Number of the line on which each goal has its largest excess, shape (goals).
     integer, allocatable :: line(:)
-    !> Conditions at all maxima close to the worst one, and one condition without a stable vibration, if there is any.
+    !> Conditions at all maxima close to the worst one, followed by one condition without a stable vibration, if there is any.
     type(condition_type), allocatable :: conditions(:)
-    !> True if all points of all lines have a stable vibration
+    !> True if the machine has a stable vibration at all computed points of all lines
     logical :: known = .true.
   end type survey_type
 
-  !> Line with its computed points.
+  !> A line through the range with the points computed on it.
   type, extends(curve_points_type) :: curve_type
     type(range_line_type) :: line
   end type curve_type
 
-  !> `near`: maxima lower than the largest one by more than this part of the goal's magnitude are ignored. `room`: an interval is
-  !> halved if its extrapolated maximum exceeds its ends by more than this part.
+  !> `near`: a maximum is ignored if it lies below the largest one by more than this fraction of the goal's magnitude. `room`: an
+  !> interval is halved if its extrapolated maximum exceeds both ends by more than this fraction.
   real(dp), parameter :: near = 0.25_dp, room = 0.01_dp
-  !> Relative distance below which points count as equal; maximum number of rounds and of points on a line.
+  !> Two points of a line count as equal if their relative distance is smaller.
   real(dp), parameter :: same = 1.0e-9_dp
+  !> Maximum number of rounds in which points are added to a line, and maximum number of points on a line.
   integer, parameter :: most_rounds = 16, most_points = 3000
-  !> Relative difference allowed between two computations of the same value.
+  !> Maximum relative difference between two computations of the same maximum, for a goal's value.
   real(dp), parameter :: agreement = 1.0e-6_dp
 
 contains
 
-  !> Finds the maxima of the goals along the lines that are close to the worst values.
+  !> Finds the maxima of the goals on the lines, as far as they are close to the worst values.
   subroutine find_tops(self, members, goals, tops, known, error)
     class(lines_type), intent(in) :: self
     !> The machine and its neighbours
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goals(:)
-    !> Maxima with their excess, condition and vibration
+    !> Maxima found: goal, excess, condition and vibration of each
     type(top_type), allocatable, intent(out) :: tops(:)
-    !> False if a point has no stable vibration; there are no maxima then
+    !> False if some point has no stable vibration; `tops` is then not allocated
     logical, intent(out) :: known
     type(error_type), allocatable, intent(out) :: error
     type(curve_type) :: curves(size(self%lines))
@@ -89,7 +92,8 @@ contains
     if (known) call climb_all(members, goals, curves, .false., tops, error, self%enough)
   end subroutine find_tops
 
-  !> Surveys the machine with parameters `x` along all lines. Errors: x or the goals are invalid.
+  !> Computes the worst values of the goals of the machine with the parameters `x` along all lines. Fails if `x` or the goals are
+  !> invalid.
   subroutine survey_range(family, options, lines, x, reported, survey, error)
     class(family_type), intent(in) :: family
     !> Goals, accuracy and model
@@ -97,10 +101,10 @@ contains
     type(range_line_type), intent(in) :: lines(:)
     !> Parameters of the design, shape (parameters)
     real(dp), intent(in) :: x(:)
-    !> True for a survey that is reported. Stability is then an additional last goal, and each maximum is verified with the
-    !> vibration that the model finds on its own, without starting from a neighbour.
+    !> True for a survey that is reported. Stability is then added as the last goal, and each maximum is checked with the vibration
+    !> that the model finds without starting from a neighbouring point.
     logical, intent(in) :: reported
-    !> Worst values of the goals
+    !> Worst values of the goals, with their conditions
     type(survey_type), intent(out) :: survey
     type(error_type), allocatable, intent(out) :: error
     type(members_type) :: members
@@ -118,7 +122,7 @@ contains
     end if
   end subroutine survey_range
 
-  !> Surveys a machine along all lines; arguments as in `survey_range`.
+  !> Computes the worst values of the goals of `machine` along all lines; arguments as in `survey_range`.
   subroutine survey_machine(machine, options, lines, reported, survey, error)
     type(frame_type), intent(in) :: machine
     type(design_options), intent(in) :: options
@@ -165,14 +169,14 @@ contains
     end do
   end subroutine survey_machine
 
-  !> Computes the points of a line: the given ones, then more until none are needed.
+  !> Computes points on a line: the given ones, then further ones until no more are needed.
   subroutine look_along(members, goals, line, curve, error, enough)
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goals(:)
     type(range_line_type), intent(in) :: line
     type(curve_type), intent(out) :: curve
     type(error_type), allocatable, intent(out) :: error
-    !> Excess of each goal beyond which no more points are needed
+    !> Points are no longer added once a goal exceeds this value, shape (goals)
     real(dp), intent(in), optional :: enough(:)
     type(speed_point_type), allocatable :: points(:)
     real(dp), allocatable :: wanted(:), new(:)
@@ -201,7 +205,7 @@ contains
     end do
   end subroutine look_along
 
-  !> True at points where a goal is at least half of its worst value; everywhere if the multipliers are a goal.
+  !> For each point: true if a goal reaches at least half of its worst value there. True everywhere if the multipliers are a goal.
   pure function is_high(curve, goals) result(high)
     type(curve_type), intent(in) :: curve
     type(goal_type), intent(in) :: goals(:)
@@ -217,7 +221,7 @@ contains
     end do
   end function is_high
 
-  !> True if a goal exceeds `enough` at some point.
+  !> True if the excess of some goal is larger than `enough` at some point; false if `enough` is not present.
   pure logical function is_enough(curve, enough)
     type(curve_type), intent(in) :: curve
     real(dp), intent(in), optional :: enough(:)
@@ -227,7 +231,7 @@ contains
     if (is_enough) is_enough = any([(maxval(excesses(curve, g)) > enough(g), g = 1, size(enough))])
   end function is_enough
 
-  !> Excess of goal number `g` at all points.
+  !> Excess of goal number `g` over its limit at all points of the curve.
   pure function excesses(curve, g)
     type(curve_type), intent(in) :: curve
     integer, intent(in) :: g
@@ -237,7 +241,7 @@ contains
     excesses = [(curve%points(i)%values(1, g), i = 1, size(excesses))]
   end function excesses
 
-  !> Magnitude of a goal that has this excess.
+  !> Magnitude of a goal whose excess over its limit is `excess`, as a scale for differences.
   pure real(dp) function size_of(goal, excess)
     type(goal_type), intent(in) :: goal
     real(dp), intent(in) :: excess
@@ -247,7 +251,8 @@ contains
     if (goal%about == of_multipliers) size_of = max(abs(excess), abs(goal%limit - 1), sqrt(epsilon(size_of)))
   end function size_of
 
-  !> Midpoints of intervals in which the straight lines through the two points on either side meet above the worst value.
+  !> Midpoints of the intervals to be halved: the straight lines through the two points on either side meet in the interval, above
+  !> the worst value.
   function roomy_places(curve, goal, excess) result(places)
     type(curve_type), intent(in) :: curve
     type(goal_type), intent(in) :: goal
@@ -275,16 +280,16 @@ contains
     end associate
   end function roomy_places
 
-  !> Refines all maxima of all goals that are close to the worst value. No maximum is refined if a goal already exceeds `enough`.
+  !> Refines, for each goal, all maxima that are close to its worst value. Refines none if a goal already exceeds `enough`.
   subroutine climb_all(members, goals, curves, reported, tops, error, enough)
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goals(:)
     type(curve_type), intent(in) :: curves(:)
-    !> As in `survey_range`
+    !> True for a survey that is reported (see `survey_range`)
     logical, intent(in) :: reported
     type(top_type), allocatable, intent(out) :: tops(:)
     type(error_type), allocatable, intent(out) :: error
-    !> As in `look_along`
+    !> Excess of each goal above which no maximum needs to be refined
     real(dp), intent(in), optional :: enough(:)
     integer, allocatable :: place(:), found(:, :)
     real(dp) :: worst, least
@@ -312,7 +317,7 @@ contains
     end do
   end subroutine climb_all
 
-  !> Indices of the local maxima, not smaller than `least`, among values along a line.
+  !> Indices of the local maxima among values along a line, without those smaller than `least`.
   pure function tops_of(values, least) result(places)
     real(dp), intent(in) :: values(:), least
     integer, allocatable :: places(:)
@@ -324,7 +329,7 @@ contains
     end associate
   end function tops_of
 
-  !> Refines the maximum near point `i` of a curve, a point that neither neighbour exceeds.
+  !> Refines the maximum near point `i` of a curve; neither neighbour of this point has a larger value.
   subroutine climb_one(members, goal, curve, i, reported, top, error, skipped)
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goal
@@ -333,7 +338,7 @@ contains
     logical, intent(in) :: reported
     type(top_type), intent(inout) :: top
     type(error_type), allocatable, intent(out) :: error
-    !> True if the point itself suffices and no refinement is needed
+    !> True if the maximum is taken at the point itself, without refinement
     logical, intent(in) :: skipped
     type(speed_point_type) :: point
     type(climb_type) :: climb

@@ -1,4 +1,4 @@
-!> Section of the report on a design.
+!> Writes the section of the report on a design.
 module gestell_task_design_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, text
@@ -18,20 +18,18 @@ module gestell_task_design_report
   public :: design_headline, limit_state, limit_worth, report_design, worst_of
 
   character, parameter :: newline = new_line("a")
-  !> Relative gap below which the objective is called a global minimum.
+  !> If the proved relative gap is at most this, the report calls the design a global optimum.
   real(dp), parameter :: proved = 1.0e-6_dp
-  !> Relative amount by which the worst value of a range may exceed its highest maximum. Maxima are refined until a step gains less
-  !> than 1e-12.
+  !> Relative error of the highest maximum found over a range: its refinement ends when a step gains less than 1e-12.
   real(dp), parameter :: of_place = 1.0e-7_dp
-  !> Relative deviation from its limit that is allowed for an equality.
+  !> Relative deviation from the limit that counts as meeting an equality.
   real(dp), parameter :: equality = 1.0e-6_dp
-  !> Relative deviation from its limit that is allowed for a property of the machine, since the parameters are written with nine
-  !> digits.
+  !> Relative deviation from the limit that is allowed for a property of the machine: parameters are written with nine digits only.
   real(dp), parameter :: written = 1.0e-8_dp
 
 contains
 
-  !> Goal number g at its worst condition: value, error, speed (1/min; 0 if the machine runs at its own speed).
+  !> Value of goal number g at its worst condition, its error, and the speed there (1/min; 0 if the machine runs at its own speed).
   pure function worst_of(reported, design, g) result(numbers)
     type(reported_goals_type), intent(in) :: reported
     type(design_type), intent(in) :: design
@@ -49,7 +47,7 @@ contains
     if (.not. all(ieee_is_finite(reported%values(g, :)))) numbers(2) = ieee_value(1.0_dp, ieee_positive_inf)
   end function worst_of
 
-  !> State of a limit: met, violated or undecided.
+  !> States whether a limit is met, violated or undecided.
   pure function limit_state(goal, value, error) result(state)
     type(goal_type), intent(in) :: goal
     real(dp), intent(in) :: value, error
@@ -70,7 +68,7 @@ contains
     if (goal%excess(value) - unknown > allowed) state = "violated"
   end function limit_state
 
-  !> Sentence on the optimality: global, or best of n starts.
+  !> Sentence on what is known of the optimum: that it is global, that no machine meets the limits, or best of n starts.
   pure function proof_words(design) result(words)
     type(design_type), intent(in) :: design
     character(len=:), allocatable :: words
@@ -89,7 +87,7 @@ contains
     end associate
   end function proof_words
 
-  !> Headline of a design, and its state.
+  !> Writes the headline of a design. `state` is empty if all limits are met and the design is stable.
   subroutine design_headline(design, state, words)
     type(design_type), intent(in) :: design
     character(len=:), allocatable, intent(out) :: state, words
@@ -126,11 +124,11 @@ contains
     words = trim(merge(" ( ", " (+", words(1:1) == "-")) // words
   end function change_words
 
-  !> Section of the report: optimality, goals, parameters and starts.
+  !> Section of the report on a design: optimality, goals, parameters and starts.
   function report_design(plan, design, after) result(report)
     type(design_plan_type), intent(in) :: plan
     type(design_type), intent(in) :: design
-    !> Verdict on the design
+    !> Verdict on the machine after the design
     character(len=*), intent(in) :: after
     character(len=:), allocatable :: report
     type(verdict_type) :: before
@@ -189,7 +187,7 @@ contains
     lines = tabulated("lrrrllr" // either("r", "", over_range), heads, lines)
   end function goal_lines
 
-  !> Percentage by which the objective decreases if limit `c` is relaxed by 1 %; 0 if the limits cannot be met.
+  !> Percentage by which the objective decreases if limit number `c` is relaxed by 1 %; 0 if the limits are not met.
   pure real(dp) function limit_worth(design, c)
     type(design_type), intent(in) :: design
     integer, intent(in) :: c

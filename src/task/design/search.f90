@@ -1,4 +1,4 @@
-!> Search for a design from several starts, and evaluation of the result.
+!> Searches for the best design from several starts, and evaluates the result.
 module gestell_task_design_search
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -20,12 +20,12 @@ module gestell_task_design_search
   implicit none (type, external)
   private
 
-  !> Smaller conflicts of limits may be caused by rounding errors.
+  !> A proved conflict of limits below this relative amount counts as rounding error.
   real(dp), parameter :: negligible = 1.0e-9_dp
 
   public :: find_curve, find_design, value_of
 
-  !> Point of the curve between two objectives.
+  !> A point of the trade-off curve between two objectives.
   type, public :: trade_type
     real(dp) :: values(2) = 0
     real(dp), allocatable :: x(:)
@@ -34,23 +34,25 @@ module gestell_task_design_search
 
   !> The best design and its evaluation.
   type, public :: design_type
-    !> Optima from all starts, and number of the best one; 0 if no start has a machine.
+    !> Optima from all starts, shape (starts).
     type(optimum_type), allocatable :: found(:)
+    !> Number of the best start; 0 if no start has a machine with a vibration.
     integer :: best = 0
-    !> Goals with the reported conditions: the given ones, then the maxima between them.
+    !> Goals, evaluated at the reported conditions: the given ones, then the maxima between them.
     type(design_options) :: options
-    !> Goals over the whole range.
+    !> Goals, evaluated as worst values over the whole range.
     type(design_options) :: over_range
-    !> Parameters, rounded to the reported digits.
+    !> Parameters of the best design, rounded to the reported digits.
     real(dp), allocatable :: x(:)
-    !> Bound on the distance of the objective from the global minimum, relative to the objective of the machine of the input.
+    !> Upper bound on the distance of the objective from its global minimum, relative to the objective of the machine of the input.
     real(dp) :: gap = huge(1.0_dp)
-    !> Relative amount by which every machine in the ranges provably exceeds at least one limit; 0 if nothing is proved.
+    !> If positive: every machine within the ranges provably exceeds some limit by at least this relative amount.
     real(dp) :: conflict = 0
-    !> Objectives, then constraints, of the machine of the input and of the design.
+    !> The goals: first the objectives, then the limits.
     type(goal_type), allocatable :: goals(:)
+    !> Values of the goals for the machine of the input (`before`) and for the design (`after`).
     type(reported_goals_type) :: before, after
-    !> Relative increase of the objective if one parameter alone is reset to its original value, shape (parameters).
+    !> Relative increase of the objective if only this parameter is reset to its original value, shape (parameters).
     real(dp), allocatable :: shares(:)
     type(trade_type), allocatable :: curve(:)
     !> Turns of the drive in a period.
@@ -59,9 +61,9 @@ module gestell_task_design_search
 
 contains
 
-  !> Finds the best design and evaluates it. Errors: there is no machine at any of the starts; the goals are invalid.
+  !> Finds the best design and evaluates it. Fails if no start has a machine with a vibration, or if the goals are invalid.
   subroutine find_design(family, plan, machine, design, error, executor)
-    !> Machines over the parameters of the design
+    !> The machine as a function of the design parameters
     class(family_type), intent(in), target :: family
     !> Parameters, goals, conditions and number of starts
     type(design_plan_type), intent(in) :: plan
@@ -70,7 +72,7 @@ contains
     !> The best design and its evaluation
     type(design_type), intent(out) :: design
     type(error_type), allocatable, intent(out) :: error
-    !> Spreads the starts over threads
+    !> Distributes the starts over threads
     class(executor_type), intent(inout), optional :: executor
     type(members_type) :: found
     type(survey_type) :: before, after
@@ -125,7 +127,8 @@ contains
     call find_shares(family, plan, design, error)
   end subroutine find_design
 
-  !> Computes the proved gap: from the duality gap of a convex problem, or from the fact that objectives are never negative.
+  !> Computes the proved gap of the best design. It follows from the duality gap of a convex problem, and from the fact that
+  !> objectives other than `added_mass` are never negative.
   subroutine find_gap(plan, design)
     type(design_plan_type), intent(in) :: plan
     type(design_type), intent(inout) :: design
@@ -145,7 +148,7 @@ contains
     end associate
   end subroutine find_gap
 
-  !> Number rounded to the reported digits, so that the reported parameters give the reported values.
+  !> The number rounded to the reported digits: the reported parameters then reproduce the reported values.
   real(dp) function rounded(x)
     real(dp), intent(in) :: x
     character(len=:), allocatable :: typed
@@ -154,7 +157,7 @@ contains
     read (typed, *) rounded
   end function rounded
 
-  !> Computes the objective with each parameter alone reset to its original value; NaN if there is no such machine.
+  !> Computes the increase of the objective if each parameter alone is reset to its original value; NaN if there is no such machine.
   subroutine find_shares(family, plan, design, error)
     class(family_type), intent(in) :: family
     type(design_plan_type), intent(in) :: plan
@@ -173,7 +176,8 @@ contains
     end do
   end subroutine find_shares
 
-  !> Objective at x; NaN if there is no machine. Error: the goals are invalid.
+  !> Objective of the machine with the parameters `x`; NaN if this machine or its vibration does not exist. Fails if the goals are
+  !> invalid.
   real(dp) function value_of(family, options, x, error) result(value)
     class(family_type), intent(in) :: family
     type(design_options), intent(in) :: options
@@ -188,9 +192,8 @@ contains
     value = options%combined([(maxval(at%value, at%group == g), g = 1, size(options%objectives))])
   end function value_of
 
-  !> Computes the trade-off curve: the minimum of the first objective for given levels of the second. The levels range from the
-  !> value at the minimum of the first objective to the minimum of the second. Along the curve one objective falls only if the other
-  !> one rises.
+  !> Computes the trade-off curve: the minimum of the first objective for several upper limits of the second. The limits range from
+  !> its value at the minimum of the first objective to its own minimum.
   subroutine find_curve(family, plan, design, error)
     class(family_type), intent(in) :: family
     type(design_plan_type), intent(in) :: plan

@@ -1,5 +1,5 @@
-!> Searches for a design from several starts. Optima under the given conditions are then extended to optima over the whole range, by
-!> surveying each machine along lines through the range (gestell_task_design_range).
+!> Searches for a design from several starts under the given conditions. The best optima are then improved over the whole range,
+!> where each machine is examined along lines (gestell_task_design_range).
 module gestell_task_design_starts
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -16,7 +16,7 @@ module gestell_task_design_starts
 
   public :: better, is_there, judge_by, search_starts
 
-  !> Local searches; each piece of work is one start.
+  !> Work of the local searches; each piece is one start.
   type, extends(work_type) :: starts_type
     class(family_type), pointer :: family => null()
     type(design_plan_type), pointer :: plan => null()
@@ -27,33 +27,33 @@ module gestell_task_design_starts
     procedure :: exchange
   end type starts_type
 
-  !> Extension of optima to the whole range; each piece of work is one optimum.
+  !> Work of improving optima over the whole range; each piece is one optimum.
   type, extends(starts_type) :: covers_type
   contains
     procedure :: compute => cover
   end type covers_type
 
-  !> Number of distinct optima, the best ones over the range, that are improved over the range.
+  !> Number of optima that are improved over the whole range: the best distinct ones.
   integer, parameter :: most_covered = 3
-  !> Maximum number of searches for one optimum.
+  !> Maximum number of rounds of `cover_range` for one optimum.
   integer, parameter :: most_rounds = 4
-  !> Stationarity at which a search has converged. Near a sharp resonance the derivatives are only as accurate as the position of
-  !> its maximum, so the tolerance of the search itself cannot be reached.
+  !> Residual of the optimality conditions at which a search has converged. Near a sharp resonance, derivatives are only as accurate
+  !> as the position of the maximum, so the usual tolerance of a search cannot be reached.
   real(dp), parameter :: stationary = 1.0e-5_dp
-  !> Excess relative to the limit that counts as zero.
+  !> An excess below this fraction of the limit's scale counts as zero.
   real(dp), parameter :: met = 1.0e-9_dp
 
 contains
 
-  !> Finds the optima from all starts, over the whole range if the plan has lines through one. Errors: there is no machine at any of
-  !> the starts; the goals are invalid.
+  !> Finds an optimum from each start, over the whole range if the plan has lines through it. Fails if no start has a machine, or if
+  !> the goals are invalid.
   subroutine search_starts(family, plan, found, error, executor)
     class(family_type), intent(in), target :: family
     type(design_plan_type), intent(in), target :: plan
-    !> Optima, one element for each start
+    !> Optima, shape (starts)
     type(optimum_type), allocatable, intent(out) :: found(:)
     type(error_type), allocatable, intent(out) :: error
-    !> Spreads the starts over threads
+    !> Distributes the starts over threads
     class(executor_type), intent(inout), optional :: executor
     type(starts_type) :: work
     type(covers_type) :: covers
@@ -100,7 +100,7 @@ contains
 
   contains
 
-    !> Number of the first start with the same optimum as start n.
+    !> Number of the first start that led to the same optimum as start n.
     pure integer function first_of(n) result(f)
       integer, intent(in) :: n
       real(dp), parameter :: same = 1.0e-3_dp
@@ -114,10 +114,10 @@ contains
 
   end subroutine search_starts
 
-  !> Extends an optimum under the given conditions to all lines; its objective and violation then refer to the whole range. If
-  !> limits are violated, a first search minimises the largest excess. Each search considers the lines with the worst value of a
-  !> goal. Lines that become the worst at the new optimum are added and the search is repeated (exchange method). Errors: as in
-  !> `survey_range`.
+  !> Improves an optimum under the given conditions so that it holds over all lines; its objective and violation then refer to the
+  !> whole range. Each search considers only the lines on which a goal was at its worst. If other lines become worst at the new
+  !> optimum, they are added and the search is repeated (exchange method). Violated limits are first met by minimising the largest
+  !> excess. Fails as `survey_range` does.
   subroutine cover_range(family, options, lines, optimum, error)
     class(family_type), intent(in) :: family
     type(design_options), intent(in) :: options
@@ -167,7 +167,7 @@ contains
     optimum%evaluations = evaluations
   end subroutine cover_range
 
-  !> Sets the objective, the violation and the feasibility of an optimum to the values over the range.
+  !> Sets the objective, the violation and the feasibility of an optimum to the values found over the range.
   pure subroutine judge_by(options, survey, optimum)
     type(design_options), intent(in) :: options
     type(survey_type), intent(in) :: survey
@@ -182,7 +182,7 @@ contains
     end associate
   end subroutine judge_by
 
-  !> True if `one` is the better optimum. Meeting the limits takes precedence over the objective.
+  !> True if `one` is the better optimum: meeting the limits comes before a small objective.
   pure logical function better(one, other)
     type(optimum_type), intent(in) :: one, other
 
@@ -191,7 +191,7 @@ contains
       & one%feasible)
   end function better
 
-  !> True if there was a machine at the start.
+  !> True if the search found a machine with a vibration at its start.
   pure logical function is_there(optimum)
     type(optimum_type), intent(in) :: optimum
 
@@ -199,6 +199,7 @@ contains
     if (is_there) is_there = size(optimum%x) > 0
   end function is_there
 
+  !> Searches from start number `k`.
   recursive subroutine compute(self, k, error)
     class(starts_type), intent(inout) :: self
     integer, intent(in) :: k
@@ -212,6 +213,7 @@ contains
     end if
   end subroutine compute
 
+  !> Improves optimum number `k` over the whole range.
   recursive subroutine cover(self, k, error)
     class(covers_type), intent(inout) :: self
     integer, intent(in) :: k

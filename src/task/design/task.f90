@@ -19,7 +19,7 @@ module gestell_task_design_task
   implicit none (type, external)
   private
 
-  !> The task and its plan.
+  !> The task `design` and its plan.
   type, extends(task_type), public :: design_task
     private
     type(design_plan_type) :: plan
@@ -96,7 +96,7 @@ contains
     end associate
   end subroutine run
 
-  !> Adds the verdict on the design; if it is not stable, with a final line.
+  !> Adds the verdict on the design to the result, with a final line if the design is not stable.
   pure subroutine judge(verdict, result)
     type(verdict_type), intent(in) :: verdict
     type(result_type), intent(inout) :: result
