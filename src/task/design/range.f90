@@ -1,8 +1,8 @@
 !> Finds the worst values of the goals of a design over the whole range of speeds and tolerances, also between the given conditions.
 !>
 !> The range is searched along lines: over the speed for each combination of the other factors, and over the stiffness of the mounts
-!> at the lowest and the highest speed. A natural frequency rises with the stiffness, so the speed of a resonance does too: each
-!> resonance in the range meets one of these lines.
+!> at the lowest and the highest speed. On a resonance the speed rises with the stiffness, so each resonance in the range meets one
+!> of these lines.
 !>
 !> Points are added along a line as for resonance curves. The multipliers at neighbouring points show where a natural frequency, or
 !> an instability tongue, meets an order of the crank. An interval is halved if the straight lines extrapolated from both sides meet

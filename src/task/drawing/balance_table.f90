@@ -1,4 +1,4 @@
-!> Balance table: shaking forces and couples of all mechanisms of a frame in space, by orders.
+!> Writes the balance table: shaking forces and couples of all mechanisms of a frame in space, by orders of the crank.
 module gestell_task_drawing_balance_table
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, newline
@@ -18,7 +18,7 @@ module gestell_task_drawing_balance_table
 
 contains
 
-  !> Section of the report: amplitudes along the axes, then vectors that rotate with the crank and against it.
+  !> Section of the report: amplitudes along the axes, then magnitudes of the vectors that rotate with the crank and against it.
   function balance_table(frame) result(lines)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines, rows, turning, shaft
@@ -57,7 +57,7 @@ contains
       & // ",N,N,N m,N m", turning)
   end function balance_table
 
-  !> Values as cells, 0 where they are rounding error.
+  !> The values as table cells; 0 for a value up to `noise`, the limit of its rounding error.
   pure function cells(values, noise) result(words)
     real(dp), intent(in) :: values(:), noise(:)
     character(len=:), allocatable :: words

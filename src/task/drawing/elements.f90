@@ -1,4 +1,4 @@
-!> Elements of the mechanism's picture: lines from columns of its table, points and outlines in gnuplot's notation.
+!> Writes parts of the picture of a mechanism in gnuplot's notation: lines from columns of its table, points and outlines.
 module gestell_task_drawing_elements
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, newline, text
@@ -11,7 +11,7 @@ module gestell_task_drawing_elements
 
   character, parameter, public :: axes(3) = ["x", "y", "z"]
 
-  !> Column numbers in the table: positions of joints, shape (axes, joints), and of links' centres of mass, shape (axes, links)
+  !> Numbers of table columns with positions: of joints, shape (axes, joints), and of centres of mass of links, shape (axes, links)
   type, public :: columns_type
     integer, allocatable :: joints(:, :), links(:, :)
   contains
@@ -20,7 +20,7 @@ module gestell_task_drawing_elements
 
 contains
 
-  !> Column numbers of a `table` with positions in two or three `dimensions`.
+  !> Finds the numbers of the columns of `table` that contain positions along two or three `dimensions`.
   pure type(columns_type) function new_columns(table, linkage, dimensions) result(columns)
     type(table_type), intent(in) :: table
     class(linkage_type), intent(in) :: linkage
@@ -38,7 +38,7 @@ contains
     end do
   end function new_columns
 
-  !> Columns of the position of joint `i` along the two axes `seen`, for example "4:5".
+  !> Gnuplot columns with the position of joint `i` along the two axes `seen`, for example "4:5".
   pure function joint(self, i, seen) result(words)
     class(columns_type), intent(in) :: self
     integer, intent(in) :: i, seen(2)
@@ -47,7 +47,7 @@ contains
     words = text(self%joints(seen(1), i)) // ":" // text(self%joints(seen(2), i))
   end function joint
 
-  !> Columns of the centre of mass of link `i` along the two axes `seen`.
+  !> Gnuplot columns with the centre of mass of link `i` along the two axes `seen`, for example "4:5".
   pure function link(self, i, seen) result(words)
     class(columns_type), intent(in) :: self
     integer, intent(in) :: i, seen(2)
@@ -56,7 +56,7 @@ contains
     words = text(self%links(seen(1), i)) // ":" // text(self%links(seen(2), i))
   end function link
 
-  !> Columns of the position of one joint and of the vector to another joint.
+  !> Gnuplot columns with the position of the first of two `joints` and the vector from it to the second one.
   pure function between(self, joints, seen) result(words)
     class(columns_type), intent(in) :: self
     integer, intent(in) :: joints(2), seen(2)
@@ -69,7 +69,7 @@ contains
     end do
   end function between
 
-  !> Plot element of one line from the rows `every` of mechanism.csv.
+  !> Part of a plot command that draws one line or set of points from the rows `every` of mechanism.csv.
   pure function element(every, columns, style) result(words)
     character(len=*), intent(in) :: every, columns, style
     character(len=:), allocatable :: words
@@ -77,7 +77,7 @@ contains
     words = ", \" // newline // "  'mechanism.csv' every " // every // " using " // columns // " with " // style
   end function element
 
-  !> A point in place of two columns.
+  !> A fixed point as two gnuplot columns, for example "(0.1):(0.2)".
   pure function point_columns(point) result(words)
     real(dp), intent(in) :: point(2)
     character(len=:), allocatable :: words
@@ -85,7 +85,7 @@ contains
     words = "(" // concise(point(1), 7) // "):(" // concise(point(2), 7) // ")"
   end function point_columns
 
-  !> A point as a pair of coordinates separated by a comma.
+  !> A point as two coordinates separated by a comma.
   pure function pair(point) result(word)
     real(dp), intent(in) :: point(2)
     character(len=:), allocatable :: word
@@ -93,7 +93,7 @@ contains
     word = concise(point(1), 7) // "," // concise(point(2), 7)
   end function pair
 
-  !> Gnuplot line for the frame's outline, a polygon with the corners `hull`, shape (2, corners).
+  !> Gnuplot command that draws the frame's outline: a polygon with the corners `hull`, shape (2, corners).
   pure function outline_lines(hull) result(lines)
     real(dp), intent(in) :: hull(:, :)
     character(len=:), allocatable :: lines

@@ -1,4 +1,4 @@
-!> Guides and sliders in the picture of the mechanism, as plot elements of mechanism.csv.
+!> Draws guides and sliders in the picture of the mechanism, from the columns of mechanism.csv.
 module gestell_task_drawing_guides
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, newline, text
@@ -12,8 +12,8 @@ module gestell_task_drawing_guides
 
 contains
 
-  !> Gnuplot functions for vectors in the axes of a body. The first axis points from the joint in the columns p, p + 1 to the joint
-  !> in the columns q, q + 1.
+  !> Gnuplot functions that give a vector in the axes of a body. The first axis points from the joint in the columns p, p + 1 to the
+  !> joint in the columns q, q + 1.
   pure function body_functions() result(lines)
     character(len=:), allocatable :: lines
 
@@ -24,11 +24,11 @@ contains
       & // "bodyy(p, q, a, b) = a * ey(p, q) + b * ex(p, q)" // newline
   end function body_functions
 
-  !> Plot elements of the guides, slightly longer than the travel of their sliders.
+  !> Parts of the plot command that draw the guides, slightly longer than the travel of their sliders.
   pure function guides(diagram, columns, origin, extent) result(words)
     type(diagram_type), intent(in) :: diagram
     type(columns_type), intent(in) :: columns
-    !> Origin of the mechanism in the frame (m); reference length of symbols (m)
+    !> Origin of the mechanism in the frame (m), and length of the picture to which symbols are scaled (m)
     real(dp), intent(in) :: origin(2), extent
     character(len=:), allocatable :: words
     real(dp) :: travel(2)
@@ -44,7 +44,7 @@ contains
     end do
   end function guides
 
-  !> Plot elements of the sliders: blocks on the guides.
+  !> Parts of the plot command that draw the sliders as blocks on their guides.
   pure function sliders(diagram, columns, extent) result(words)
     type(diagram_type), intent(in) :: diagram
     type(columns_type), intent(in) :: columns
@@ -65,7 +65,7 @@ contains
     end do
   end function sliders
 
-  !> Gnuplot columns of the point at the distance `travel` (m) along a guide.
+  !> Gnuplot columns with the point of a guide at the distance `travel` (m) from its origin.
   pure function place_on(guide, columns, origin, travel) result(words)
     type(guide_type), intent(in) :: guide
     type(columns_type), intent(in) :: columns
@@ -82,7 +82,7 @@ contains
     end if
   end function place_on
 
-  !> Gnuplot columns of a displacement of length `way` (m) along a guide.
+  !> Gnuplot columns with a displacement by the length `way` (m) along a guide.
   pure function step_along(guide, columns, way) result(words)
     type(guide_type), intent(in) :: guide
     type(columns_type), intent(in) :: columns
@@ -98,7 +98,7 @@ contains
     end if
   end function step_along
 
-  !> Gnuplot expression for one component of a vector given in the axes of a body.
+  !> Gnuplot expression for the x or y component of a `vector` given in the axes of the body that carries the guide.
   pure function on_body(component, columns, carriers, vector) result(words)
     character, intent(in) :: component
     type(columns_type), intent(in) :: columns

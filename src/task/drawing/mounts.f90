@@ -10,16 +10,18 @@ module gestell_task_drawing_mounts
 
   public :: append, draw_mount, outline
 
-  !> Number of corners of the circle that keeps the outline away from a point
+  !> Number of corners of the polygon that approximates a circle around each point of the frame
   integer, parameter :: corners = 16
-  !> A support's spring is drawn as stiff if its stiffness exceeds the other one by this factor
+  !> A spring is drawn bold if its stiffness exceeds that of the support's other spring by this factor
   real(dp), parameter :: much_stiffer = 1.5_dp
-  !> Shapes of a damper, relative to the length of the mount: piston with rod, and cylinder with connection to the ground
+  !> Part of the symbol of a damper: the piston with its rod. Coordinates along and across the mount, relative to its length
   real(dp), parameter :: rod(2, 4) = reshape([0.15_dp, 0.0_dp, 0.5_dp, 0.0_dp, 0.5_dp, 0.06_dp, 0.5_dp, -0.06_dp], [2, 4])
+  !> Part of the symbol of a damper: the cylinder with its connection to the ground
   real(dp), parameter :: cup(2, 6) = reshape([0.35_dp, 0.09_dp, 0.65_dp, 0.09_dp, 0.65_dp, 0.0_dp, 1.0_dp, 0.0_dp, 0.65_dp, &
     & 0.0_dp, 0.65_dp, -0.09_dp], [2, 6])
 
-  !> Lines in sequence: their points, shape (2, points), and the number of the last point of each line
+  !> A drawing of several lines. `points`: points of all lines one after the other, shape (2, points). `ends`: number of the last
+  !> point of each line
   type, public :: drawing_type
     real(dp), allocatable :: points(:, :)
     integer, allocatable :: ends(:)
@@ -29,8 +31,8 @@ module gestell_task_drawing_mounts
 
 contains
 
-  !> Outline of a frame that carries the `points`, shape (2, points), at a `distance` from each point: the convex hull of circles
-  !> around the points, with its corners in counter-clockwise order.
+  !> Outline of a frame that keeps a `distance` from each of the `points`, shape (2, points): the convex hull of circles around
+  !> them, with corners in counter-clockwise order.
   function outline(points, distance) result(hull)
     real(dp), intent(in) :: points(:, :), distance
     real(dp), allocatable :: hull(:, :)
@@ -57,7 +59,7 @@ contains
     end do
     hull = chain(:, :n - 1)
   contains
-    !> Appends a corner to the chain and removes earlier corners that are no longer convex.
+    !> Appends a corner to the chain. Corners before it at which the chain is then no longer convex are removed.
     subroutine add(point, first)
       real(dp), intent(in) :: point(2)
       integer, intent(in) :: first
@@ -73,13 +75,13 @@ contains
     end subroutine add
   end function outline
 
-  !> Draws spring, damper and ground along both axes of a support, away from the centre of the picture. A spring that is much
-  !> stiffer than the other one is drawn in `stiff`.
+  !> Draws spring, damper and ground along both axes of a support, pointing away from the centre of the picture. A spring that is
+  !> much stiffer than the other one is added to `stiff`.
   subroutine draw_mount(drawing, stiff, support, middle, length)
-    !> Lines of ordinary springs, dampers and ground; lines of stiff springs
+    !> `drawing`: lines of ordinary springs, dampers and the ground. `stiff`: lines of stiff springs, drawn bold
     type(drawing_type), intent(inout) :: drawing, stiff
     type(support_type), intent(in) :: support
-    !> Centre of the picture; length of the mount (m)
+    !> Centre of the picture (m), and length of the symbol of a mount (m)
     real(dp), intent(in) :: middle(2), length
     real(dp) :: along(2), across(2), aside, offset, start
     logical :: spring, damper
@@ -112,7 +114,7 @@ contains
       call add_shape(drawing, hatch(), 0.0_dp)
     end do
   contains
-    !> Adds a line given in coordinates along and across the mount, relative to its length.
+    !> Adds a line, given by coordinates along and across the mount relative to its length, and moved sideways by `moved`.
     subroutine add_shape(lines, shape, moved)
       type(drawing_type), intent(inout) :: lines
       real(dp), intent(in) :: shape(:, :), moved
@@ -126,7 +128,7 @@ contains
     end subroutine add_shape
   end subroutine draw_mount
 
-  !> Shape of a spring that begins at `start`.
+  !> Symbol of a spring as a zigzag line that begins at `start`, relative to the length of the mount.
   pure function zigzag(start) result(shape)
     real(dp), intent(in) :: start
     real(dp) :: shape(2, 10)
@@ -141,7 +143,7 @@ contains
     shape(:, 10) = [1.0_dp, 0.0_dp]
   end function zigzag
 
-  !> Shape of the ground: a line with strokes behind it, drawn without lifting the pen.
+  !> Symbol of the ground: a line with oblique strokes behind it, as one continuous line.
   pure function hatch() result(shape)
     real(dp) :: shape(2, 17)
     integer :: i
@@ -171,7 +173,7 @@ contains
     drawing%ends = [drawing%ends, n + size(points, 2)]
   end subroutine append
 
-  !> The lines as inline data of gnuplot, with a blank line after each.
+  !> The lines as inline data for gnuplot; a blank line follows each line of the drawing.
   pure function data_lines(self) result(lines)
     class(drawing_type), intent(in) :: self
     character(len=:), allocatable :: lines

@@ -1,4 +1,4 @@
-!> Places planar diagrams of mechanisms in space.
+!> Places the planar mechanisms of a machine in space, in order to draw them.
 module gestell_task_drawing_placed
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
@@ -9,20 +9,21 @@ module gestell_task_drawing_placed
 
   public :: place_in_space
 
-  !> Positions in the frame's axes from F (m): joints, shape (3, joints, angles); centres of mass, shape (3, links, angles); end
-  !> points of the sliders' travel, shape (3, 2, sliders). If a guide moves, both end points equal the slider's position.
+  !> Positions in the frame's axes, measured from F (m). `joints`: shape (3, joints, angles). `centers`: centres of mass, shape (3,
+  !> links, angles). `guides`: both ends of each slider's travel, shape (3, 2, sliders); on a moving guide both equal the slider's
+  !> first position.
   type, public :: placed_type
     real(dp), allocatable :: joints(:, :, :), centers(:, :, :), guides(:, :, :)
   end type placed_type
 
 contains
 
-  !> Places the joints at the mean offset, normal to the plane, of the links of their mechanism. If some links connect moving
-  !> joints, only these count, because parts of a shaft may have any offset along it.
+  !> Places the joints of each mechanism at one offset normal to its plane: the mean offset of its links. If the mechanism has
+  !> rotating links that start at a moving joint, only these are averaged, because parts of a shaft may have any offset along it.
   subroutine place_in_space(frame, linkage, diagram, placed)
     class(frame_type), intent(in) :: frame
     class(linkage_type), intent(in) :: linkage
-    !> Positions of the mechanism in the planes of its linkages
+    !> Positions of joints and centres of mass within the planes of the linkages
     type(diagram_type), intent(in) :: diagram
     type(placed_type), intent(out) :: placed
     integer :: mechanism(size(linkage%joints)), plane(size(linkage%joints)), i, k, n
@@ -70,7 +71,7 @@ contains
 
   contains
 
-    !> Position in space of a point in a linkage's plane.
+    !> Position in the frame's axes (m) of a point given in the plane with this number.
     pure function there(number, point)
       integer, intent(in) :: number
       real(dp), intent(in) :: point(3)

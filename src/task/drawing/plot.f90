@@ -1,4 +1,4 @@
-!> Picture of a planar mechanism over the period, with its frame and mounts, to scale.
+!> Draws a planar mechanism over the period, with its frame and mounts, to scale.
 module gestell_task_drawing_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
@@ -19,23 +19,24 @@ module gestell_task_drawing_plot
 
   character(len=6), parameter :: colours(0:6) = [character(len=6) :: "555555", "D55E00", "0072B2", "009E73", "CC79A7", "E69F00", &
     & "56B4E9"]
-  !> Row of the position drawn bold; distances of the rows drawn faint, for simple and for complicated mechanisms
+  !> `bold`: row of mechanism.csv whose position is drawn bold. `usual_step`, `wide_step`: distances of the rows drawn faint, for
+  !> simple and for complicated mechanisms
   integer, parameter :: bold = 60, usual_step = 30, wide_step = 60
-  !> Axes to the right and upward
+  !> Coordinate axes that point to the right and upward in the picture
   integer, parameter :: plane(2) = [1, 2]
-  !> Limits for a readable picture. More bars than `many_bars`: fewer positions. More joints than `many_joints`: smaller names; more
-  !> than `too_many_joints`: only the joints of the frame are named. More links than `longest_key`: no key. More probes than
-  !> `most_marks`: probes are not named.
+  !> Limits for a readable picture. More bars than `many_bars`: fewer positions. More joints than `many_joints`: smaller names; than
+  !> `too_many_joints`: only joints on the frame are named. More links than `longest_key`: no key. More probes than `most_marks`: no
+  !> names of probes.
   integer, parameter :: many_bars = 14, many_joints = 16, too_many_joints = 40, longest_key = 12, most_marks = 12
 
 contains
 
-  !> Picture of the table `mechanism`.
+  !> Picture drawn from the table mechanism.csv.
   function plot_mechanism(table, frame, linkage, diagram, probes) result(figure)
     type(table_type), intent(in) :: table
     class(frame_type), intent(in) :: frame
     class(linkage_type), intent(in) :: linkage
-    !> Positions of the mechanism in the frame's axes
+    !> Positions of the mechanism in the frame's axes (m)
     type(diagram_type), intent(in) :: diagram
     !> Probes to be marked
     type(probe_type), intent(in) :: probes(:)
@@ -104,7 +105,7 @@ contains
       & height=nint(min(max(pixels, 360.0_dp), 950.0_dp)))
   end function plot_mechanism
 
-  !> Points of the frame, shape (2, points): F, supports, probes, joints on the frame, and ends of the guides on the frame.
+  !> Points that the frame carries (m), shape (2, points): F, supports, probes, joints on the frame, and ends of the guides on it.
   pure function carried(frame, diagram, probes) result(points)
     class(frame_type), intent(in) :: frame
     type(diagram_type), intent(in) :: diagram
@@ -134,7 +135,7 @@ contains
     points = all%points
   end function carried
 
-  !> Gnuplot lines for the frame's outline, the axes at F and O, and the numbers of the supports.
+  !> Gnuplot commands that draw the frame's outline, the axes at F and O, and the numbers of the supports.
   pure function frame_lines(frame, at_origin, hull, extent) result(lines)
     class(frame_type), intent(in) :: frame
     logical, intent(in) :: at_origin(:)
@@ -156,8 +157,8 @@ contains
       & // "at graph 0.01,graph 0.03 font ',11' noenhanced" // newline
   end function frame_lines
 
-  !> Gnuplot lines for two arrows at a point, with the names of the point and of both axes. Near F the label of the second axis is
-  !> moved aside, because O may lie above F.
+  !> Gnuplot commands that draw two axes at a point as arrows, with the names of the point and of the axes. At F the name of the
+  !> second axis is moved aside, because O may lie above F.
   pure function axes(point, name, first, second, extent, number) result(lines)
     real(dp), intent(in) :: point(2), extent
     character(len=*), intent(in) :: name, first, second
@@ -178,7 +179,8 @@ contains
       & // " " // either("left offset 0.5,-0.2", "center offset 0,0.6", name == "F") // " font ',11' front" // newline
   end function axes
 
-  !> Plot elements of the bars: bold in one position together with the links that only translate, or faint over the period.
+  !> Parts of the plot command that draw the bars: in one position, bold and with the links that only translate, if `in_full`;
+  !> otherwise faint over the period.
   pure function bars(linkage, diagram, columns, in_full) result(words)
     class(linkage_type), intent(in) :: linkage
     type(diagram_type), intent(in) :: diagram
@@ -213,7 +215,7 @@ contains
     end do
   end function bars
 
-  !> Plot elements of the paths of joints and centres of mass.
+  !> Parts of the plot command that draw the paths of joints and centres of mass.
   pure function traces(diagram, columns) result(words)
     type(diagram_type), intent(in) :: diagram
     type(columns_type), intent(in) :: columns
@@ -231,7 +233,7 @@ contains
     end do
   end function traces
 
-  !> Plot elements of the probes, with their names on the side of the `middle` of the picture.
+  !> Parts of the plot command that mark the probes. Their names are placed on the side towards the `middle` of the picture.
   pure function probe_marks(probes, middle) result(words)
     type(probe_type), intent(in) :: probes(:)
     real(dp), intent(in) :: middle
@@ -250,8 +252,8 @@ contains
       & // "  keyentry with points lt 1 pt 12 ps 1.6 lw 2 lc rgb '#CC0000' title 'probe'"
   end function probe_marks
 
-  !> Plot elements of the centres of mass and of the joints; joints on the frame are filled. Names stand on the side away from the
-  !> other joints.
+  !> Parts of the plot command that mark the centres of mass and the joints; joints on the frame are filled. Names are placed on the
+  !> side away from the other joints.
   pure function marks_and_pins(linkage, diagram, columns, at_origin) result(words)
     class(linkage_type), intent(in) :: linkage
     type(diagram_type), intent(in) :: diagram

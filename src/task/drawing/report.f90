@@ -1,4 +1,4 @@
-!> Report on the mechanism without dynamics: mobility, motions, transmission angle, shaking forces.
+!> Reports what follows from the mechanism without its vibration: mobility, motions, transmission angle, shaking forces.
 module gestell_task_drawing_report
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -22,12 +22,12 @@ module gestell_task_drawing_report
 
   public :: report_mechanism, report_transmission
 
-  !> Transmission angle (deg) below which a mechanism is considered unfavourable
+  !> Transmission angles (deg) below this limit are reported as poor
   real(dp), parameter :: poor = 40
 
 contains
 
-  !> Section of the report on the mechanism and its shaking forces.
+  !> Section of the report on the mechanism, with its shaking forces and the static loads.
   function report_mechanism(frame) result(lines)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines, rows, motion
@@ -79,7 +79,7 @@ contains
     if (frame%weights%act) lines = lines // static_lines(frame)
   end function report_mechanism
 
-  !> Table of the forces that the supports carry at rest.
+  !> Table of the forces of the supports on the ground at rest, due to the weights.
   function static_lines(frame) result(lines)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines, rows
@@ -111,7 +111,7 @@ contains
       & // repeat(",N", size(force)), rows // newline)
   end function static_lines
 
-  !> Line on the transmission angle for the report of a run; empty if the mechanism is not a linkage.
+  !> Line on the transmission angle of a linkage for the report of a run; empty for other mechanisms.
   function report_transmission(frame) result(line)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: line
@@ -125,7 +125,8 @@ contains
     end select
   end function report_transmission
 
-  !> The smallest transmission angle, and the joint length whose change leads to the nearest dead point.
+  !> Lines on the smallest transmission angle, and on the nearest dead point: the joint whose length leads to it, and by which
+  !> change.
   function transmission_line(mechanism, diagnosis) result(line)
     class(linkage_type), intent(in) :: mechanism
     type(diagnosis_type), intent(in) :: diagnosis
@@ -147,8 +148,8 @@ contains
       & // mechanism%joints(nearest)%name // "' changes by " // concise(diagnosis%joints(nearest)%margin, 3) // " m" // newline
   end function transmission_line
 
-  !> Table of the sliders: stroke, maximum speed and acceleration on their guides, and the division of the period between forward
-  !> and return motion. `speed` is the angular speed of the linkage's crank angle (rad/s).
+  !> Table of the sliders: stroke, maximum speed and acceleration, and the time ratio of forward to return motion. `speed` is the
+  !> rate of the linkage's crank angle (rad/s).
   function slider_lines(mechanism, diagnosis, speed) result(lines)
     class(linkage_type), intent(in) :: mechanism
     type(diagnosis_type), intent(in) :: diagnosis
@@ -179,7 +180,7 @@ contains
 
   contains
 
-    !> The number, or words if it overflowed.
+    !> The number as text, or "overflow" if it is not finite.
     pure function in_range(value) result(words)
       real(dp), intent(in) :: value
       character(len=:), allocatable :: words
@@ -189,7 +190,7 @@ contains
 
   end function slider_lines
 
-  !> Table of the shaking forces and moment by orders, for a planar frame.
+  !> Table of the shaking forces and moment of a planar frame, by orders of the crank.
   function shaking_lines(frame) result(lines)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines, rows
@@ -235,7 +236,7 @@ contains
 
   contains
 
-    !> The three values as cells, 0 where they are rounding error.
+    !> The three values as table cells, with an empty cell for each phase; 0 for a value that is rounding error.
     pure function sizes(values) result(words)
       real(dp), intent(in) :: values(3)
       character(len=:), allocatable :: words
@@ -249,7 +250,7 @@ contains
       words = words // newline
     end function sizes
 
-    !> Unbalance in kg mm, and its direction at crank angle zero.
+    !> An unbalance in words: its amount in kg mm, and its direction at crank angle zero.
     pure function vector(unbalance) result(words)
       complex(dp), intent(in) :: unbalance
       character(len=:), allocatable :: words
@@ -261,7 +262,7 @@ contains
 
   end function shaking_lines
 
-  !> Lines on the counterweights that balance the force completely: unbalances in the axes of their links.
+  !> Lines on the counterweights that cancel the force completely: unbalance and direction in the axes of each link.
   function balance_lines(frame) result(lines)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines
@@ -294,7 +295,7 @@ contains
     end select
   end function balance_lines
 
-  !> Angle in degrees with one decimal, above -180 and up to 180.
+  !> An angle (rad) in degrees with one decimal, in the range -180 < angle <= 180.
   pure function degrees(angle) result(words)
     real(dp), intent(in) :: angle
     character(len=:), allocatable :: words
@@ -306,7 +307,7 @@ contains
     if (words == "-0.0") words = "0.0"
   end function degrees
 
-  !> Mean ratio of successive amplitudes, from the largest amplitude to the last one above rounding error.
+  !> Mean ratio of the amplitudes of successive orders, from the largest amplitude to the last one above rounding error.
   pure real(dp) function decay(amplitude)
     real(dp), intent(in) :: amplitude(:)
     integer :: first, last
@@ -318,7 +319,7 @@ contains
     if (last > first) decay = (amplitude(last) / amplitude(first))**(1.0_dp / (last - first))
   end function decay
 
-  !> Range in words; values below 1e-9 of the mechanism's size count as zero.
+  !> The lowest and highest value in words. Values below 1e-9 of the mechanism's size count as zero.
   function extent(values, size_of_all) result(words)
     real(dp), intent(in) :: values(2), size_of_all
     character(len=:), allocatable :: words

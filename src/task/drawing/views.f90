@@ -1,5 +1,5 @@
-!> Picture of a machine in space: three views at one scale in first-angle projection. The view from the left stands beside the view
-!> from the front, the view from above stands below it.
+!> Draws a machine in space: three views at one scale in first-angle projection. The view from the left is to the right of the front
+!> view; the view from above is below it.
 module gestell_task_drawing_views
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
@@ -21,26 +21,29 @@ module gestell_task_drawing_views
 
   character(len=6), parameter :: colours(6) = [character(len=6) :: "D55E00", "0072B2", "009E73", "CC79A7", "E69F00", "56B4E9"]
   character(len=*), parameter :: none_of_links = "555555"
-  !> Row of the position drawn bold, distance of the rows drawn faint, and last row
+  !> `bold`: row of mechanism.csv whose position is drawn bold. `step`: distance of the rows drawn faint. `last_row`: last of these
+  !> rows
   integer, parameter :: bold = 60, step = 60, last_row = 359
-  !> Axes to the right and upward in each view
+  !> Coordinate axes that point to the right and upward in each of the three views
   integer, parameter :: right(3) = [1, 3, 1], upward(3) = [2, 2, 3]
   character(len=2), parameter :: axes(3) = ["ξ", "η", "ζ"]
   character(len=*), parameter :: headings(3) = [character(len=16) :: "from the front", "from the left", "from above"]
-  !> Sizes in pixels: width of the picture; margins beside, between, above and below the views; maximum height
+  !> Sizes in pixels. `wide`: width of the picture. `beside`, `between`, `above`, `below`: margins around and between the views.
+  !> `tallest`: maximum height
   real(dp), parameter :: wide = 960, beside = 70, between = 75, above = 80, below = 60, tallest = 1100
+  !> Maximum number of links named in the key
   integer, parameter :: longest_key = 12
 
 contains
 
-  !> Picture of the table `mechanism`.
+  !> Picture drawn from the table mechanism.csv.
   function plot_views(table, frame, linkage, diagram, placed, probes) result(figure)
     type(table_type), intent(in) :: table
     class(frame_type), intent(in) :: frame
     class(linkage_type), intent(in) :: linkage
-    !> Positions of the mechanism in the planes of its linkages, for bars, joints on the frame and sliders
+    !> Bars, joints on the frame and sliders, within the planes of the linkages
     type(diagram_type), intent(in) :: diagram
-    !> Positions of the mechanism in space
+    !> Positions of joints, centres of mass and guides in the frame's axes (m)
     type(placed_type), intent(in) :: placed
     type(probe_type), intent(in) :: probes(:)
     type(figure_type) :: figure
@@ -95,7 +98,7 @@ contains
 
   contains
 
-    !> Gnuplot lines of one view.
+    !> Gnuplot commands that draw one of the three views.
     function panel(view) result(lines)
       integer, intent(in) :: view
       character(len=:), allocatable :: lines, words, at
@@ -180,7 +183,7 @@ contains
 
   end function plot_views
 
-  !> Distance of tics: the smallest of 1, 2 or 5 times a power of ten that is at least a sixth of the machine's size.
+  !> Distance between tics: the smallest of 1, 2 or 5 times a power of ten that is at least a sixth of the machine's size.
   pure real(dp) function tics(extent)
     real(dp), intent(in) :: extent
     real(dp), parameter :: round(4) = [1.0_dp, 2.0_dp, 5.0_dp, 10.0_dp]
@@ -190,7 +193,7 @@ contains
     tics = power * round(findloc(round * power >= extent / 6, .true., dim=1))
   end function tics
 
-  !> Range from lower to upper end, or `reversed`.
+  !> Gnuplot range from the lower to the upper end, or from the upper to the lower one if `reversed`.
   pure function range_of(low, high, reversed) result(words)
     real(dp), intent(in) :: low, high
     logical, intent(in) :: reversed
@@ -207,13 +210,14 @@ contains
     place = [probe%position(1), probe%position(2), probe%z]
   end function place_of
 
-  !> Draws the springs of a support as projected onto the axes `seen`. `length` is the length of a spring that lies in the view.
+  !> Draws the springs of a support as they appear in the view with the axes `seen`. `length` (m) is that of a spring parallel to
+  !> the view.
   subroutine draw_springs(drawing, support, seen, length)
     type(drawing_type), intent(inout) :: drawing
     type(support_type), intent(in) :: support
     integer, intent(in) :: seen(2)
     real(dp), intent(in) :: length
-    !> Springs whose projection is shorter than this fraction are not drawn
+    !> Springs that appear shorter than this fraction of `length` are not drawn
     real(dp), parameter :: shortest = 0.25_dp
     integer, parameter :: turns = 7
     real(dp) :: along(2), across(2), points(2, turns + 5)
@@ -240,7 +244,7 @@ contains
     end do
   end subroutine draw_springs
 
-  !> Plot elements of the bars: bold in one position, or faint over the period.
+  !> Parts of the plot command that draw the bars: bold in one position if `in_full`, otherwise faint over the period.
   pure function bars(linkage, diagram, columns, seen, in_full) result(words)
     class(linkage_type), intent(in) :: linkage
     type(diagram_type), intent(in) :: diagram
@@ -266,7 +270,7 @@ contains
     end do
   end function bars
 
-  !> Colour of a link. A copy has the colour of its original.
+  !> Colour of a link. A copy made by &repeat has the colour of its original.
   pure character(len=6) function colour(linkage, link)
     class(linkage_type), intent(in) :: linkage
     integer, intent(in) :: link
@@ -275,8 +279,8 @@ contains
     if (link > 0) colour = colours(1 + mod(original(linkage, link) - 1, size(colours)))
   end function colour
 
-  !> Number of the link of which this one is a copy, or its own number. The name of a copy ends with a dot and the name of the
-  !> original.
+  !> Number of the link that this one copies, or its own number if it is no copy. The name of a copy ends with a dot and the name of
+  !> the original.
   pure integer function original(linkage, link)
     class(linkage_type), intent(in) :: linkage
     integer, intent(in) :: link
@@ -288,7 +292,7 @@ contains
     end associate
   end function original
 
-  !> Gnuplot lines for a key with the links' names and colours, in the corner without a view.
+  !> Gnuplot commands that draw a key with the names and colours of the links, in the corner without a view.
   pure function key(linkage, left, top) result(lines)
     class(linkage_type), intent(in) :: linkage
     real(dp), intent(in) :: left, top

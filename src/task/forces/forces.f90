@@ -1,4 +1,4 @@
-!> The task `forces`: forces on the ground.
+!> The task `forces`: forces of the supports, the foundation and the guides on the ground.
 module gestell_task_forces
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -42,7 +42,7 @@ contains
     self%brief = .true.
   end subroutine describe
 
-  !> Requests the motion data that the forces need.
+  !> Requests the rows of the motion from which the forces are computed, if the task is requested.
   subroutine read_forces(self, configuration, error)
     class(forces_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -52,7 +52,7 @@ contains
       & size(configuration%frame%free) == configuration%frame%dofs()))
   end subroutine read_forces
 
-  !> Computes the reactions and adds tables, pictures and report.
+  !> Computes the reactions, and adds tables, pictures and report to the result.
   subroutine run(self, context, result, error)
     class(forces_task), intent(inout) :: self
     type(context_type), intent(inout) :: context
@@ -121,7 +121,7 @@ contains
     end associate
   end subroutine run
 
-  !> Table supports.csv, with a row for each reaction.
+  !> Table supports.csv, with a row for each support, for the foundation, for the guides and for the total.
   pure type(table_type) function summary(reactions, frame) result(table)
     type(reaction_type), intent(in) :: reactions(:)
     class(frame_type), intent(in) :: frame

@@ -1,4 +1,4 @@
-!> Pictures of the forces on the ground, for each reaction.
+!> Plots the forces on the ground: of each support, the foundation and the guides, and their total.
 module gestell_task_forces_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
@@ -16,12 +16,12 @@ module gestell_task_forces_plot
 
   public :: plot_histories, plot_orders, plot_summary
 
-  !> Maximum length of a reaction's name in the key, and of a column's name
+  !> `longest`: maximum length of a name in the key. `longest_column`: maximum length of a column's name
   integer, parameter :: longest = 24, longest_column = 40
 
 contains
 
-  !> Names of the reactions for a key.
+  !> Names of the reactions as the key shows them, for example "support 2".
   pure function titles_of(reactions) result(titles)
     type(reaction_type), intent(in) :: reactions(:)
     character(len=longest) :: titles(size(reactions))
@@ -32,7 +32,7 @@ contains
     end do
   end function titles_of
 
-  !> Picture of the table `supports`: bars for every reaction.
+  !> Picture of the table supports.csv: peak and rms of every reaction as bars.
   function plot_summary(table, reactions) result(figure)
     type(table_type), intent(in) :: table
     type(reaction_type), intent(in) :: reactions(:)
@@ -63,7 +63,8 @@ contains
     figure = new_figure(table%name, "Forces on the ground, by support", lines, width=800, height=480)
   end function plot_summary
 
-  !> Picture of the table `supports_history`: one panel for each component, with a curve for each reaction that has it.
+  !> Picture of the table supports_history.csv: one panel for each component, with a curve for each reaction that has this
+  !> component.
   function plot_histories(table, reactions, frame) result(figure)
     type(table_type), intent(in) :: table
     type(reaction_type), intent(in) :: reactions(:)
@@ -92,7 +93,7 @@ contains
 
   contains
 
-    !> Label of the y axis for a component.
+    !> Label of the y axis in the panel of this component.
     pure function label_of(part) result(label)
       integer, intent(in) :: part
       character(len=:), allocatable :: label
@@ -107,11 +108,11 @@ contains
 
   end function plot_histories
 
-  !> Picture of the table `supports_harmonics`: amplitudes of the forces along the axes.
+  !> Picture of the table supports_harmonics.csv: amplitudes of the forces along the axes, over the orders.
   function plot_orders(table, reactions, harmonics, turns) result(figure)
     type(table_type), intent(in) :: table
     type(reaction_type), intent(in) :: reactions(:)
-    !> Highest harmonic shown; turns of the crank in the period
+    !> Highest harmonic of the period in the picture; turns of the crank in the period
     integer, intent(in) :: harmonics, turns
     type(figure_type) :: figure
     integer, parameter :: axes(3) = [along_x, along_y, along_z]

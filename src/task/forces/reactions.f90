@@ -1,4 +1,4 @@
-!> Computes the forces on the ground: of every support, of the foundation, of the guides, and their total.
+!> Computes the forces on the ground, called reactions: of every support, of the foundation and of the guides, and their total.
 module gestell_task_forces_reactions
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -15,36 +15,37 @@ module gestell_task_forces_reactions
 
   public :: find_reactions, has_part, parts_of, static_force, support_places
 
-  !> Components of a reaction: force on the ground along x and y, its magnitude (N), and its moment about F at rest (N m). In space
-  !> also the force along z and the moments about x and y; `moment` is then the moment about z. A support has no moment of its own.
+  !> Components of a reaction on the ground: forces along x and y, magnitude of the force (N), moment about F at rest (N m); in
+  !> space also the force along z and the moments about x and y, and `moment` is that about z. Supports have no moments.
   integer, parameter, public :: along_x = 1, along_y = 2, whole_force = 3, moment = 4, along_z = 5, moment_x = 6, moment_y = 7, &
     & most_parts = 7
   character(len=2), parameter, public :: part_names(most_parts) = [character(len=2) :: "fx", "fy", "f", "m", "fz", "mx", "my"]
 
-  !> A force on the ground from one support, the foundation, a guide or all together.
+  !> A reaction: the force on the ground from one support, the foundation, the guides, or all of them together.
   type, public :: reaction_type
     !> Number of the support, "foundation", "guide" or "total"
     character(len=12) :: name = ""
-    !> Position in the frame's axes (m): two coordinates, in space three
+    !> Position in the frame's axes (m): two coordinates, or three in space
     real(dp), allocatable :: position(:)
-    !> True if it has a moment of its own
+    !> True if the reaction has a moment of its own; false for a support
     logical :: turns = .true.
-    !> Statistics of each component over the period
+    !> Peak, rms and harmonics over the period, shape (components)
     type(statistics_type), allocatable :: statistics(:)
-    !> Components at the times of the vibration's history, shape (points + 1, components)
+    !> Values at the times of the vibration's history, shape (points + 1, components)
     real(dp), allocatable :: history(:, :)
-    !> True if the weights are included; true if the reaction is a support that carries load
+    !> `weighed`: true if the static forces of the weights were computed. `carrying`: true if this is a support that bears load at
+    !> rest
     logical :: weighed = .false., carrying = .false.
-    !> Static force on the ground (N), with as many components as the position
+    !> Static force on the ground due to the weights (N), with two components, or three in space
     real(dp), allocatable :: static(:)
-    !> Minimum over the period of the total force along gravity and its error bound (N). A support that carries load lifts off if
-    !> this minimum is negative.
+    !> Minimum over the period of the force along gravity, static force included, and its error bound (N). If it is negative, a
+    !> support that bears load lifts off.
     real(dp) :: least_compression = 0, least_error = 0
   end type reaction_type
 
 contains
 
-  !> Components of a reaction in the order of the report.
+  !> Components that a reaction has, in the order of the report.
   pure function parts_of(reaction) result(parts)
     type(reaction_type), intent(in) :: reaction
     integer, allocatable :: parts(:)
@@ -55,7 +56,7 @@ contains
     if (reaction%turns) parts = [parts, moment]
   end function parts_of
 
-  !> True if the reaction has this component.
+  !> True if `part` is one of the components of the reaction.
   pure logical function has_part(reaction, part)
     type(reaction_type), intent(in) :: reaction
     integer, intent(in) :: part
@@ -63,7 +64,7 @@ contains
     has_part = any(parts_of(reaction) == part)
   end function has_part
 
-  !> Positions of the supports (m), shape (2, supports), or (3, supports) in space.
+  !> Positions of the supports in the frame's axes (m), shape (2, supports), or (3, supports) in space.
   pure function support_places(frame) result(places)
     class(frame_type), intent(in) :: frame
     real(dp), allocatable :: places(:, :)
@@ -75,18 +76,18 @@ contains
     end do
   end function support_places
 
-  !> Computes all reactions: the supports in the frame's order, then the foundation and guides if they carry load, then the total.
-  !> Fails as the frame's `check` does, or if `vibration` lacks the rows of the motion that the forces need.
+  !> Computes all reactions: the supports in the frame's order, then the foundation and the guides if there are any, then the total.
+  !> Fails as the frame's `check` does, or if `vibration` lacks rows of the motion that the forces need.
   subroutine find_reactions(frame, vibration, reactions, error, executor)
     class(frame_type), intent(in) :: frame
     !> The periodic vibration of the frame
     type(vibration_type), intent(in) :: vibration
-    !> One element for each reaction; the last one is the total
+    !> All reactions; the last element is the total
     type(reaction_type), allocatable, intent(out) :: reactions(:)
     type(error_type), allocatable, intent(out) :: error
-    !> Shows the progress over thousands of supports
+    !> Displays the progress if there are thousands of supports
     class(executor_type), intent(inout), optional :: executor
-    !> Number of supports between two progress messages
+    !> Number of supports after which the progress display is updated
     integer, parameter :: many = 500
     type(quantity_type), allocatable :: parts(:), guide(:)
     real(dp), allocatable :: places(:, :)
@@ -126,7 +127,7 @@ contains
     call take_reaction(frame, vibration, "total", parts, reactions(size(reactions)), error)
   end subroutine find_reactions
 
-  !> Adds static force and minimum compression to `reaction`, whose components are `parts`.
+  !> Adds the static force and the minimum compression to `reaction`. `parts` are the quantities that give its components.
   subroutine weigh(frame, vibration, parts, reaction, error)
     class(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
@@ -160,7 +161,7 @@ contains
     reaction%carrying = .not. reaction%turns .and. bearing > roundings * norm2(frame%weights%weight)
   end subroutine weigh
 
-  !> Static force (N) of the weights on the ground for the reaction `name`: two components, or three in space.
+  !> Static force (N) on the ground that the weights cause in the reaction `name`: two components, or three in space.
   pure function static_force(frame, name) result(force)
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: name
@@ -187,7 +188,8 @@ contains
     end associate
   end function static_force
 
-  !> Finds the components of a reaction, whose name ends with a dot. Components that it does not have stay unallocated.
+  !> Finds the quantities that give the components of a reaction. Its name must end with a dot. Components that the reaction does
+  !> not have stay without weights.
   subroutine force_of(frame, reaction, parts)
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: reaction
@@ -202,7 +204,7 @@ contains
     end do
   end subroutine force_of
 
-  !> Computes statistics and history of the reaction `name` with the components `parts`.
+  !> Computes statistics and history of the reaction `name`. `parts` are the quantities that give its components.
   subroutine take_reaction(frame, vibration, name, parts, reaction, error)
     class(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration

@@ -1,4 +1,4 @@
-!> Report of the task `forces`: forces on the ground.
+!> Writes the report of the task `forces`: forces on the ground.
 module gestell_task_forces_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, fixed, newline, text
@@ -56,7 +56,7 @@ contains
 
   contains
 
-    !> Line on the total moment about an axis through F; empty if it is rounding error.
+    !> Line on the peak of the total moment about an axis through F; empty if the moment is rounding error.
     pure function moment_line(part, axis) result(line)
       integer, intent(in) :: part
       character(len=*), intent(in) :: axis
@@ -72,7 +72,7 @@ contains
       end associate
     end function moment_line
 
-    !> Crank angle of the peak.
+    !> Crank angle at which a component of a reaction has its peak, in words.
     pure function crank_angle(reaction, part) result(words)
       type(reaction_type), intent(in) :: reaction
       integer, intent(in) :: part
@@ -84,8 +84,8 @@ contains
 
   end function force_lines
 
-  !> Table of static load and minimum compression of every reaction. Guides have no minimum compression, because they act in both
-  !> directions.
+  !> Table of the static force and the minimum compression of every reaction. Guides have no minimum compression, because they act
+  !> in both directions.
   pure function static_lines(reactions) result(lines)
     type(reaction_type), intent(in) :: reactions(:)
     character(len=:), allocatable :: lines
@@ -115,7 +115,7 @@ contains
     end associate
   end function static_lines
 
-  !> Row of a reaction: peaks, error bound, rms, and order with the largest amplitude.
+  !> Row of the table for one reaction: peaks, error bound, rms, and the order with the largest amplitude.
   pure function reaction_line(reaction, turns) result(line)
     type(reaction_type), intent(in) :: reaction
     integer, intent(in) :: turns
@@ -132,7 +132,7 @@ contains
 
   contains
 
-    !> Peak of a component, 0 if it is rounding error relative to the whole force.
+    !> Peak of a component as a table cell; 0 if it is rounding error relative to the whole force.
     pure function component(part) result(words)
       integer, intent(in) :: part
       character(len=:), allocatable :: words
@@ -144,7 +144,7 @@ contains
 
   end function reaction_line
 
-  !> Name of a reaction with its position in the plane. The position is omitted in space for lack of room.
+  !> Name of a reaction, for a support in the plane followed by its position.
   pure function labelled(reaction) result(line)
     type(reaction_type), intent(in) :: reaction
     character(len=:), allocatable :: line

@@ -1,4 +1,4 @@
-!> Report on natural frequencies and nearby resonances.
+!> Reports the natural frequencies of the frame and the resonances near them.
 module gestell_task_machine_frequencies
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -12,17 +12,17 @@ module gestell_task_machine_frequencies
 
   public :: frequency_lines, frequency_list, list_frequencies, report_frequencies, resonance_lines
 
-  !> Maximum order that is marked as near; higher orders hardly excite the frame
+  !> Highest order that the table may mark as near a natural frequency; higher orders hardly excite the frame
   integer, parameter :: highest_order = 50
-  !> Frequencies with a smaller relative difference count as equal
+  !> Two frequencies with a smaller relative difference count as equal
   real(dp), parameter :: equal = 1.0e-9_dp
-  !> Maximum relative distance at which a sum of frequencies counts as near an order: regions of parametric instability are narrower
-  !> than resonances
+  !> Relative distance up to which a sum of two frequencies counts as near an order. It is small because regions of parametric
+  !> instability are narrower than resonances
   real(dp), parameter :: near_sum = 0.03_dp
 
 contains
 
-  !> Table of natural frequencies, or the reason why there are none.
+  !> Table of natural frequencies, or the reason why they cannot be computed.
   function report_frequencies(frame) result(lines)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines
@@ -58,7 +58,7 @@ contains
 
   contains
 
-    !> True if a matrix, shape (phases, dofs, dofs), varies over the phases.
+    !> True if a matrix, given with shape (phases, dofs, dofs), changes from phase to phase by more than rounding error.
     pure logical function changes(a)
       real(dp), intent(in) :: a(:, :, :)
 
@@ -94,11 +94,11 @@ contains
     list = list // " Hz"
   end function frequency_list
 
-  !> Table of natural frequencies next to the orders of the crank speed, which are multiples of 1 / `turns`. Includes sums of
-  !> frequencies if the coefficients are `periodic`.
+  !> Table of natural frequencies with the nearest order of the crank speed; orders are multiples of 1 / `turns`. If the
+  !> coefficients are `periodic`, sums of two frequencies near an order follow.
   pure function frequency_lines(frequencies, speed, turns, periodic) result(lines)
-    !> Natural frequencies in ascending order, and crank speed (rad/s). A frequency below 0 is minus the growth (1/s) of an unstable
-    !> motion.
+    !> Natural frequencies in ascending order and crank speed (rad/s). A negative frequency is minus the growth rate (1/s) of an
+    !> unstable motion
     real(dp), intent(in) :: frequencies(:), speed
     integer, intent(in) :: turns
     logical, intent(in) :: periodic
@@ -133,7 +133,7 @@ contains
     if (periodic) lines = lines // parametric_lines(frequencies, speed, turns)
   end function frequency_lines
 
-  !> Lines on sums of two natural frequencies near a low multiple of the crank speed, where the periodic coefficients can make free
+  !> Lines on sums of two natural frequencies near a low multiple of the crank speed. There the periodic coefficients can make free
   !> vibrations grow (parametric resonance). Equal frequencies count once.
   pure function parametric_lines(frequencies, speed, turns) result(lines)
     real(dp), intent(in) :: frequencies(:), speed
@@ -159,7 +159,7 @@ contains
 
   contains
 
-    !> True if the previous frequency is equal.
+    !> True if frequency `k` equals the one before it.
     pure logical function is_repeated(k)
       integer, intent(in) :: k
 
@@ -169,7 +169,7 @@ contains
 
   end function parametric_lines
 
-  !> Line on the resonance near the vibration; empty if there is none.
+  !> Line that says near which resonance the vibration is; empty if it is near none.
   pure function resonance_lines(resonance) result(lines)
     type(resonance_type), intent(in), allocatable :: resonance
     character(len=:), allocatable :: lines

@@ -1,4 +1,4 @@
-!> Solves the machine of the input once for all tasks that use it.
+!> Solves the machine of the input, once for all tasks that use its vibration or its multipliers.
 module gestell_task_machine
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -27,20 +27,20 @@ module gestell_task_machine
 
   public :: end_line, solve_machine
 
-  !> Name of the table that this module writes
+  !> Name of the only table that this module writes
   character(len=longest_table), parameter, public :: own_table = "vibrations"
 
 contains
 
-  !> Solves the machine for all tasks and reports the common results. Fails if the machine cannot be solved. If only its vibration
-  !> cannot be solved, the failure is recorded in `result`.
+  !> Solves the machine for all tasks and reports what they have in common. Fails if the machine cannot be solved. If only its
+  !> vibration is missing, the reason is recorded in `result` instead.
   subroutine solve_machine(context, result, error)
     type(context_type), intent(inout) :: context
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: failure
     character(len=:), allocatable :: doing
-    !> With more steps than this, the terminal shows why the solution takes seconds
+    !> If a mechanism needs more steps than this, the progress display says why its solution takes seconds
     integer, parameter :: many = 10000
     logical :: slow
 
@@ -65,7 +65,7 @@ contains
     end associate
   end subroutine solve_machine
 
-  !> Adds columns to the short table that do not depend on the tasks.
+  !> Adds the columns that belong to no single task, such as the verdict, to the table of --one-line.
   subroutine end_line(context, result)
     type(context_type), intent(in) :: context
     type(result_type), intent(inout) :: result
@@ -84,7 +84,7 @@ contains
       & [result%verdict])
   end subroutine end_line
 
-  !> Reports the verdict, the accuracy of the solution, and the natural frequencies or why there are none.
+  !> Reports the verdict, the accuracy of the solution, and the natural frequencies.
   subroutine report(context, result)
     type(context_type), intent(inout) :: context
     type(result_type), intent(inout) :: result
@@ -116,7 +116,7 @@ contains
     end associate
   end subroutine report
 
-  !> Table vibrations.csv, with a row for each periodic vibration at this speed.
+  !> Table vibrations.csv, with a row for each periodic vibration of the machine at its speed.
   pure type(table_type) function table_of(several) result(table)
     type(several_type), intent(in) :: several(:)
     type(unit_type) :: units(size(several(1)%peak))

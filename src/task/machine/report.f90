@@ -1,4 +1,4 @@
-!> First part of the report: machine, verdict, accuracy.
+!> Writes the first part of the report: machine, verdict and accuracy.
 module gestell_task_machine_report
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -29,7 +29,7 @@ module gestell_task_machine_report
 
 contains
 
-  !> Lines on the input: title, machine, drive. The file name stays on one line, however long it is.
+  !> Lines on the input: title, file, machine and drive. The file name stays on one line, however long it is.
   function report_machine(configuration, input) result(report)
     type(configuration_type), intent(in) :: configuration
     character(len=*), intent(in) :: input
@@ -48,7 +48,7 @@ contains
     end associate
   end function report_machine
 
-  !> Lines on mechanism, frame, drive, gravity, probable typing errors and model.
+  !> Lines on the mechanism, the frame, the drive, gravity, probable typing errors and the model.
   function machine_lines(configuration) result(report)
     type(configuration_type), intent(in) :: configuration
     character(len=:), allocatable :: report, warnings
@@ -104,7 +104,7 @@ contains
     end associate
   end function machine_lines
 
-  !> Lists probable errors of the input, one per line.
+  !> Lists probable typing errors in the input, one per line.
   function slips_of(configuration) result(lines)
     type(configuration_type), intent(in) :: configuration
     character(len=:), allocatable :: lines
@@ -116,7 +116,7 @@ contains
     lines = lines // slips(configuration%frame) // values_out_of_the_plane(configuration%document)
   end function slips_of
 
-  !> Adds these lines as headlines. The report already contains them.
+  !> Adds these warnings to the result as headlines. They are not added to the report, which already contains them.
   pure subroutine warn_of_slips(result, lines)
     type(result_type), intent(inout) :: result
     character(len=*), intent(in) :: lines
@@ -130,7 +130,7 @@ contains
     end do
   end subroutine warn_of_slips
 
-  !> Line on gravity, total weight and static deflection; empty without gravity.
+  !> Lines on gravity, total weight and, in space, static deflection; empty without gravity.
   pure function gravity_line(frame) result(line)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: line
@@ -151,7 +151,7 @@ contains
     line = line // newline
   end function gravity_line
 
-  !> Three values separated by commas.
+  !> Three values as text, separated by commas.
   pure function listed(values) result(words)
     real(dp), intent(in) :: values(3)
     character(len=:), allocatable :: words
@@ -159,14 +159,14 @@ contains
     words = concise(values(1), 4) // "," // concise(values(2), 4) // "," // concise(values(3), 4)
   end function listed
 
-  !> The verdict in one sentence.
+  !> Sentence with the verdict and how fast disturbances grow or decay.
   pure function verdict_sentence(multipliers, period, in_period, others) result(words)
     type(multipliers_type), intent(in) :: multipliers
     !> Period (s)
     real(dp), intent(in) :: period
     !> Number of turns of the crank in the period
     integer, intent(in) :: in_period
-    !> Text on other vibrations that is appended
+    !> Text on other vibrations of the machine, appended to the sentence
     character(len=*), intent(in) :: others
     character(len=:), allocatable :: words
     real(dp) :: turns
@@ -196,14 +196,14 @@ contains
     words = words // others
   end function verdict_sentence
 
-  !> Lines below the verdict: largest multiplier, kind of instability, and the cause if the verdict is undecided.
+  !> Lines below the verdict: the largest multiplier, the kind of instability, and the cause of an undecided verdict.
   pure function verdict_lines(multipliers, turns, unheld, at_limit) result(lines)
     type(multipliers_type), intent(in) :: multipliers
-    !> Number of turns in the period
+    !> Number of turns of the crank in the period
     integer, intent(in) :: turns
-    !> Directions in which nothing holds the frame; empty if there are none
+    !> Text on directions in which nothing holds the frame; empty if there are none
     character(len=*), intent(in) :: unheld
-    !> True if the requested error of Phi(T) is below the limit of double precision
+    !> True if rounding errors prevent Phi(T) from reaching the requested tolerance
     logical, intent(in) :: at_limit
     character(len=:), allocatable :: lines, word
     integer :: worst
@@ -233,7 +233,7 @@ contains
     end if
   end function verdict_lines
 
-  !> How the free vibration of a multiplier with this argument changes from period to period.
+  !> Says how a disturbance whose multiplier has the argument `arg` (rad) changes from period to period.
   pure function manner(arg, turns) result(words)
     real(dp), intent(in) :: arg
     integer, intent(in) :: turns
@@ -251,8 +251,8 @@ contains
     end if
   end function manner
 
-  !> Modulus of multiplier `k` with the digits that its error bound supports, and the bound. A modulus outside the range of double
-  !> precision is printed from its logarithm.
+  !> Modulus of multiplier `k` with the digits that its error bound supports, and this bound. If the modulus overflows or underflows
+  !> double precision, it is printed as a power of e.
   pure function modulus(multipliers, k) result(words)
     type(multipliers_type), intent(in) :: multipliers
     integer, intent(in) :: k
@@ -276,7 +276,8 @@ contains
     words = words // " +- " // concise(bound, 1)
   end function modulus
 
-  !> Line on the numerical solution: method, steps, error of Phi(T), Liouville's defect, condition of the multipliers.
+  !> Lines on the numerical solution: method, number of steps, error of Phi(T), defect of Liouville's formula, condition of the
+  !> multipliers.
   function evidence_lines(analysis, accuracy) result(lines)
     type(analysis_type), intent(in) :: analysis
     type(accuracy_type), intent(in) :: accuracy
@@ -305,7 +306,7 @@ contains
     lines = lines // newline
   end function evidence_lines
 
-  !> Defect of Liouville's formula in words.
+  !> The defect of Liouville's formula as text, or why it cannot be computed.
   function defect_in_words(analysis) result(words)
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable :: words
@@ -317,7 +318,7 @@ contains
     if (allocated(error)) words = "unknown: " // error%message
   end function defect_in_words
 
-  !> Note if the results are less accurate than requested; otherwise empty.
+  !> Note that the tolerance cannot be reached in double precision; empty if it was reached.
   function tolerance_note(analysis, accuracy) result(line)
     type(analysis_type), intent(in) :: analysis
     type(accuracy_type), intent(in) :: accuracy
@@ -331,7 +332,7 @@ contains
       & // newline
   end function tolerance_note
 
-  !> Line on the convergence of Newton's method to the exact vibration; empty for other models.
+  !> Line on the relative steps of Newton's method to the exact vibration; empty for models without this method.
   pure function newton_line(newton) result(line)
     type(newton_type), intent(in) :: newton
     character(len=:), allocatable :: line
@@ -347,7 +348,7 @@ contains
     line = line // newline
   end function newton_line
 
-  !> Line on the verdict of the exact model if the verdict of the cheaper `model` differs; otherwise empty.
+  !> Line that warns of a wrong verdict: the exact model gives another one than the cheaper `model`. Empty if both agree.
   pure function better_line(better, model) result(line)
     type(multipliers_type), intent(in), allocatable :: better
     character(len=*), intent(in) :: model

@@ -1,4 +1,4 @@
-!> Report on several periodic vibrations of one machine.
+!> Reports the periodic vibrations of a machine that has several of them.
 module gestell_task_machine_several
   use gestell_base_text, only: concise, either, newline, text
   use gestell_task_stability_report, only: modulus_of
@@ -13,7 +13,7 @@ module gestell_task_machine_several
 
 contains
 
-  !> Addition to the sentence on the verdict: number of vibrations, and whether another one is stable.
+  !> Text appended to the sentence on the verdict: the number of vibrations, and whether another one is stable too.
   pure function among(several) result(words)
     type(several_type), intent(in), allocatable :: several(:)
     character(len=:), allocatable :: words
@@ -28,7 +28,7 @@ contains
     if (others > 1) words = words // ", " // text(others) // " others are also STABLE"
   end function among
 
-  !> Table of the vibrations. `sought` is true if all vibrations were requested.
+  !> Table of all vibrations. `sought` is true if the input requested a search for all vibrations.
   pure function several_lines(several, sought) result(lines)
     type(several_type), intent(in), allocatable :: several(:)
     logical, intent(in) :: sought

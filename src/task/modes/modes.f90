@@ -1,4 +1,4 @@
-!> The task `modes`: multipliers and their eigenvectors.
+!> The task `modes`: multipliers and mode shapes (eigenvectors).
 module gestell_task_modes
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -41,7 +41,7 @@ contains
     configuration%analysis%modes = self%ordered
   end subroutine read_modes
 
-  !> Adds table modes.csv with the eigenvectors of equation (19) at t = 0, and its picture.
+  !> Adds the table modes.csv and its picture to the result: the eigenvectors of equation (19) at t = 0.
   subroutine run(self, context, result, error)
     class(modes_task), intent(inout) :: self
     type(context_type), intent(inout) :: context

@@ -1,4 +1,4 @@
-!> Picture of the eigenvectors.
+!> Plots the mode shapes.
 module gestell_task_modes_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
@@ -16,8 +16,8 @@ module gestell_task_modes_plot
 
 contains
 
-  !> Picture modes.gp: displacements of the eigenvectors as bars, one group for each conjugate pair. Rotations are multiplied by the
-  !> frame's radius of gyration.
+  !> Picture modes.gp: amplitudes of the displacements in each eigenvector as bars, one group for each conjugate pair. Rotations are
+  !> multiplied by the frame's radius of gyration.
   function plot_modes(frame, multipliers) result(figure)
     class(frame_type), intent(in) :: frame
     type(multipliers_type), intent(in) :: multipliers

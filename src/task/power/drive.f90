@@ -15,25 +15,26 @@ module gestell_task_power_drive
 
   public :: find_drive
 
-  !> A torque over the period.
+  !> Statistics of a torque over the period.
   type, public :: torque_type
-    !> Value of largest magnitude with its sign (N m), phase t / T at which it occurs, rms and mean (N m)
+    !> `peak`: value of largest magnitude, with its sign (N m). `peak_phase`: phase t / T at which it occurs. `rms`, `mean` (N m)
     real(dp) :: peak = 0, peak_phase = 0, rms = 0, mean = 0
   end type torque_type
 
-  !> Torque and power of the drive.
+  !> Torque and power of the drive over the period.
   type, public :: drive_type
-    !> Rows of gestell_model_quantity_driving at the times of the vibration's history, shape (power_rows, points + 1)
+    !> Torques, powers and energy at the times of the vibration's history, shape (power_rows, points + 1); rows as in
+    !> gestell_model_quantity_driving
     real(dp), allocatable :: history(:, :)
-    !> Torque on the vibrating frame and on a rigid frame
+    !> Torque of the drive on the vibrating frame (`actual`) and on a frame at rest (`rigid`)
     type(torque_type) :: actual, rigid
-    !> Error bound of the peak on the vibrating frame (N m)
+    !> Error bound of the peak torque on the vibrating frame (N m)
     real(dp) :: peak_error = 0
-    !> Mean power of the drive and of the dampers; maximum power of the drive (W)
+    !> Mean power of the drive, mean power absorbed by the dampers, and maximum power of the drive (W)
     real(dp) :: drive_mean = 0, dampers_mean = 0, greatest = 0
-    !> True if the weights of links and frame are included
+    !> True if the torque includes the effect of the weights of links and frame
     logical :: weighed = .false.
-    !> Fluctuation of the speed; allocated if the inertia of a flywheel is given
+    !> Fluctuation of the drive speed; only allocated if the input gives the inertia of a flywheel
     type(fluctuation_type), allocatable :: fluctuation
   contains
     procedure :: defect, is_finite => drive_is_finite
@@ -47,7 +48,7 @@ contains
     !> Periodic vibration of the model with periodic coefficients
     type(vibration_type), intent(in) :: vibration
     type(drive_type), intent(out) :: drive
-    !> False if the kinetic energy of the mechanism is unknown; `drive` is then incomplete
+    !> False if the kinetic energy of the mechanism is not given; `drive` is then incomplete
     logical, intent(out) :: known
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: samples(:, :), motion(:, :)
@@ -85,8 +86,8 @@ contains
     drive%greatest = abs(drive%actual%peak * frame%speed * frame%mechanism%turns)
   end subroutine find_drive
 
-  !> Computes peak, rms and mean of a torque from equidistant samples of the period. `between` bounds the contribution to the peak
-  !> of orders that the samples do not resolve.
+  !> Computes peak, rms and mean of a torque from equidistant samples over the period. Orders that the samples do not resolve change
+  !> the peak by at most `between`.
   subroutine take_torque(samples, told, between)
     real(dp), intent(in) :: samples(:)
     type(torque_type), intent(out) :: told
@@ -101,7 +102,7 @@ contains
     between = series%beyond()
   end subroutine take_torque
 
-  !> Difference of the mean powers of drive and dampers, relative to the maximum power of the drive. It is zero except for numerical
+  !> Difference between the mean powers of drive and dampers, relative to the maximum power of the drive; zero apart from numerical
   !> errors.
   pure real(dp) function defect(self)
     class(drive_type), intent(in) :: self

@@ -1,8 +1,9 @@
-!> Computes how evenly a flywheel keeps the speed.
+!> Computes how much the speed fluctuates if a flywheel keeps it nearly constant.
 !>
-!> A flywheel J_f rotates with the crank in space, theta = phi + psi. Without products of the fluctuation,
-!> (J_f + K) theta'' = M - M_d. M_d is the torque on the crank at constant speed, M its mean. K = sum (m |r'|^2 + J phi'^2) is the
-!> reduced inertia of the mechanism, here its mean. The neglected part of the fluctuation is about as large as its square.
+!> A flywheel of inertia J_f rotates with the crank; its angle in space is theta = phi + psi. Neglecting products of the
+!> fluctuation, (J_f + K) theta'' = M - M_d. Here M_d is the torque on the crank at constant speed, M is the mean of M_d, and K =
+!> sum (m |r'|^2 + J phi'^2) is the reduced inertia of the mechanism, replaced by its mean. The neglected terms are about as large
+!> as the square of the relative fluctuation.
 module gestell_task_power_flywheel
   use gestell_math_series_fourier, only: fourier_series, fourier_type, greatest
   use gestell_base_kinds, only: dp, pi
@@ -13,30 +14,31 @@ module gestell_task_power_flywheel
 
   public :: find_fluctuation
 
-  !> Coefficient of irregularity above which the speed is not constant. Inertia forces grow with the square of the speed, and its
-  !> change, mostly of second order, adds about as much. Both together change the results by up to twice the coefficient, here 2 %.
+  !> Largest coefficient of irregularity at which the report counts the speed as constant. Inertia forces grow with the square of
+  !> the speed, and its change, mostly of second order, adds about as much. Together they change results by up to twice the
+  !> coefficient, here 2 %.
   real(dp), parameter, public :: uneven = 0.01_dp
 
-  !> Fluctuation of the drive speed.
+  !> Fluctuation of the drive speed over the period.
   type, public :: fluctuation_type
-    !> Drive speed minus its mean at points + 1 times of the period (rad/s)
+    !> Drive speed minus its mean (rad/s), at points + 1 times of the period
     real(dp), allocatable :: history(:)
-    !> Maximum and minimum of the drive speed minus its mean (rad/s)
+    !> Largest and smallest difference of the drive speed from its mean (rad/s)
     real(dp) :: greatest = 0, least = 0
-    !> Coefficient of irregularity (greatest - least)/|speed|, and its error bound
+    !> Coefficient of irregularity, (greatest - least) / |mean speed|, and its error bound
     real(dp) :: irregularity = 0, error = 0
-    !> Inertia of flywheel and mechanism (kg m^2)
+    !> Inertia of the flywheel plus mean reduced inertia of the mechanism (kg m^2)
     real(dp) :: inertia = 0
   end type fluctuation_type
 
 contains
 
-  !> Computes the fluctuation of the speed to first order from the torque on the crank.
+  !> Computes the fluctuation of the drive speed, to first order, from the torque on the crank.
   subroutine find_fluctuation(frame, torque, torque_error, points, fluctuation)
     class(frame_type), intent(in) :: frame
-    !> Torque on the drive's crank (N m) at equidistant times of the period, and its error bound
+    !> Torque on the crank (N m) at equidistant times of the period, and its error bound
     real(dp), intent(in) :: torque(:), torque_error
-    !> Number of intervals of the history
+    !> Number of time intervals in `fluctuation%history`
     integer, intent(in) :: points
     type(fluctuation_type), intent(out) :: fluctuation
     type(fourier_type) :: series

@@ -1,4 +1,4 @@
-!> Picture of the drive.
+!> Plots torque, power and energy of the drive over the period.
 module gestell_task_power_plot
   use gestell_base_text, only: newline
   use gestell_model_frame, only: frame_type
@@ -13,7 +13,7 @@ module gestell_task_power_plot
 
 contains
 
-  !> Picture of the table `power`.
+  !> Picture of the table power.csv: torque, power and energy over the crank angle.
   type(figure_type) function plot_power(table, frame) result(figure)
     type(table_type), intent(in) :: table
     class(frame_type), intent(in) :: frame

@@ -42,7 +42,8 @@ contains
     self%brief = .true.
   end subroutine describe
 
-  !> Requests the accelerations. Fails if the kinetic energy of the mechanism is unknown or if the masses are averaged.
+  !> Requests the accelerations of the motion. Fails if the kinetic energy of the mechanism is not given or if the coefficients are
+  !> averaged.
   subroutine read_power(self, configuration, error)
     class(power_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -62,7 +63,7 @@ contains
     end if
   end subroutine read_power
 
-  !> Computes the drive and adds table, picture and report.
+  !> Computes torque and power of the drive, and adds table, picture and report to the result.
   subroutine run(self, context, result, error)
     class(power_task), intent(inout) :: self
     type(context_type), intent(inout) :: context

@@ -1,4 +1,4 @@
-!> Report of the task `power`: torque and power of the drive.
+!> Writes the report of the task `power`: torque and power of the drive.
 module gestell_task_power_report
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, either, fixed, newline
@@ -11,12 +11,12 @@ module gestell_task_power_report
 
   public :: drive_lines
 
-  !> Fraction of the maximum torque below which a torque is rounding error
+  !> A torque below this fraction of the maximum torque is rounding error
   real(dp), parameter :: rounding = 1.0e-13_dp
 
 contains
 
-  !> Table of the torque over the period, the balance of power, and the fluctuation of the speed with a flywheel.
+  !> Table of the driving torques, then lines on the mean powers and on the fluctuation of the speed with a flywheel.
   pure function drive_lines(drive, frame) result(lines)
     type(drive_type), intent(in) :: drive
     class(frame_type), intent(in) :: frame
@@ -45,7 +45,7 @@ contains
     end associate
   end function drive_lines
 
-  !> Row of the table for one torque. `whole` is the crank angle (deg) through which the drive turns in a period.
+  !> Row of the table for one torque. `whole` is the angle (deg) by which the drive turns in a period.
   pure function torque_row(name, found, error, whole) result(row)
     character(len=*), intent(in) :: name, error
     type(torque_type), intent(in) :: found

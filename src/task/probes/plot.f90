@@ -1,4 +1,4 @@
-!> Pictures of the vibration at probes.
+!> Plots the vibration at the probes.
 module gestell_task_probes_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
@@ -20,7 +20,7 @@ module gestell_task_probes_plot
 
 contains
 
-  !> Picture of the table `probes`: vibration velocity in the band along two or three `axes`, and the limit.
+  !> Picture of the table probes.csv: rms velocity within the band along two or three `axes`, and the limit.
   function plot_limits(table, names, axes) result(figure)
     type(table_type), intent(in) :: table
     character(len=*), intent(in) :: names(:)
@@ -50,7 +50,7 @@ contains
 
   contains
 
-    !> Plot element of the i-th bar of each probe.
+    !> Part of the plot command that draws bar number i of each probe, from this `column`.
     pure function boxes(column, title) result(words)
       character(len=*), intent(in) :: column, title
       character(len=:), allocatable :: words
@@ -61,11 +61,12 @@ contains
 
   end function plot_limits
 
-  !> Picture of the table `probes_history`: displacement, velocity and acceleration along all axes.
+  !> Picture of the table probes_history.csv: displacement, velocity and acceleration along all axes.
   function plot_histories(table, names, axes, frame) result(figure)
     type(table_type), intent(in) :: table
-    !> Names of the probes; number of axes (2 or 3)
+    !> Names of the probes
     character(len=*), intent(in) :: names(:)
+    !> Number of axes (2 or 3)
     integer, intent(in) :: axes
     class(frame_type), intent(in) :: frame
     type(figure_type) :: figure
@@ -88,12 +89,12 @@ contains
       & // turns_in_words(frame%mechanism%turns), lines // "unset multiplot" // newline, width=880, height=nint(height_of(3)))
   end function plot_histories
 
-  !> Picture of the table `probes_harmonics`: amplitudes of the velocity over the orders.
+  !> Picture of the table probes_harmonics.csv: amplitudes of the velocity over the orders.
   function plot_orders(table, names, axes, harmonics, turns) result(figure)
     type(table_type), intent(in) :: table
     !> Names of the probes
     character(len=*), intent(in) :: names(:)
-    !> Number of axes (2 or 3); highest harmonic of the period; turns of the crank in the period
+    !> `axes`: number of axes (2 or 3). `harmonics`: highest harmonic of the period. `turns`: turns of the crank in the period
     integer, intent(in) :: axes, harmonics, turns
     type(figure_type) :: figure
     character(len=:), allocatable :: lines

@@ -1,4 +1,4 @@
-!> Part of the task `response` on probes: vibration at points of the frame, compared with limits.
+!> The part of the task `response` that computes the vibration at probes, points of the frame, and compares it with limits.
 module gestell_task_probes
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -19,7 +19,7 @@ module gestell_task_probes
   implicit none (type, external)
   private
 
-  !> Part of the task `response` on probes.
+  !> The part of the task `response` that deals with probes.
   type, extends(task_type), public :: probes_task
   contains
     procedure :: describe
@@ -43,7 +43,7 @@ contains
     self%brief = .true.
   end subroutine describe
 
-  !> Requests the accelerations if there are probes.
+  !> Requests the accelerations of the motion if the task is requested and there are probes.
   subroutine read_probes(self, configuration, error)
     class(probes_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -53,7 +53,7 @@ contains
     if (self%ordered) configuration%analysis%rows = max(configuration%analysis%rows, accelerations)
   end subroutine read_probes
 
-  !> Computes the vibration at the probes and adds tables, pictures and report.
+  !> Computes the vibration at the probes, and adds tables, pictures and report to the result.
   subroutine run(self, context, result, error)
     class(probes_task), intent(inout) :: self
     type(context_type), intent(inout) :: context

@@ -1,4 +1,4 @@
-!> Report on the vibration at probes.
+!> Reports the vibration at the probes.
 module gestell_task_probes_report
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_kinds, only: dp
@@ -14,14 +14,14 @@ module gestell_task_probes_report
 
 contains
 
-  !> Table of all probes, then a line for each with its band and its comparison with the limit. `period` (s) has `turns` turns of
-  !> the crank.
+  !> Table of all probes, then a line for each probe on its band and on its limit. A `period` (s) consists of `turns` turns of the
+  !> crank.
   pure function probe_lines(responses, period, turns, verdict) result(lines)
-    !> Vibration at each probe
+    !> Results at each probe
     type(probe_response_type), intent(in) :: responses(:)
     real(dp), intent(in) :: period
     integer, intent(in) :: turns
-    !> Verdict on the vibration of the machine
+    !> Verdict on the stability of the machine
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: lines
     type(growing_text_type) :: rows, bands
@@ -44,14 +44,15 @@ contains
       & // bands%whole()
   end function probe_lines
 
-  !> Line on the comparison with the limit and on the orders within the band.
+  !> Lines for one probe: comparison with its limit, and orders of the crank within its band.
   pure function band_lines(response, period, turns, verdict) result(lines)
     type(probe_response_type), intent(in) :: response
     real(dp), intent(in) :: period
     integer, intent(in) :: turns
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: lines
-    !> Ratio of the rms of all orders to the rms in the band above which the report warns of the lower end of the band
+    !> The report warns that the band excludes much of the velocity if the rms of all orders exceeds the rms in the band by this
+    !> factor
     real(dp), parameter :: much = 1.5_dp
     real(dp) :: orders(2), whole
 
@@ -70,12 +71,12 @@ contains
     end associate
   end function band_lines
 
-  !> Comparison of a probe with its limit in words.
+  !> Words that compare the velocity at a probe with its limit.
   pure function against_limit(response) result(words)
     type(probe_response_type), intent(in) :: response
     character(len=:), allocatable :: words, limit
     real(dp) :: ratio
-    !> A velocity nearer to the limit than this fraction of it is compared by the difference: three digits of the ratio are too few
+    !> If the velocity differs from the limit by less than this fraction, the difference is given instead of the ratio
     real(dp), parameter :: near = 0.01_dp
 
     limit = "the limit of " // concise(1000 * response%probe%limit) // " mm/s"
@@ -90,7 +91,7 @@ contains
     end select
   end function against_limit
 
-  !> Sentence that compares a probe with its limit. `verdict` is the verdict on the machine.
+  !> Sentence that compares the velocity at a probe with its limit. `verdict`: verdict on the stability of the machine.
   pure function limit_sentence(response, verdict) result(sentence)
     type(probe_response_type), intent(in) :: response
     character(len=*), intent(in) :: verdict

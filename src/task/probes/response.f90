@@ -1,4 +1,4 @@
-!> Computes the readings of a vibration meter at points of the frame, and compares them with limits.
+!> Computes what a vibration meter would read at points of the frame (probes), and compares the velocity with limits.
 module gestell_task_probes_response
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -14,24 +14,24 @@ module gestell_task_probes_response
 
   public :: find_responses
 
-  !> Number of quantities of a probe in the plane, and index of the magnitude of the velocity. The quantities are displacement,
-  !> velocity and acceleration, each along the axes and as the magnitude of the vector.
+  !> Quantities of a probe in the plane: displacement, velocity and acceleration, each along x, along y and as magnitude.
+  !> `probe_parts`: their number. `velocity_part`: index of the magnitude of the velocity.
   integer, parameter, public :: probe_parts = 9, velocity_part = 6
   character(len=2), parameter, public :: probe_part_names(probe_parts) = &
     & [character(len=2) :: "x", "y", "d", "vx", "vy", "v", "ax", "ay", "a"]
 
-  !> Vibration at one probe.
+  !> Vibration at a probe.
   type, public :: probe_response_type
     !> The probe with its band and limit
     type(probe_type) :: probe
-    !> Names of the quantities: displacement, velocity and acceleration, each along the axes and as the magnitude of the vector
+    !> Names of the quantities: displacement, velocity and acceleration, each along all axes and as magnitude
     character(len=2), allocatable :: parts(:)
-    !> Statistics of each quantity over the period
+    !> Peak, rms and harmonics of each quantity over the period
     type(statistics_type), allocatable :: statistics(:)
-    !> Quantities at the times of the vibration's history, shape (points + 1, quantities)
+    !> Values of the quantities at the times of the vibration's history, shape (points + 1, quantities)
     real(dp), allocatable :: history(:, :)
-    !> Rms velocity in the probe's frequency band (m/s): along x, y and z; in the direction in which it is largest; error bound of
-    !> the latter
+    !> Rms velocity (m/s) within the band. `band`: along x, y and z. `greatest`: in the direction in which it is largest. `error`:
+    !> error bound of `greatest`
     real(dp) :: band(3) = 0, greatest = 0, error = 0
   contains
     procedure :: verdict
@@ -47,9 +47,9 @@ contains
     type(probe_type), intent(in) :: probes(:)
     type(probe_response_type), allocatable, intent(out) :: responses(:)
     type(error_type), allocatable, intent(out) :: error
-    !> Shows the progress over thousands of probes
+    !> Displays the progress if there are thousands of probes
     class(executor_type), intent(inout), optional :: executor
-    !> Number of probes between two progress messages
+    !> Number of probes after which the progress display is updated
     integer, parameter :: many = 500
     type(quantity_type) :: quantity
     real(dp), allocatable :: history(:)

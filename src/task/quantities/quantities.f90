@@ -1,4 +1,4 @@
-!> Part of the task `response` on quantities that the input requests by name.
+!> The part of the task `response` that evaluates quantities named in the input.
 module gestell_task_quantities
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -19,10 +19,10 @@ module gestell_task_quantities
   implicit none (type, external)
   private
 
-  !> Part of the task `response` on requested quantities.
+  !> The part of the task `response` that evaluates requested quantities.
   type, extends(task_type), public :: quantities_task
     private
-    !> Requested quantities and what is reported of each
+    !> Requested quantities, each with what is reported of it: peak, rms or rms in a band
     type(measure_type), allocatable :: measures(:)
   contains
     procedure :: describe
@@ -41,7 +41,7 @@ contains
     self%brief = .true.
   end subroutine describe
 
-  !> Reads the requested quantities and the rows of the motion that they need. Fails if a quantity is invalid.
+  !> Reads the requested quantities, and requests the rows of the motion that they need. Fails if a quantity is invalid.
   subroutine read_task(self, configuration, error)
     class(quantities_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -62,7 +62,7 @@ contains
     if (self%ordered) configuration%analysis%rows = max(configuration%analysis%rows, rows)
   end subroutine read_task
 
-  !> Evaluates the requested quantities and adds table and report.
+  !> Evaluates the requested quantities, and adds table and report to the result.
   subroutine run(self, context, result, error)
     class(quantities_task), intent(inout) :: self
     type(context_type), intent(inout) :: context

@@ -1,4 +1,4 @@
-!> report.html: input, verdict, tables and pictures of a run on one self-contained page.
+!> Writes report.html: one self-contained page with input, verdict, tables and pictures of a run.
 module gestell_task_registry_page
   use gestell_base_base64, only: base64
   use gestell_base_error, only: error_type
@@ -30,8 +30,8 @@ module gestell_task_registry_page
 
 contains
 
-  !> Writes report.html with the results and the pictures. `report`: the text report. The page does not reveal the folder of the
-  !> input. Error: the file cannot be written.
+  !> Writes report.html with the results and the pictures. `report` is the text report. The page shows the name of the input file
+  !> without its folder. Fails if the file cannot be written.
   subroutine write_page(context, result, report, error)
     type(context_type), intent(in) :: context
     type(result_type), intent(in) :: result
@@ -70,7 +70,7 @@ contains
     call page%complete(error)
   end subroutine write_page
 
-  !> Lines of a report, folded until the reader opens them.
+  !> HTML for lines of a report that stay hidden until the reader opens them.
   pure function folded(summary, lines) result(words)
     character(len=*), intent(in) :: summary, lines
     character(len=:), allocatable :: words
@@ -78,7 +78,7 @@ contains
     words = "<details><summary>" // summary // "</summary>" // newline // "<pre>" // escaped(lines) // "</pre></details>" // newline
   end function folded
 
-  !> Speed, natural frequencies and the peak force on the ground (including guides), as far as available.
+  !> HTML with the crank speed, the natural frequencies and the peak force on the ground, as far as they are available.
   function key_figures(context) result(words)
     type(context_type), intent(in) :: context
     character(len=:), allocatable :: words
@@ -97,6 +97,7 @@ contains
 
   contains
 
+    !> HTML for one of the key figures.
     pure function figure(name, value) result(item)
       character(len=*), intent(in) :: name, value
       character(len=:), allocatable :: item
@@ -106,7 +107,7 @@ contains
 
   end function key_figures
 
-  !> Peak forces along the axes, and peak of the magnitude of the force vector.
+  !> Peak forces along the axes and peak magnitude of the force, in words.
   pure function force_peaks(total) result(words)
     type(reaction_type), intent(in) :: total
     character(len=:), allocatable :: words
@@ -116,7 +117,7 @@ contains
     words = words // ", magnitude " // concise(total%statistics(whole_force)%peak, 4) // " N"
   end function force_peaks
 
-  !> Picture and rows of a table.
+  !> HTML section with the picture of a table and, if the page shows it, the table itself.
   function section(folder, table) result(words)
     character(len=*), intent(in) :: folder
     type(table_type), intent(in) :: table
@@ -137,7 +138,7 @@ contains
     if (len(rows) == 0) words = words // "<p>None.</p>" // newline
   end function section
 
-  !> Bytes of a file; empty if it cannot be read.
+  !> Content of a file; empty if the file cannot be read.
   function content_of(name) result(bytes)
     character(len=*), intent(in) :: name
     character(len=:), allocatable :: bytes
@@ -156,7 +157,7 @@ contains
     if (status /= 0) bytes = ""
   end function content_of
 
-  !> Table of the input as typed, with units, and of the settings from the command line.
+  !> HTML table of the input as typed, with units, preceded by the settings from the command line.
   function input_table(configuration, settings) result(words)
     type(configuration_type), intent(in) :: configuration
     type(setting_type), intent(in) :: settings(:)
@@ -179,6 +180,7 @@ contains
     words = words // "</tbody></table></div>" // newline
   end function input_table
 
+  !> HTML rows for the keys of one input group.
   function group_rows(configuration, group) result(words)
     type(configuration_type), intent(in) :: configuration
     type(group_type), intent(in) :: group

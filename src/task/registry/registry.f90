@@ -1,4 +1,4 @@
-!> All tasks, in the order in which they run and appear in the report. A new task is one line in this module.
+!> Lists all tasks in the order in which they run and appear in the report. A new task needs one line in this module.
 module gestell_task_registry
   use gestell_base_error, only: error_type
   use gestell_base_words, only: word_length
@@ -40,7 +40,7 @@ module gestell_task_registry
 
 contains
 
-  !> Makes the list of all tasks.
+  !> Makes the list of all tasks, with their names, tables and other fixed components.
   subroutine all_tasks(tasks)
     type(any_task_type), allocatable, intent(out) :: tasks(:)
     integer :: n
@@ -79,13 +79,14 @@ contains
 
   end subroutine all_tasks
 
-  !> Reads the tasks and the machine from a checked document. Errors refer to the input file.
+  !> Reads the tasks and the machine from a checked document. Fails if a value in the document is invalid; the error names its place
+  !> in the input file.
   subroutine read_input(doc, schema, tasks, configuration, error)
     !> The checked document
     type(document_type), intent(in) :: doc
     !> Groups and keys that an input may contain
     type(schema_type), intent(in) :: schema
-    !> All tasks, each marked if the document requests it
+    !> All tasks; those that the document requests are marked
     type(any_task_type), allocatable, intent(out) :: tasks(:)
     !> The machine and the settings shared by all tasks
     type(configuration_type), intent(out) :: configuration
@@ -129,7 +130,7 @@ contains
     names = pack(names, [(all(names(:i - 1) /= names(i)), i = 1, size(names))])
   end function all_tables
 
-  !> Schema of the input file.
+  !> Schema of the input file, with the groups of all tasks.
   function input_schema() result(schema)
     type(schema_type) :: schema
     type(any_task_type), allocatable :: tasks(:)
@@ -142,7 +143,7 @@ contains
     end do
   end function input_schema
 
-  !> Reads the machine of a checked document and discards the tasks.
+  !> Reads only the machine and the shared settings from a checked document.
   subroutine read_configuration(doc, configuration, error)
     type(document_type), intent(in) :: doc
     type(configuration_type), intent(out) :: configuration
@@ -152,7 +153,7 @@ contains
     call read_input(doc, input_schema(), tasks, configuration, error)
   end subroutine read_configuration
 
-  !> True if a task that deals with these machines is requested.
+  !> True if a task is requested that examines these machines (a value of `about`, for example `own_machine`).
   pure logical function orders_any(tasks, about)
     type(any_task_type), intent(in) :: tasks(:)
     integer, intent(in) :: about
@@ -161,7 +162,7 @@ contains
     orders_any = any([(tasks(i)%task%ordered .and. tasks(i)%task%about == about, i = 1, size(tasks))])
   end function orders_any
 
-  !> Names of all tasks that can be requested.
+  !> Names of all tasks that can be requested, each name once.
   pure function names_of(tasks) result(names)
     type(any_task_type), intent(in) :: tasks(:)
     character(len=11), allocatable :: names(:)
@@ -171,7 +172,7 @@ contains
     names = pack(names, [(all(names(:i - 1) /= names(i)), i = 1, size(names))])
   end function names_of
 
-  !> What these tasks compute, in the order of `names_of`.
+  !> Sentences that say what the tasks compute, in the order of `names_of`.
   pure function meanings_of(tasks) result(meanings)
     type(any_task_type), intent(in) :: tasks(:)
     character(len=longest_meaning), allocatable :: meanings(:)

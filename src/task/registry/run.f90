@@ -1,4 +1,4 @@
-!> A run: all requested tasks, one after the other.
+!> Runs all requested tasks, one after the other.
 module gestell_task_registry_run
   use gestell_base_error, only: error_type
   use gestell_output_result, only: result_type
@@ -11,14 +11,14 @@ module gestell_task_registry_run
 
   public :: run_tasks
 
-  !> Receives the results of a run as soon as they are available.
+  !> An object that receives the results of a run as soon as they are available, for example to print them.
   type, abstract, public :: listener_type
   contains
     procedure(hear), deferred :: hear
   end type listener_type
 
   abstract interface
-    !> Takes the part of the report that it has not yet received from `result`.
+    !> Receives the part of the report in `result` that was added since the last call.
     subroutine hear(self, result)
       import :: listener_type, result_type
       implicit none (type, external)
@@ -31,7 +31,7 @@ module gestell_task_registry_run
 
 contains
 
-  !> Runs the tasks one after the other. If one fails, its error is returned and the remaining tasks are not started.
+  !> Runs the tasks one after the other. If a task fails, its error is returned and later tasks are not started.
   subroutine run_tasks(tasks, context, result, error, listener)
     !> All tasks; those that are not requested are skipped
     type(any_task_type), intent(inout) :: tasks(:)
@@ -40,7 +40,7 @@ contains
     !> Collects the reports, tables and pictures
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
-    !> Receives the results of each task as soon as it is done
+    !> Is called with the results of each task as soon as they are complete
     class(listener_type), intent(inout), optional :: listener
     logical :: parts, others
     integer :: i

@@ -1,4 +1,4 @@
-!> Names of the quantities of a vibration in tables, reports and pictures.
+!> Defines how the quantities of a vibration are named in tables, reports and pictures.
 module gestell_task_response_names
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: dof_names
@@ -9,19 +9,19 @@ module gestell_task_response_names
 
   public :: names_of, peak_heads, peak_units, peak_words
 
-  !> Names and units of one quantity.
+  !> Names and units of one quantity, in tables, reports and pictures.
   type, public :: name_type
-    !> Key of the table column without the unit
+    !> Key of the table column, without the unit that is appended to it
     character(len=11) :: column = ""
-    !> Unit of the column
+    !> Unit of the table column
     type(unit_type) :: unit
-    !> Meaning of the column
+    !> Meaning of the table column
     character(len=64) :: meaning = ""
     !> Name in the report
     character(len=24) :: words = ""
     !> Unit in the report
     character(len=6) :: small_unit = ""
-    !> Value in the unit of the report over value in SI units
+    !> Factor by which the value in SI units is multiplied to give the value in the report
     real(dp) :: factor = 1
     !> Symbol in pictures
     character(len=10) :: symbol = ""
@@ -33,8 +33,8 @@ module gestell_task_response_names
 
 contains
 
-  !> Names for a frame with `dofs` degrees of freedom, shape (3 dofs): degrees of freedom, their velocities, then forces and moments
-  !> on the ground.
+  !> Names for a frame with `dofs` degrees of freedom, shape (3 dofs): first the degrees of freedom, then their velocities, then the
+  !> forces and moments on the ground.
   pure function names_of(dofs) result(names)
     integer, intent(in) :: dofs
     type(name_type) :: names(3 * dofs)
@@ -65,7 +65,7 @@ contains
     end do
   end function names_of
 
-  !> Headings of columns with the peaks of the degrees of freedom, with a comma before each.
+  !> Headings of the columns with the peaks of the degrees of freedom; each begins with a comma.
   pure function peak_heads(dofs) result(heads)
     integer, intent(in) :: dofs
     character(len=:), allocatable :: heads
@@ -80,7 +80,7 @@ contains
     end do
   end function peak_heads
 
-  !> Units of the peaks in a report, with a comma before each.
+  !> Units of the peaks of the degrees of freedom in a report; each begins with a comma.
   pure function peak_units(dofs) result(units)
     integer, intent(in) :: dofs
     character(len=:), allocatable :: units
@@ -94,7 +94,7 @@ contains
     end do
   end function peak_units
 
-  !> Descriptions of all peaks in SI units, for example "peak of xi (m)", "peak of xi' (m/s)" and "peak of fx (N)".
+  !> Names of all peaks with SI units, for example "peak of xi (m)", "peak of xi' (m/s)" and "peak of fx (N)".
   pure function peak_words(dofs) result(words)
     integer, intent(in) :: dofs
     character(len=24) :: words(3 * dofs)

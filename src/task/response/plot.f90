@@ -1,4 +1,4 @@
-!> Pictures of the periodic vibration: its history over the period, and its harmonics.
+!> Plots the periodic vibration: its course over the period, and its harmonics.
 module gestell_task_response_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
@@ -17,7 +17,7 @@ module gestell_task_response_plot
 
 contains
 
-  !> Picture of the table `response`: motion of the frame and forces on the ground over the crank angle.
+  !> Picture of the table response.csv: motion of the frame and forces on the ground over the crank angle.
   function plot_response(table, frame, vibration) result(figure)
     type(table_type), intent(in) :: table
     class(frame_type), intent(in) :: frame
@@ -57,7 +57,7 @@ contains
       & // "unset multiplot" // newline, width=880, height=220 * n)
   end function plot_response
 
-  !> Picture of the table `harmonics`: amplitudes over the orders.
+  !> Picture of the table harmonics.csv: amplitudes over the orders.
   function plot_harmonics(table, frame, harmonics, vibration) result(figure)
     type(table_type), intent(in) :: table
     class(frame_type), intent(in) :: frame
@@ -88,8 +88,8 @@ contains
       & lines // "unset multiplot" // newline, width=880, height=640)
   end function plot_harmonics
 
-  !> Panel with the bars of `n` quantities on a logarithmic axis of six decades below the maximum. The quantities are those after
-  !> number `first`.
+  !> Panel of the picture that shows `n` quantities, number `first` + 1 and following, as bars. Its logarithmic axis covers six
+  !> decades below the maximum.
   pure function panel(table, vibration, harmonics, step, n, first) result(lines)
     type(table_type), intent(in) :: table
     type(vibration_type), intent(in) :: vibration
@@ -130,7 +130,7 @@ contains
     lines = lines // newline
   end function panel
 
-  !> Drive speed in words.
+  !> The drive speed as text, for example "360 rpm".
   pure function speed_in_words(frame) result(words)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: words

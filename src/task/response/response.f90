@@ -1,4 +1,4 @@
-!> The task `response`: periodic vibration of the frame.
+!> The task `response`: the periodic vibration of the frame.
 module gestell_task_response
   use gestell_base_error, only: error_type
   use gestell_output_report_orders, only: turns_in_words
@@ -16,7 +16,7 @@ module gestell_task_response
   implicit none (type, external)
   private
 
-  !> Part of the task `response` on the vibration of the frame.
+  !> The part of the task `response` that deals with the vibration of the frame.
   type, extends(task_type), public :: response_task
   contains
     procedure :: describe
@@ -45,7 +45,7 @@ contains
     configuration%analysis%response = self%ordered
   end subroutine read_response
 
-  !> Adds tables, pictures and report of the periodic vibration.
+  !> Adds tables, pictures and report of the periodic vibration to the result.
   subroutine run(self, context, result, error)
     class(response_task), intent(inout) :: self
     type(context_type), intent(inout) :: context

@@ -1,4 +1,4 @@
-!> Plan of the task `sensitivity`: the parameters, and the family of machines in which they are varied.
+!> Reads the plan of the task `sensitivity`: the parameters, and the family of machines in which they are varied.
 module gestell_task_sensitivity_plan
   use gestell_base_error, only: error_type
   use gestell_base_words, only: word_length
@@ -18,26 +18,27 @@ module gestell_task_sensitivity_plan
 
   public :: read_sensitivity
 
-  !> Parameters of the task, and the family in which they are varied.
+  !> Plan of a sensitivity analysis.
   type, public :: sensitivity_plan_type
-    !> Paths of the parameters; all numbers under one path change together.
+    !> Paths of the parameters; if a path matches several numbers, all of them change together.
     character(len=word_length), allocatable :: paths(:)
-    !> Machines over relative changes of the parameters.
+    !> The machine as a function of relative changes of the parameters.
     type(document_family_type) :: family
   end type sensitivity_plan_type
 
-  !> With more supports than this, the default parameters vary all supports together only.
+  !> If there are more supports than this, the default parameters do not vary each support separately.
   integer, parameter :: most_supports = 100
 
 contains
 
-  !> Reads the plan of a checked document. Errors: a path does not name a number of the machine, or names only zeros.
+  !> Reads the plan from a checked document. Fails if a path does not name a number of the machine, names only zeros, or is given
+  !> twice.
   subroutine read_sensitivity(doc, schema, units, plan, error)
     !> The checked document
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
     type(units_type), intent(in) :: units
-    !> The parameters and the family of machines
+    !> The parameters, and the machine as a function of their relative changes
     type(sensitivity_plan_type), intent(out) :: plan
     type(error_type), allocatable, intent(out) :: error
     type(group_type) :: group
@@ -61,6 +62,7 @@ contains
     if (allocated(error) .and. has(group, "parameters")) call in_group(group, error)
   end subroutine read_sensitivity
 
+  !> Fails if a path does not name a number of the machine, or names only numbers that are zero or missing.
   subroutine check_path(doc, schema, group, path, error)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
@@ -81,7 +83,7 @@ contains
     end if
   end subroutine check_path
 
-  !> True if one of the numbers is given and is not zero.
+  !> True if at least one of the numbers that `target` names is given and is not zero.
   pure logical function is_there(doc, target)
     type(document_type), intent(in) :: doc
     type(target_type), intent(in) :: target
@@ -100,7 +102,7 @@ contains
     end do
   end function is_there
 
-  !> Default parameters: speed, masses, moments of inertia, stiffness and damping, as far as they are given and not zero.
+  !> Finds the default parameters: speed, masses, moments of inertia, stiffness and damping, as far as they are given and not zero.
   subroutine usual_paths(doc, schema, paths)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
@@ -132,6 +134,7 @@ contains
 
   contains
 
+    !> Adds a path to the list if it names a number that is not zero.
     subroutine add(path)
       character(len=*), intent(in) :: path
       type(target_type) :: target

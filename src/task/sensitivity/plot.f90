@@ -1,4 +1,4 @@
-!> Plot of a sensitivity analysis: change of the peaks with each parameter.
+!> Plots a sensitivity analysis: the change of the peaks with each parameter.
 module gestell_task_sensitivity_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
@@ -20,15 +20,15 @@ module gestell_task_sensitivity_plot
 
 contains
 
-  !> Plot of the `table` sensitivity: one row for each parameter of `paths`, with one point for each quantity.
+  !> Plot of the table sensitivity.csv: one row for each parameter of `paths`, with a point for each quantity.
   function plot_sensitivity(table, quantities, paths, found) result(figure)
-    !> The table sensitivity, whose columns are plotted
+    !> The table sensitivity.csv
     type(table_type), intent(in) :: table
-    !> Names of the parameters
+    !> Paths of the parameters
     character(len=*), intent(in) :: paths(:)
     !> The quantities
     type(quantity_type), intent(in) :: quantities(:)
-    !> Sensitivities, one element for each parameter
+    !> Derivatives with respect to each parameter, shape (parameters)
     type(sensitivity_type), intent(in) :: found(:)
     type(figure_type) :: figure
     character(len=:), allocatable :: lines, points, assignments

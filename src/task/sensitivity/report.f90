@@ -1,4 +1,4 @@
-!> Text report on a sensitivity analysis.
+!> Writes the section of the report on a sensitivity analysis.
 module gestell_task_sensitivity_report
   use gestell_base_verdict, only: state_word
   use gestell_base_kinds, only: dp
@@ -17,14 +17,14 @@ module gestell_task_sensitivity_report
 
 contains
 
-  !> Section of the report. `warning` concerns motions beyond the range of linear equations.
+  !> Section of the report on a sensitivity analysis. `warning`: text on motions too large for the linearised equations, or empty.
   pure function report_sensitivity(quantities, paths, base, found, warning) result(report)
     type(quantity_type), intent(in) :: quantities(:)
-    !> Names of the parameters
+    !> Paths of the parameters
     character(len=*), intent(in) :: paths(:)
-    !> Results for the machine itself
+    !> Peaks, rms values and verdict of the machine itself
     type(sensitivity_base_type), intent(in) :: base
-    !> Sensitivities, one element for each parameter
+    !> Derivatives with respect to each parameter, shape (parameters)
     type(sensitivity_type), intent(in) :: found(:)
     character(len=*), intent(in) :: warning
     character(len=:), allocatable :: report
@@ -43,7 +43,7 @@ contains
     end do
   end function report_sensitivity
 
-  !> Rows for quantity `i`, sorted by the size of the change; parameters without a result come last.
+  !> Rows of the table for quantity number `i`, largest change first; parameters without a result come last.
   pure function rows(i, paths, found) result(report)
     integer, intent(in) :: i
     character(len=*), intent(in) :: paths(:)

@@ -1,9 +1,10 @@
-!> Sensitivity of peaks and rms values to the parameters of a machine: d ln(peak) / d ln(parameter), in per cent per per cent.
+!> Computes the sensitivity of peaks and rms values to the parameters of a machine: d ln(peak) / d ln(parameter), in per cent per
+!> per cent.
 !>
-!> The family's parameters are relative changes, all zero for the machine itself. The derivative is extrapolated from central
-!> differences (F(h) - F(-h)) / (2 h) of the logarithm F, whose error is a power series in h^2. Neville's table over h, h/2, h/4,
-!> ... extrapolates them to h = 0. The result is the entry with the smallest error estimate, which is its difference from its
-!> neighbours in the table plus the rounding error over h (Ridders, Adv. Eng. Software 4, 1982, 75). Small steps lose digits by
+!> The family's parameters are relative changes, all zero for the machine itself. With F the logarithm of a peak or rms value, the
+!> central differences (F(h) - F(-h)) / (2 h) have an error that is a power series in h^2. Neville's table over h, h/2, h/4, ...
+!> extrapolates them to h = 0. The result is the entry of the table with the smallest estimated error: its difference from the
+!> neighbouring entries plus the rounding error over h (Ridders, Adv. Eng. Software 4, 1982, 75). Small steps lose digits by
 !> cancellation.
 module gestell_task_sensitivity
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
@@ -21,37 +22,37 @@ module gestell_task_sensitivity
 
   public :: solve_base, solve_parameter, solve_sensitivity
 
-  !> Number of results for each quantity: peak and rms.
+  !> Number of derivatives for each quantity: of the peak and of the rms.
   integer, parameter, public :: changes = 2
 
-  !> The machine itself.
+  !> Results of the machine itself, from which the changes are measured, and the steps of the differences.
   type, public :: sensitivity_base_type
     type(speed_options) :: options
+    !> Number of parameters.
     integer :: parameters = 0
     type(verdict_type) :: state
-    !> Magnitude of the motion of the frame.
+    !> How far the frame moves, to judge whether linearised equations suffice.
     type(moved_type) :: moved
-    !> Peak and rms, shape (changes, quantities); relative error of the peak, shape (quantities).
+    !> `values`: peak and rms, shape (changes, quantities). `relative_error`: relative error of the peak, shape (quantities).
     real(dp), allocatable :: values(:, :), relative_error(:)
-    !> `step`: largest change of a parameter. `rounding`: rounding error of a logarithm. `enough`: error at which a derivative is
-    !> accurate enough, relative to the larger of the derivative and 1.
+    !> `step`: largest relative change of a parameter. `rounding`: rounding error of a logarithm. `enough`: a derivative is accurate
+    !> enough if its error, relative to the larger of the derivative and 1, is at most this.
     real(dp) :: step = 0, rounding = 0, enough = 0
   end type sensitivity_base_type
 
-  !> Sensitivity to one parameter; shapes (changes, quantities).
+  !> Derivatives with respect to one parameter; arrays have the shape (changes, quantities).
   type, public :: sensitivity_type
-    !> Derivative d ln / d ln and its error; NaN if there is none, as for a quantity that is zero.
+    !> Derivative d ln(value) / d ln(parameter) and its estimated error; NaN if there is none, for example if the value is zero.
     real(dp), allocatable :: slope(:, :), error(:, :)
-    !> True if the quantity has a kink: the slopes on the two sides differ, and `slope` is their mean.
+    !> True if the value has a kink: its slopes on both sides differ, and `slope` is their mean.
     logical, allocatable :: bend(:, :)
-    !> True for quantities that are zero within their errors, shape (quantities): nothing excites them, and they have no relative
-    !> change.
+    !> True for a quantity that is zero within its error, shape (quantities). Nothing excites it, so it has no relative change.
     logical, allocatable :: zero(:)
   contains
     procedure :: state
   end type sensitivity_type
 
-  !> Computation of sensitivities; each piece of work is one parameter.
+  !> Work of the sensitivity analysis; each piece computes the derivatives with respect to one parameter.
   type, extends(work_type) :: parameters_type
     class(family_type), pointer :: family => null()
     type(sensitivity_base_type) :: base
@@ -61,19 +62,21 @@ module gestell_task_sensitivity
     procedure :: exchange
   end type parameters_type
 
-  !> A derivative with a larger error, relative to the larger of the derivative and 1, is undecided.
+  !> A derivative is undecided if its error, relative to the larger of the derivative and 1, exceeds this.
   real(dp), parameter :: too_much = 0.02_dp
 
-  !> Minimum number of steps h, h/2, ..., and maximum number if the derivatives are not accurate enough before.
+  !> Minimum and maximum number of steps h, h/2, ...; steps are added until the derivatives are accurate enough.
   integer, parameter :: fewest_steps = 3, steps = 7
-  !> Largest step, and fraction of its distance from 1 by which a step may move a multiplier.
+  !> `greatest_step`: largest relative change of a parameter. `part_of_distance`: a step may move a multiplier by at most this
+  !> fraction of its distance from 1.
   real(dp), parameter :: greatest_step = 1.0e-2_dp, part_of_distance = 0.1_dp
-  !> Tolerance of the solutions unless the user requests a smaller one; resulting rounding error of a logarithm far from resonance.
+  !> `sharp`: tolerance of the solutions, unless the user requests a smaller one. `least_rounding`: rounding error of a logarithm
+  !> that remains then, far from resonance.
   real(dp), parameter :: sharp = 1.0e-12_dp, least_rounding = 1.0e-13_dp
 
 contains
 
-  !> State of quantity `q`: 'ok', 'zero', 'undecided' or 'failed'.
+  !> State of the derivatives of quantity number `q`: 'ok', 'zero', 'undecided' or 'failed'.
   pure character(len=9) function state(self, q)
     class(sensitivity_type), intent(in) :: self
     integer, intent(in) :: q
@@ -89,20 +92,20 @@ contains
     end if
   end function state
 
-  !> Computes the derivatives with respect to all parameters. Error: the machine itself cannot be solved.
+  !> Computes the derivatives with respect to all parameters. Fails if the machine itself cannot be solved.
   subroutine solve_sensitivity(family, parameters, options, base, found, error, executor)
-    !> Machines over relative changes of the parameters
+    !> The machine as a function of relative changes of its parameters
     class(family_type), intent(in), target :: family
     !> Number of parameters
     integer, intent(in) :: parameters
-    !> Quantities, probes and accuracy
+    !> Quantities to differentiate, probes, and accuracy of the solutions
     type(speed_options), intent(in) :: options
-    !> Results for the machine itself
+    !> Results of the machine itself, from which the changes are measured
     type(sensitivity_base_type), intent(out) :: base
-    !> Sensitivities, one element for each parameter
+    !> Derivatives with respect to each parameter, shape (parameters)
     type(sensitivity_type), allocatable, intent(out) :: found(:)
     type(error_type), allocatable, intent(out) :: error
-    !> Spreads the work over threads, several of which may then request members of the family
+    !> Distributes the parameters over threads; several threads may then request members of the family
     class(executor_type), intent(inout), optional :: executor
     type(parameters_type) :: work
 
@@ -141,17 +144,17 @@ contains
     end associate
   end subroutine exchange
 
-  !> Solves the machine itself and chooses the largest step. A relative change p of a parameter changes the phase of a free
-  !> vibration with N cycles per turn by at most 2 pi N p. This must be small compared with the distance of its multiplier from 1.
-  !> Errors: no parameters; there is no periodic vibration; as in `solve_response`.
+  !> Solves the machine itself and chooses the largest step. A relative change p of a parameter shifts the phase of a free vibration
+  !> with N cycles per turn by at most 2 pi N p; this must be small against the distance of its multiplier from 1. Fails if there
+  !> are no parameters, if there is no periodic vibration, or as `solve_response` does.
   subroutine solve_base(family, parameters, options, base, error)
-    !> Machines over relative changes of the parameters
+    !> The machine as a function of relative changes of its parameters
     class(family_type), intent(in) :: family
     !> Number of parameters
     integer, intent(in) :: parameters
-    !> Quantities, probes and accuracy
+    !> Quantities to differentiate, probes, and accuracy of the solutions
     type(speed_options), intent(in) :: options
-    !> Results for the machine itself, and the steps of the differences
+    !> Results of the machine itself, and the steps of the differences
     type(sensitivity_base_type), intent(out) :: base
     type(error_type), allocatable, intent(out) :: error
     type(speed_point_type) :: point
@@ -188,12 +191,12 @@ contains
     base%step = min(greatest_step, part_of_distance * distance / (2 * pi * swings))
   end subroutine solve_base
 
-  !> Computes the derivatives with respect to parameter `number`. Errors: there is no such parameter, or `base` is not solved; as in
-  !> `solve_response`.
+  !> Computes the derivatives with respect to parameter `number`. Fails if there is no such parameter, if `base` was not solved by
+  !> `solve_base`, or as `solve_response` does.
   subroutine solve_parameter(family, base, number, found, error)
-    !> Machines over relative changes of the parameters
+    !> The machine as a function of relative changes of its parameters
     class(family_type), intent(in) :: family
-    !> The machine itself, from `solve_base`
+    !> Results of the machine itself, from `solve_base`
     type(sensitivity_base_type), intent(in) :: base
     !> Number of the parameter
     integer, intent(in) :: number
@@ -234,7 +237,8 @@ contains
 
   contains
 
-    !> Computes ln of the values for a relative change `p` of the parameter. `known`: false if there is no vibration.
+    !> Computes the logarithms of peaks and rms values after the relative change `p` of the parameter. `known` is false if there is
+    !> no vibration.
     subroutine logarithms(p, values, known)
       real(dp), intent(in) :: p
       real(dp), intent(out) :: values(:, :)
@@ -254,8 +258,8 @@ contains
 
   end subroutine solve_parameter
 
-  !> Computes the derivative at 0 of a function from its values `middle` at 0, `above` at h and `below` at -h, where h is halved
-  !> from element to element. `noise` is the error of each value.
+  !> Computes the derivative at 0 of a function from its values at 0 (`middle`), h (`above`) and -h (`below`); each h is half the
+  !> one before it. `noise`: error of each value. `bend`: true if the function has a kink at 0.
   pure subroutine differentiate(h, above, below, middle, noise, slope, error, bend)
     real(dp), intent(in) :: h(:), above(:), below(:), middle, noise
     real(dp), intent(out) :: slope, error

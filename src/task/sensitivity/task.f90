@@ -1,4 +1,4 @@
-!> The task `sensitivity`: changes of the vibration with the parameters of the machine.
+!> The task `sensitivity`: how much the vibration changes with each parameter of the machine.
 module gestell_task_sensitivity_task
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: state_word, verdict_length
@@ -25,11 +25,12 @@ module gestell_task_sensitivity_task
   implicit none (type, external)
   private
 
-  !> The task and its settings from the group &sensitivity.
+  !> The task `sensitivity` and its settings.
   type, extends(task_type), public :: sensitivity_task
     private
-    !> The quantities whose changes are computed, and the parameters.
+    !> Quantities whose changes are computed.
     type(quantity_type), allocatable :: quantities(:)
+    !> Parameters that are changed.
     type(sensitivity_plan_type) :: plan
   contains
     procedure :: describe
@@ -102,7 +103,7 @@ contains
     end associate
   end subroutine run
 
-  !> Headline on the parameter with the largest effect on a peak; empty if no effect is known.
+  !> Headline on the parameter with the largest effect on the peak of quantity number `q`; empty if no effect could be computed.
   pure function strongest(quantity, q, paths, found) result(line)
     type(quantity_type), intent(in) :: quantity
     integer, intent(in) :: q
@@ -117,7 +118,7 @@ contains
       & // concise(found(i)%slope(1, q), 3) // " % per 1 %"
   end function strongest
 
-  !> Table sensitivity.csv: one row for each quantity and parameter.
+  !> Table sensitivity.csv with a row for each quantity and parameter.
   pure type(table_type) function table_of(quantities, paths, base, found, verdict) result(table)
     type(quantity_type), intent(in) :: quantities(:)
     character(len=*), intent(in) :: paths(:), verdict

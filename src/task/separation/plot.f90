@@ -1,4 +1,4 @@
-!> Picture of modes and orders.
+!> Plots the frequencies of the modes and the orders of the crank over the speed.
 module gestell_task_separation_plot
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, either, newline, text
@@ -12,17 +12,18 @@ module gestell_task_separation_plot
 
   public :: plot_separation
 
-  !> Relative width shown for a range of a single speed, and relative margins on both sides of the range
+  !> `narrow`: relative width of the range that is drawn for a single speed. `beside`: relative width of the plot beyond each end of
+  !> the range
   real(dp), parameter :: narrow = 0.04_dp, beside = 0.2_dp
 
 contains
 
-  !> Picture separation.gp: frequencies of the modes over the speed, and the lines of the orders with their margins within the range
-  !> of operation.
+  !> Picture separation.gp: frequencies of the modes over the speed, and the lines of the orders. Within the range of operation the
+  !> margins of the orders are shaded.
   function plot_separation(found, campbell, harmonics, turns, margin) result(figure)
     type(separation_type), intent(in) :: found(:)
     type(campbell_type), intent(in) :: campbell
-    !> Numbers of the harmonics of the period; turns of the crank in the period
+    !> `harmonics`: numbers of the harmonics of the period. `turns`: turns of the crank in the period
     integer, intent(in) :: harmonics(:), turns
     !> Margin (%)
     real(dp), intent(in) :: margin

@@ -1,4 +1,4 @@
-!> Report of the task `separation`: modes and orders of the crank speed.
+!> Writes the report of the task `separation`: modes and orders of the crank speed.
 module gestell_task_separation_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, fixed, newline, text
@@ -11,17 +11,18 @@ module gestell_task_separation_report
 
   public :: report_separation, separation_headline
 
-  !> Maximum number of listed pairs that do not pass
+  !> Maximum number of pairs that fail or are undecided in the report
   integer, parameter :: most_listed = 30
 
 contains
 
-  !> Table of the modes with the nearest order of each, then a table of all pairs that do not pass.
+  !> Table of the modes, each with its nearest order, followed by a table of the pairs of mode and order that do not pass.
   pure function report_separation(found, speeds, orders, margin, verdict, remark) result(lines)
     type(separation_type), intent(in) :: found(:)
-    !> Speeds (1/min); minimum distance (%)
+    !> Speeds that are examined (1/min), and required distance (%)
     real(dp), intent(in) :: speeds(:), margin
-    !> The orders in words; verdict; text below the modes of a frame in space
+    !> `orders`: range of the orders in words. `verdict`: verdict on the machine. `remark`: text below the table of modes, in space
+    !> only
     character(len=*), intent(in) :: orders, verdict, remark
     character(len=:), allocatable :: lines, rows, heads, parts
     integer :: first, each, i, listed
@@ -69,14 +70,14 @@ contains
     if (listed > most_listed) lines = lines // "  ... all pairs in separation.csv" // newline
   end function report_separation
 
-  !> Number of the row with the smallest distance; 1 if the mode was not identified.
+  !> Index of the order nearest to a mode, whose pairs with all orders are given; 1 if the mode was not identified.
   pure integer function nearest_row(mode)
     type(separation_type), intent(in) :: mode(:)
 
     nearest_row = max(1, minloc(mode%distance, dim=1, mask=ieee_is_finite(mode%distance)))
   end function nearest_row
 
-  !> Row of the table for one mode.
+  !> Row of the table for one mode and its nearest order.
   pure function mode_row(one) result(row)
     type(separation_type), intent(in) :: one
     character(len=:), allocatable :: row
@@ -93,7 +94,7 @@ contains
     row = row // number(100 * one%distance, 3) // tab // trim(one%state) // newline
   end function mode_row
 
-  !> Line on the coupled modes of a frame in space: those in which no degree of freedom has enough of the kinetic energy.
+  !> Line that lists the coupled modes of a frame in space: those in which no degree of freedom has enough of the kinetic energy.
   pure function coupled_line(modes) result(line)
     type(separation_type), intent(in) :: modes(:)
     character(len=:), allocatable :: line
@@ -110,7 +111,7 @@ contains
     line = "  coupled modes, largest share below " // text(decoupled) // " %: " // line(3:) // newline
   end function coupled_line
 
-  !> The number, or a question mark if it is not finite.
+  !> The number as text, or a question mark if it is not finite.
   pure function number(value, digits) result(words)
     real(dp), intent(in) :: value
     integer, intent(in) :: digits
@@ -119,7 +120,8 @@ contains
     words = either(concise(value, digits), "?", ieee_is_finite(value))
   end function number
 
-  !> Headline on the mode nearest to an order. `state` is "unstable" if a mode is too near, otherwise "stable" or "undecided".
+  !> Writes the headline on the mode nearest to an order. `state`: "unstable" if a mode is too near to an order, otherwise "stable"
+  !> or "undecided".
   pure subroutine separation_headline(found, margin, state, words)
     type(separation_type), intent(in) :: found(:)
     !> Minimum distance (%)

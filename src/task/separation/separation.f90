@@ -1,5 +1,5 @@
-!> Computes the distance of the modes' frequencies from the orders of the crank speed, and the kinetic energy of each mode by degree
-!> of freedom.
+!> Computes the distance of the modes' frequencies from the orders of the crank speed, and how the kinetic energy of each mode is
+!> shared among the degrees of freedom.
 module gestell_task_separation
   use gestell_base_kinds, only: dp, pi
   use gestell_study_mode_type, only: mode_type, most_dofs
@@ -11,26 +11,27 @@ module gestell_task_separation
 
   public :: find_separations, is_decoupled
 
-  !> Share of kinetic energy (%) in one motion above which a mode counts as decoupled; a common requirement for mounts
+  !> A mode counts as decoupled if one motion has at least this share (%) of its kinetic energy, a common requirement for mounts
   integer, parameter, public :: decoupled = 80
 
-  !> A mode with the frequency f and an order k of the crank speed n (1/s). Their distance is d = |f / (k n) - 1|.
+  !> A mode of frequency f (Hz) and an order k of the crank speed n (1/s). Their distance is d = |f / (k n) - 1|.
   type, public :: separation_type
-    !> Number of the mode; harmonic of the period that the order is
+    !> `mode`: number of the mode. `harmonic`: the order as a multiple of the frequency of the period
     integer :: mode = 0, harmonic = 0
-    !> Order: multiple of the crank speed
+    !> The order k, as a multiple of the crank speed
     real(dp) :: order = 0
-    !> Speed of the range at which mode and order are nearest (1/min)
+    !> Speed within the range at which the distance is smallest (1/min)
     real(dp) :: speed = 0
-    !> Mode at this speed
+    !> The mode at this speed
     type(mode_type) :: at
-    !> f and k n (Hz), distance and its error bound; NaN if the mode is not identified at any speed
+    !> `frequency`: f (Hz). `excitation`: k n (Hz). `distance`: d. `error`: error bound of d. NaN if the mode is not identified at
+    !> any speed
     real(dp) :: frequency = 0, excitation = 0, distance = 0, error = 0
-    !> Shares of the degrees of freedom in the mode's kinetic energy
+    !> Share of each degree of freedom in the mode's kinetic energy
     real(dp) :: energy(most_dofs) = 0
     !> Number of degrees of freedom
     integer :: dofs = 3
-    !> Share of the rotation about the torque-roll axis in the kinetic energy, for a frame in space; negative if unknown
+    !> For a frame in space: share of the rotation about the torque-roll axis in the kinetic energy; negative if unknown
     real(dp) :: torque_roll = -1
     !> "pass", "fail", or "undecided" if the error bound includes the margin
     character(len=9) :: state = "undecided"
@@ -38,21 +39,21 @@ module gestell_task_separation
 
 contains
 
-  !> True if a share of a mode's energy, rounded to whole per cent as printed, reaches that of a decoupled mode.
+  !> True if a share of the kinetic energy (0 to 1), rounded to whole per cent as printed, is large enough for a decoupled mode.
   pure logical function is_decoupled(part)
     real(dp), intent(in) :: part
 
     is_decoupled = nint(100 * part) >= decoupled
   end function is_decoupled
 
-  !> Distances of all modes of `campbell` from these harmonics, sorted by mode and harmonic. If one of the `crossings` belongs to
-  !> the pair, the distance is zero.
+  !> Distances of all modes of a Campbell diagram from these harmonics, sorted by mode and harmonic. The distance is zero if the
+  !> mode and the order cross at one of `crossings`.
   pure function find_separations(campbell, crossings, harmonics, turns, margin) result(found)
     type(campbell_type), intent(in) :: campbell
     type(crossing_type), intent(in) :: crossings(:)
-    !> Numbers of the harmonics; turns of the crank in the period
+    !> `harmonics`: numbers of the harmonics of the period. `turns`: turns of the crank in the period
     integer, intent(in) :: harmonics(:), turns
-    !> Minimum distance that passes, relative to the frequency of the order
+    !> Required distance, relative to the frequency of the order
     real(dp), intent(in) :: margin
     type(separation_type) :: found(campbell%modes * size(harmonics))
     integer :: i, k, crossing
@@ -82,7 +83,7 @@ contains
     end do
   end function find_separations
 
-  !> Updates the pair if the mode is nearer to the order at this speed.
+  !> Updates the pair if its mode is nearer to the order at this speed than at the speeds before.
   pure subroutine approach(self, speed, mode)
     type(separation_type), intent(inout) :: self
     real(dp), intent(in) :: speed
@@ -109,8 +110,9 @@ contains
     self%excitation = excitation
   end subroutine approach
 
-  !> Computes the shares of kinetic energy of a vibration q with the mean mass matrix M: Re(conj(q_i) (M q)_i) / q* M q. They add up
-  !> to 1. A share can be negative if M couples two degrees of freedom. M does not depend on the speed.
+  !> Computes the shares of the degrees of freedom in the kinetic energy of a vibration q with the mean mass matrix M: Re(conj(q_i)
+  !> (M q)_i) / q* M q. The shares add up to 1; one can be negative if M couples two degrees of freedom. M does not depend on the
+  !> speed.
   pure subroutine share_energy(campbell, self)
     type(campbell_type), intent(in) :: campbell
     type(separation_type), intent(inout) :: self

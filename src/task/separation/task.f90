@@ -37,13 +37,13 @@ module gestell_task_separation_task
 
   type, extends(task_type), public :: separation_task
     private
-    !> Highest order
+    !> Highest order of the crank speed that is examined
     integer :: orders = 4
-    !> Minimum distance (%)
+    !> Required distance (%), relative to the frequency of the order
     real(dp) :: margin = 20
     !> The machine as a function of its speed
     type(document_family_type) :: family
-    !> Speeds that are examined (1/min): the operating speed, or those of the sweep
+    !> Speeds that are examined (1/min): the operating speed, or the speeds of the sweep
     real(dp), allocatable :: speeds(:)
   contains
     procedure :: describe
@@ -76,7 +76,7 @@ contains
       & separation_keys)
   end subroutine extend
 
-  !> Reads the group &separation and the speeds. Fails if a value is out of range or a sweep over the speed is invalid.
+  !> Reads the group &separation and the speeds. Fails if a value is out of range or if the sweep over the speed is invalid.
   subroutine read_separation(self, configuration, error)
     class(separation_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -114,7 +114,7 @@ contains
     if (.not. allocated(error)) runs_over_speed = lower(trim(adjustl(path))) == speed_path
   end function runs_over_speed
 
-  !> Computes the distances and adds tables, picture and report.
+  !> Computes the distances between modes and orders, and adds tables, picture and report to the result.
   subroutine run(self, context, result, error)
     class(separation_task), intent(inout) :: self
     type(context_type), intent(inout) :: context
@@ -149,7 +149,7 @@ contains
       & torque_roll_line(found(::size(options%harmonics)))))
   end subroutine run
 
-  !> Table separation.csv, with a row for every mode and order.
+  !> Table separation.csv with a row for each mode and order.
   pure type(table_type) function table_of(found, turns, model, verdict) result(table)
     type(separation_type), intent(in) :: found(:)
     integer, intent(in) :: turns

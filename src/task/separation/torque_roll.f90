@@ -18,8 +18,8 @@ module gestell_task_separation_torque_roll
 
 contains
 
-  !> Computes the share of the rotation about the torque-roll axis in each mode: the modal assurance criterion of the two motions.
-  !> Nothing is computed unless all six degrees of freedom are free.
+  !> Computes the share of the rotation about the torque-roll axis in each mode, as the modal assurance criterion of the mode and
+  !> this rotation. Does nothing unless all six degrees of freedom are free.
   subroutine share_torque_roll(frame, campbell, found)
     class(frame_type), intent(in) :: frame
     type(campbell_type), intent(in) :: campbell
@@ -41,11 +41,11 @@ contains
     end associate
   end subroutine share_torque_roll
 
-  !> Line on the modes that contain rotation about the torque-roll axis.
+  !> Line that lists the modes containing rotation about the torque-roll axis; empty if no share was computed.
   pure function torque_roll_line(modes) result(line)
     type(separation_type), intent(in) :: modes(:)
     character(len=:), allocatable :: line
-    !> Smaller shares are not reported
+    !> Modes with a smaller share are not listed
     real(dp), parameter :: least = 0.05_dp
     integer :: i, most
 
@@ -60,7 +60,7 @@ contains
       & is_decoupled(modes(most)%torque_roll)) // newline)
   end function torque_roll_line
 
-  !> Line on the torque-roll axis of a frame in space, for `--check`.
+  !> Line on the torque-roll axis of a frame in space, for `--check`; empty if the axis is unknown.
   function axis_line(frame) result(line)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: line
@@ -74,7 +74,7 @@ contains
       & // ") m" // newline)
   end function axis_line
 
-  !> Table torque_roll.csv with the axis; without rows if the axis is unknown.
+  !> Table torque_roll.csv with one row for the axis; it has no row if the axis is unknown.
   type(table_type) function axis_table(frame) result(table)
     class(frame_type), intent(in) :: frame
     character(len=*), parameter :: names(3) = ["x", "y", "z"]
@@ -94,7 +94,7 @@ contains
     call table%add("angle", degree, "angle between the axis and the shaft", spread(roll%angle * 180 / pi, 1, rows))
   end function axis_table
 
-  !> Finds the torque-roll axis of a frame in space. Moving masses are averaged over the period.
+  !> Finds the torque-roll axis of a frame in space, with the moving masses averaged over the period.
   subroutine find_axis(frame, roll)
     class(frame_type), intent(in) :: frame
     type(torque_roll_type), intent(out) :: roll
@@ -113,7 +113,7 @@ contains
     words = concise(clean(values(1)), 4) // ", " // concise(clean(values(2)), 4) // ", " // concise(clean(values(3)), 4)
   end function listed
 
-  !> The value, or 0 if it is rounding error relative to 1.
+  !> The value, or 0 if it is smaller than 1e-12, which is rounding error for values near 1.
   elemental real(dp) function clean(value)
     real(dp), intent(in) :: value
 

@@ -1,4 +1,4 @@
-!> Picture of the multipliers.
+!> Plots the multipliers.
 module gestell_task_stability_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, newline
@@ -15,7 +15,7 @@ module gestell_task_stability_plot
 
 contains
 
-  !> Picture multipliers.gp: multipliers in the complex plane with the unit circle, and ln |rho| over the argument.
+  !> Picture multipliers.gp: the multipliers in the complex plane with the unit circle, and ln |rho| over their argument.
   function plot_multipliers(frame, multipliers) result(figure)
     class(frame_type), intent(in) :: frame
     type(multipliers_type), intent(in) :: multipliers

@@ -1,4 +1,4 @@
-!> Report on multipliers and exponents, with the actual frequencies of the free vibrations.
+!> Reports the multipliers and exponents, with the frequencies at which the free vibrations actually oscillate.
 module gestell_task_stability_report
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, either, newline, text
@@ -11,19 +11,19 @@ module gestell_task_stability_report
 
   public :: modulus, multiplier_lines, modulus_of
 
-  !> ln |rho| beyond which rho overflows or underflows double precision
+  !> If |ln |rho|| exceeds this, rho overflows or underflows double precision and is printed as a power of e
   real(dp), parameter, public :: out_of_range = 700
 
-  !> A mode has several frequencies if its strongest component has less than this share of the mean square
+  !> A mode counts as having several frequencies if its strongest component has less than this share of its mean square
   real(dp), parameter :: half = 0.5_dp
 
 contains
 
-  !> Table with a row for each multiplier or conjugate pair, and the frequency of its mode.
+  !> Table of the multipliers: a row for each real one or conjugate pair, with the frequency of its mode.
   pure function multiplier_lines(multipliers, modes, speed, turns) result(lines)
     type(multipliers_type), intent(in) :: multipliers
     type(mode_type), intent(in) :: modes(:)
-    !> Frequency 2 pi / T of the period (rad/s)
+    !> Angular frequency 2 pi / T of the period T (rad/s)
     real(dp), intent(in) :: speed
     !> Number of turns of the crank in the period
     integer, intent(in) :: turns
@@ -58,7 +58,7 @@ contains
     if (any(multipliers%lost())) lines = lines // "  lost: the error bound exceeds |rho|, no digit is reliable" // newline
   end function multiplier_lines
 
-  !> Modulus of multiplier `k`, as a power of e if it overflows or underflows.
+  !> Modulus of multiplier `k` as text; as a power of e if it overflows or underflows double precision.
   pure function modulus_of(multipliers, k, digits) result(words)
     type(multipliers_type), intent(in) :: multipliers
     integer, intent(in) :: k, digits
@@ -68,7 +68,7 @@ contains
     if (abs(multipliers%log_abs(k)) > out_of_range) words = "e^" // concise(multipliers%log_abs(k), digits)
   end function modulus_of
 
-  !> Modulus from its logarithm, as a power of e if it overflows or underflows.
+  !> A modulus, given by its logarithm, as text; as a power of e if it overflows or underflows double precision.
   pure function modulus(log_abs, digits) result(words)
     real(dp), intent(in) :: log_abs
     integer, intent(in) :: digits
@@ -81,7 +81,8 @@ contains
     end if
   end function modulus
 
-  !> Frequency (Hz), its ratio to the crank speed (`speed` in rad/s), and the kind of vibration, separated by tabs.
+  !> Three cells of the table: the frequency of a mode (Hz), its ratio to the crank speed `speed` (rad/s), and the kind of
+  !> vibration.
   pure function frequency_columns(mode, speed) result(columns)
     type(mode_type), intent(in) :: mode
     real(dp), intent(in) :: speed

@@ -1,4 +1,4 @@
-!> The task `stability`: multipliers of the machine.
+!> The task `stability`: multipliers of the vibration and the verdict on its stability.
 module gestell_task_stability
   use gestell_base_error, only: error_type
   use gestell_output_result, only: result_type
@@ -41,7 +41,7 @@ contains
     configuration%analysis%stability = configuration%analysis%stability .or. self%ordered
   end subroutine read_stability
 
-  !> Adds the table, picture and report of the multipliers.
+  !> Adds the table, picture and report of the multipliers to the result.
   subroutine run(self, context, result, error)
     class(stability_task), intent(inout) :: self
     type(context_type), intent(inout) :: context

@@ -1,4 +1,4 @@
-!> Measures the models on the user's own machine: errors and time saved with averaged coefficients, and the result and time of each
+!> Compares the models on the user's own machine: errors and time saved with averaged coefficients, and result and time of each
 !> model of the frame.
 module gestell_task_trade_model_trade
   use gestell_base_error, only: error_type
@@ -17,24 +17,25 @@ module gestell_task_trade_model_trade
 
   public :: measure_frame_models, measure_model
 
-  !> Results of one model.
+  !> Results of the model with periodic or with averaged coefficients.
   type, public :: finding_type
     character(len=9) :: verdict = ""
-    !> ln of the largest modulus of the multipliers, and its error bound
+    !> Natural logarithm of the largest modulus of the multipliers, and its error bound
     real(dp) :: log_rho = 0, log_rho_error = 0
-    !> Peaks and error bounds of the vibration, in the order of `vibration_type`; unallocated without a periodic vibration
+    !> Peaks of the vibration and their error bounds, in the order of `vibration_type`; unallocated if there is no periodic
+    !> vibration
     real(dp), allocatable :: peak(:), peak_error(:)
-    !> Median time of one solution (s)
+    !> Median computing time of one solution (s)
     real(dp) :: seconds = 0
   end type finding_type
 
-  !> The periodic and the averaged model in comparison.
+  !> Comparison of averaged with periodic coefficients.
   type, public :: model_trade_type
     !> Results with periodic and with averaged coefficients
     type(finding_type) :: periodic, averaged
-    !> Errors of the averaged model relative to the periodic one, in the measures of `trade_row_type`
+    !> Errors due to averaging, in the measures of `trade_row_type`
     real(dp) :: error_phi = 0, error_rho = 0, error_x0 = 0
-    !> Number of samples that the averaged model used
+    !> Number of evaluations of the coefficients from which the means were computed
     integer :: evaluations = 0
     !> Reason why the averaged model has no periodic vibration; unallocated if it has one
     character(len=:), allocatable :: resonance
@@ -53,20 +54,21 @@ module gestell_task_trade_model_trade
     character(len=9) :: verdict = ""
     !> Reason for a missing verdict or vibration
     character(len=:), allocatable :: reason
-    !> ln of the largest modulus of the multipliers
+    !> Natural logarithm of the largest modulus of the multipliers
     real(dp) :: log_rho = 0
     !> Peaks of the degrees of freedom (m, rad), in the frame's order
     real(dp), allocatable :: peak(:)
-    !> Median time for verdict and vibration (s)
+    !> Median computing time of verdict and vibration (s)
     real(dp) :: seconds = 0
   end type model_finding_type
 
-  !> Number of solutions over which the median time is taken
+  !> Number of solutions whose times give the median
   integer, parameter :: runs = 5
 
 contains
 
-  !> Solves both models, the periodic one to `accuracy`. Fails if the periodic model fails or the averaged model has no multipliers.
+  !> Solves the frame with periodic coefficients to `accuracy`, and with averaged ones. Fails if the first solution fails or if the
+  !> averaged model has no multipliers.
   subroutine measure_model(frame, accuracy, trade, error)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
@@ -107,8 +109,8 @@ contains
     end associate
   end subroutine measure_model
 
-  !> Solves one model and measures its time. Fails if there is no periodic vibration; if `analysis` has no multipliers either, there
-  !> is no result at all.
+  !> Solves one model and measures its computing time. Fails if there is no periodic vibration; `finding` still has the verdict if
+  !> the multipliers exist.
   subroutine find(frame, options, accuracy, analysis, finding, error)
     class(frame_type), intent(in) :: frame
     type(analysis_options), intent(in) :: options
@@ -146,7 +148,7 @@ contains
     finding%seconds = median(times)
   end subroutine find
 
-  !> Solves and measures all `frame_models`, in their order.
+  !> Solves the frame with each of the `frame_models`, and measures the computing times.
   subroutine measure_frame_models(frame, accuracy, findings)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
@@ -175,8 +177,8 @@ contains
     end do
   end subroutine measure_frame_models
 
-  !> Relative error of a peak of the averaged model; zero if it is within the error bounds of both models or if there is no
-  !> vibration to compare.
+  !> Relative error of a peak due to averaging. Zero if it is within the error bounds of both models, or if the averaged model has
+  !> no vibration.
   pure real(dp) function peak_miss(self, quantity) result(miss)
     class(model_trade_type), intent(in) :: self
     integer, intent(in) :: quantity
@@ -190,8 +192,8 @@ contains
     end associate
   end function peak_miss
 
-  !> Relative error of ln rho_max in the averaged model: the decay rate of the slowest free vibration, or the growth rate of the
-  !> fastest. Zero within the error bounds.
+  !> Relative error of ln rho_max due to averaging: of the decay rate of the slowest free vibration, or of the growth rate of the
+  !> fastest. Zero if it is within the error bounds.
   pure real(dp) function log_rho_miss(self) result(miss)
     class(model_trade_type), intent(in) :: self
     real(dp) :: difference
@@ -203,7 +205,7 @@ contains
     end associate
   end function log_rho_miss
 
-  !> Relative error of rho_max in the averaged model; zero within the error bounds.
+  !> Relative error of rho_max due to averaging; zero if it is within the error bounds.
   pure real(dp) function rho_miss(self) result(miss)
     class(model_trade_type), intent(in) :: self
 
@@ -211,7 +213,7 @@ contains
     if (abs(self%log_rho_miss()) > 0) miss = exp(min(self%averaged%log_rho - self%periodic%log_rho, 700.0_dp)) - 1
   end function rho_miss
 
-  !> Largest relative error of ln rho_max and of all peaks.
+  !> Largest magnitude among the relative errors of ln rho_max and of all peaks due to averaging.
   pure real(dp) function worst_miss(self) result(miss)
     class(model_trade_type), intent(in) :: self
     integer :: i, n

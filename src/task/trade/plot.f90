@@ -1,4 +1,4 @@
-!> Picture of accuracy against computing time.
+!> Plots accuracy against computing time.
 module gestell_task_trade_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, newline, text
@@ -12,10 +12,10 @@ module gestell_task_trade_plot
 
 contains
 
-  !> Picture trade.gp: error of Phi(T) over evaluations and over seconds, with a line for every method.
+  !> Picture trade.gp: error of Phi(T) over the number of evaluations and over the time in seconds, with a line for each method.
   function plot_trade(trade, with_averaged) result(figure)
     type(trade_type), intent(in) :: trade
-    !> True if the averaged model has a row
+    !> True if the table has a row for the averaged model
     logical, intent(in) :: with_averaged
     type(figure_type) :: figure
     character(len=:), allocatable :: lines, curves
@@ -49,7 +49,7 @@ contains
     figure = new_figure("trade", "Measured error of Φ(T) against work", lines, width=960, height=520)
   end function plot_trade
 
-  !> Gnuplot range around the positive values.
+  !> Gnuplot range that contains all positive values, with a factor of 2 at both ends.
   pure function decades(values) result(range)
     real(dp), intent(in) :: values(:)
     character(len=:), allocatable :: range
@@ -59,7 +59,7 @@ contains
       & // "]"
   end function decades
 
-  !> Plot element with the points of one method.
+  !> Part of the plot command that draws the points of one method.
   pure function curve(method, number) result(words)
     character(len=*), intent(in) :: method
     integer, intent(in) :: number

@@ -1,4 +1,4 @@
-!> Report of the task `trade`: measured computing time against accuracy.
+!> Writes the report of the task `trade`: measured computing time against accuracy.
 module gestell_task_trade_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
@@ -15,7 +15,7 @@ module gestell_task_trade_report
 
 contains
 
-  !> Table of the fastest method for several accuracies, and the cost of one more digit.
+  !> Table of the fastest method for each of several accuracies, and the additional time for one more digit.
   function report_trade(trade) result(lines)
     type(trade_type), intent(in) :: trade
     character(len=:), allocatable :: lines, rows
@@ -45,8 +45,8 @@ contains
       & // " (Phi(T)) and " // concise(trade%floor_x0, 1) // " (x0)" // newline
   end function report_trade
 
-  !> Table of the errors of the averaged model, and whether the periodic coefficients are needed. `turns` is the number of turns of
-  !> the crank in the period.
+  !> Table of the errors due to averaging, and advice whether the periodic coefficients are needed. `turns`: turns of the crank in
+  !> the period.
   pure function report_model(trade, turns) result(lines)
     type(model_trade_type), intent(in) :: trade
     integer, intent(in) :: turns
@@ -87,7 +87,8 @@ contains
       & // "resonance." // newline
   end function report_model
 
-  !> Row with both values and their relative difference. A difference of 0 means that it is within the error bounds.
+  !> Row of the table: a value with periodic and with averaged coefficients, and their relative difference. `miss` is 0 if they
+  !> agree within the error bounds.
   pure function line(name, periodic, averaged, miss) result(row)
     character(len=*), intent(in) :: name
     real(dp), intent(in) :: periodic, averaged, miss
@@ -97,7 +98,7 @@ contains
       & // either(concise(100 * miss, 2) // " %", "within the error", abs(miss) > 0) // newline
   end function line
 
-  !> Table with verdict, modulus, peaks and time of every model of the frame.
+  !> Table of the frame's models with verdict, largest modulus, peaks and computing time.
   pure function report_frame_models(findings) result(lines)
     type(model_finding_type), intent(in) :: findings(:)
     character(len=:), allocatable :: lines, peaks

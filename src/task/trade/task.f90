@@ -22,7 +22,7 @@ module gestell_task_trade_task
     procedure :: run
   end type trade_task
 
-  !> Approximate time for all measurements (s)
+  !> Computing time available for all measurements (s), kept approximately
   real(dp), parameter :: budget = 10
 
 contains
@@ -35,7 +35,7 @@ contains
     self%tables = [character(len=longest_table) :: "trade"]
   end subroutine describe
 
-  !> Measures methods and models and adds table, picture and report.
+  !> Measures integration methods and models, and adds table, picture and report to the result.
   subroutine run(self, context, result, error)
     class(trade_task), intent(inout) :: self
     type(context_type), intent(inout) :: context

@@ -27,16 +27,16 @@ module gestell_task_trade
   type, public :: trade_row_type
     !> Name of the method
     character(len=name_length) :: method = ""
-    !> Order of convergence; numbers of steps and of evaluations in the period
+    !> Order of convergence, number of steps in the period, and number of evaluations of the coefficients in the period
     integer :: order = 0, steps = 0, evaluations = 0
-    !> Error of Phi(T) relative to its norm in balanced units; largest relative error of a multiplier; error of x0 relative to its
-    !> norm in balanced units
+    !> `error_phi`: error of Phi(T) relative to its norm, and `error_x0`: error of x0 relative to its norm, both in balanced units.
+    !> `error_rho`: largest relative error of a multiplier
     real(dp) :: error_phi = 0, error_rho = 0, error_x0 = 0
-    !> Median time of one solution for Phi(T) and x_p(T) (s)
+    !> Median computing time of one solution for Phi(T) and x_p(T) (s)
     real(dp) :: seconds = 0
   end type trade_row_type
 
-  !> Converged solution with which the rows are compared.
+  !> The converged solution with which all rows are compared.
   type, public :: converged_type
     type(monodromy_type) :: monodromy
     type(multipliers_type) :: multipliers
@@ -45,25 +45,24 @@ module gestell_task_trade
 
   !> All measurements.
   type, public :: trade_type
-    !> One row for each method and number of steps
+    !> A row for each method and number of steps
     type(trade_row_type), allocatable :: rows(:)
-    !> Error bounds of the converged solution, in the measures of `trade_row_type`
+    !> Error bounds of the converged solution, in the measures of `trade_row_type`: smaller errors cannot be measured
     real(dp) :: floor_phi = 0, floor_rho = 0, floor_x0 = 0
   end type trade_type
 
 contains
 
-  !> Measures every method over an increasing number of steps, each 1.5 times the previous one, and the reduction if it applies. A
-  !> method ends when its error reaches that of the converged solution, or when it has spent half of its share of the time. Before
-  !> its first row it may spend ten times as much. Fails if the budget is not positive and finite, if there is no converged
-  !> solution, or at resonance.
+  !> Measures every method with more and more steps, and the reduction if it applies. A method ends when its error reaches that of
+  !> the converged solution or when half of its share of the time is spent; before its first row, ten times as much may be spent.
+  !> Fails if the budget is not positive and finite, if there is no converged solution, or at resonance.
   subroutine measure_trade(frame, budget, trade, error, executor)
     class(frame_type), intent(in) :: frame
-    !> Time for all methods (s), approximately
+    !> Computing time available for all methods (s), kept approximately
     real(dp), intent(in) :: budget
     type(trade_type), intent(out) :: trade
     type(error_type), allocatable, intent(out) :: error
-    !> Shows the progress
+    !> Displays the progress
     class(executor_type), intent(inout), optional :: executor
     type(converged_type) :: converged
     class(method_type), allocatable :: method
@@ -97,7 +96,7 @@ contains
     if (size(trade%rows) == 0) call fatal_error(error, "no method finished within the time budget", failed_computation)
   end subroutine measure_trade
 
-  !> Measures one method with an increasing number of steps.
+  !> Measures one method with more and more steps: each number is 1.5 times the one before.
   subroutine climb(frame, method, converged, budget, trade)
     class(frame_type), intent(in) :: frame
     class(method_type), intent(in) :: method
@@ -130,17 +129,17 @@ contains
     end do
   end subroutine climb
 
-  !> Measures one row: the median time of at least three solutions, and the errors relative to the converged solution. Fails if
-  !> matrices are singular or not finite, or at resonance.
+  !> Measures one row: the median computing time of at least three solutions, and their errors. Fails if matrices are singular or
+  !> not finite, or at resonance.
   subroutine measure_row(frame, method, steps, converged, row, spent, error)
     class(frame_type), intent(in) :: frame
     class(method_type), intent(in) :: method
     !> Number of steps in the period
     integer, intent(in) :: steps
-    !> Solution with which the row is compared
+    !> Converged solution with which the row is compared
     type(converged_type), intent(in) :: converged
     type(trade_row_type), intent(out) :: row
-    !> Total time of all solutions (s)
+    !> Computing time of all these solutions (s)
     real(dp), intent(out) :: spent
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: most = 9
@@ -178,7 +177,7 @@ contains
     if (.not. allocated(error)) call compare(coarse%phi, its_multipliers, its_solution, converged, row)
   end subroutine measure_row
 
-  !> Adds the row of the reduction, if it applies. Phi(T) is composed from its eigenvectors.
+  !> Adds a row for the reduction if it applies to this machine. Phi(T) is composed from its multipliers and eigenvectors.
   subroutine measure_reduction(frame, converged, trade)
     class(frame_type), intent(in) :: frame
     type(converged_type), intent(in) :: converged
@@ -217,7 +216,7 @@ contains
     trade%rows = [trade%rows, row]
   end subroutine measure_reduction
 
-  !> Computes the errors of a row. Multipliers whose converged value has a relative error of 0.5 or more are ignored.
+  !> Computes the errors of a row. Multipliers whose relative error in the converged solution is 0.5 or more are ignored.
   subroutine compare(phi, its_multipliers, its_solution, converged, row)
     real(dp), intent(in) :: phi(:, :)
     type(multipliers_type), intent(in) :: its_multipliers
@@ -235,7 +234,7 @@ contains
     end associate
   end subroutine compare
 
-  !> Number of the fastest row whose errors of Phi(T) and x0 do not exceed `allowed`; 0 if there is none.
+  !> Index of the fastest row whose errors of Phi(T) and x0 are at most `allowed`; 0 if there is none.
   pure integer function cheapest(rows, allowed)
     type(trade_row_type), intent(in) :: rows(:)
     real(dp), intent(in) :: allowed
@@ -243,7 +242,7 @@ contains
     cheapest = minloc(rows%seconds, dim=1, mask=rows%error_phi <= allowed .and. rows%error_x0 <= allowed)
   end function cheapest
 
-  !> Median of the values; the lower of the two middle values if their number is even.
+  !> Median of the values; of an even number of values, the lower of the two in the middle.
   pure real(dp) function median(values)
     real(dp), intent(in) :: values(:)
     real(dp) :: sorted(size(values))
