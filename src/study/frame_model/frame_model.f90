@@ -29,37 +29,39 @@ module gestell_study_frame_model
 
   character(len=11), parameter, public :: frame_models(3) = [character(len=11) :: "exact", "first_order", "rest"]
 
-  !> The way in which the exact vibration was found.
+  !> How the exact vibration was found.
   type, public :: newton_type
-    !> Newton's steps |q_k+1 - q_k|/|q_k+1|, the first from the linear vibration; the last one estimates the remaining error
+    !> Steps of Newton's method, |q_k+1 - q_k|/|q_k+1|, the first from the linear vibration. The last step estimates the remaining
+    !> error
     real(dp), allocatable :: steps(:)
-    !> True if the vibration was found on a path
+    !> True if the vibration was found by following a path
     logical :: followed = .false.
-    !> Other vibrations that were found on the way
+    !> Other vibrations that were found during the search
     type(varied_frame_type), allocatable :: others(:)
   end type newton_type
 
-  !> If the first step of Newton's method is larger, the vibration may be one of several: it is far from the linear one.
+  !> If the first step of Newton's method is larger, the vibration is far from the linear one and may be one of several.
   real(dp), parameter :: notably_nonlinear = 0.02_dp
-  !> A motion given as a start is accepted only if all steps from it stay below this part of the motion.
+  !> A motion given as a start is rejected if a step of Newton's method from it reaches this fraction of the motion.
   real(dp), parameter :: beside = 0.3_dp
 
 contains
 
-  !> Settles `frame` on `model`, one of `frame_models`. Fails if the model does not exist, as `solve_floquet` and `solve_periodic`
-  !> do, or if no vibration is found.
+  !> Settles `frame` on `model`, one of `frame_models`: computes the vibration about which its equations are linearised ('rest'
+  !> needs none). Fails if the model does not exist, as `solve_floquet` and `solve_periodic` do, or if no vibration is found.
   recursive subroutine settle(frame, model, accuracy, settled, error, newton, near)
-    !> The frame, and the name of the model
+    !> The frame, before it is settled
     class(frame_type), intent(in) :: frame
+    !> Name of the model
     character(len=*), intent(in) :: model
     type(accuracy_type), intent(in) :: accuracy
-    !> The frame by its model: for 'exact' and 'first_order' a varied_frame_type, otherwise a copy
+    !> The frame with the equations of the model: for 'exact' and 'first_order' a varied_frame_type, otherwise a copy of `frame`
     class(frame_type), allocatable, intent(out) :: settled
     type(error_type), allocatable, intent(out) :: error
-    !> The way in which an exact vibration was found
+    !> How the exact vibration was found
     type(newton_type), intent(out), optional :: newton
-    !> Start of Newton's method, near the vibration of the exact frame. If Newton's method moves far from it, perhaps to another
-    !> vibration, the usual search is made instead
+    !> Start of Newton's method, near the vibration of the exact frame. If a step leads far from it, perhaps to another vibration,
+    !> the vibration is searched as without `near`
     type(series_type), intent(in), optional :: near
     type(varied_frame_type), allocatable :: varied
     type(series_type) :: rest
@@ -96,8 +98,8 @@ contains
     end select
   end subroutine settle
 
-  !> Settles a member of a family in place. The model 'averaged' replaces a frame by its equations with averaged M, B, C.
-  !> Systems that are no frames stay as they are. Fails as `settle` does.
+  !> Settles a member of a family in place. The model 'averaged' replaces a frame by its equations with averaged M, B, C. Systems
+  !> that are not frames remain unchanged. Fails as `settle` does.
   subroutine settle_member(system, model, accuracy, error)
     class(periodic_system), allocatable, intent(inout) :: system
     character(len=*), intent(in) :: model
@@ -120,8 +122,9 @@ contains
     if (allocated(means)) call move_alloc(means, system)
   end subroutine settle_member
 
-  !> Searches for the vibration by Newton's method from `varied`, the frame about rest, and if that fails, along paths.
-  !> A vibration between two turning points over the speed is one that no machine keeps. If a path leads to another, that is taken.
+  !> Searches for the vibration by Newton's method from `varied`, the frame about rest; if this fails, along paths. No machine stays
+  !> on a vibration between two turning points over the speed. If a path over the speed leads to another vibration, that vibration
+  !> is returned instead.
   subroutine find_vibration(frame, accuracy, varied, error, newton)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy

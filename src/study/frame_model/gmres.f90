@@ -11,7 +11,8 @@ module gestell_study_frame_model_gmres
     private
     !> Number of products so far
     integer :: products = 0
-    !> Orthonormal vectors V; R of A V = V H = (V Q) R with the rotations that form Q; the remaining residual of b in the basis V Q
+    !> `vectors`: orthonormal vectors V. `r`: R of A V = (V Q) R. `cosine`, `sine`: the rotations that form Q. `left`: the residual
+    !> of b in the basis V Q
     real(dp), allocatable :: vectors(:, :), r(:, :), cosine(:), sine(:), left(:)
   contains
     procedure :: begin
@@ -22,12 +23,12 @@ module gestell_study_frame_model_gmres
     procedure :: residual
   end type gmres_type
 
-  !> Residual if there is no solution.
+  !> Value of `residual` if there is no solution.
   real(dp), parameter :: none = 1.0e100_dp
 
 contains
 
-  !> Starts the iteration for the right-hand side `b`, with room for `most` products.
+  !> Starts the iteration for the right-hand side `b` and allocates memory for `most` products.
   pure subroutine begin(self, b, most)
     class(gmres_type), intent(inout) :: self
     real(dp), intent(in) :: b(:)
@@ -49,7 +50,7 @@ contains
     last = self%vectors(:, self%products + 1)
   end function last
 
-  !> Takes the product of A with the last vector and extends the basis.
+  !> Extends the basis by the product of A with the vector `last`.
   pure subroutine extend(self, product)
     class(gmres_type), intent(inout) :: self
     real(dp), contiguous, intent(in) :: product(:)
@@ -80,7 +81,7 @@ contains
     self%left(m) = self%cosine(m) * self%left(m)
   end subroutine extend
 
-  !> The x in the space of the vectors so far that minimises |b - A x|.
+  !> The combination x of the vectors so far that minimises |b - A x|.
   pure function solution(self) result(x)
     class(gmres_type), intent(in) :: self
     real(dp) :: x(size(self%vectors, 1))
@@ -94,7 +95,7 @@ contains
     end do
   end function solution
 
-  !> |b - A x|/|x|; `none` if there is no solution.
+  !> Residual relative to the solution, |b - A x|/|x|; `none` if there is no solution.
   pure real(dp) function residual(self)
     class(gmres_type), intent(in) :: self
     real(dp) :: size_of_solution
@@ -109,7 +110,7 @@ contains
     end if
   end function residual
 
-  !> Estimate of |A^-1| from the vectors so far, 1 + |R^-1 - E|.
+  !> Estimate of |A^-1| from the products so far: 1 + |R^-1 - E|.
   pure real(dp) function amplification(self)
     class(gmres_type), intent(in) :: self
     real(dp) :: column(self%products), squares
@@ -126,7 +127,7 @@ contains
     amplification = 1 + sqrt(squares)
   end function amplification
 
-  !> R^-1 y with the leading columns of R.
+  !> Solves R x = y with the leading columns of R.
   pure function coefficients(self, y) result(x)
     class(gmres_type), intent(in) :: self
     real(dp), intent(in) :: y(:)

@@ -4,8 +4,8 @@
 !> The means of M, B, C alone give A_k x_k = h_k, one equation for each harmonic. The periodic parts of the coefficients couple the
 !> harmonics weakly. With A^-1 as preconditioner GMRES needs few iterations (Y. Saad, M. H. Schultz, SIAM J. Sci. Stat. Comput. 7,
 !> 1986, 856-869), even where a resonance of the means makes one or two couplings large. The error of the computed harmonics is
-!> estimated by the residual times an estimate of the norm of the inverse. Harmonics beyond the phases appear as lower ones
-!> (doc/theory.md, equation 37).
+!> estimated by the residual times an estimate of the norm of the inverse. Harmonics that the phases do not resolve appear as lower
+!> harmonics (doc/theory.md, equation 37).
 module gestell_study_frame_model_harmonic_balance
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -21,10 +21,11 @@ module gestell_study_frame_model_harmonic_balance
 
   !> A periodic motion by harmonic balance with estimates of its errors.
   type, public :: balance_type
-    !> Harmonics of the degrees of freedom, shape (0:phases - 1, dofs): cosines of the orders below half the phases, then sines
+    !> Harmonics of the degrees of freedom, shape (0:phases - 1, dofs): cosines of the orders below half the number of phases, then
+    !> sines
     real(dp), allocatable :: harmonics(:, :)
-    !> Estimates of the relative error of motion and velocity. `rounding`: by rounding. `truncation`: by the remaining residual and
-    !> by missing harmonics
+    !> Estimated relative errors of motion and velocity. `rounding`: caused by rounding. `truncation`: caused by the remaining
+    !> residual and by missing harmonics
     real(dp) :: rounding = 0, truncation = 0
     !> Part of `truncation` that more phases would reduce
     real(dp) :: left_out = 0
@@ -41,25 +42,27 @@ module gestell_study_frame_model_harmonic_balance
     real(dp), allocatable, dimension(:, :, :) :: m, b, c
   end type coefficients_type
 
-  !> `most_iterations`: maximum number of iterations. `reserve`: safety factor for the ratio of peak to rms error and for directions
-  !> that the iterations missed. `phases_in_step`: minimum number of phases for each of the system's least steps.
+  !> Maximum number of iterations.
   integer, parameter :: most_iterations = 16
+  !> Safety factor for the ratio of peak to rms error and for directions that the iterations missed.
   real(dp), parameter :: reserve = 10
+  !> Minimum number of phases, as a multiple of the system's `least_steps`.
   integer, parameter :: phases_in_step = 4
   !> Largest phase advance of the free vibrations (rad) for which harmonic balance is tried.
   real(dp), parameter :: most_turns = 700
 
 contains
 
-  !> Computes the periodic motion, or reports that harmonic balance does not work. The reasons are coefficients that jump, fast free
-  !> vibrations, iterations that do not converge, missing harmonics, or rounding above the allowed error.
+  !> Computes the periodic motion. Sets `fits` to false if harmonic balance does not work: the coefficients jump, the free
+  !> vibrations are too fast, the iterations do not converge, harmonics are missing, or rounding exceeds the allowed error.
   subroutine balance_harmonics(system, phases, of_motion, motion, fits)
-    !> A multiple of twice the number of lanes
+    !> The system whose periodic motion is computed
     class(second_order_system), intent(in) :: system
+    !> Number of phases: a multiple of twice the number of lanes
     integer, intent(in) :: phases
     !> Allowed error relative to the motion
     real(dp), intent(in) :: of_motion
-    !> The motion; may hold units and preconditioner of a similar system
+    !> The motion. On entry it may hold units and preconditioner of a similar system
     type(balance_type), intent(inout) :: motion
     !> False if harmonic balance does not work
     logical, intent(out) :: fits
@@ -136,7 +139,7 @@ contains
     end do
   end subroutine sample
 
-  !> Applies the equations and then A^-1 to weighted harmonics `v`; the result is weighted too.
+  !> Applies the equations M q'' + B q' + C q and then A^-1 to weighted harmonics `v`; the result is weighted too.
   pure function applied(means, at, v) result(x)
     type(means_type), intent(in) :: means
     type(coefficients_type), intent(in) :: at

@@ -8,20 +8,21 @@ module gestell_study_frame_model_harmonic_means
 
   public :: solve_means
 
-  !> Means of the coefficients over theta, in units of the states, and their inverses.
+  !> Means of M, B, C over the turn in units of the states, and inverses of A_k.
   type, public :: means_type
-    !> `f`: number of degrees of freedom. `half`: half the number of phases; orders are below it
+    !> `f`: number of degrees of freedom. `half`: half the number of phases; the phases resolve the orders below `half`
     integer :: f = 0, half = 0
     !> Means of M, B, C, shape (f, f, 3)
     real(dp), allocatable :: coefficients(:, :, :)
     !> Real and imaginary parts of A_k^-1, shape (0:half - 1, f, f)
     real(dp), allocatable, dimension(:, :, :) :: along, across
-    !> `of_velocity`: ratio of the velocity of order 1 to the displacement, shape (f). `weights`: weights of the harmonics in the
-    !> rms of motion and velocity, shape (0:2 half - 1, f)
+    !> `of_velocity`: ratio of velocity to displacement at order 1, shape (f). `weights`: weights of the harmonics in the rms of
+    !> motion and velocity, shape (0:2 half - 1, f)
     real(dp), allocatable :: of_velocity(:), weights(:, :)
     !> Norm of A_k^-1 for each order k
     real(dp), allocatable :: gains(:)
-    !> Amplification of errors of a turn: maximum of |(i k W - P)^-1|/T, which approximates (E - Phi(T))^-1 near a resonance
+    !> Factor by which errors of a turn are amplified: the maximum of |(i k W - P)^-1|/T, which approximates (E - Phi(T))^-1 near a
+    !> resonance
     real(dp) :: amplification = 0
     !> The Fourier transform at the phases
     type(waves_type) :: waves
@@ -37,7 +38,7 @@ contains
 
   !> Computes the means and the inverses of A_k.
   pure subroutine solve_means(m, b, c, omega, survey, means, fits)
-    !> Coefficients over theta at equidistant phases in the units of `survey`, shape (phases, f, f); 2 pi/T (rad/s)
+    !> Coefficients over theta at equidistant phases in the units of `survey`, shapes (phases, f, f), and 2 pi/T (rad/s)
     real(dp), intent(in) :: m(:, :, :), b(:, :, :), c(:, :, :), omega
     type(survey_type), intent(in) :: survey
     type(means_type), intent(out) :: means
@@ -64,7 +65,8 @@ contains
     call invert_means(means, fits)
   end subroutine solve_means
 
-  !> Inverts A_k for all orders; for orders beyond the phases only the norms are kept. `fits` is false if an A_k is singular.
+  !> Inverts A_k for all orders. For orders that the phases do not resolve only the norms are kept. `fits` is false if an A_k is
+  !> singular.
   pure subroutine invert_means(means, fits)
     type(means_type), intent(inout) :: means
     logical, intent(out) :: fits
@@ -139,7 +141,7 @@ contains
     end do
   end subroutine invert
 
-  !> A^-1 times harmonics of the load, with the weights of the rms.
+  !> A^-1 times harmonics of the load, multiplied by the weights of the rms.
   pure function weighted(means, load) result(x)
     class(means_type), intent(in) :: means
     real(dp), intent(in) :: load(0:, :)
@@ -161,9 +163,9 @@ contains
     x = x * means%weights
   end function weighted
 
-  !> Estimates the error by missing harmonics (doc/theory.md, equation 37). An order k beyond the phases is missed itself, and n
-  !> phases alias its load to the order n - k. The load A_k x_k is assumed to keep decreasing as over the last two sixths of the
-  !> orders.
+  !> Estimates the error caused by missing harmonics (doc/theory.md, equation 37). A harmonic whose order k the n phases do not
+  !> resolve is missing itself, and its load appears as a load of order n - k. The load A_k x_k is assumed to decrease as it does
+  !> over the last two sixths of the orders.
   pure real(dp) function left_out(means, x)
     class(means_type), intent(in) :: means
     real(dp), intent(in) :: x(0:, :)

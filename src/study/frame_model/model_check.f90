@@ -12,14 +12,14 @@ module gestell_study_frame_model_model_check
 
   public :: check_model
 
-  !> Difference of ln rho_max, relative to it, up to which a cheaper model counts as correct.
+  !> A cheaper model counts as correct if its ln rho_max differs by at most this fraction.
   real(dp), parameter :: negligible = 0.01_dp
 
 contains
 
-  !> Compares `multipliers` of a cheaper model with those about the exact vibration, or, if these are unknown, about the vibration
-  !> of the equations about rest. `better` is allocated if the verdicts differ, or if ln rho_max differs by more than one per cent
-  !> plus both errors.
+  !> Compares `multipliers` of a cheaper model with the multipliers about the exact vibration or, if these are unknown, about the
+  !> vibration of the equations about rest. `better` is allocated if the verdicts differ, or if ln rho_max differs by more than one
+  !> per cent plus both errors.
   subroutine check_model(frame, accuracy, multipliers, better)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy

@@ -1,6 +1,6 @@
-!> Newton's method for the periodic vibration of the exact frame (doc/theory.md, equation 36). In the space of periodic functions
-!> it goes from q_k to the periodic motion q_k+1 of the frame varied about q_k (gestell_model_exact_varied_frame). Each step solves
-!> for the residual of q_k, so the errors of a fast, coarse solver are small against the step.
+!> Newton's method for the periodic vibration of the exact frame (doc/theory.md, equation 36). A step goes from a periodic motion
+!> q_k to q_k+1, the periodic motion of the frame varied about q_k (gestell_model_exact_varied_frame). It solves for the residual of
+!> q_k. A fast, coarse solver is therefore enough: its errors are relative to the step, not to the motion.
 module gestell_study_frame_model_newton
   use gestell_base_error, only: error_type, failed_computation, fatal_error, no_convergence
   use gestell_base_kinds, only: dp
@@ -19,65 +19,69 @@ module gestell_study_frame_model_newton
 
   public :: iterate, loosened, next_motion, too_rough, values_of
 
-  !> Accuracy of a vibration that only serves as a start.
+  !> Tolerance for a vibration that only serves as a start.
   real(dp), parameter, public :: rough = 1.0e-6_dp
-  !> Maximum number of Newton's steps.
+  !> Maximum number of steps of Newton's method.
   integer, parameter :: most_steps = 12
-  !> `greatest_step`: a step above this part of the motion shows that the start was bad. `all_error`: a motion with a relative error
-  !> above this value is useless.
+  !> `greatest_step`: a step above this fraction of the motion shows that the start was bad. `all_error`: a motion with a larger
+  !> relative error is useless.
   real(dp), parameter :: greatest_step = 0.5_dp, all_error = 0.5_dp
-  !> Part of the tolerance that the steps still to come may amount to.
+  !> The method has converged if the expected further steps are below this fraction of the tolerance.
   real(dp), parameter :: part_left = 0.1_dp
-  !> Relative errors allowed for fast solutions. `of_step`: for the start and for a step. `of_last_step`: for a step that only
-  !> confirms.
+  !> Relative errors allowed for fast solvers. `of_step`: for the start and for a step. `of_last_step`: for a step that only
+  !> confirms that the method has converged.
   real(dp), parameter :: of_step = 1.0e-3_dp, of_last_step = 0.1_dp
-  !> Initial, minimum and maximum number of samples of a motion.
+  !> Initial number of samples of a motion.
   integer, parameter, public :: first_samples = 64
+  !> Minimum and maximum number of samples of a motion.
   integer, parameter :: fewest_samples = 48, most_samples = 2**12
-  !> Intermediate motions get at most so many samples, unless the step is small. Motions that need more usually lead away from the
-  !> vibration.
+  !> Maximum number of samples of an intermediate motion, unless the step is small. Motions that need more samples usually lead away
+  !> from the vibration.
   integer, parameter :: most_passed = 512
+  !> A step below this fraction of the motion is small.
   real(dp), parameter :: small_step = 0.1_dp
-  !> With more phases an integration is faster than harmonic balance.
+  !> If more phases are needed, integration is faster than harmonic balance.
   integer, parameter :: most_balanced = 128
-  !> Sizes of harmonics relative to the motion. `resolved`: the highest orders must be below. `noise`: smaller harmonics are dropped
-  !> as rounding.
+  !> Sizes of harmonics relative to the motion. `resolved`: the highest orders of a resolved motion are smaller. `noise`: smaller
+  !> harmonics are rounding errors and are dropped.
   real(dp), parameter :: resolved = 1.0e-12_dp, noise = 1.0e-14_dp
 
   !> A periodic motion computed by `next_motion`.
   type, public :: next_type
-    !> The motion at equidistant phases, shape (samples, dofs), and units that make the states comparable, shape (states)
+    !> `q`: the motion at equidistant phases, shape (samples, dofs). `scale`: units that make the states comparable, shape (states)
     real(dp), allocatable :: q(:, :), scale(:)
     !> Fourier series through the samples
     type(series_type) :: series
-    !> `size`: size of the motion in these units. `step`: relative change from the motion before it. `error`: estimate of the
-    !> relative error
+    !> `size`: size of the motion in units of `scale`. `step`: relative change from the previous motion. `error`: estimated relative
+    !> error
     real(dp) :: size = 0, step = 0, error = 0
-    !> Data that the fast solvers keep for the next motion
+    !> Data of harmonic balance that the next motion uses again
     type(balance_type) :: balance
+    !> Data of the fast integration that the next motion uses again
     type(quick_motion_type) :: quick
-    !> Truncation error of a fast solution, relative to what it solved for
+    !> Truncation error of a fast solver, relative to its solution: the motion or the change from the previous motion
     real(dp) :: truncation = 0
-    !> `quickly`: true if a fast solver was used. `of_step`: relative error allowed for fast solvers
+    !> True if a fast solver was used
     logical :: quickly = .false.
+    !> Relative error allowed for fast solvers
     real(dp) :: of_step = of_step
-    !> True for an intermediate motion of Newton's method: it may stay unresolved beyond `most_samples_passed`
+    !> True for an intermediate motion of Newton's method, which may stay unresolved at its maximum number of samples
     logical :: passed = .false.
-    !> True if only fast solvers are worth their cost
+    !> True if only fast solvers may be used, because a full solution is not worth its cost
     logical :: only_quickly = .false.
   end type next_type
 
 contains
 
-  !> Newton's method from the motion and with the excitation of `varied`. Fails as `solve_floquet` and `solve_periodic` do, or if
-  !> the method does not converge.
+  !> Applies Newton's method, starting from the motion of `varied` and with its excitation. Fails as `solve_floquet` and
+  !> `solve_periodic` do, or if the method does not converge.
   subroutine iterate(frame, accuracy, linear, varied, steps, error, quickly)
     !> The frame about rest
     class(frame_type), intent(in), target :: frame
     type(accuracy_type), intent(in) :: accuracy
     !> True: compute the vibration of the equations about rest
     logical, intent(in) :: linear
-    !> The frame varied about the start, or about rest; becomes the frame varied about the vibration
+    !> On entry the frame varied about the start, or about rest. On return the frame varied about the vibration
     type(varied_frame_type), intent(inout) :: varied
     !> Steps |q_k+1 - q_k|/|q_k+1|, the first from the linear vibration or from the motion of `varied`
     real(dp), allocatable, intent(out) :: steps(:)
@@ -148,20 +152,20 @@ contains
     error%cause = no_convergence
   end subroutine iterate
 
-  !> Computes the periodic motion of `system` at as many equidistant phases as resolve it. Fast solvers are tried first; where they
-  !> do not work, the system is solved to `accuracy`. Fails as `solve_floquet` and `solve_periodic` do, or if no fast solver works
-  !> and others are not allowed.
+  !> Computes the periodic motion of `system` at enough equidistant phases to resolve it. Fast solvers are tried first; where they
+  !> do not work, the system is solved to `accuracy`. Fails as `solve_floquet` and `solve_periodic` do. Fails also if no fast solver
+  !> works and others are not allowed.
   subroutine next_motion(frame, system, accuracy, samples, next, error, from, lack, floquet)
     !> The frame about rest, and the frame whose motion is computed
     class(frame_type), intent(in) :: frame, system
     type(accuracy_type), intent(in) :: accuracy
     !> Minimum number of samples
     integer, intent(in) :: samples
-    !> The motion; may hold the motion of a similar system
+    !> The computed motion. On entry it may hold the motion of a similar system
     type(next_type), intent(inout) :: next
     type(error_type), allocatable, intent(out) :: error
-    !> If both are present, the motion is `from` plus the periodic motion of `lack`, so fast solvers need only be accurate relative
-    !> to the change
+    !> If `from` and `lack` are present, the motion is `from` plus the periodic motion of `lack`. Fast solvers then need only be
+    !> accurate relative to the change
     type(series_type), intent(in), optional :: from
     class(second_order_system), intent(in), optional :: lack
     !> If present, the system is solved in full, and the solution is returned
@@ -213,14 +217,14 @@ contains
     if (present(floquet)) floquet = solved
   end subroutine next_motion
 
-  !> Number of samples at which an intermediate motion is given up; larger if the coefficients alone need many samples.
+  !> Maximum number of samples of an intermediate motion. It is larger if the coefficients alone need many samples.
   pure integer function most_samples_passed(frame)
     class(frame_type), intent(in) :: frame
 
     most_samples_passed = max(most_passed, min(2 * frame%least_steps, most_samples))
   end function most_samples_passed
 
-  !> True if an intermediate motion is not resolved by its maximum number of samples.
+  !> True if an intermediate motion has more than its maximum number of samples and is still not accurate.
   pure logical function too_rough(frame, next)
     class(frame_type), intent(in) :: frame
     type(next_type), intent(in) :: next
@@ -297,7 +301,7 @@ contains
     next%series = series_through(next%q)
   end subroutine integrate
 
-  !> Computes the motion of `system` from a full solution with error bounds, `solved`, which is computed if it is not there yet.
+  !> Computes the motion of `system` from `solved`, a full solution with error bounds, which is computed first if it is still empty.
   !> Fails as `next_motion` does.
   subroutine solve_fully(frame, system, accuracy, n, solved, next, error)
     class(frame_type), intent(in) :: frame, system
@@ -324,8 +328,9 @@ contains
     next%truncation = 0
   end subroutine solve_fully
 
-  !> Adds to the rounding of `varied` the effect that the relative error `part` of its motion has on the multipliers. The error acts
-  !> on the difference between the coefficients about the motion and about rest. `scale`: balanced units of the states.
+  !> Adds the effect of the motion's relative error, `part`, on the multipliers to the rounding error of `varied`. An error of the
+  !> motion changes only the difference between the coefficients about the motion and about rest. `scale`: balanced units of the
+  !> states.
   subroutine add_rounding(frame, scale, part, varied)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: scale(:), part
@@ -345,7 +350,7 @@ contains
     varied%rounding = frame%rounding + merge(unknown, nothing_known, unknown < nothing_known)
   end subroutine add_rounding
 
-  !> The accuracy with a tolerance of at least `tolerance`.
+  !> Copy of `accuracy` with a tolerance of at least `tolerance`.
   pure type(accuracy_type) function loosened(accuracy, tolerance)
     type(accuracy_type), intent(in) :: accuracy
     real(dp), intent(in) :: tolerance

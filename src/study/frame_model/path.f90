@@ -25,20 +25,21 @@ module gestell_study_frame_model_path
 
   public :: advance, between, cubic, first_point, middle_of, motion_of, next_iterate, size_of, units_of
 
-  !> A family of frames varied about motions. Motions are samples at equidistant phases, shape (samples, dofs), divided by `units`
-  !> (m, rad), in the frame's order.
+  !> A family of machines over lambda, each a frame varied about a motion. Motions are stored at equidistant phases, shape (samples,
+  !> dofs), divided by `units` (m, rad), in the frame's order.
   type, abstract, public :: path_family_type
     type(accuracy_type) :: accuracy
     real(dp), allocatable :: units(:)
-    !> True if the equations are linear in lambda and lambda = 0 is rest
+    !> True if the equations are linear in lambda and the frame rests at lambda = 0
     logical :: from_rest = .false.
-    !> `difference`: step of lambda for differences. `precise`: accuracy of the two motions. Errors of 1e-8 over a step of 1e-3
-    !> leave differences accurate to 1e-5
+    !> `difference`: step of lambda for difference quotients. `precise`: tolerance of the two motions. Errors of 1e-8 over a step of
+    !> 1e-3 make the quotients accurate to 1e-5
     real(dp) :: difference = 1.0e-3_dp, precise = 1.0e-8_dp
-    !> `close`: relative correction below which a motion has converged. `last_lambda`: largest lambda that has a member
+    !> `close`: a motion has converged if its relative correction is smaller. `last_lambda`: largest lambda that has a member
     real(dp) :: close = 1.0e-3_dp, last_lambda = huge(1.0_dp)
-    !> `multipliers`: true if multipliers are computed on the way. `angles`: angles of the last linear system, as in iterate_type
+    !> True if the multipliers of every iterate are computed too
     logical :: multipliers = .false.
+    !> Angles of the multipliers of the last iterate, as in `iterate_type`
     real(dp), allocatable :: angles(:, :)
     !> Number of linear systems that may still be solved, so that every search ends
     integer :: left = 200
@@ -48,16 +49,18 @@ module gestell_study_frame_model_path
     procedure :: turn
   end type path_family_type
 
-  !> The next iterate of Newton's method about a motion; `quickly` is true if a fast solver was used.
+  !> The next iterate of Newton's method about a motion.
   type, public :: iterate_type
+    !> The iterate at equidistant phases, shape (samples, dofs)
     real(dp), allocatable :: q(:, :)
+    !> True if a fast solver computed it
     logical :: quickly = .true.
-    !> Arguments, ascending, and |ln abs(rho)| of the multipliers in the upper half plane, if requested; shape (n, 2)
+    !> Multipliers in the upper half plane, if requested: their arguments, ascending, and |ln abs(rho)|; shape (n, 2)
     real(dp), allocatable :: angles(:, :)
   end type iterate_type
 
   abstract interface
-    !> Returns the member at lambda, not yet varied about a motion. Fails if there is none.
+    !> Returns the machine at lambda, not yet varied about a motion. Fails if there is no machine at lambda.
     subroutine member_at(self, lambda, varied, error)
       import :: dp, error_type, path_family_type, varied_frame_type
       implicit none (type, external)
@@ -68,23 +71,24 @@ module gestell_study_frame_model_path
     end subroutine member_at
   end interface
 
-  !> A point of the path: motion q and lambda, with the tangent (`along`, `rise`).
+  !> A point of the path: motion `q` and `lambda`, with the tangent (`along`, `rise`) of the path.
   type, public :: point_type
     real(dp), allocatable :: q(:, :), along(:, :)
     real(dp) :: lambda = 0, rise = 1
   end type point_type
 
-  !> First, minimum and maximum arc length.
+  !> Initial, minimum and maximum arc length of a step along the path.
   real(dp), parameter, public :: first_arc = 0.2_dp, least_arc = 1.0e-4_dp, greatest_arc = 0.5_dp
   !> A rotation of the frame beyond this angle (rad) ends a path.
   real(dp), parameter, public :: furthest_turn = 3
   !> `greatest_change`: maximum relative correction of a motion. `least_cosine`: minimum cosine of the angle between consecutive
-  !> tangents. `most_corrections`: maximum number of corrections.
+  !> tangents.
   real(dp), parameter :: greatest_change = 0.3_dp, least_cosine = 0.8_dp
+  !> Maximum number of corrections of a predicted point.
   integer, parameter :: most_corrections = 6
-  !> Relative error allowed for an iterate of a fast solver.
+  !> Relative error allowed for an iterate that a fast solver computes.
   real(dp), parameter :: of_iterate = 1.0e-6_dp
-  !> A full solution costs as much as so many fast ones.
+  !> Cost of a full solution, in fast solutions.
   integer, parameter, public :: slow = 50
 
 contains
@@ -104,7 +108,7 @@ contains
     where (is_rotation([(i, i = 1, size(units))])) units = sqrt(mass / inertia)
   end function units_of
 
-  !> Largest rotation (rad) in a motion.
+  !> Largest rotation of the frame (rad) in a motion.
   pure real(dp) function turn(self, q)
     class(path_family_type), intent(in) :: self
     real(dp), intent(in) :: q(:, :)
@@ -115,10 +119,10 @@ contains
     turn = maxval([(norm2(pack(q(i, :) * self%units, turns)), i = 1, size(q, 1))])
   end function turn
 
-  !> Computes the point at `lambda` near the motion q. Fails as `linearise` does.
+  !> Computes the point of the path at `lambda`, near the motion q. Fails as `linearise` does.
   subroutine first_point(family, q, lambda, way, at, error)
     class(path_family_type), intent(inout) :: family
-    !> Motion near the vibration; value of lambda
+    !> Motion near the vibration, and the value of lambda
     real(dp), intent(in) :: q(:, :), lambda
     !> 1: the tangent points to larger lambda, -1: to smaller
     integer, intent(in) :: way
@@ -136,13 +140,14 @@ contains
     call set_length(at, max(size_of(at%q), size_of(q_b) * merge(1, 0, family%from_rest)))
   end subroutine first_point
 
-  !> Follows the path from `at` by the length `arc`. Fails if the correction does not converge or the tangent turns too far.
+  !> Follows the path from `at` by the arc length `arc`. Fails if the correction does not converge or the tangent turns too far.
   subroutine advance(family, at, arc, next, easy, error)
     class(path_family_type), intent(inout) :: family
     type(point_type), intent(in) :: at
     real(dp), intent(in) :: arc
-    !> The new point, and true if at most two corrections were needed
+    !> The new point of the path
     type(point_type), intent(out) :: next
+    !> True if at most two corrections were needed
     logical, intent(out) :: easy
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: q_a(:, :), q_b(:, :), predicted(:, :), along(:, :), q(:, :)
@@ -198,7 +203,7 @@ contains
     q = cubic(x, resampled(from%q, n), resampled(to%q, n), arc * resampled(from%along, n), arc * resampled(to%along, n))
   end function between
 
-  !> The cubic through a at x = 0 and b at x = 1 with these slopes, at x.
+  !> Value at x of the cubic through a at x = 0 and b at x = 1 with the given slopes there.
   elemental real(dp) function cubic(x, a, b, slope_a, slope_b)
     real(dp), intent(in) :: x, a, b, slope_a, slope_b
 
@@ -216,8 +221,9 @@ contains
     point%rise = point%rise / length
   end subroutine set_length
 
-  !> Computes the next iterate of Newton's method about the motion q as q_a + lambda q_b. This is exact for a path from rest,
-  !> otherwise valid near `lambda`. Fails if the budget is used up, too many samples are needed, or `next_motion` fails.
+  !> Computes the next iterate of Newton's method about the motion q as the linear function q_a + lambda q_b. It is exact for a path
+  !> from rest, otherwise valid near `lambda`. Fails if `family%left` is used up, if too many samples are needed, or as
+  !> `next_motion` does.
   subroutine linearise(family, q, lambda, q_a, q_b, error)
     class(path_family_type), intent(inout) :: family
     real(dp), intent(in) :: q(:, :), lambda
@@ -248,8 +254,8 @@ contains
     q_a = q_a - ends(1) * q_b
   end subroutine linearise
 
-  !> Computes the next iterates about q at both values `ends` of lambda. The second has at least as many samples as the first.
-  !> Fails as `next_iterate` does.
+  !> Computes the next iterates about q at both values `ends` of lambda. The second iterate has at least as many samples as the
+  !> first. Fails as `next_iterate` does.
   subroutine solve_both(self, q, ends, next, error)
     class(path_family_type), intent(in) :: self
     real(dp), intent(in) :: q(:, :), ends(2)
@@ -260,8 +266,8 @@ contains
     if (.not. allocated(error)) call next_iterate(self, q, ends(2), size(next(1)%q, 1), next(2), error)
   end subroutine solve_both
 
-  !> Computes the next iterate about q at `lambda` with at least `samples` samples. Fails if it needs too many samples, or as
-  !> `next_motion` does.
+  !> Computes the next iterate about q at `lambda` with at least `samples` samples. Fails if the motion needs too many samples, or
+  !> as `next_motion` does.
   subroutine next_iterate(family, q, lambda, samples, next, error)
     class(path_family_type), intent(in) :: family
     real(dp), intent(in) :: q(:, :), lambda
@@ -289,7 +295,7 @@ contains
     if (family%multipliers) next%angles = angles_of(floquet)
   end subroutine next_iterate
 
-  !> Angles of an iterate_type, shape (n, 2); n = 0 if there are no multipliers.
+  !> Angles of the multipliers as in `iterate_type`, shape (n, 2); n = 0 if there are no multipliers.
   function angles_of(floquet) result(angles)
     type(floquet_type), intent(in) :: floquet
     real(dp), allocatable :: angles(:, :)
@@ -307,7 +313,7 @@ contains
     end associate
   end function angles_of
 
-  !> Motion at the fraction `part` of the way between two points, with the number of samples of the second.
+  !> Motion at the fraction `part` of the distance between two points, with the number of samples of the second point.
   function middle_of(at, next, part) result(q)
     type(point_type), intent(in) :: at, next
     real(dp), intent(in) :: part
@@ -316,7 +322,7 @@ contains
     q = resampled(at%q, size(next%q, 1)) * (1 - part) + next%q * part
   end function middle_of
 
-  !> Fourier series of a motion given by samples in the family's units.
+  !> Fourier series of a motion that is given by samples in the family's units.
   pure function motion_of(family, q) result(motion)
     class(path_family_type), intent(in) :: family
     real(dp), intent(in) :: q(:, :)
@@ -325,7 +331,7 @@ contains
     motion = series_through(spread(family%units, 1, size(q, 1)) * q)
   end function motion_of
 
-  !> A motion interpolated at more equidistant phases.
+  !> The motion q, interpolated at `samples` equidistant phases.
   function resampled(q, samples) result(more)
     real(dp), intent(in) :: q(:, :)
     integer, intent(in) :: samples

@@ -9,11 +9,11 @@ module gestell_study_frame_model_settled_family
   implicit none (type, external)
   private
 
-  !> Settles the members of `inner` on `model`.
+  !> A family whose members are the members of `inner`, settled on `model`.
   type, extends(family_type), public :: settled_family_type
-    !> The family of members that are not settled
+    !> The family whose members are not settled yet
     class(family_type), allocatable :: inner
-    !> Model and accuracy, as for `settle_member`
+    !> Model on which the members are settled; with `accuracy` an argument of `settle_member`
     character(len=11) :: model = "exact"
     type(accuracy_type) :: accuracy
   contains
@@ -23,7 +23,7 @@ module gestell_study_frame_model_settled_family
 
 contains
 
-  !> Returns the settled member. Fails if the inner family or `settle_member` does.
+  !> Returns the settled member. Fails as the inner family and `settle_member` do.
   subroutine member(self, parameters, system, error)
     class(settled_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)
@@ -34,7 +34,7 @@ contains
     if (.not. allocated(error)) call settle_member(system, trim(self%model), self%accuracy, error)
   end subroutine member
 
-  !> Returns the member of the inner family. Fails if that family does.
+  !> Returns the member of the inner family, not settled. Fails as that family does.
   subroutine bare_member(self, parameters, system, error)
     class(settled_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)

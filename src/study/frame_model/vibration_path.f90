@@ -22,15 +22,15 @@ module gestell_study_frame_model_vibration_path
 
   public :: follow_damping, follow_excitation, follow_speed, machine_path
 
-  !> One machine over a part of its excitation, over its speed, or over added damping.
+  !> A path of one machine over its excitation, its speed, or added damping.
   type, extends(path_family_type), public :: machine_path_type
     !> The machine
     type(varied_frame_type) :: varied
-    !> Speeds at lambda = 0 and 1 (rad/s); not used over the excitation
+    !> Speeds at lambda = 0 and 1 (rad/s); not used on a path over the excitation
     real(dp) :: speeds(2) = 0
-    !> Damping added at lambda = 0, relative to mass and moment of inertia (1/s)
+    !> Damping added at lambda = 0, divided by mass or moment of inertia (1/s)
     real(dp) :: drag = 0
-    !> The path ends at a smaller lambda
+    !> The path ends if lambda falls below this value
     real(dp) :: furthest_back = -1
   contains
     procedure :: member
@@ -38,18 +38,19 @@ module gestell_study_frame_model_vibration_path
 
   !> Maximum number of points of a path.
   integer, parameter :: most_points = 100
-  !> A motion below this part of the largest on the path ends it: the path has returned to rest.
+  !> The path ends if the motion falls below this fraction of the largest motion on it: the path has returned to rest.
   real(dp), parameter :: back_at_rest = 1.0e-4_dp
-  !> Speeds from which a path may start, relative to the requested speed. A machine usually arrives from slower speeds; beyond a
-  !> jump its vibration is that of faster speeds.
+  !> Speeds from which a path may start, relative to the requested speed. A machine usually speeds up to its speed, so slower ones
+  !> come first. Beyond a jump its vibration continues that of faster speeds.
   real(dp), parameter :: other_speeds(*) = [0.97_dp, 1.03_dp, 0.9_dp, 1.1_dp]
 
   !> The damping at the start is the larger of `of_speed` times the drive speed and `of_frequency` times the frequency of the
-  !> stiffest direction. It falls as exp(-fall lambda), so weakly damped resonances are approached slowly. `most_systems`: maximum
-  !> number of linear systems on this path.
+  !> stiffest direction. It falls as exp(-fall lambda), so weakly damped resonances are approached slowly.
   real(dp), parameter :: of_speed = 2, of_frequency = 1, fall = 12
+  !> Maximum number of linear systems that are solved on this path.
   integer, parameter :: most_systems = 500
-  !> A path that returns to more damping than at its start ends at another equilibrium of the frame.
+  !> Value of `furthest_back` on a path over damping. With more damping than at its start it leads to another equilibrium of the
+  !> frame.
   real(dp), parameter :: back_at_start = -0.1_dp
 
   character(len=*), parameter :: unfound = "no periodic vibration of the exact frame was found, starting from the linear " &
@@ -57,8 +58,8 @@ module gestell_study_frame_model_vibration_path
 
 contains
 
-  !> Follows the path over the excitation from rest. `varied` becomes `frame` varied about the first vibration found.
-  !> Fails if the paths in both directions end before.
+  !> Follows the path over the excitation from rest. `varied` becomes `frame` varied about the first vibration found. Fails if the
+  !> path ends in both directions before it reaches the machine's own excitation.
   subroutine follow_excitation(frame, accuracy, varied, steps, error)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
@@ -78,7 +79,7 @@ contains
     end do
   end subroutine follow_excitation
 
-  !> Follows paths over the speed from other speeds. Arguments and errors as in `follow_excitation`.
+  !> Follows paths over the speed, which start at other speeds. Arguments and errors as in `follow_excitation`.
   subroutine follow_speed(frame, accuracy, varied, steps, error)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
@@ -111,7 +112,7 @@ contains
     end do
   end subroutine follow_speed
 
-  !> Follows the vibration from heavy damping down to the machine's own. Arguments and errors as in `follow_excitation`.
+  !> Follows the vibration from heavy damping down to the machine's own damping. Arguments and errors as in `follow_excitation`.
   subroutine follow_damping(frame, accuracy, varied, steps, error)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
@@ -143,7 +144,8 @@ contains
       & varied, steps, error)
   end subroutine follow_damping
 
-  !> Adds dampers between the frame's centre and the ground, of `rate` times masses and moments of inertia (1/s).
+  !> Adds dampers between the frame's centre and the ground. Their coefficients are `rate` (1/s) times masses and moments of
+  !> inertia.
   pure subroutine add_drag(frame, units, rate)
     class(frame_type), intent(inout) :: frame
     real(dp), intent(in) :: units(:), rate
@@ -164,7 +166,8 @@ contains
     whole_mass = frame%mass + frame%mechanism%mass
   end function whole_mass
 
-  !> The path of the machine `varied`: over the excitation from rest, or over `speeds` at lambda = 0 and 1.
+  !> The path of the machine `varied`: over the excitation from rest or, if `speeds` is present, over the speed. `speeds`: speeds at
+  !> lambda = 0 and 1 (rad/s).
   function machine_path(varied, accuracy, speeds) result(family)
     type(varied_frame_type), intent(in) :: varied
     type(accuracy_type), intent(in) :: accuracy
@@ -178,7 +181,7 @@ contains
     if (present(speeds)) family%speeds = speeds
   end function machine_path
 
-  !> Returns the machine at `lambda`. Fails if the speed changes its sign or the damping far exceeds that at the start of the path.
+  !> Returns the machine at `lambda`. Fails if the speed changes its sign, or if the damping far exceeds the damping at the start.
   subroutine member(self, lambda, varied, error)
     class(machine_path_type), intent(in) :: self
     real(dp), intent(in) :: lambda
@@ -201,8 +204,8 @@ contains
     end if
   end subroutine member
 
-  !> Follows the path from the vibration q at lambda = 0 to lambda = 1; `varied` becomes varied about the vibration there. `way`:
-  !> initial direction of lambda, 1 or -1. Fails if the path ends before.
+  !> Follows the path from the vibration q at lambda = 0 to lambda = 1; `varied` becomes the frame varied about the vibration there.
+  !> `way`: initial direction of lambda, 1 or -1. Fails if the path ends before lambda = 1.
   subroutine follow_path(family, frame, q, way, varied, steps, error)
     type(machine_path_type), intent(inout) :: family
     class(frame_type), intent(in) :: frame
