@@ -74,7 +74,7 @@ def compare(what, text, folder, report):
             near(f"{name}: {key}", row[key], total[key], 1e-8 * total[key] + 1e-10)
         for key in ("xi_peak_m", "eta_peak_m", "psi_peak_rad"):
             greatest = max(abs(one[key.replace("_peak", "")]) for one in response)
-            # 360 rows pass by a peak of some orders by less than this
+            # between 360 rows a peak of a few orders is missed by less than this
             near(f"{name}: {key}", row[key], greatest, 2e-3 * greatest + 1e-12)
         for one in orders:
             if (one["aim"], one["links"]) == (row["aim"], row["links"]):

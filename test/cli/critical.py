@@ -5,7 +5,7 @@ import math
 
 from harness import Folder, Run, check, equal
 
-# A slider-crank on soft feet: about 500 1/min order 2 of mode 2 shakes it, and mode 3 meets order 3 without being heard.
+# A slider-crank on soft feet: near 500 1/min order 2 excites mode 2, and order 3 crosses mode 3 without a visible effect.
 NEEDLE = """&case title = 'Needle drive', tasks = 'critical' /
 &drive speed_rpm = 3000 /
 &joint name='O', type='ground', position=0,0 /

@@ -79,7 +79,7 @@ def design_tests():
             near("design, bounds: force", float(goal["after"]), force(math.hypot(*rest)), 1e-7 * force(0.05))
             for row, left in zip(rows, rest):
                 near(f"design, bounds: {row['parameter']}", float(row["after"]), -0.02, 1e-9)
-                # d|u| = left / |u| of a hundredth of the range
+                # d|u| = left / |u| times a hundredth of the range
                 near(f"design, bounds: worth of {row['parameter']}", float(row["bound_worth_percent"]),
                      left / math.hypot(*rest)**2 * 0.10, 1e-3)
             other = Folder(input=(folder / "input" / "design.nml").read_text().replace("'design'", "'response', 'stability'")
@@ -100,7 +100,7 @@ def design_tests():
     if len(found) == 2:
         values = [float(goals[0]["after"]) for goals in found.values()]
         near("design: gain from a limit", float(found[-0.8][1]["limit_worth_percent"]), 100 * (1 - values[1] / values[0]), 0.02)
-    # within a circle, in another unit: of the unbalance 0.05 kg m its radius is left out
+    # within a circle, in another unit: the circle's radius cancels a part of the unbalance of 0.05 kg m
     circle = ("&units length='mm' /\n" + PLACES.replace("0.08", "80") + "&objective quantity='fx' /\n"
               "&constraint quantity='link(cw).offset', at_most=0.02 /\n")
     lengths = re.compile(r"(radius|position|center|origin)=([-\d.e]+)(?:,([-\d.e]+))?")
@@ -155,7 +155,7 @@ def design_tests():
                 "a curve", values)
             texts = drawn("design, trade-off", folder / "input").get("design_trade_off", "")
             check("design, trade-off: picture", not GNUPLOT or "machine of the input" in texts, "the legend", texts)
-    # from a mass of zero, where its place does not count
+    # starting with a mass of zero, where its position has no effect
     free = ("&design parameter='link(cw).center(1)', from=-0.08, to=0.08 /\n&design parameter='link(cw).mass', from=0, to=3 /\n"
             "&objective quantity='shaking.fx' /\n")
     with Folder(input=ROTOR.replace("mass=1.0, inertia=0.0 /", "mass=0.0, inertia=0.0 /") + free) as folder:
@@ -210,7 +210,7 @@ def between_tests():
             worst = max(rms(300 + 700 * k / 2e5) for k in range(200001))
             near("design, between, scatter: the worst", float(goal["after"]), worst, 1e-5 * worst)
             near("design, between, scatter: the best", stiffness, 4.4e4, 1.0)
-    # within its limit at the start: it stays within it, everywhere
+    # the start is within its limit, and so is the result at all speeds
     limited = ("&sweep parameter='drive.speed_rpm', from=600, to=700, count=2 /\n&objective quantity='xi', measure='peak' /\n"
                "&constraint quantity='fx', at_most=400 /\n&design parameter='foundation.stiffness(1,1)', from=4e4, to=2e5, starts=4 /\n")
     with Folder(input=ROTOR + limited) as folder:
@@ -222,7 +222,7 @@ def between_tests():
             stiffness = float(table(folder / "input", "design")[0]["after"])
             worst = max(rms(600 + 100 * k / 2e5) for k in range(200001))
             check("design, between, limit: kept everywhere", worst <= 400 * (1 + 1e-6), 400, worst)
-    # from 604 to 675 1/min lie the resonances of these mountings: the sampled speeds meet the limit, the range does not
+    # the resonances of these mountings lie between 604 and 675 1/min: the limit is met at the sampled speeds, but not in the range
     with Folder(input=ROTOR + limited.replace("400", "2000").replace("4e4", "8e4").replace("2e5", "1e5")) as folder:
         run = Run(folder, "input.nml")
         if run.done("design, between, out of reach"):
@@ -389,7 +389,7 @@ def limit_tests(reach):
             as folder:
         if Run(folder, "-q", "input.nml").done("design, torque at least"):
             equal("design, torque at least: state", table(folder / "input", "design_goals")[1]["state"], "met")
-    # the best radius is 0.05 m; at another one their difference is left
+    # the best radius is 0.05 m; with another radius the difference of both remains as unbalance
     for radius in (0.02, 0.07):
         with Folder(input=ROTOR + PLACES + "&objective quantity='fx' /\n"
                     + f"&constraint quantity='link(cw).offset', equals={radius} /\n") as folder:

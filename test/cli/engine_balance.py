@@ -117,7 +117,7 @@ def engine_tests():
                 compare(f"{name}, order {k}: force, turning {i}", turned[i], (force[0] + sense * force[1]) / 2, unit)
                 compare(f"{name}, order {k}: couple, turning {i}", turned[2 + i], (couple[0] + sense * couple[1]) / 2,
                         unit * SPACING)
-            # the books' numbers, that the sums above are these
+            # the textbooks' values, to check the sums above
             for i, size in enumerate(book.get(k, (0, 0))):
                 if size is not None:
                     compare(f"{name}, order {k}: {('force', 'couple')[i]} of the book", math.hypot(*row[3 * i:3 * i + 2]),
@@ -161,7 +161,7 @@ def shaft_tests():
     second = ratio + ratio**3 / 4 + 15 / 128 * ratio**5 + 35 / 512 * ratio**7
     shaft = 0.9 * 3.9583e-3 * (2 * speed)**2
     bare = ["--set", "link(forward).mass=0", "--set", "link(backward).mass=0"]
-    # a motor on the block takes the torque's second order from it; with the engine's flywheel the block feels it
+    # with a motor on the block the torque's second order acts within the block; with the engine's flywheel it acts on the block
     text = (DATA / "engine_in_space.nml").read_text()
     motor = text.replace("held_by = 'flywheel', flywheel_inertia = 0.12", "held_by = 'motor'")
     for what, text, settings, force, couple, roll in (
@@ -174,7 +174,7 @@ def shaft_tests():
             continue
         axes = table(run.out, "SHAKING FORCES AND COUPLES")
         equal(f"inline four {what}: no first order", axes["1"], [0.0] * 6)
-        # the series' next term, 1e-5 of a force of which the shafts leave a fiftieth
+        # the next term of the series, 1e-5 of a force that the shafts reduce to a fiftieth
         near(f"inline four {what}: second order", axes["2"][1], force, 2e-5 * 4 * cylinder * second)
         compare(f"inline four {what}: pitching", axes["2"][3], couple, 1.0)
         compare(f"inline four {what}: rolling", axes["2"][5], roll, 1.0)
@@ -376,7 +376,7 @@ def compare_drive(name, turns, found):
             elif key == "order" or key.endswith("_strongest_order") or key.endswith("torque_Nm"):
                 factor = 1 / turns
             one, other = ([float(row[key]) for row in table] for table in (a, b))
-            # angles of peaks are known to the root of the roundings
+            # angles of peaks are accurate to the root of rounding
             scale = (1e-5 if key.endswith("peak_crank_deg") else 1e-10) * factor * max(abs(x) for x in other)
             near(f"{name}: {key} of {which}", max(abs(x - factor * y) for x, y in zip(one, other)), 0, scale + 1e-11)
     near(f"{name}: the power is torque times the drive's speed", float(found[0]["power"][5]["torque_Nm"])

@@ -154,7 +154,7 @@ def test_every_call():
                     for sticky in ("", "1")[:1 + (n % 4 == 0)]:
                         scene.begin()
                         run = scene.run(at=n, errno=number, sticky=sticky)
-                        # the tiles that are done are kept
+                        # finished tiles are kept
                         scene.judge(f"{what}, call {n} of {calls}{' and later' * bool(sticky)}", run, kept=["sweep.blocks"])
                 if what == "sweep":
                     run = Run(folder, *scene.arguments, "-o", "out")
@@ -190,7 +190,7 @@ def test_short_and_killed():
                 run = scene.run(at=n, command="rm -r out")
                 check(f"folder removed at call {n}", (run.code, run.err.count("\n")) in ((4, 1), (1, 1), (0, 0)), "a line",
                       (run.code, run.err))
-            # the other one ends within this one's calls: its files, then this one's; the first four make folders, one run at a time
+            # the other run ends during this run's calls: its files come first, then this run's. The first four calls create folders, one run at a time
             for n in range(5, calls + 1, 5):
                 scene.begin()
                 run = scene.run(at=n, command=f"'{Run.program}' -q --set case.title=other -o out input.nml")

@@ -74,7 +74,7 @@ def test_tables():
     for count in (7, 8, 36, 361):
         table = [lift_at(2 * math.pi * k / count) for k in range(count)]
         same(f"table of {count}", sound, compute(f"table of {count}", follower("lift_table=" + listed(table))), 1e-8)
-    # a cam that is keyed 40 deg ahead, and a crank whose joint lies 40 deg behind
+    # a cam keyed 40 deg ahead is equivalent to a crank whose joint lies 40 deg behind
     moved = [lift_at(2 * math.pi * k / 36 + math.radians(40)) for k in range(36)]
     phase = compute("follower, phase", follower("lift_phase=40.0, lift=" + listed(HARMONICS)))
     same("a phase and a table that begins there", phase, compute("table, moved", follower("lift_table=" + listed(moved))), 1e-8)

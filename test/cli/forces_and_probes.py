@@ -62,9 +62,9 @@ def test_golden():
                 if word in ("support", "name", "verdict") or "error" in word or word.endswith("phase_rad"):
                     continue
                 numbers = [0 if x != x else x for x in column(right, word)]
-                # Phi(T) to 1e-9 at worst, condition 10; where a peak is shifts by the root of that.
+                # Phi(T) is accurate to 1e-9 at worst, condition 10; the angle of a peak to the root of that.
                 rate = 1e-3 if word.endswith("peak_crank_deg") else 1e-8
-                # Of a component that hardly moves the other one sets the scale.
+                # A component that hardly moves is compared on the scale of the other one.
                 scale = [abs(x) for other in (word, word.replace("x_", "y_")) if other in header for x in column(right, other)]
                 series(f"{name}: {word}", [0 if x != x else x for x in column(came, word)], numbers,
                        rate * max(x for x in scale if x == x) if any(x == x for x in scale) else 0)

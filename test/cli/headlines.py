@@ -183,7 +183,7 @@ def test_undamped():
         equal("undamped, sweep", [row.rpartition(",")[2].strip() for row in rows if row[0] != "#"][1:], ["undamped"] * 3)
 
 
-# On one mount, which two turns of the frame meet without resistance: about rest it turns by hundreds of radians.
+# On one mount, which does not resist two rotations of the frame: about rest the frame turns by hundreds of radians.
 ON_ONE_MOUNT = """&model frame='first_order' /
 &drive speed_rpm=3665.4 /
 &joint name='J1', type='ground', position=0,0 /

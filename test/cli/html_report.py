@@ -104,7 +104,7 @@ def test_report():
         again.done("report, quiet")
         equal("report, quiet: nothing printed", again.out, "")
         same = (folder / "input/report.html").read_text(encoding="utf-8")
-        # Pictures hold no date; gnuplot gives the same bytes.
+        # Pictures contain no date, so gnuplot writes the same bytes.
         check("report: the same bytes", same == text, "the same", "other bytes")
 
 

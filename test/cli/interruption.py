@@ -56,7 +56,7 @@ def test_threads():
     for what, text in CASES.items():
         with Folder(input=text) as folder:
             outputs = {}
-            # two of them with stacks as small as the program admits
+            # two of them with the smallest stacks that the program accepts
             for threads, stack in (("1", "8M"), ("2", "256k"), ("3", "8M")):
                 run = Run(folder, "-o", threads, "input.nml", environment={"OMP_NUM_THREADS": threads, "OMP_STACKSIZE": stack})
                 run.done(f"{what}, {threads} threads")

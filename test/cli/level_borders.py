@@ -200,7 +200,7 @@ def follows(what, table, function, level, axes, deviation):
     below on the right."""
     place = lambda value, a, b, log: math.log(value / a) / math.log(b / a) if log else (value - a) / (b - a)
     value = lambda u, a, b, log: a * (b / a) ** u if log else a + u * (b - a)
-    # a range that descends turns the plane over: on the left where the first parameter points to the right, the second upward
+    # a descending range mirrors the plane: "left" refers to the first parameter pointing to the right, the second upward
     turned = (axes[0][1] < axes[0][0]) != (axes[1][1] < axes[1][0])
     seen = 0
     for row, after in zip(table, table[1:]):
@@ -331,7 +331,7 @@ def test_map_as_single_runs():
     with Folder(input=machine + axis(FIRST, 280, 310, 3) + axis(ALONG, 15000, 30000, 2) + words) as folder:
         Run(folder, "-q", "input.nml").done("map of the exact frame")
         table = rows(folder / "input")[1]
-        # the sides of the first order's resonance, which are unlike
+        # both sides of the first order's resonance, which differ
         equal("map of the exact frame, curves", {(row[0], row[3]) for row in table}, {("1", "level"), ("2", "level")})
         for row in table:
             x, y = float(row[1]), float(row[2])

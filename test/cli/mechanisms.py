@@ -242,7 +242,7 @@ def test_mass_functions():
                    [(k * omega) ** 2 * math.hypot(*values[2 * k - 1:2 * k + 1]) for k in range(1, 9)])
         shakes(f"{what}, moment", source, 2,
                [k * omega ** 2 * math.hypot(*moment[2 * k - 1:2 * k + 1]) for k in range(1, 9)])
-    # means of a1, a2, a3 are no forces, and the moment's mean is no moment; they are masses, though
+    # the means of a1, a2, a3 and of the moment function cause no force or moment, but they act as masses
     more = compute("another a3", text.replace(f"a3={a3[0]!r}", f"a3={a3[0] + 0.1!r}"), *FINE)
     if more:
         differ = more["multipliers.csv"]["re"] != functions["multipliers.csv"]["re"]
@@ -312,7 +312,7 @@ def test_units():
     """Input in other units yields the same bytes as in SI units."""
     expected = bytes_of("SI", SI.replace("@", ""))
     equal("SI, files", len(expected), 4)
-    # all numbers are whole ones, so that dividing them by a whole factor rounds as reading the decimal number does
+    # all numbers are integers, so that dividing them by an integer factor rounds like reading the decimal number
     for what, words, powers in (
             ("SI spelt out", "length='m', mass='kg', inertia='kg m^2', stiffness='N/m', force='N', moment='N m', "
              "damping='N s/m', rotary_damping='N m s', angle='deg'", {}),
@@ -329,7 +329,7 @@ def test_units():
         equal(f"{what}: the bytes of SI", bytes_of(what, typed_in(words, powers)) == expected, True)
     check("units have an effect", bytes_of("kN m", SI.replace("@", "&units moment='kN m' /\n")) != expected, "other bytes", "the same")
 
-    # numbers with decimals are rounded twice, which the multipliers see a hundredfold
+    # numbers with decimals are rounded twice, and the multipliers amplify this a hundredfold
     base = compute("deg", SI.replace("@", ""), *FINE)
     radians = re.sub(r"\b(\w*angle)=([-0-9.]+)", lambda key: f"{key[1]}={math.radians(float(key[2]))!r}",
                      SI.replace("@", "&units angle='rad' /\n"))
@@ -360,7 +360,7 @@ def test_units():
             ("rotary_damping=kp m s", "foundation.damping(3)", 0.7, 0.7 * 9.80665),
             ("rotary_damping=kp cm s", "foundation.damping(3)", 70.0, 70 * 0.0980665)):
         quantity = unit.partition("=")[0]
-        # the others of that quantity once in SI and once in the unit
+        # the other keys of that quantity once in SI and once in the unit
         lone = OF_ONE_QUANTITY[quantity]
         one = compute(unit, lone, "-s", f"units.{unit}", "-s", f"{key}={value!r}", *FINE)
         other = compute(f"SI for {unit}", lone, "-s", f"{key}={si!r}", *FINE)

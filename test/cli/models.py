@@ -21,7 +21,7 @@ ON_ONE_MOUNT = """\
 &frame mass=114.0, inertia=7.258, origin=0,0 /
 &support position=0,-0.35, stiffness=100,100, damping=1,1 /
 """
-# An exact Lagrange model, and Exudyn 1.13, fully nonlinear, by differences of its map of one turn: found outside of this project,
+# By an exact Lagrange model, and by Exudyn 1.13, fully nonlinear, with differences of its map of one turn: independent of this project,
 # whose own comparison with Exudyn agrees to 5e-8 (doc/validation.md)
 EXUDYN = 1.014767952
 TONGUE_SPEED = ("-s", "drive.speed_rpm=2426")
@@ -137,7 +137,7 @@ def test_points_of_the_frame():
             near(f"moment and response, row {k}", forces["m_total_Nm"][k], response["m_Nm"][k], 1e-9)
         drive, dampers = power["drive_W"][:-1], power["dampers_W"][:-1]
         missed = abs(sum(drive) - sum(dampers)) / len(drive) / max(map(abs, drive))
-        # the motion is known to 1e-9, and 64 rows are enough for its orders
+        # the motion is accurate to 1e-9, and 64 rows are enough for its orders
         check("power over a turn", missed < 1e-8, "below 1e-8 of the greatest", repr(missed))
 
 
@@ -212,7 +212,7 @@ def test_borders():
                 one = Run(folder, "-s", f"model.frame='{model}'", "-s", f"drive.speed_rpm={speed + side * 1e-5!r}", "-o", "one",
                           "-s", "accuracy.tolerance=1e-11", "input.nml")
                 check(f"borders, {model}, {speed} {side:+d}e-5 rpm", f"VERDICT  {expected}" in one.out, expected, one.out[:900])
-        # the exact one less first order: of second order in the motion
+        # the exact one minus the first-order one: of second order in the motion
         near("width of the tongue, first order and exact", width["first_order"] / width["exact"], 1, 1e-2)
         check("width of the tongue about rest", width["rest"] < 0.2 * width["exact"], "less than a fifth", width)
 

@@ -96,7 +96,7 @@ def test_moments():
             right = lost(places, turns)
             largest = max(abs(x) for vector in right for x in vector)
             off = max(abs(x - y) for a, b in zip(came, right) for x, y in zip(a, b))
-            # the motion is good to some 1e-12 of itself, two derivatives of up to 48 orders take three digits
+            # the motion is accurate to some 1e-12, two derivatives of up to 48 orders cost three digits
             check(f"{dofs}: moment on the ground and loss of angular momentum", off < 1e-8 * largest,
                   f"less than 1e-8 of {largest}", off)
 

@@ -29,11 +29,11 @@ def test_probe():
                                                          "supports_harmonics.csv", "supports_history.csv"])
         text = "".join((folder / "far" / name).read_text() for name in left)
         check("a probe beyond all numbers, tables", not re.search("NaN|Infinity", text), "numbers", "others")
-        # The verdict has the exit code, the failure its line.
+        # The exit code is that of the verdict; the failure is reported in a line.
         run = Run(folder, "-q", "--fail-if-unstable", "-s", "support.damping=0,0", "-s", "probe.position(1)=-9e306", "-o", "both",
                   DATA / "compressor.nml")
         run.refused("not stable, and a probe beyond all numbers", 10, re.compile(r"note: the motion of a probe overflows double precision"))
-        # Its acceleration alone overflows, and nobody asks for the torque.
+        # Only its acceleration overflows, and the torque is not requested.
         run = Run(folder, "-s", "probe.position(1)=-9e305", "-s", "case.tasks='response'", "-o", "fast", DATA / "compressor.nml")
         run.refused("a probe faster than all numbers", 4, re.compile(r"the motion of a probe overflows double precision"))
         # Squares of its velocity overflow, not the velocity.
@@ -207,7 +207,7 @@ GROWING = """\
 &support position=5.6546E-004,0.501836E-3, stiffness=45961.6,2.0534E+005, damping=965.679,33.3539, axes='frame' /
 """
 
-# An inertia that weighs on no spring: its velocities are 1e-224 of their unit.
+# An inertia so large that springs do not matter: its velocities are 1e-224 of their unit.
 HEAVY = """\
 &case tasks='stability','modes' /
 &model frame='rest' /

@@ -14,7 +14,7 @@ PINS, BANKS, ALONG, _ = ENGINES["I3"]
 OWN = "".join(line.replace("&joint ", "&joint mechanism='m', ") + "\n" for line in LINKAGE.format(*PLACES).splitlines())
 PLANE = "&drive speed_rpm={0} /\n" + STAND + "&mechanism name='m', ratio={1} /\n" + OWN
 SPACE = engine(PINS, BANKS, ALONG, rpm="{0}").replace("&mechanism name='c0'", "&mechanism ratio={1}, name='c0'")
-# A ratio as it is typed, the turns of the drive after which all shafts stand as before, and those of the shaft in them.
+# A ratio as typed, the turns of the drive after which all shafts are back in position, and the turns of the shaft in this time.
 HALF, BACKWARD, THIRD, GEAR = ("0.5", 2, 1), ("-3,2", 2, -3), ("0.333333333333", 3, 1), ("17,23", 23, 17)
 ALONE = ("0.5", 2, None)
 
@@ -33,8 +33,8 @@ def both(text, rpm, place, ratio):
 
 
 def each(head, fill, plane=(HALF, BACKWARD, ALONE), space=(HALF,)):
-    """Runs of both words for every ratio, in the plane and in space: name, folder, ratio and both runs. `fill`: what goes into the
-    head of the input, of the speed and the turns by which orders are to be multiplied."""
+    """Runs both machines for every ratio, in the plane and in space, and yields name, folder, ratio and both runs. `fill` returns the
+    additions to the head of the input for a speed and a factor of the orders."""
     for what, text, rpm, place, ratios in (("plane", PLANE, 240.0, "", plane), ("space", SPACE, 700.0, ",0.02", space)):
         for ratio in ratios:
             name = f"ratio {ratio[0]}, {what}"
@@ -148,7 +148,7 @@ def study_tests():
     for name, folder, ratio, runs in each(head, lambda rpm, turns: (repr(rpm), repr(1.1 * rpm), 2), plane=(HALF, BACKWARD)):
         for table in ("design", "design_goals", "design_range"):
             alike(name, folder, table, ratio, 1e-6)
-    # the torque of the slow drive is twice as great; separation by the slow drive's orders 1 to 4 is not that by 1/2, 1, ..., 4
+    # the torque of the slow drive is twice as large; separation from the slow drive's orders 1 to 4 differs from that by 1/2, 1, ..., 4
     head = ("&case tasks='design' /\n&design parameter='link(cam).mass', from=0.1, to=1 /\n&objective quantity='torque', "
             "measure='{0}' /\n&constraint quantity='f', measure='rms', at_most=1e4 /\n")
     for measure in ("rms", "peak"):
@@ -197,7 +197,7 @@ def held_tests():
             name = f"ratio -1,2, {what}, {holder.split(',')[0]}, {model}"
             with Folder(input=f"&model frame='{model}' /\n" + text) as folder:
                 if Run(folder, "-q", "-o", "out", "-s", "drive.speed_rpm=625", "input.nml").done(name):
-                    # the reference's integration leaves 1e-10 of the multipliers; 60 harmonics of the motion reach its 1e-9
+                    # the reference's integration has an error of 1e-10 in the multipliers; 60 harmonics of the motion are accurate to 1e-9
                     near(f"{name}: rho", greatest(folder / "out" / "multipliers.csv"), rho, 1e-10)
                     for dof, size in zip(DOF if what == "space" else ("xi", "eta", "psi"), sizes):
                         near(f"{name}: rms of {dof}", rms(folder / "out" / "harmonics.csv", dof), size, 1e-9 * max(sizes))
@@ -270,7 +270,7 @@ def word_tests():
             check(f"ratio 0.5: {script}.gp", words in text, words, text[:600])
 
 
-# A shaft that turns 30 times as fast and hardly moves the frame: all its orders are multiples of 30.
+# A shaft that turns 30 times as fast and hardly shakes the frame: all its orders are multiples of 30.
 QUICK = """&case tasks='stability' /
 &drive speed_rpm=300 /
 &joint name='O', type='ground', position=0,0 /

@@ -99,7 +99,7 @@ def recorded(what, folder):
     equal(f"record {what}", (run.code, run.err), (0, ""))
     if run.code:
         return []
-    # What takes how long differs from run to run, and with it the rows.
+    # Measured times differ from run to run, and so do the rows.
     timed = what == "trade"
     lines = ["== report", *([] if timed else run.out.splitlines())]
     for name, table in json.loads((folder / "out" / "results.json").read_text())["tables"].items():

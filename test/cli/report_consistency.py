@@ -7,7 +7,7 @@ from broken_inputs import SOUND
 from harness import Folder, Run, Table, check, equal, near
 from verdicts import SIEVE
 
-# A disc with an eccentric mass on mounts that are alike in all directions: its force turns and keeps its size.
+# A disc with an eccentric mass on mounts that are equal in all directions: its force rotates with constant size.
 DISC = """&case title='Disc', tasks='stability','response','forces' /
 &drive speed_rpm=600 /
 &joint name='O', type='ground', position=0,0 /

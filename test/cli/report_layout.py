@@ -8,7 +8,7 @@ from pathlib import Path
 from harness import Folder, Run, check, equal
 
 DATA = Path(__file__).resolve().parents[2] / "data"
-# Fewer machines where there are many; the tables stay as wide.
+# Fewer points for large sweeps; the width of the tables does not change.
 FEWER = {"khang_chart": "sweep.count=20", "khang_speeds": "sweep.count=9", "sieve_borders": "sweep.count=9"}
 EVERY = {"compressor": "case.tasks='stability','modes','response','forces','power','drawing','sensitivity'",
          "watt_six_bar": "case.tasks='trade'"}

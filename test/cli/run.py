@@ -75,7 +75,7 @@ FOUR_BAR = CHECKOUT / "data" / "khang_four_bar.nml"
 GOLDEN = HERE / "golden"
 NUMBER = re.compile(r"-?\d\.\d{16}E[+-]\d{3}")
 
-# The converged values that are known of the mechanism of Tables 1 to 3, with all digits that hold; the bound on the
+# The known converged values of the mechanism of Tables 1 to 3, with all reliable digits; the bound on the
 # greatest modulus from Liouville's theorem is the geometric mean of all moduli.
 KNOWN = {
     240: dict(x0="0.000223724 -0.000001189 -0.000728151 0.002650688 -0.00002744 -0.010141786".split(),
@@ -409,7 +409,7 @@ def test_set():
             equal("--set of harmonics", len(Table(folder / "a" / "harmonics.csv").rows), 4)
         if Run(folder, "-q", "-s", "case.title=two\nlines", "input.nml", "-o", "d").done("a title of two lines"):
             equal("a title of two lines", Table(folder / "d" / "response.csv").preamble[0], "# title: two lines")
-        # the multipliers do not depend on where the turn begins: both have them to 1e-9 times their condition
+        # the multipliers do not depend on the start of the turn: both runs are accurate to 1e-9 times the condition
         Run(folder, "-q", "input.nml", "-o", "e").done("no phase")
         for phase in ("77.7", "3.6e17"):
             if Run(folder, "-q", "-s", f"joint(A).phase={phase}", "input.nml", "-o", "f").done(f"phase {phase}"):
@@ -621,7 +621,7 @@ def test_extremes():
             numbers = [value for table in body(folder / "input").values() for row in table for value in row]
             check(f"{what}, files", all(map(math.isfinite, numbers)), "finite numbers", "others")
             check(f"{what}, report", not re.search(r"NaN|Infinity|\*\*", run.out), "finite numbers", run.out)
-            # The verdict stands, and its file, where only the vibration failed.
+            # If only the vibration failed, the verdict and its file remain.
             check(f"{what}, files are written", bool(numbers) == (run.code == 0) or
                   (run.code == 4 and "vibration cannot be computed" in run.err and files(folder / "input") == ["multipliers.csv"]),
                   "files with 0, none or the multipliers with 4", files(folder / "input"))

@@ -42,7 +42,7 @@ def test_paper():
                 # a force grows with masses, stiffness and damping by the same factor; a displacement stays
                 near(f"sensitivity of {name}, {what}: forces", masses + change["support.stiffness"] + change["foundation.damping"],
                      inertial, bound)
-                # and as (1/time)^2 if the clock goes faster: the speed as 1/time, stiffness and damping with it
+                # and as (1/time)^2 if the unit of time changes: the speed as 1/time, stiffness and damping accordingly
                 near(f"sensitivity of {name}, {what}: time",
                      change["drive.speed_rpm"] + 2 * change["support.stiffness"] + change["foundation.damping"], temporal, bound)
                 near(f"sensitivity of {name}, {what}: supports", sum(change[f"support({i}).stiffness"] for i in range(1, 5)),

@@ -82,7 +82,7 @@ def engine_tests():
                     expected = amplitude(cylinders, int(row["order"]), axis, len(cylinders) * PISTON)
                     near(f"several, {name}: order {row['order']} of {key}", float(row[f"{key}_m_amplitude"]), expected,
                          1e-9 * greatest)
-    # Lanchester's balancer: two shafts that turn twice as fast, against each other, take the second order of four cylinders
+    # Lanchester's balancer: two counter-rotating shafts at twice the speed remove the second order of four cylinders
     cylinders = [(0, 0), (180, 0), (180, 0), (0, 0)]
     unbalance = 4 * PISTON * lift_orders(2)[2] / 2
     shafts = "".join(
@@ -274,7 +274,7 @@ def test_many_turns():
                 return
             check(f"{name}: stable", run.out.splitlines()[-1].startswith("VERDICT  stable"), "stable", run.out[-300:])
             peaks.append(max(abs(float(row["psi_rad"])) for row in rows(folder / "input" / "response.csv")))
-    # 1e-6 kg of 9 kg, which is as near as the samples of one turn lie to those of 64
+    # the additional 1e-6 kg of 9 kg have no effect; samples over one turn and over 64 turns find the peak to 1e-3
     near("many turns: psi", peaks[1], peaks[0], 1e-3 * peaks[0])
 
 

@@ -68,7 +68,7 @@ def test_references():
             run = Run(folder, "--verbose", "input.nml", "-s", setting)
             if not run.done(setting):
                 continue
-            # By steps over the whole period some of these would need hundreds of millions.
+            # With steps over the whole period some of these would need hundreds of millions of evaluations.
             evaluations = [int(number) for number in re.findall(r"(\d+) evaluations[;,]", run.flat)]
             check(f"{setting}, work", len(evaluations) == 1 and evaluations[0] < 10000, "less than 10000 evaluations", evaluations)
             check(f"{setting}, verdict", "VERDICT  stable" in run.out, "stable", run.out)
@@ -158,7 +158,7 @@ def test_resonance():
         run = Run(folder, "-q", "input.nml", *settings, "-s", "foundation.damping=0,0,0")
         run.refused("resonance", 4, re.compile(rf"the periodic vibration cannot be computed: .*\(resonance\).*; {sentence}"))
         equal("resonance, files", files(folder / "input"), ["multipliers.csv"])
-        # the exact frame has no vibration that multipliers could be about; the one about rest says why
+        # the exact frame has no vibration to linearise about; the message uses the vibration about rest
         run = Run(folder, "-q", "input.nml", *settings, "-s", "foundation.damping=0,0,0", "-s", "model.frame=exact", "-o", "exact")
         run.refused("resonance, exact", 4, re.compile(rf"no periodic vibration of the exact frame was found, .*; the equations about rest have none either; {sentence}"))
         equal("resonance, exact, files", files(folder / "exact"), [])
@@ -230,7 +230,7 @@ def test_overdamped():
             near("overdamped, peak", auto[0], gauss[0], 1e-4 * gauss[0] + auto[1])
 
 
-# Near a dead point a local error arises in mid-turn, and strong damping makes it vanish before the turn ends.
+# Near a dead point a local error arises in mid-turn, and strong damping removes it before the turn ends.
 MID_TURN = """\
 &case title='Local errors in mid-turn', tasks='response' /
 &drive speed_rpm=9264.774065173902 /

@@ -60,7 +60,7 @@ HELD = {
         "exact": (0.847702723373, (1.8241902034515e-02, 4.3804008028971e-04, 6.6961479075409e-04, 1.3364267543394e-03,
                                    3.8162602628504e-03, 1.7855034507100e-02), None)},
 }
-# data/engine_in_space.nml is validation/space/inline_four.nml in other words, its crank at 90 deg where that one's is at 0.
+# data/engine_in_space.nml describes validation/space/inline_four.nml in another way; its crank is at 90 deg where the other one is at 0.
 ENGINE = (336, 0.716992557639, (7.8441568718468e-06, 6.8979299597789e-06, 1.8997896654406e-06, 5.0284783159456e-05,
                                 5.0841084388053e-05, 2.6008034566268e-04))
 
@@ -201,11 +201,11 @@ def tilted_machine(weighs=False):
             f"&gravity direction={placed(math.cos(math.radians(70)), -math.sin(math.radians(70)))} /\n"
     for x, y, kx, ky, bx, by, angle in SUPPORTS:
         plane += f"&support position={x},{y}, stiffness={kx},{ky}, damping={bx},{by}, angle={angle}{turning} /\n"
-        # its own angle first: yaw, pitch, roll of both together
+        # first its own angle, then yaw, pitch and roll of both together
         axes = times(q, turned(2, angle))
         angles = (math.degrees(math.atan2(axes[1][0], axes[0][0])), math.degrees(math.asin(-axes[2][0])),
                   math.degrees(math.atan2(axes[2][1], axes[2][2])))
-        # two halves on both sides of the plane, which hold the frame there too
+        # two halves on both sides of the plane, which also hold the frame out of the plane
         for z in (-0.2, 0.2):
             space += f"&support position={placed(x, y, z)}, stiffness={kx / 2},{ky / 2},2e4, damping={bx / 2},{by / 2},25, " \
                 f"angle={words(angles)}{turning} /\n"
@@ -226,7 +226,7 @@ def tilt(case, weighs):
             drives = [rows(folder / name / "power.csv") for name in ("plane", "space")]
             # about rest the plane's kinematics are of first order, those in space exact: psi^2, here 1e-4, of the torque
             for key in ("torque_Nm", "rigid_torque_Nm", "drive_W", "dampers_W", "energy_J", "speed_fluctuation_rad_per_s"):
-                # there the dampers are linear, in space where they are: psi of their power
+                # in the plane the dampers are linear, in space they act at their displaced position: this changes their power by a part of psi
                 if key not in drives[0][0] or (model == "rest" and key == "dampers_W"):
                     continue
                 # potentials are known up to a constant
@@ -362,7 +362,7 @@ def task_tests():
             Run(folder, "-q", "-o", task, "task.nml").done(f"space, {task}")
         for row in rows(folder / "sweep" / "sweep.csv")[-1:]:
             check("space, sweep: a point", 0.997 < float(row["rho_max"]) < 1, "0.997 to 1", row["rho_max"])
-        # 2900 1/min is no point of the sweep, so one point more by itself
+        # 2900 1/min is not a point of the sweep, so it is an additional point
         run = Run(folder, "--one-line", "--set", "drive.speed_rpm=3000", "suspended_compressor.nml")
         check("space, one line", "zeta_peak" in run.out, "zeta_peak", run.out)
 
@@ -385,7 +385,7 @@ def force_tests():
             near(f"weighing, sum of forces along {axis}", miss, 0, 1e-12 * greatest_force)
             miss = max(abs(float(row[f"f{axis}_total_N"]) - float(other[f"f{axis}_N"])) for row, other in zip(history, response))
             near(f"weighing, the response's force along {axis}", miss, 0, 1e-12 * greatest_force)
-            # the momentum is that of before after a turn: 400 rows sum a smooth periodic function to its error, 1e-9
+            # after a turn the momentum is the same: 400 rows integrate a smooth periodic function to its error, 1e-9
             near(f"weighing, mean force along {axis}", sum(parts[:-1]) / 400, 0, 1e-8 * greatest_force)
             static = [float(table[place][f"static_f{axis}_N"]) for place in table]
             near(f"weighing, static forces along {axis}", sum(static[:3]), static[3], 1e-11 * 200)

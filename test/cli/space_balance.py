@@ -24,7 +24,7 @@ TURNING = ("rigid_force_with_N", "rigid_force_against_N", "rigid_moment_with_Nm"
 
 def tilted_tests():
     """The balance of a tilted planar machine is that of the plane."""
-    # out of the plane something is always there: what vanishes beside what is 1, as masses of 1e-10 of the others would make it
+    # out of the plane there are always small values, as large as masses of 1e-10 of the others would cause
     for model, holder, more in (("exact", HOLDERS[0], ""), ("rest", HOLDERS[1], "&balance weight=0.8, about='origin' /\n"),
                                 ("exact", HOLDERS[2], "&balance links='crank','rocker', radius=0.05,0.2 /\n&gravity {} /\n")):
         plane, space, axes = tilted("balance", model, 420, more, damping=80)

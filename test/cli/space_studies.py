@@ -69,7 +69,7 @@ def sensitivity_tests():
                 key = f"{row['quantity']}_peak_{'rad' if 'rot' in row['quantity'] else 'm'}"
                 change = math.log(float(sides[0][key]) / float(sides[1][key])) / math.log((1 + step) / (1 - step))
                 equal(f"sensitivity of {row['quantity']} to {path}: state", row["state"], "ok")
-                # of the n-th power of a number the step leaves its square times n^3; and its square times that of the distance from
+                # for the n-th power of a number the error of the step is its square times n^3; and its square times that of the distance from
                 # a resonance, some 10
                 near(f"sensitivity of {row['quantity']} to {path}", float(row["peak_change_percent_per_percent"]), change,
                      step**2 * max(20.0, abs(change)**3))
@@ -192,7 +192,7 @@ def vibrations_tests():
         for one, other in zip(*both):
             for key in ("told", "turning_index", "verdict"):
                 equal(f"vibrations, {one['index']}: {key}", other[key], one[key])
-            # both vibrations to 1e-9, and turns of 0.8 rad
+            # both vibrations are accurate to 1e-9; rotations of 0.8 rad
             near(f"vibrations, {one['index']}: rms of rot_xi", float(other["rot_xi_rms_rad"]), abs(normal[0]) * float(one["psi_rms_rad"]),
                  1e-7)
             near(f"vibrations, {one['index']}: peak of psi", float(other["psi_peak_rad"]), abs(normal[2]) * float(one["psi_peak_rad"]), 1e-6)
@@ -269,7 +269,7 @@ def design_tests():
                     return
             both = [rows(folder / name / "design.csv") for name in ("plane", "space")]
             for one, other in zip(*both):
-                # of an optimum known to 1e-8 the objective is flat: the parameters are known to the root of what is left
+                # near an optimum the objective is flat: if it is accurate to 1e-8, the parameters are accurate to the root of that
                 near(f"design, {model}: {one['parameter']}", float(other["after"]), float(one["after"]), 1e-5 * abs(float(one["after"])))
             both = [rows(folder / name / "design_goals.csv") for name in ("plane", "space")]
             for one, other in zip(*both):

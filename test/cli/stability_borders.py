@@ -10,7 +10,7 @@ DATA = Path(__file__).resolve().parents[2] / "data"
 SIEVE = (DATA / "rocking_sieve.nml").read_text().replace("'stability'", "'boundary'")
 SPEED = "&sweep parameter='drive.speed_rpm', from=120.0, to=300.0, count=10 /\n"
 DAMPING = "&sweep parameter='foundation.damping(3)', from=0.2, to=10.0, count=8 /\n"
-# As plain bisection by single solutions finds them (test/test_boundary.f90 does so too).
+# Found by plain bisection with single solutions (like test/test_boundary_machines.f90).
 BORDERS = (217.756724550, 245.981254672)
 
 
@@ -60,7 +60,7 @@ def test_two_parameters():
         equal("curves: header", header, "curve,drive.speed_rpm,foundation.damping(3),arg_rad,kind,"
               "drive.speed_rpm_error,foundation.damping(3)_error")
         equal("curves: one, of one kind", {(row[0], row[4]) for row in table}, {("1", "period_doubling")})
-        # From edge to edge at the least damping, unstable on the left: from the right to the left, over the tip.
+        # From edge to edge at the smallest damping, with the unstable side on the left: from the right over the tip to the left.
         first, last = ([float(word) for word in row[1:3]] for row in (table[0], table[-1]))
         near("curves: first vertex on the edge", first[1], 0.2, 1e-12)
         near("curves: last vertex on the edge", last[1], 0.2, 1e-12)
@@ -176,7 +176,7 @@ def test_within_range():
 """
     with Folder(input=light) as folder:
         Run(folder, "input.nml").done("borders: a coarse tolerance over a positive mass")
-    # The machine's own damping is a hair above where the range begins: damping below it, negative here, is not looked at.
+    # The machine's own damping is slightly above the start of the range: smaller damping, negative here, is not examined.
     sieve = (DATA / "sieve_borders.nml").read_text().replace("count=40", "count=4").replace("count=30", "count=4")
     sieve, ranges = re.subn(r"('foundation.damping\(3\)', from=0.05, to=)\S+", r"\g<1>2.2534e14", sieve)
     equal("borders: the sieve's range", ranges, 1)

@@ -323,7 +323,7 @@ def test_concurrent_runs():
                 runs = [subprocess.Popen([Run.program, "-q", name, "-o", "both"], cwd=folder, stderr=subprocess.PIPE)
                         for name in ("input.nml", second)]
                 ends = [(run.communicate()[1].decode(), run.returncode) for run in runs]
-                # one may also begin when the other has ended: then it goes through as well
+                # one run may also begin after the other has ended; then it succeeds as well
                 name = "input.nml" if ends[0][1] == 0 else second
                 equal(f"together with {second}, one goes through", any(end == ("", 0) for end in ends), True)
                 check(f"together with {second}, the other reports it", all(end in (("", 0), (gone, 4), (other, 1)) for end in ends),
@@ -362,7 +362,7 @@ def test_killed():
             kept = 0
             for _ in range(200):
                 run = subprocess.Popen([Run.program, "-q", "input.nml", "-o", output.name], cwd=folder, stderr=subprocess.PIPE)
-                # A little after it has begun or has some marks more, however busy the computer.
+                # Shortly after its start, or when it has some more marks, however busy the computer is.
                 wanted = kept + chance.randrange(4)
                 while run.poll() is None and len(marks_of(output)) < wanted:
                     time.sleep(0.001)
@@ -530,7 +530,7 @@ def test_full_disk():
     """A full disk ends with exit code 4 and keeps finished tiles."""
     with Folder(input=SWEEP + LONG) as folder:
         right = undisturbed(folder)
-        # too little for the rows of any tile, then for the last ones
+        # too little space for the rows of any tile, then for the last ones
         for what, size in (("any rows", 512), ("the last rows", len(right) - 1)):
             run = Run(folder, "-q", "input.nml", "-o", what, preexec_fn=limited(size))
             run.refused(f"disk full, {what}", 4, re.compile(rf"{what}/sweep.*: cannot be written: .+"))
